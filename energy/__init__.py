@@ -1,0 +1,47 @@
+"""The physics, without a grid: layer, surfaces, indenters, scene, energy densities, closed forms.
+
+Per unit length of the line contact, any consistent units; arrays are float64 of any shape.
+
+| symbol | name                                | unit            | sign                          |
+| ------ | ----------------------------------- | --------------- | ----------------------------- |
+| x      | position along the surface          | length          |                               |
+| u      | surface displacement                | length          | positive downwards            |
+| f      | indenter profile                    | length          | positive upwards              |
+| d      | indentation depth (f = 0 level)     | length          | positive into the layer       |
+| g      | d - f, the displacement in contact  | length          | u >= g: no penetration        |
+| a      | contact half-width                  | length          | >= 0                          |
+| θ      | contact angle, in the outer medium  | rad             | π: the surface is smooth      |
+| P      | force on the indenter per length    | force/length    | positive compressive          |
+| U      | energy per length                   | energy/length   | 0: flat, no contact           |
+| E, ν, h| layer modulus, Poisson ratio, depth | stress, 1, length | > 0, (-1, ½), > 0           |
+| Ẽ, k   | uniaxial modulus, stiffness Ẽ/h     | stress, stress/length | > 0                     |
+| γ₁, γ₂, γ₁₂ | energies of layer, indenter, interface | energy/area | γ₁ >= 0                   |
+| w      | work of adhesion γ₁ + γ₂ - γ₁₂      | energy/area     | >= 0                          |
+| l      | elastocapillary length √(γ₁/k)      | length          |                               |
+| δ₀     | critical separation √(2w/k)         | length          |                               |
+| α      | √(2w/γ₁) = δ₀/l, small-slope π - θ  | 1               |                               |
+"""
+
+from energy import cards
+from energy.indenter import Indenter, Profile
+from energy.indenters import FlatPunch, Parabola, Plane, PowerLaw, Wedge
+from energy.layer import ElasticLayer
+from energy.sampled import Sampled
+from energy.scene import Assumption, Scene
+from energy.surfaces import SurfaceEnergies
+
+__all__ = [
+    "Assumption",
+    "ElasticLayer",
+    "FlatPunch",
+    "Indenter",
+    "Parabola",
+    "Plane",
+    "PowerLaw",
+    "Profile",
+    "Sampled",
+    "Scene",
+    "SurfaceEnergies",
+    "Wedge",
+    "cards",
+]

@@ -1,0 +1,174 @@
+"""Rigid profiles f(x), measured upwards from the level f = 0.
+
+Anything with vectorised `height(x)` and `slope(x)` is an indenter. The built-in ones also say
+what a minimiser need not search for:
+
+| attribute   | meaning                                                                      |
+| ----------- | ---------------------------------------------------------------------------- |
+| `apex`      | x of the lowest point if f never falls away from it on either side, or None   |
+| `corners`   | x where the slope jumps or the indenter ends; a contact line can be pinned     |
+| `extent`    | (lo, hi) outside which the profile has no points or is not known               |
+| `walls`     | the ends of `extent` at which the body itself ends (a punch, not a data set)   |
+| `symmetric` | mirror-symmetric about the apex                                                |
+
+Built-in shapes stand in indenters.py, measured ones in sampled.py; this file holds what they share:
+the base class and the ways to compose profiles.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from energy.checks import finite
+
+Array = NDArray[np.float64]
+UNBOUNDED = (-math.inf, math.inf)
+
+
+class Indenter:
+    """Base of the built-in profiles: defaults of the optional attributes, and composition."""
+
+    apex: float | None = None
+    corners: tuple[float, ...] = ()
+    extent: tuple[float, float] = UNBOUNDED
+    walls: tuple[float, ...] = ()
+    symmetric: bool = False
+
+    def height(self, x: ArrayLike) -> Array:
+        """f(x) [length]."""
+        raise NotImplementedError
+
+    def slope(self, x: ArrayLike) -> Array:
+        """f'(x) [1]."""
+        raise NotImplementedError
+
+    def shifted(self, x0: float) -> Indenter:
+        """The profile moved sideways: f(x - x0)."""
+        return Shifted(self, finite("x0", x0))
+
+    def tilted(self, slope: float) -> Indenter:
+        """The profile tilted by a small angle about x = 0: f(x) + slope·x."""
+        return Tilted(self, finite("slope", slope))
+
+    def __add__(self, other: object) -> Indenter:
+        """Sum of two profiles, defined where both are."""
+        return Sum(self, as_indenter(other))
+
+
+@dataclass(frozen=True)
+class Profile(Indenter):
+    """Any profile from two vectorised functions, height(x) and its derivative slope(x).
+
+    `extent` limits where contact is looked for; needed if the profile has its lowest point far
+    from x = 0 or does not rise in the end. `corners` lists kinks a contact line may be pinned at.
+    """
+
+    height: Callable[[ArrayLike], Array] = field()  # type: ignore[assignment]
+    slope: Callable[[ArrayLike], Array] = field()  # type: ignore[assignment]
+    extent: tuple[float, float] = UNBOUNDED
+    corners: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("height", "slope"):
+            if not callable(getattr(self, name)):
+                raise ValueError(f"{name} = {getattr(self, name)!r} must be a function of x")
+        lo, hi = self.extent
+        if not lo < hi:
+            raise ValueError(f"extent = {self.extent!r} must be (lo, hi) with lo < hi")
+
+
+def as_indenter(profile: Any) -> Indenter:
+    """Return profile itself, or wrap any object with height(x) and slope(x)."""
+    if isinstance(profile, Indenter):
+        return profile
+    height, slope = getattr(profile, "height", None), getattr(profile, "slope", None)
+    if not (callable(height) and callable(slope)):
+        raise ValueError(
+            f"indenter = {profile!r} has no methods height(x) and slope(x); "
+            "use one of energy's indenters or Profile(height, slope)"
+        )
+    return Profile(height, slope)
+
+
+@dataclass(frozen=True)
+class Shifted(Indenter):
+    """f(x - x0)."""
+
+    base: Indenter
+    x0: float
+
+    def __post_init__(self) -> None:
+        move = self.x0
+        apex, extent = self.base.apex, self.base.extent
+        object.__setattr__(self, "apex", None if apex is None else apex + move)
+        object.__setattr__(self, "corners", tuple(c + move for c in self.base.corners))
+        object.__setattr__(self, "extent", (extent[0] + move, extent[1] + move))
+        object.__setattr__(self, "walls", tuple(c + move for c in self.base.walls))
+        object.__setattr__(self, "symmetric", self.base.symmetric)
+
+    def height(self, x: ArrayLike) -> Array:
+        return self.base.height(self._own(x))
+
+    def slope(self, x: ArrayLike) -> Array:
+        return self.base.slope(self._own(x))
+
+    def _own(self, x: ArrayLike) -> Array:
+        """x in the base's frame; an end of the extent stays on it in spite of rounding."""
+        x, (lo, hi), (base_lo, base_hi) = np.asarray(x, float), self.extent, self.base.extent
+        own = x - self.x0
+        if math.isinf(lo) and math.isinf(hi):
+            return own
+        inside = (x >= lo) & (x <= hi)
+        return np.where(inside, np.clip(own, base_lo, base_hi), own)
+
+
+@dataclass(frozen=True)
+class Tilted(Indenter):
+    """f(x) + tilt·x."""
+
+    base: Indenter
+    tilt: float
+
+    def __post_init__(self) -> None:
+        for name in ("corners", "extent", "walls"):
+            object.__setattr__(self, name, getattr(self.base, name))
+
+    def height(self, x: ArrayLike) -> Array:
+        return self.base.height(x) + self.tilt * np.asarray(x, float)
+
+    def slope(self, x: ArrayLike) -> Array:
+        return self.base.slope(x) + self.tilt
+
+
+@dataclass(frozen=True)
+class Sum(Indenter):
+    """f₁(x) + f₂(x), where both are defined."""
+
+    first: Indenter
+    second: Indenter
+
+    def __post_init__(self) -> None:
+        one, two = self.first, self.second
+        lo, hi = max(one.extent[0], two.extent[0]), min(one.extent[1], two.extent[1])
+        if not lo < hi:
+            raise ValueError(f"the profiles {one!r} and {two!r} have no common points; shift one")
+        corners = sorted(c for c in {*one.corners, *two.corners} if lo <= c <= hi)
+        object.__setattr__(self, "extent", (lo, hi))
+        object.__setattr__(self, "corners", tuple(corners))
+        walls = {*one.walls, *two.walls} & {lo, hi}
+        object.__setattr__(self, "walls", tuple(sorted(walls)))
+        if one.apex is not None and one.apex == two.apex:
+            object.__setattr__(self, "apex", one.apex)
+            object.__setattr__(self, "symmetric", one.symmetric and two.symmetric)
+
+    def height(self, x: ArrayLike) -> Array:
+        return self.first.height(x) + self.second.height(x)
+
+    def slope(self, x: ArrayLike) -> Array:
+        return self.first.slope(x) + self.second.slope(x)

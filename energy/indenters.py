@@ -1,0 +1,123 @@
+"""The built-in shapes: plane, flat punch, wedge, parabola, power law.
+
+A new indenter is a frozen dataclass here with `height` and `slope`; the optional attributes are
+those of energy.indenter.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.checks import finite, positive
+from energy.indenter import Array, Indenter
+
+
+@dataclass(frozen=True)
+class Plane(Indenter):
+    """Rigid plane f = 0 without end, case study 1, Eq. (19)."""
+
+    apex = 0.0
+    symmetric = True
+
+    def height(self, x: ArrayLike) -> Array:
+        return np.zeros_like(np.asarray(x, float))
+
+    def slope(self, x: ArrayLike) -> Array:
+        return np.zeros_like(np.asarray(x, float))
+
+
+@dataclass(frozen=True)
+class FlatPunch(Indenter):
+    """Flat punch f = 0 for |x| <= half_width and nothing (f = +inf) beyond, case study 2."""
+
+    half_width: float
+    apex = 0.0
+    symmetric = True
+
+    def __post_init__(self) -> None:
+        positive("half_width", self.half_width)
+
+    @property
+    def corners(self) -> tuple[float, ...]:  # type: ignore[override]
+        return (-self.half_width, self.half_width)
+
+    @property
+    def extent(self) -> tuple[float, float]:  # type: ignore[override]
+        return (-self.half_width, self.half_width)
+
+    walls = corners
+
+    def height(self, x: ArrayLike) -> Array:
+        return np.where(np.abs(np.asarray(x, float)) <= self.half_width, 0.0, math.inf)
+
+    def slope(self, x: ArrayLike) -> Array:
+        return np.where(np.abs(np.asarray(x, float)) <= self.half_width, 0.0, math.nan)
+
+
+@dataclass(frozen=True)
+class Wedge(Indenter):
+    """Wedge f = |x| tan δ, case study 3; delta in rad, inside (0, π/2)."""
+
+    delta: float
+    apex = 0.0
+    corners = (0.0,)
+    symmetric = True
+
+    def __post_init__(self) -> None:
+        if not 0 < finite("delta", self.delta) < math.pi / 2:
+            raise ValueError(f"delta = {self.delta!r} is outside (0, π/2); give the angle in rad")
+
+    def height(self, x: ArrayLike) -> Array:
+        return np.abs(np.asarray(x, float)) * math.tan(self.delta)
+
+    def slope(self, x: ArrayLike) -> Array:
+        return np.sign(np.asarray(x, float)) * math.tan(self.delta)
+
+
+@dataclass(frozen=True)
+class Parabola(Indenter):
+    """Parabola f = x²/(2R), the cylinder near its lowest line, Eq. (31)."""
+
+    R: float
+    apex = 0.0
+    symmetric = True
+
+    def __post_init__(self) -> None:
+        positive("R", self.R)
+
+    def height(self, x: ArrayLike) -> Array:
+        x = np.asarray(x, float)
+        return x * x / (2 * self.R)
+
+    def slope(self, x: ArrayLike) -> Array:
+        return np.asarray(x, float) / self.R
+
+
+@dataclass(frozen=True)
+class PowerLaw(Indenter):
+    """Power law f = c |x|ⁿ with c > 0 and n >= 1 (n = 1 wedge, 2 parabola, ∞ flat punch)."""
+
+    c: float
+    n: float
+    apex = 0.0
+    symmetric = True
+
+    def __post_init__(self) -> None:
+        positive("c", self.c)
+        if finite("n", self.n) < 1:
+            raise ValueError(f"n = {self.n!r} makes a cusp with a vertical tip; give n >= 1")
+
+    @property
+    def corners(self) -> tuple[float, ...]:  # type: ignore[override]
+        return (0.0,) if self.n == 1 else ()
+
+    def height(self, x: ArrayLike) -> Array:
+        return self.c * np.abs(np.asarray(x, float)) ** self.n
+
+    def slope(self, x: ArrayLike) -> Array:
+        x = np.asarray(x, float)
+        return self.c * self.n * np.sign(x) * np.abs(x) ** (self.n - 1)

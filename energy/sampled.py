@@ -1,0 +1,101 @@
+"""Measured profiles: piecewise linear or smooth through the samples."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import solve_banded
+
+from energy.checks import option
+from energy.indenter import Array, Indenter
+
+
+@dataclass(frozen=True)
+class Sampled(Indenter):
+    """Measured profile: heights z at strictly increasing positions x.
+
+    kind "linear": straight between the samples, which are corners; "smooth": the cubic spline
+    (continuous curvature) whose end slopes are those of the parabola through three samples.
+    The profile is not known outside the samples: a contact that reaches their end is refused.
+    ValueError for unequal lengths, fewer than 2 (smooth: 3) samples, NaN, unsorted x.
+    """
+
+    x: Array
+    z: Array
+    kind: str = "linear"
+    _slopes: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        option("kind", self.kind, ("linear", "smooth"))
+        x, z = (np.array(getattr(self, name), float) for name in ("x", "z"))
+        least = 2 if self.kind == "linear" else 3
+        if x.ndim != 1 or x.shape != z.shape or x.size < least:
+            raise ValueError(
+                f"x and z have shapes {x.shape} and {z.shape}; give two equally long "
+                f"one-dimensional arrays of at least {least} samples"
+            )
+        for name, values in (("x", x), ("z", z)):
+            if not np.isfinite(values).all():
+                bad = int(np.flatnonzero(~np.isfinite(values))[0])
+                raise ValueError(f"{name}[{bad}] = {values[bad]} is not finite; remove or mend it")
+        if (np.diff(x) <= 0).any():
+            bad = int(np.flatnonzero(np.diff(x) <= 0)[0])
+            raise ValueError(f"x[{bad + 1}] = {x[bad + 1]} does not exceed x[{bad}]; sort the samples")
+        slopes = np.diff(z) / np.diff(x) if self.kind == "linear" else _spline_slopes(x, z)
+        for name, values in (("x", x), ("z", z), ("_slopes", slopes)):
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+
+    @property
+    def extent(self) -> tuple[float, float]:  # type: ignore[override]
+        return (float(self.x[0]), float(self.x[-1]))
+
+    @property
+    def corners(self) -> tuple[float, ...]:  # type: ignore[override]
+        return tuple(self.x[1:-1].tolist()) if self.kind == "linear" else ()
+
+    def height(self, x: ArrayLike) -> Array:
+        x = np.asarray(x, float)
+        if self.kind == "linear":
+            return np.interp(x, self.x, self.z, left=math.inf, right=math.inf)
+        i, h, s = self._locate(x)
+        m0, m1, step = self._slopes[i], self._slopes[i + 1], self.z[i + 1] - self.z[i]
+        f = self.z[i] + s * (h * m0 + s * (3 * step - h * (2 * m0 + m1) + s * (h * (m0 + m1) - 2 * step)))
+        return np.where(self._inside(x), f, math.inf)
+
+    def slope(self, x: ArrayLike) -> Array:
+        x = np.asarray(x, float)
+        i, h, s = self._locate(x)
+        if self.kind == "linear":
+            f1 = self._slopes[i]
+        else:
+            m0, m1, step = self._slopes[i], self._slopes[i + 1], self.z[i + 1] - self.z[i]
+            f1 = m0 + s * (2 * (3 * step / h - 2 * m0 - m1) + 3 * s * (m0 + m1 - 2 * step / h))
+        return np.where(self._inside(x), f1, math.nan)
+
+    def _inside(self, x: Array) -> NDArray[np.bool_]:
+        return (x >= self.x[0]) & (x <= self.x[-1])
+
+    def _locate(self, x: Array) -> tuple[NDArray[np.intp], Array, Array]:
+        """Interval of each x, its length and the position inside it from 0 to 1."""
+        i = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, self.x.size - 2)
+        h = self.x[i + 1] - self.x[i]
+        return i, h, (np.clip(x, self.x[0], self.x[-1]) - self.x[i]) / h
+
+
+def _spline_slopes(x: Array, z: Array) -> Array:
+    """Slopes at the samples that make the piecewise cubic twice differentiable.
+
+    h_i m_{i-1} + 2(h_{i-1}+h_i) m_i + h_{i-1} m_{i+1} = 3(h_i s_{i-1} + h_{i-1} s_i), with the
+    secants s and the spacings h; the two end slopes are given.
+    """
+    h, secant = np.diff(x), np.diff(z) / np.diff(x)
+    ends = np.gradient(z, x, edge_order=2)[[0, -1]]
+    band, rhs = np.zeros((3, x.size)), np.empty_like(z)
+    band[1, [0, -1]], rhs[[0, -1]] = 1, ends
+    band[0, 2:], band[1, 1:-1], band[2, :-2] = h[:-1], 2 * (h[:-1] + h[1:]), h[1:]
+    rhs[1:-1] = 3 * (h[1:] * secant[:-1] + h[:-1] * secant[1:])
+    return np.asarray(solve_banded((1, 1), band, rhs))

@@ -1,0 +1,110 @@
+"""A scene: layer, surfaces and indenter, and how far the model's assumptions hold in it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from energy.checks import option
+from energy.indenter import Indenter, as_indenter
+from energy.layer import ElasticLayer
+from energy.surfaces import SurfaceEnergies
+from energy.terms import SLOPES
+
+
+class Assumption(NamedTuple):
+    """One assumption of the model: a dimensionless measure that should stay below its limit."""
+
+    name: str
+    value: float
+    limit: float
+    consequence: str
+
+    @property
+    def holds(self) -> bool:
+        return self.value <= self.limit
+
+    def __str__(self) -> str:
+        verdict = "holds" if self.holds else f"VIOLATED: {self.consequence}"
+        return f"{self.name} = {self.value:.3g} (limit {self.limit:g}): {verdict}"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything but the depth. slopes: "small" (the paper's energy) or "finite" (true lengths).
+
+    ValueError for wrong types, an unknown `slopes`, and w > 2γ₁ with finite slopes (no Young
+    angle: the layer would spread over the whole indenter).
+    """
+
+    layer: ElasticLayer
+    surfaces: SurfaceEnergies
+    indenter: Indenter
+    slopes: str = "small"
+
+    def __post_init__(self) -> None:
+        for name, kind in (("layer", ElasticLayer), ("surfaces", SurfaceEnergies)):
+            if not isinstance(getattr(self, name), kind):
+                raise ValueError(f"{name} = {getattr(self, name)!r} must be an {kind.__name__}")
+        option("slopes", self.slopes, SLOPES)
+        object.__setattr__(self, "indenter", as_indenter(self.indenter))
+        if self.slopes == "finite" and self.work_of_adhesion > 2 * self.gamma1:
+            raise ValueError(
+                f"w = {self.work_of_adhesion!r} exceeds 2 gamma1 = {2 * self.gamma1!r}: with finite "
+                "slopes there is no Young angle; lower w, raise gamma1 or use slopes='small'"
+            )
+
+    @property
+    def stiffness(self) -> float:
+        """k = Ẽ/h, Eq. (3)."""
+        return self.layer.stiffness
+
+    @property
+    def gamma1(self) -> float:
+        """Surface tension γ₁ of the layer."""
+        return self.surfaces.gamma1
+
+    @property
+    def work_of_adhesion(self) -> float:
+        """w = γ₁ + γ₂ - γ₁₂, Eq. (1)."""
+        return self.surfaces.work_of_adhesion
+
+    @property
+    def elastocapillary_length(self) -> float:
+        """l = √(γ₁/k), Eq. (7)."""
+        return math.sqrt(self.gamma1 / self.stiffness)
+
+    @property
+    def critical_separation(self) -> float:
+        """δ₀ = √(2w/k), Eq. (20)."""
+        return math.sqrt(2 * self.work_of_adhesion / self.stiffness)
+
+    def validity(self, depth: float, half_width: float, slope: float) -> tuple[Assumption, ...]:
+        """How far the assumptions of the model hold at an equilibrium.
+
+        depth d, contact half-width a and steepest surface inclination |slope| near the contact
+        line. Conditions of Sections 2 and 6: d ≪ h ≪ a, slopes ≪ 1, 2w ≪ γ₁, and for a nearly
+        incompressible layer (h/a)² ≪ 1 - 2ν. "≪" is read as "less than a tenth of".
+        """
+        h, nu = self.layer.h, self.layer.nu
+        report = [Assumption("d/h", abs(depth) / h, 0.1, "the layer is strained beyond linearity")]
+        if half_width > 0:
+            report += [
+                Assumption("h/a", h / half_width, 0.1, "the layer is not thin against the contact"),
+                Assumption(
+                    "(h/a)²/(1-2ν)",
+                    (h / half_width) ** 2 / (1 - 2 * nu),
+                    0.1,
+                    "nearly incompressible: material flows sideways, springs are not independent",
+                ),
+            ]
+        if self.slopes == "small":
+            ratio = 2 * self.work_of_adhesion / self.gamma1 if self.gamma1 else math.inf
+            if self.work_of_adhesion == 0:
+                ratio = 0.0
+            report += [
+                Assumption("slope", abs(slope), 0.1, "surfaces are steep: use slopes='finite'"),
+                Assumption("2w/γ₁", ratio, 0.1, "the contact angle is far from π"),
+            ]
+        return tuple(report)

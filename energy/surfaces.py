@@ -1,0 +1,72 @@
+"""The three surface energies, the work of adhesion (1) and Young's angle (8)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from energy.checks import finite, not_negative
+
+_ROUNDING = 1e-15
+
+
+@dataclass(frozen=True)
+class SurfaceEnergies:
+    """Specific surface energies [energy/area].
+
+    gamma1: free surface of the layer; gamma2: indenter; gamma12: their interface.
+    ValueError if gamma1 is negative or the work of adhesion would be.
+    """
+
+    gamma1: float
+    gamma2: float
+    gamma12: float
+
+    def __post_init__(self) -> None:
+        not_negative("gamma1", self.gamma1)
+        finite("gamma2", self.gamma2)
+        finite("gamma12", self.gamma12)
+        if self.work_of_adhesion < 0:
+            raise ValueError(
+                f"gamma12 = {self.gamma12!r} exceeds gamma1 + gamma2 by "
+                f"{-self.work_of_adhesion!r}: contact would cost energy and the surfaces would "
+                "never stick; give gamma12 <= gamma1 + gamma2"
+            )
+
+    @classmethod
+    def from_work(cls, gamma1: float, w: float) -> SurfaceEnergies:
+        """Surface tension γ₁ and work of adhesion w, with γ₁₂ = γ₁ so that γ₂ = w exactly."""
+        return cls(gamma1=gamma1, gamma2=not_negative("w", w), gamma12=gamma1)
+
+    @property
+    def work_of_adhesion(self) -> float:
+        """w = γ₁ + γ₂ - γ₁₂, Eqs. (1) and (17); zero is the non-adhesive case (34).
+
+        A sum that vanishes to rounding counts as zero.
+        """
+        w = (self.gamma1 - self.gamma12) + self.gamma2
+        size = max(self.gamma1, abs(self.gamma2), abs(self.gamma12))
+        return 0.0 if abs(w) <= _ROUNDING * size and self.gamma1 != self.gamma12 else w
+
+    @property
+    def angle_deficit(self) -> float:
+        """π - θ [rad] of Young's law without cancellation: 2 asin √(w/(2γ₁)), Eq. (8)."""
+        w, gamma1 = self.work_of_adhesion, self.gamma1
+        if w > 2 * gamma1 or gamma1 == 0:
+            raise ValueError(
+                f"w = {w!r} with gamma1 = {gamma1!r} has no Young angle (cos θ = w/γ₁ - 1 > 1 or "
+                "undefined); give 0 < gamma1 and w <= 2 gamma1"
+            )
+        return 2 * math.asin(math.sqrt(w / (2 * gamma1)))
+
+    @property
+    def contact_angle(self) -> float:
+        """Young's contact angle θ [rad]: γ₁₂ + γ₁ cos θ - γ₂ = 0, Eq. (8); π for w = 0 (35)."""
+        return math.pi - self.angle_deficit
+
+    @property
+    def small_slope_deficit(self) -> float:
+        """π - θ [rad] for small slopes: √(2w/γ₁), Eq. (15). ValueError for γ₁ = 0."""
+        if self.gamma1 == 0:
+            raise ValueError("gamma1 = 0 has no contact angle; give gamma1 > 0")
+        return math.sqrt(2 * self.work_of_adhesion / self.gamma1)

@@ -1,0 +1,54 @@
+"""Densities of the energy and their derivatives: the integrands of
+
+    U[u] = ∫ spring(u) dx + ∫_free surface(u') dx + ∫_contact contact(f') dx.
+
+The measure dx (a line contact) belongs to whoever integrates. All functions are vectorised;
+energies are per length of the contact line and per dx. A new energy term is a function here
+and a line in the discretisations' nodal energy.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+SLOPES = ("small", "finite")
+
+
+class Density(NamedTuple):
+    """An energy density with its first and second derivative by the displacement or slope."""
+
+    value: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+
+def spring(u, *, k: float) -> Density:
+    """Winkler foundation: k u²/2, k u, k. Source of Eqs. (5) and (9)."""
+    u = np.asarray(u, float)
+    return Density(k / 2 * u * u, k * u, np.full_like(u, k))
+
+
+def surface(slope, *, gamma1: float, slopes: str = "small") -> Density:
+    """Stretched free surface, minus the flat one.
+
+    small: γ₁ u'²/2, whose stationarity is Eq. (5); finite: γ₁(√(1+u'²) - 1), the true length,
+    written without cancellation.
+    """
+    s = np.asarray(slope, float)
+    if slopes == "small":
+        return Density(gamma1 / 2 * s * s, gamma1 * s, np.full_like(s, gamma1))
+    root = np.sqrt(1 + s * s)
+    return Density(gamma1 * s * s / (1 + root), gamma1 * s / root, gamma1 / root**3)
+
+
+def contact(slope, *, gamma1: float, w: float, slopes: str = "small") -> np.ndarray:
+    """Surface in contact, minus the flat free surface; it follows the indenter's slope f'.
+
+    small: γ₁ f'²/2 - w; finite: (γ₁ - w)√(1+f'²) - γ₁.
+    """
+    s = np.asarray(slope, float)
+    if slopes == "small":
+        return gamma1 / 2 * s * s - w
+    return surface(s, gamma1=gamma1, slopes=slopes).value - w * np.sqrt(1 + s * s)
