@@ -6,7 +6,7 @@ what a minimiser need not search for:
 | attribute   | meaning                                                                      |
 | ----------- | ---------------------------------------------------------------------------- |
 | `apex`      | x of the lowest point if f never falls away from it on either side, or None   |
-| `corners`   | x where the slope jumps or the indenter ends; a contact line can be pinned     |
+| `corners`   | increasing x where the slope jumps or the body ends: lines can be pinned      |
 | `extent`    | (lo, hi) outside which the profile has no points or is not known               |
 | `walls`     | the ends of `extent` at which the body itself ends (a punch, not a data set)   |
 | `symmetric` | mirror-symmetric about the apex                                                |
@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ class Indenter:
     """Base of the built-in profiles: defaults of the optional attributes, and composition."""
 
     apex: float | None = None
-    corners: tuple[float, ...] = ()
+    corners: Sequence[float] | Array = ()
     extent: tuple[float, float] = UNBOUNDED
     walls: tuple[float, ...] = ()
     symmetric: bool = False
@@ -72,7 +72,7 @@ class Profile(Indenter):
     height: Callable[[ArrayLike], Array] = field()  # type: ignore[assignment]
     slope: Callable[[ArrayLike], Array] = field()  # type: ignore[assignment]
     extent: tuple[float, float] = UNBOUNDED
-    corners: tuple[float, ...] = ()
+    corners: Sequence[float] = ()
 
     def __post_init__(self) -> None:
         for name in ("height", "slope"):
@@ -81,6 +81,8 @@ class Profile(Indenter):
         lo, hi = self.extent
         if not lo < hi:
             raise ValueError(f"extent = {self.extent!r} must be (lo, hi) with lo < hi")
+        if np.any(np.diff(np.asarray(self.corners, float)) <= 0):
+            raise ValueError(f"corners = {self.corners!r} must increase; sort them")
 
 
 def as_indenter(profile: Any) -> Indenter:
@@ -107,7 +109,7 @@ class Shifted(Indenter):
         move = self.x0
         apex, extent = self.base.apex, self.base.extent
         object.__setattr__(self, "apex", None if apex is None else apex + move)
-        object.__setattr__(self, "corners", tuple(c + move for c in self.base.corners))
+        object.__setattr__(self, "corners", np.asarray(self.base.corners, float) + move)
         object.__setattr__(self, "extent", (extent[0] + move, extent[1] + move))
         object.__setattr__(self, "walls", tuple(c + move for c in self.base.walls))
         object.__setattr__(self, "symmetric", self.base.symmetric)
@@ -158,9 +160,9 @@ class Sum(Indenter):
         lo, hi = max(one.extent[0], two.extent[0]), min(one.extent[1], two.extent[1])
         if not lo < hi:
             raise ValueError(f"the profiles {one!r} and {two!r} have no common points; shift one")
-        corners = sorted(c for c in {*one.corners, *two.corners} if lo <= c <= hi)
+        corners = np.union1d(np.asarray(one.corners, float), np.asarray(two.corners, float))
         object.__setattr__(self, "extent", (lo, hi))
-        object.__setattr__(self, "corners", tuple(corners))
+        object.__setattr__(self, "corners", corners[(corners >= lo) & (corners <= hi)])
         walls = {*one.walls, *two.walls} & {lo, hi}
         object.__setattr__(self, "walls", tuple(sorted(walls)))
         if one.apex is not None and one.apex == two.apex:

@@ -54,8 +54,8 @@ class Sampled(Indenter):
         return (float(self.x[0]), float(self.x[-1]))
 
     @property
-    def corners(self) -> tuple[float, ...]:  # type: ignore[override]
-        return tuple(self.x[1:-1].tolist()) if self.kind == "linear" else ()
+    def corners(self) -> Array:  # type: ignore[override]
+        return self.x[1:-1] if self.kind == "linear" else self.x[:0]
 
     def height(self, x: ArrayLike) -> Array:
         x = np.asarray(x, float)
