@@ -1,0 +1,29 @@
+"""The discrete energies and their minimisers.
+
+| symbol | name                       | unit        | shape |
+| ------ | -------------------------- | ----------- | ----- |
+| Δx     | spacing of the nodes       | length      |       |
+| u_i    | displacement of node i     | length      | (n,)  |
+| g_i    | d - f(x_i); u_i >= g_i     | length      | (n,)  |
+| κ      | kΔx²/γ₁                    | 1           |       |
+| λ      | decay of a tail per node   | 1           |       |
+| t      | γ₁/Δx, stiffness of a link | force/length² |     |
+
+Scene -> Lattice (lattice.py) -> contact set (fronts.py) -> sums and certificate (certificate.py)
+-> contact line between the nodes (line.py) -> Equilibrium (equilibrium.py); minimise.py runs it.
+A new minimiser returns a contact set and joins at fronts.py; the certificate judges it unchanged.
+"""
+
+from discretization.equilibrium import Equilibrium
+from discretization.lattice import Lattice, NodalEnergy
+from discretization.minimise import AccuracyWarning, NotCertifiedError, minimise, on_lattice
+
+__all__ = [
+    "AccuracyWarning",
+    "Equilibrium",
+    "Lattice",
+    "NodalEnergy",
+    "NotCertifiedError",
+    "minimise",
+    "on_lattice",
+]

@@ -1,0 +1,206 @@
+"""Is it an equilibrium? One judgement of a contact set, whatever minimiser proposed it.
+
+`measured` sums the nodal energy over the contact in one blocked pass; `certify` holds against it
+what an equilibrium on the lattice must satisfy, each as a dimensionless violation:
+
+    penetration   max (g_i - u_i)/δ over the free nodes contact could reach,      <= tolerance
+    stationarity  max |∂U/∂u_i| / kΔxδ over the first free nodes of both tails,   <= tolerance
+    opening       a contact node pulled (∂U/∂u_i < 0) may only be held by its adhesion: opening
+                  that node alone, -r²/(2(kΔx+2t)) + 2wΔx, must not lower the energy
+    neighbours    no move of one contact line by one link lowers the energy
+    force         dU/dd (sum of nodal forces on the contact) against kΔx Σ u_i over the whole line
+
+δ is the largest of |d|, |u| and δ₀ in the scene, so that no unit enters; what double precision
+leaves in a nodal force, 32 ε (kΔx + 4t) δ, is not counted.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.fronts import MAX_NODES, Contact, Region, blocks, heights
+from discretization.lattice import Lattice, NodalEnergy
+from energy import Indenter, terms
+
+Array = NDArray[np.float64]
+TOLERANCE = 1e-9
+_TAIL_NODES = 16
+
+
+class Sums(NamedTuple):
+    """Totals over one contact set: energy terms, force by two routes, weakest contact node."""
+
+    springs: float
+    surface: float
+    adhesion: float
+    tails: float
+    force: float
+    force_by_reactions: float
+    weakest: float
+    force_scale: float
+
+    @property
+    def energy(self) -> float:
+        """U [energy/length]."""
+        return self.springs + self.surface + self.adhesion + self.tails
+
+    @property
+    def energy_scale(self) -> float:
+        """Sum of the terms' absolute values: what rounding is relative to."""
+        return self.springs + self.surface - self.adhesion + self.tails
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Violations of the equilibrium conditions (dimensionless, 0 is perfect) and their verdict."""
+
+    penetration: float
+    stationarity: float
+    opening: float
+    neighbours: float
+    force: float
+    tolerance: float = TOLERANCE
+
+    @property
+    def ok(self) -> bool:
+        """True if no violation exceeds the tolerance."""
+        return not self.failures
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Names of the violated conditions."""
+        names = ("penetration", "stationarity", "opening", "neighbours", "force")
+        return tuple(n for n in names if not getattr(self, n) <= self.tolerance)
+
+
+def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contact) -> Sums:
+    """Energy and force of the contact set first..last with u = g there and exact tails."""
+    lat, (first, last) = lattice, contact[:2]
+    dx, c = lat.spacing, lat.end_stiffness
+    springs = surface = force = reactions = size = 0.0
+    weakest, strain_before = math.inf, 0.0
+    for node, f in blocks(lat, indenter, first, last):
+        g, strain = depth - f, np.diff(f) / -dx
+        own = g if node == first else g[1:]  # blocks share one node
+        density = terms.spring(own, k=lat.k)
+        tension = terms.surface(strain, gamma1=lat.gamma1)
+        springs += dx * float(density.value.sum())
+        surface += dx * float(tension.value.sum())
+        force += dx * float(density.first.sum())
+        size += dx * float(np.abs(density.first).sum())
+        before = c * g[0] if node == first else strain_before
+        pull = np.concatenate([[before], tension.first])  # links left of nodes node..end
+        inner = dx * lat.k * g[:-1] + pull[:-1] - pull[1:]
+        reactions += float(inner.sum())
+        body = inner[1:] if node == first else inner
+        weakest = min(weakest, float(body.min(initial=math.inf)))
+        strain_before, u_last = float(pull[-1]), float(g[-1])
+        if node == first:
+            u_first = float(g[0])
+    reactions += lat.spring * u_last + strain_before + c * u_last
+    adhesive = last - first if lat.gamma1 else last - first + 1
+    return Sums(
+        springs,
+        surface,
+        -lat.w * dx * adhesive,
+        c / 2 * (u_first**2 + u_last**2),
+        force + lat.tail_force * (u_first + u_last),
+        reactions,
+        weakest,
+        size + lat.tail_force * (abs(u_first) + abs(u_last)),
+    )
+
+
+def certify(
+    lattice: Lattice,
+    indenter: Indenter,
+    depth: float,
+    where: Region,
+    contact: Contact | None,
+    sums: Sums | None,
+) -> Certificate:
+    """Judge the state with this contact set (None: detached) against its own sums."""
+    lat = lattice
+    if contact is None or sums is None:
+        lowest = float(heights(lat, indenter, np.array([float(where.lowest)]))[0])
+        scale = max(abs(depth), math.sqrt(2 * lat.w / lat.k)) or 1.0
+        return Certificate(max(0.0, (depth - lowest) / scale), 0.0, 0.0, 0.0, 0.0)
+    ends = [(contact.first, -1, where.first), (contact.last, 1, where.last)]
+    u_ends = depth - heights(lat, indenter, np.array([contact.first, contact.last], float))
+    delta = max(abs(depth), *np.abs(u_ends), math.sqrt(2 * lat.w / lat.k))
+    if delta == 0:  # touching in one point, nothing deformed
+        return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
+    penetration = stationarity = 0.0
+    for (node, side, limit), u in zip(ends, u_ends, strict=True):
+        deepest = _penetration(lat, indenter, depth, node, side, limit, float(u))
+        penetration = max(penetration, deepest / delta)
+        excess = _imbalance(lat, float(u)) - _rounding(lat, delta)
+        stationarity = max(stationarity, excess / (lat.spring * delta))
+    force = abs(sums.force - sums.force_by_reactions) / (sums.force_scale or 1.0)
+    return Certificate(
+        penetration,
+        stationarity,
+        _opening(lat, contact, sums, delta),
+        _descent(lat, indenter, depth, where, contact) / (sums.energy_scale or 1.0),
+        force,
+    )
+
+
+def _penetration(
+    lat: Lattice, indenter: Indenter, depth: float, node: int, side: int, limit: int, u: float
+) -> float:
+    """max (g_i - u_i) over the free nodes from the contact's end outwards."""
+    clear = depth + max(0.0, -u)  # beyond this height a rising profile cannot be met any more
+    deepest = 0.0
+    for start, f in blocks(lat, indenter, node, node + side * min(abs(limit - node), MAX_NODES - 1)):
+        steps = np.arange(abs(start - node), abs(start - node) + f.size)[1:]
+        tail = u * np.exp(-lat.log_decay * steps)
+        deepest = max(deepest, float((depth - f[1:] - tail).max(initial=0.0)))
+        if indenter.apex is not None and f[-1] >= clear:
+            break
+    return deepest
+
+
+def _imbalance(lat: Lattice, u: float) -> float:
+    """max |∂U/∂u_i| over the first free nodes of a tail that starts with displacement u."""
+    tail = u * np.exp(-lat.log_decay * np.arange(1, _TAIL_NODES + 1))
+    nodes = np.concatenate([[u], tail])
+    gradient = NodalEnergy(lat, np.zeros(nodes.size)).gradient(nodes)
+    return float(np.abs(gradient[1:]).max())
+
+
+def _rounding(lat: Lattice, delta: float) -> float:
+    """What a nodal force of displacements of size δ can be off by in double precision."""
+    return 32 * float(np.finfo(float).eps) * (lat.spring + 4 * lat.link) * delta
+
+
+def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:
+    """Tension on the weakest contact node beyond what its adhesion holds, over kΔxδ."""
+    lone = contact.first == contact.last
+    weakest = sums.force_by_reactions if lone else sums.weakest
+    adhesive = 2 if lat.gamma1 else 1
+    if lone and lat.gamma1:
+        adhesive = 0
+    held = math.sqrt(2 * (lat.spring + 2 * lat.link) * adhesive * lat.w * lat.spacing)
+    return max(0.0, -weakest - held - _rounding(lat, delta)) / (lat.spring * delta)
+
+
+def _descent(
+    lat: Lattice, indenter: Indenter, depth: float, where: Region, contact: Contact
+) -> float:
+    """Largest energy gain among the four moves of one line by one link."""
+    gain = 0.0
+    for node, side, limit in ((contact.first, -1, where.first), (contact.last, 1, where.last)):
+        steps = [s for s in (-1, 0, 1) if (node + side * s - limit) * side <= 0]
+        f = heights(lat, indenter, np.array([node + side * s for s in steps], float))
+        gap = f[1:] - f[:-1] + lat.loss * (f[:-1] - depth)
+        if contact.last > contact.first and gap[0] > 0:  # one link back, if the surface would part
+            gain = max(gain, float(lat.advance_cost(gap[0])))
+        if len(steps) == 3 and (lat.gamma1 or gap[1] < 0):  # unlinked springs have to be touched
+            gain = max(gain, -float(lat.advance_cost(gap[1])))
+    return gain

@@ -1,0 +1,137 @@
+"""An equilibrium: what was found, and the observables read from it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from discretization.certificate import Certificate
+from energy import Assumption, Scene
+
+Array = NDArray[np.float64]
+_ONE_SIDED = 1e-9
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """State of a scene at one depth, per unit length of the line contact.
+
+    contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
+    themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
+    without contact; label "global", "metastable", "neutral" or "detached"; tail_rate: decay
+    -u'/u of the free surface [1/length]; error_estimate: relative errors of half_width, force
+    and energy, the last two relative to the sum of their terms' absolute values.
+    """
+
+    scene: Scene
+    depth: float
+    contacts: Array
+    nodes: Array
+    pinned: NDArray[np.bool_]
+    force: float
+    energy: float
+    label: str
+    certificate: Certificate
+    tail_rate: float
+    scales: dict[str, float]
+    error_estimate: dict[str, float]
+    method: str
+    branch: str
+    spacing: float
+
+    @property
+    def half_width(self) -> float:
+        """a: half the total contact length, 0 when detached."""
+        return float(np.sum(self.contacts[:, 1] - self.contacts[:, 0])) / 2
+
+    @property
+    def line_slopes(self) -> tuple[Array, Array]:
+        """Outward slopes at the contact lines, (m, 2) each: indenter f', free surface u'.
+
+        At a corner f' is taken on the contact's side (12); at a lone tip on the outer side.
+        """
+        sides = np.array([-1.0, 1.0])
+        width = self.contacts[:, 1:] - self.contacts[:, :1]
+        inward = np.where(self.pinned & (width > 0), -sides, np.where(self.pinned, sides, 0.0))
+        reach = np.where(width > 0, width, self.spacing)
+        f1 = self.scene.indenter.slope(self.contacts + _ONE_SIDED * reach * inward)
+        u = self.depth - self.scene.indenter.height(self.contacts)
+        return sides * f1, -self.tail_rate * u
+
+    @property
+    def angle_deficits(self) -> Array:
+        """π - θ [rad] at each end, (m, 2): f'(a-0) + u'(a+0), Eq. (12) for small slopes."""
+        if not (self.scene.gamma1 and np.isfinite(self.contacts).all()):
+            return np.full_like(self.contacts, math.nan)
+        f1, u1 = self.line_slopes
+        return f1 + u1
+
+    @property
+    def contact_angles(self) -> Array:
+        """θ [rad] at each end of each contact (m, 2), read from the displacement field."""
+        return math.pi - self.angle_deficits
+
+    @property
+    def angle_deficit(self) -> float:
+        """Mean π - θ [rad] over all contact lines; nan without a contact line."""
+        deficits = self.angle_deficits
+        return float(deficits.mean()) if deficits.size else math.nan
+
+    @property
+    def contact_angle(self) -> float:
+        """Mean measured contact angle θ [rad]; nan without a contact line."""
+        return math.pi - self.angle_deficit
+
+    def displacement(self, x: ArrayLike) -> Array:
+        """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside."""
+        x = np.asarray(x, float)
+        u = np.zeros_like(x)
+        for left, right in self.contacts:
+            inside = (x >= left) & (x <= right)
+            u[inside] = self.depth - self.scene.indenter.height(x[inside])
+            if not self.scene.gamma1:
+                continue
+            for side, end in ((-1, left), (1, right)):
+                free = side * (x - end) > 0
+                u_end = self.depth - float(self.scene.indenter.height(end))
+                u[free] = u_end * np.exp(-self.tail_rate * side * (x[free] - end))
+        return u
+
+    def pressure(self, x: ArrayLike) -> Array:
+        """Elastic stress k u(x) of the layer on the indenter, the integrand of Eq. (9).
+
+        Zero outside the contact. The surface tension adds line forces at the contact lines (10).
+        """
+        x = np.asarray(x, float)
+        inside = np.zeros(x.shape, bool)
+        for left, right in self.contacts:
+            inside |= (x >= left) & (x <= right)
+        return np.where(inside, self.scene.stiffness * self.displacement(x), 0.0)
+
+    @property
+    def validity(self) -> tuple[Assumption, ...]:
+        """How far the assumptions of the model hold here; see Scene.validity."""
+        steepest = 0.0
+        if self.contacts.size and np.isfinite(self.contacts).all():
+            f1, u1 = self.line_slopes
+            steepest = float(np.max(np.abs([f1, u1 if self.scene.gamma1 else 0 * f1])))
+        return self.scene.validity(self.depth, self.half_width, steepest)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The violated assumptions in plain words; empty if all hold."""
+        return tuple(str(a) for a in self.validity if not a.holds)
+
+    def __str__(self) -> str:
+        error = self.error_estimate
+        lines = [
+            f"depth        d = {self.depth:.10g}   ({self.label}, {self.branch} branch, {self.method})",
+            f"half-width   a = {self.half_width:.10g}   (relative error {error['half_width']:.1e})",
+            f"force        P = {self.force:.10g}   (relative error {error['force']:.1e})",
+            f"energy       U = {self.energy:.10g}   (relative error {error['energy']:.1e})",
+            f"angle        θ = {self.contact_angle:.10g} rad   (π - θ = {self.angle_deficit:.6g})",
+        ]
+        return "\n".join(lines + [f"validity     {a}" for a in self.validity])

@@ -1,0 +1,120 @@
+"""The contact line between the nodes: from the energies of neighbouring contact sets.
+
+A contact that ends at node m has the energy E(m). Between nodes the line is where the interpolated
+ΔE changes sign, or at a corner of the profile if ΔE changes sign there by a jump (pinned line).
+Force and energy are interpolated at that position through the values of the same contact sets;
+with g' = g_{m+1}, g = g_m a step changes them by
+
+    ΔE = advance_cost(gap),    ΔP = dΔE/dd = -kΔx/(1-λ) gap.
+
+Raw lattice values are off by up to Δx/2 in the line; these are off by O(Δx²).
+Positions ζ below are in links outwards from the last contact node, ζ = 0.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.fronts import Region, heights
+from discretization.lattice import Lattice
+from energy import Indenter
+
+Array = NDArray[np.float64]
+_STENCIL = np.arange(-3, 5)
+
+
+class Line(NamedTuple):
+    """One end of a contact: x, what its offset from the last node adds to P and U, pinning."""
+
+    x: float
+    force: float
+    energy: float
+    pinned: bool
+
+
+def recover(
+    lattice: Lattice,
+    indenter: Indenter,
+    depth: float,
+    where: Region,
+    node: int,
+    side: int,
+    reach: float,
+) -> Line:
+    """Contact line beyond `node` on `side` (+1 right, -1 left); a link holds while gap <= reach."""
+    nodes = node + side * _STENCIL
+    known = _STENCIL[(nodes >= where.first) & (nodes <= where.last)]
+    f = heights(lattice, indenter, (node + side * known).astype(float))
+    gap = f[1:] - f[:-1] + lattice.loss * (f[:-1] - depth)
+    links = known[:-1]
+    corners = _corners(lattice, indenter, node, side)
+    zeta, used, pinned = _locate(lattice, links, gap - reach, corners)
+    # energies and forces of the contact sets that end at the known nodes, relative to this one
+    steps = np.stack([-lattice.spring / lattice.loss * gap, lattice.advance_cost(gap)])
+    values = np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1)
+    values -= values[:, [int(np.flatnonzero(known == 0)[0])]]
+    ends = np.isin(known, np.union1d(used, used + 1) if used.size else [0])
+    force, energy = (_polynomial(known[ends], v[ends], zeta - lattice.edge) for v in values)
+    return Line(lattice.x(node + side * zeta), force, energy, pinned)
+
+
+def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> Array:
+    """Corners within the stencil as positions ζ, those on a node exactly there."""
+    corners = np.asarray(indenter.corners, float)
+    middle, span = lattice.x(node), 5 * lattice.spacing
+    lo, hi = np.searchsorted(corners, [middle - span, middle + span])
+    zeta = np.sort(side * (corners[lo:hi] - middle) / lattice.spacing)
+    return np.where(np.abs(zeta - np.round(zeta)) < 1e-9, np.round(zeta), zeta)
+
+
+def _locate(lattice: Lattice, links: Array, excess: Array, corners: Array):
+    """ζ of the line, the links whose polynomial found it, and whether a corner pins it.
+
+    excess: (n,) gap - reach of each link; link j spans ζ = j..j+1.
+    """
+    near = corners[(corners > -1) & (corners < 1)]
+    if near.size > 1:  # corners as dense as the nodes: secant through the two links
+        used = links[(links == -1) | (links == 0)]
+        return _root(lattice, used, excess[np.isin(links, used)]), used, False
+    below = corners[corners <= -1].max(initial=-np.inf)
+    above = corners[corners >= 1].min(initial=np.inf)
+    clear = (links >= below) & (links + 1 <= above)
+    if not near.size:
+        chosen = clear & (links >= -2) & (links <= 1)
+        return _root(lattice, links[chosen], excess[chosen]), links[chosen], False
+    corner = float(near[0])
+    inside = np.flatnonzero(clear & (links + 1 <= corner))[-3:]
+    outside = np.flatnonzero(clear & (links >= corner))[:3]
+    if inside.size and _polynomial(links[inside] + 0.5, excess[inside], corner) > 0:
+        return _root(lattice, links[inside], excess[inside]), links[inside], False
+    if outside.size and _polynomial(links[outside] + 0.5, excess[outside], corner) < 0:
+        return _root(lattice, links[outside], excess[outside]), links[outside], False
+    return corner, links[inside], True
+
+
+def _root(lattice: Lattice, links: Array, excess: Array) -> float:
+    """Zero of the polynomial through the excess at the links' middles, by Newton from a secant."""
+    middles = links + 0.5
+    if links.size < 2:
+        return float(middles[0])
+    after = int(np.clip(np.argmax(excess > 0), 1, links.size - 1))
+    rise = excess[after] - excess[after - 1]
+    zeta = middles[after] - excess[after] / rise if rise else middles[after]
+    slopes = np.gradient(excess)
+    for _ in range(3):
+        slope = _polynomial(middles, slopes, zeta)
+        if slope > 0:
+            zeta -= _polynomial(middles, excess, zeta) / slope
+    return float(np.clip(zeta, -1, 1)) + lattice.edge
+
+
+def _polynomial(x: Array, y: Array, at: float) -> float:
+    """Value at `at` of the polynomial through the points (Lagrange)."""
+    total = 0.0
+    for i, yi in enumerate(y):
+        others = np.delete(x, i)
+        total += float(yi * np.prod((at - others) / (x[i] - others)))
+    return total
