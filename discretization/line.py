@@ -13,6 +13,7 @@ Positions ζ below are in links outwards from the last contact node, ζ = 0.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from energy import Indenter
 
 Array = NDArray[np.float64]
 _STENCIL = np.arange(-3, 5)
+_ROUNDING = 1e-15
 
 
 class Line(NamedTuple):
@@ -57,7 +59,8 @@ def recover(
     values = np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1)
     values -= values[:, [int(np.flatnonzero(known == 0)[0])]]
     ends = np.isin(known, np.union1d(used, used + 1) if used.size else [0])
-    force, energy = (_polynomial(known[ends], v[ends], zeta - lattice.edge) for v in values)
+    at = known[ends].tolist()
+    force, energy = (_polynomial(at, v[ends].tolist(), zeta - lattice.edge) for v in values)
     return Line(lattice.x(node + side * zeta), force, energy, pinned)
 
 
@@ -88,33 +91,37 @@ def _locate(lattice: Lattice, links: Array, excess: Array, corners: Array):
     corner = float(near[0])
     inside = np.flatnonzero(clear & (links + 1 <= corner))[-3:]
     outside = np.flatnonzero(clear & (links >= corner))[:3]
-    if inside.size and _polynomial(links[inside] + 0.5, excess[inside], corner) > 0:
+    if inside.size and _polynomial((links[inside] + 0.5).tolist(), excess[inside].tolist(), corner) > 0:
         return _root(lattice, links[inside], excess[inside]), links[inside], False
-    if outside.size and _polynomial(links[outside] + 0.5, excess[outside], corner) < 0:
+    if outside.size and _polynomial((links[outside] + 0.5).tolist(), excess[outside].tolist(), corner) < 0:
         return _root(lattice, links[outside], excess[outside]), links[outside], False
     return corner, links[inside], True
 
 
 def _root(lattice: Lattice, links: Array, excess: Array) -> float:
-    """Zero of the polynomial through the excess at the links' middles, by Newton from a secant."""
-    middles = links + 0.5
-    if links.size < 2:
-        return float(middles[0])
-    after = int(np.clip(np.argmax(excess > 0), 1, links.size - 1))
-    rise = excess[after] - excess[after - 1]
-    zeta = middles[after] - excess[after] / rise if rise else middles[after]
-    slopes = np.gradient(excess)
-    for _ in range(3):
-        slope = _polynomial(middles, slopes, zeta)
-        if slope > 0:
-            zeta -= _polynomial(middles, excess, zeta) / slope
-    return float(np.clip(zeta, -1, 1)) + lattice.edge
+    """Zero of the polynomial through the excess at the links' middles: secant steps to rounding."""
+    middles = [j + 0.5 for j in links.tolist()]
+    if len(middles) < 2:
+        return middles[0] + lattice.edge
+    values = excess.tolist()
+    after = next((i for i, y in enumerate(values) if y > 0), len(values) - 1) or 1
+    (x0, x1), (y0, y1) = middles[after - 1 : after + 1], values[after - 1 : after + 1]
+    for _ in range(8):
+        if y1 == y0:
+            break
+        x0, x1, y0 = x1, min(max(x1 - y1 * (x1 - x0) / (y1 - y0), -1.0), 1.0), y1
+        y1 = _polynomial(middles, values, x1)
+        if abs(x1 - x0) <= _ROUNDING:
+            break
+    return x1 + lattice.edge
 
 
-def _polynomial(x: Array, y: Array, at: float) -> float:
+def _polynomial(x: Sequence[float], y: Sequence[float], at: float) -> float:
     """Value at `at` of the polynomial through the points (Lagrange)."""
     total = 0.0
-    for i, yi in enumerate(y):
-        others = np.delete(x, i)
-        total += float(yi * np.prod((at - others) / (x[i] - others)))
+    for i, (xi, yi) in enumerate(zip(x, y, strict=True)):
+        for j, xj in enumerate(x):
+            if j != i:
+                yi *= (at - xj) / (xi - xj)
+        total += yi
     return total
