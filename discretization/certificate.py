@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fronts import MAX_NODES, Contact, Region, blocks, heights
+from discretization.fronts import Contact, Region, blocks, heights
 from discretization.lattice import Lattice, NodalEnergy
 from energy import Indenter, terms
 
@@ -157,7 +157,7 @@ def _penetration(
     """max (g_i - u_i) over the free nodes from the contact's end outwards."""
     clear = depth + max(0.0, -u)  # beyond this height a rising profile cannot be met any more
     deepest = 0.0
-    for start, f in blocks(lat, indenter, node, node + side * min(abs(limit - node), MAX_NODES - 1)):
+    for start, f in blocks(lat, indenter, node, limit):
         steps = np.arange(abs(start - node), abs(start - node) + f.size)[1:]
         tail = u * np.exp(-lat.log_decay * steps)
         deepest = max(deepest, float((depth - f[1:] - tail).max(initial=0.0)))

@@ -126,9 +126,9 @@ class Equilibrium:
         return tuple(str(a) for a in self.validity if not a.holds)
 
     def __str__(self) -> str:
-        error = self.error_estimate
+        error, kind = self.error_estimate, f"{self.label}, {self.branch} branch, {self.method}"
         lines = [
-            f"depth        d = {self.depth:.10g}   ({self.label}, {self.branch} branch, {self.method})",
+            f"depth        d = {self.depth:.10g}   ({kind})",
             f"half-width   a = {self.half_width:.10g}   (relative error {error['half_width']:.1e})",
             f"force        P = {self.force:.10g}   (relative error {error['force']:.1e})",
             f"energy       U = {self.energy:.10g}   (relative error {error['energy']:.1e})",

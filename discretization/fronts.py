@@ -64,7 +64,9 @@ def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
     return f
 
 
-def blocks(lattice: Lattice, indenter: Indenter, start: int, stop: int) -> Iterator[tuple[int, Array]]:
+def blocks(
+    lattice: Lattice, indenter: Indenter, start: int, stop: int
+) -> Iterator[tuple[int, Array]]:
     """Heights from node start to node stop in growing blocks that share one node."""
     side, size = (1 if stop >= start else -1), 64
     if abs(stop - start) >= MAX_NODES:
@@ -88,7 +90,8 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
     if indenter.apex is not None:
         beside = math.floor((indenter.apex - lattice.origin) / dx + 1e-9)
         pair = np.clip([beside, beside + 1], first, last)
-        return Region(first, last, int(pair[np.argmin(heights(lattice, indenter, pair.astype(float)))]))
+        lower = np.argmin(heights(lattice, indenter, pair.astype(float)))
+        return Region(first, last, int(pair[lower]))
     if last - first < _SEARCH_NODES:
         return Region(first, last, _lowest(lattice, indenter, first, last)[0])
     return _searched(lattice, indenter, depth, first, last)

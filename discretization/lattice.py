@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solveh_banded
 
 from energy import Scene, terms
@@ -119,11 +119,11 @@ class NodalEnergy:
     contact: (n,) bool, the nodes held to be in contact (they carry the adhesion).
     """
 
-    def __init__(self, lattice: Lattice, contact) -> None:
+    def __init__(self, lattice: Lattice, contact: ArrayLike) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
 
-    def terms(self, u) -> dict[str, float]:
+    def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
         lat, u = self.lattice, np.asarray(u, float)
         dx = lat.spacing
@@ -138,11 +138,11 @@ class NodalEnergy:
             "tails": lat.end_stiffness / 2 * float(u[0] ** 2 + u[-1] ** 2),
         }
 
-    def value(self, u) -> float:
+    def value(self, u: ArrayLike) -> float:
         """U[u] [energy/length]."""
         return sum(self.terms(u).values())
 
-    def gradient(self, u) -> Array:
+    def gradient(self, u: ArrayLike) -> Array:
         """∂U/∂u_i (n,) at fixed contact: nodal forces; on contact nodes the indenter's."""
         lat, u = self.lattice, np.asarray(u, float)
         tension = terms.surface(np.diff(u) / lat.spacing, gamma1=lat.gamma1).first
@@ -164,7 +164,7 @@ class NodalEnergy:
             band[0, 0] = lat.spring + 2 * lat.end_stiffness
         return band
 
-    def relaxed(self, g) -> Array:
+    def relaxed(self, g: ArrayLike) -> Array:
         """argmin U[u] s.t. u_i = g_i on the contact nodes: one banded Cholesky solve.
 
         Plain elimination: it loses digits as l/Δx grows (1e-4 relative at 1e6). It is the

@@ -24,6 +24,7 @@ from discretization.lattice import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.int_]
 _STENCIL = np.arange(-3, 5)
 _ROUNDING = 1e-15
 
@@ -73,7 +74,9 @@ def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> Arra
     return np.where(np.abs(zeta - np.round(zeta)) < 1e-9, np.round(zeta), zeta)
 
 
-def _locate(lattice: Lattice, links: Array, excess: Array, corners: Array):
+def _locate(
+    lattice: Lattice, links: Nodes, excess: Array, corners: Array
+) -> tuple[float, Nodes, bool]:
     """ζ of the line, the links whose polynomial found it, and whether a corner pins it.
 
     excess: (n,) gap - reach of each link; link j spans ζ = j..j+1.
@@ -91,14 +94,14 @@ def _locate(lattice: Lattice, links: Array, excess: Array, corners: Array):
     corner = float(near[0])
     inside = np.flatnonzero(clear & (links + 1 <= corner))[-3:]
     outside = np.flatnonzero(clear & (links >= corner))[:3]
-    if inside.size and _polynomial((links[inside] + 0.5).tolist(), excess[inside].tolist(), corner) > 0:
-        return _root(lattice, links[inside], excess[inside]), links[inside], False
-    if outside.size and _polynomial((links[outside] + 0.5).tolist(), excess[outside].tolist(), corner) < 0:
-        return _root(lattice, links[outside], excess[outside]), links[outside], False
+    for face, sign in ((inside, 1), (outside, -1)):
+        middles, values = (links[face] + 0.5).tolist(), excess[face].tolist()
+        if values and sign * _polynomial(middles, values, corner) > 0:
+            return _root(lattice, links[face], excess[face]), links[face], False
     return corner, links[inside], True
 
 
-def _root(lattice: Lattice, links: Array, excess: Array) -> float:
+def _root(lattice: Lattice, links: Nodes, excess: Array) -> float:
     """Zero of the polynomial through the excess at the links' middles: secant steps to rounding."""
     middles = [j + 0.5 for j in links.tolist()]
     if len(middles) < 2:

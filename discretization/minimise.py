@@ -62,7 +62,9 @@ def minimise(
     _refuse_unsupported(scene, branch)
     if method == "auto":
         if spacing is not None:
-            raise ValueError(f"spacing = {spacing!r} needs method='lattice'; 'auto' chooses its own")
+            raise ValueError(
+                f"spacing = {spacing!r} needs method='lattice'; 'auto' chooses its own"
+            )
         return _auto(scene, float(depth), branch, rtol)
     if spacing is None:
         raise ValueError("spacing = None: method='lattice' needs the distance between its nodes")
@@ -238,7 +240,9 @@ def _auto(scene: Scene, depth: float, branch: str, rtol: float) -> Equilibrium:
         nodes = 2 * fine.half_width / spacing
         if error <= rtol or not np.isfinite(nodes):
             return replace(state, method="auto")
-        factor = 1 / 16 if math.isinf(error) else max(1 / 16, min(0.5, 0.9 * math.sqrt(rtol / error)))
+        factor = (
+            1 / 16 if math.isinf(error) else max(1 / 16, min(0.5, 0.9 * math.sqrt(rtol / error)))
+        )
         if nodes / factor > _AUTO_NODES or spacing * factor < 1e-12 * max(lengths):
             warnings.warn(
                 f"rtol = {rtol!r} not reached: estimated relative error {error:.1e} at spacing "

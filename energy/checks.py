@@ -37,5 +37,7 @@ def option(name: str, value: str, known: Iterable[str]) -> str:
     """Return value; ValueError with the known options unless it is one of them."""
     known = tuple(known)
     if value not in known:
-        raise ValueError(f"{name} = {value!r} is unknown; choose one of {', '.join(map(repr, known))}")
+        raise ValueError(
+            f"{name} = {value!r} is unknown; choose one of {', '.join(map(repr, known))}"
+        )
     return value

@@ -18,7 +18,7 @@ class Sampled(Indenter):
     """Measured profile: heights z at strictly increasing positions x.
 
     kind "linear": straight between the samples, which are corners; "smooth": the cubic spline
-    (continuous curvature) whose end slopes are those of the parabola through three samples.
+    (continuous curvature) whose end slopes are those of the cubic through the four samples there.
     The profile is not known outside the samples: a contact that reaches their end is refused.
     ValueError for unequal lengths, fewer than 2 (smooth: 3) samples, NaN, unsorted x.
     """
@@ -43,7 +43,9 @@ class Sampled(Indenter):
                 raise ValueError(f"{name}[{bad}] = {values[bad]} is not finite; remove or mend it")
         if (np.diff(x) <= 0).any():
             bad = int(np.flatnonzero(np.diff(x) <= 0)[0])
-            raise ValueError(f"x[{bad + 1}] = {x[bad + 1]} does not exceed x[{bad}]; sort the samples")
+            raise ValueError(
+                f"x[{bad + 1}] = {x[bad + 1]} does not exceed x[{bad}]; sort the samples"
+            )
         slopes = np.diff(z) / np.diff(x) if self.kind == "linear" else _spline_slopes(x, z)
         for name, values in (("x", x), ("z", z), ("_slopes", slopes)):
             values.flags.writeable = False
@@ -63,7 +65,9 @@ class Sampled(Indenter):
             return np.interp(x, self.x, self.z, left=math.inf, right=math.inf)
         i, h, s = self._locate(x)
         m0, m1, step = self._slopes[i], self._slopes[i + 1], self.z[i + 1] - self.z[i]
-        f = self.z[i] + s * (h * m0 + s * (3 * step - h * (2 * m0 + m1) + s * (h * (m0 + m1) - 2 * step)))
+        f = self.z[i] + s * (
+            h * m0 + s * (3 * step - h * (2 * m0 + m1) + s * (h * (m0 + m1) - 2 * step))
+        )
         return np.where(self._inside(x), f, math.inf)
 
     def slope(self, x: ArrayLike) -> Array:
@@ -93,7 +97,11 @@ def _spline_slopes(x: Array, z: Array) -> Array:
     secants s and the spacings h; the two end slopes are given.
     """
     h, secant = np.diff(x), np.diff(z) / np.diff(x)
-    ends = np.gradient(z, x, edge_order=2)[[0, -1]]
+    near = min(4, x.size)
+    ends = [
+        np.polynomial.Polynomial.fit(x[i], z[i], near - 1).deriv()(x[end])
+        for i, end in ((slice(near), 0), (slice(-near, None), -1))
+    ]
     band, rhs = np.zeros((3, x.size)), np.empty_like(z)
     band[1, [0, -1]], rhs[[0, -1]] = 1, ends
     band[0, 2:], band[1, 1:-1], band[2, :-2] = h[:-1], 2 * (h[:-1] + h[1:]), h[1:]

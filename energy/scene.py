@@ -51,8 +51,8 @@ class Scene:
         object.__setattr__(self, "indenter", as_indenter(self.indenter))
         if self.slopes == "finite" and self.work_of_adhesion > 2 * self.gamma1:
             raise ValueError(
-                f"w = {self.work_of_adhesion!r} exceeds 2 gamma1 = {2 * self.gamma1!r}: with finite "
-                "slopes there is no Young angle; lower w, raise gamma1 or use slopes='small'"
+                f"w = {self.work_of_adhesion!r} exceeds 2 gamma1 = {2 * self.gamma1!r}: with "
+                "finite slopes there is no Young angle; lower w, raise gamma1 or use slopes='small'"
             )
 
     @property

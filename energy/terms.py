@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 SLOPES = ("small", "finite")
 
@@ -24,13 +25,13 @@ class Density(NamedTuple):
     second: np.ndarray
 
 
-def spring(u, *, k: float) -> Density:
+def spring(u: ArrayLike, *, k: float) -> Density:
     """Winkler foundation: k u²/2, k u, k. Source of Eqs. (5) and (9)."""
     u = np.asarray(u, float)
     return Density(k / 2 * u * u, k * u, np.full_like(u, k))
 
 
-def surface(slope, *, gamma1: float, slopes: str = "small") -> Density:
+def surface(slope: ArrayLike, *, gamma1: float, slopes: str = "small") -> Density:
     """Stretched free surface, minus the flat one.
 
     small: γ₁ u'²/2, whose stationarity is Eq. (5); finite: γ₁(√(1+u'²) - 1), the true length,
@@ -43,7 +44,7 @@ def surface(slope, *, gamma1: float, slopes: str = "small") -> Density:
     return Density(gamma1 * s * s / (1 + root), gamma1 * s / root, gamma1 / root**3)
 
 
-def contact(slope, *, gamma1: float, w: float, slopes: str = "small") -> np.ndarray:
+def contact(slope: ArrayLike, *, gamma1: float, w: float, slopes: str = "small") -> np.ndarray:
     """Surface in contact, minus the flat free surface; it follows the indenter's slope f'.
 
     small: γ₁ f'²/2 - w; finite: (γ₁ - w)√(1+f'²) - γ₁.

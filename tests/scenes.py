@@ -45,11 +45,11 @@ def random_case(rng: np.random.Generator, shape: str) -> Case:
     k = stress / length
     unit = ElasticLayer(1.0, nu, thickness).stiffness
     layer = ElasticLayer(k / unit, nu, thickness)
-    l, a = length, length * 10 ** rng.uniform(-1.5, 1.5)
+    ell, a = length, length * 10 ** rng.uniform(-1.5, 1.5)
     alpha = 10 ** rng.uniform(-2, 0)
-    gamma1, w = k * l * l, k * (alpha * l) ** 2 / 2
+    gamma1, w = k * ell**2, k * (alpha * ell) ** 2 / 2
     m = {"k": k, "gamma1": gamma1, "w": w}
-    delta0 = alpha * l
+    delta0 = alpha * ell
     if shape == "flat":
         indenter, d = FlatPunch(a), delta0 * rng.uniform(-0.99, 2)
         force = cards.flat_punch.force(d, a=a, **m)
@@ -60,7 +60,7 @@ def random_case(rng: np.random.Generator, shape: str) -> Case:
         force = cards.wedge.force(d, delta=delta, **m)
         energy = cards.wedge.energy(d, delta=delta, **m)
     elif shape == "parabola":
-        R = l * 10 ** rng.uniform(0, 2)
+        R = ell * 10 ** rng.uniform(0, 2)
         indenter, d = Parabola(R), cards.parabola.depth(a, R=R, **m)
         force, energy = cards.parabola.force(d, R=R, **m), cards.parabola.energy(d, R=R, **m)
     else:

@@ -49,7 +49,9 @@ def test_order_of_the_worst_error_over_grid_offsets(shape):
             force = abs(state.force - case.force) / state.scales["force"]
             errors.append((raw, recovered, force))
         worst.append(np.max(errors, axis=0))
-    raw, recovered, force = (np.polyfit(np.log(spacings), np.log(e), 1)[0] for e in np.transpose(worst))
+    raw, recovered, force = (
+        np.polyfit(np.log(spacings), np.log(e), 1)[0] for e in np.transpose(worst)
+    )
     assert raw == pytest.approx(1.0, abs=0.15)
     assert recovered == pytest.approx(2.0, abs=0.2)
     assert force == pytest.approx(2.0, abs=0.2)
@@ -88,9 +90,7 @@ def test_wedge_is_pinned_at_its_tip_and_leaves_it_when_pressed_harder():
 def test_flat_punch_is_pinned_at_its_edges_wherever_they_fall_on_the_grid():
     a = 3.3 * L
     for offset in (0.0, 0.21, 0.5, 0.93):
-        state = on_lattice(
-            adhesive(FlatPunch(a)), -0.7 * DELTA0, L / 200, origin=offset * L / 200
-        )
+        state = on_lattice(adhesive(FlatPunch(a)), -0.7 * DELTA0, L / 200, origin=offset * L / 200)
         assert state.pinned.all()
         assert np.abs(state.contacts - [[-a, a]]).max() <= 1e-12 * a
         card = cards.flat_punch.force(-0.7 * DELTA0, a=a, **M)
@@ -100,8 +100,13 @@ def test_flat_punch_is_pinned_at_its_edges_wherever_they_fall_on_the_grid():
 def test_flat_punch_and_plane_are_neutral_at_the_critical_separation():
     punch = adhesive(FlatPunch(2 * L))
     assert minimise(punch, -DELTA0, method="lattice", spacing=L / 50).label == "neutral"
-    assert minimise(punch, -DELTA0 * (1 - 1e-9), method="lattice", spacing=L / 50).label == "metastable"
-    assert minimise(punch, -DELTA0 * (1 + 1e-9), method="lattice", spacing=L / 50).label == "detached"
+    assert (
+        minimise(punch, -DELTA0 * (1 - 1e-9), method="lattice", spacing=L / 50).label
+        == "metastable"
+    )
+    assert (
+        minimise(punch, -DELTA0 * (1 + 1e-9), method="lattice", spacing=L / 50).label == "detached"
+    )
     assert minimise(punch, DELTA0, method="lattice", spacing=L / 50).label == "metastable"
     plane = adhesive(Plane())
     assert minimise(plane, -DELTA0).label == "neutral"
@@ -144,7 +149,9 @@ def test_no_adhesion_is_convex_and_has_a_smooth_surface():
 @pytest.mark.parametrize("slope", [0.0, 0.003])
 def test_line_condition_at_both_ends_of_an_asymmetric_smooth_profile(slope):
     x = np.linspace(-0.05, 0.06, 4001)
-    indenter = Sampled(x, 40 * np.abs(x) ** 3 + 0.5 * x**2, kind="smooth").tilted(slope).shifted(1e-3)
+    indenter = (
+        Sampled(x, 40 * np.abs(x) ** 3 + 0.5 * x**2, kind="smooth").tilted(slope).shifted(1e-3)
+    )
     state = minimise(adhesive(indenter), 1e-3, method="lattice", spacing=L / 400)
     for side, end in zip((-1, 1), state.contacts[0], strict=True):
         residual = cards.contact_line.line_residual(
@@ -155,5 +162,7 @@ def test_line_condition_at_both_ends_of_an_asymmetric_smooth_profile(slope):
 
 def test_a_blunt_power_law_recovers_the_flat_punch():
     a, d = 3 * L, -0.5 * DELTA0
-    blunt = minimise(adhesive(PowerLaw(a**-200.0 * 0.01, 200.0)), d, method="lattice", spacing=L / 200)
+    blunt = minimise(
+        adhesive(PowerLaw(a**-200.0 * 0.01, 200.0)), d, method="lattice", spacing=L / 200
+    )
     assert blunt.half_width == pytest.approx(a, rel=0.05)

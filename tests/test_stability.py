@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import mpmath as mp
+import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import fronts
+from discretization import NodalEnergy, fronts
 from discretization.certificate import measured
 from discretization.lattice import Lattice
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, Wedge
@@ -18,13 +20,15 @@ DX = 0.013
 
 def exact(lattice, height, depth, first, last):
     """Energy and force of the contact set first..last, tails by the characteristic root."""
-    dx, k, gamma1, w, d = map(mp.mpf, (lattice.spacing, lattice.k, lattice.gamma1, lattice.w, depth))
+    dx, k, gamma1, w, d = map(
+        mp.mpf, (lattice.spacing, lattice.k, lattice.gamma1, lattice.w, depth)
+    )
     kappa = k * dx**2 / gamma1
     lam = 1 + kappa / 2 - mp.sqrt(kappa + kappa**2 / 4)
     g = [d - height(dx * i) for i in range(first, last + 1)]
     ends = (g[0], g[-1])
     energy = sum(k * dx * u**2 / 2 for u in g) - w * dx * (last - first)
-    energy += sum(gamma1 / dx * (q - p) ** 2 / 2 for p, q in zip(g, g[1:], strict=False))
+    energy += sum(gamma1 / dx * (q - p) ** 2 / 2 for p, q in itertools.pairwise(g))
     energy += sum(gamma1 / dx * (1 - lam) * u**2 / 2 for u in ends)
     force = k * dx * sum(g) + k * dx * lam / (1 - lam) * sum(ends)
     return energy, force
@@ -94,10 +98,6 @@ def test_the_line_is_where_extended_precision_puts_it(decade):
 
 
 def test_exact_tail_equals_a_long_chain_of_nodes():
-    import numpy as np
-
-    from discretization import NodalEnergy
-
     scene = adhesive(Parabola(0.02))
     lattice = Lattice.of(scene, scene.elastocapillary_length / 20)
     far = np.zeros(2001, bool)

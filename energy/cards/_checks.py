@@ -1,0 +1,82 @@
+"""Argument checks shared by the cards: a refusal names argument, value and remedy."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+_MEANING = {
+    "E": "the elastic modulus E",
+    "R": "the radius of curvature R of f = x²/(2R)",
+    "a": "the contact half-width",
+    "c": "the coefficient c of f = c|x|ⁿ",
+    "gamma1": "the surface tension γ₁ of the free surface",
+    "h": "the layer thickness",
+    "k": "the foundation stiffness Ẽ/h",
+    "w": "the work of adhesion",
+}
+
+
+def finite(name: str, value: ArrayLike) -> Array:
+    """The argument as float64 numbers, none of them NaN or infinite."""
+    try:
+        numbers = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r} is not real: pass a number or an array") from None
+    refuse(name, numbers, ~np.isfinite(numbers), "is not finite: pass finite numbers")
+    return unwrap(numbers)
+
+
+def positive(name: str, value: ArrayLike) -> Array:
+    """The argument, every entry > 0."""
+    numbers = finite(name, value)
+    remedy = f"must be > 0: pass {_MEANING.get(name, 'a positive number')}"
+    refuse(name, numbers, numbers <= 0.0, remedy)
+    return numbers
+
+
+def non_negative(name: str, value: ArrayLike) -> Array:
+    """The argument, every entry >= 0."""
+    numbers = finite(name, value)
+    remedy = f"must be >= 0: pass {_MEANING.get(name, 'a non-negative number')}"
+    refuse(name, numbers, numbers < 0.0, remedy)
+    return numbers
+
+
+def wedge_slope(delta: ArrayLike) -> Array:
+    """tan δ of a wedge angle δ in (0, π/2)."""
+    angle = finite("delta", delta)
+    bad = (angle <= 0.0) | (angle >= np.pi / 2)
+    refuse("delta", angle, bad, "must lie in (0, π/2): pass the wedge angle in rad")
+    slope: Array = np.tan(angle)
+    return slope
+
+
+def excess(
+    name: str, value: Array, bound: Array | float, remedy: str, *, scale: Array | float = 0.0
+) -> Array:
+    """value − bound >= 0; a shortfall of a few roundings counts as 0, a larger one is refused.
+
+    `scale` is the size of the terms that cancel in `bound`, where there are such.
+    """
+    over = value - bound
+    slack = 8 * np.finfo(np.float64).eps * (np.abs(value) + np.abs(bound) + scale)
+    limit = unwrap(np.asarray(bound, dtype=np.float64))
+    refuse(name, value, over < -slack, f"is below {limit}: {remedy}")
+    clipped: Array = np.maximum(over, 0.0)
+    return clipped
+
+
+def refuse(name: str, value: Array, bad: Any, remedy: str) -> None:
+    """Raise ValueError with the first bad entry, if there is one."""
+    if np.any(bad):
+        values, flags = np.broadcast_arrays(value, bad)
+        raise ValueError(f"{name} = {float(values[flags][0])!r} {remedy}")
+
+
+def unwrap(numbers: Array) -> Array:
+    """A zero-dimensional array as a number, any other array as it is."""
+    inner: Array = numbers[()]
+    return inner

@@ -1,0 +1,103 @@
+"""Contact angle and the condition that places the contact line, Eqs. (1), (8), (12)-(18).
+
+Within the small-slope energy Eq. (16) is exact for every γ₁ >= 0, γ₁ = 0 included: it is the
+condition that the energy be stationary in the half-width. Section 6 of the paper limits it to
+2w ≪ γ₁ because the slope √(2w/γ₁) at the line has to be small for that energy to apply.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import excess, finite, non_negative, positive, refuse, unwrap
+from energy.cards._types import Values
+from energy.cards.plane import critical_separation
+from energy.cards.tail import elastocapillary_length, slope_at_line
+
+
+def work_of_adhesion(gamma1: ArrayLike, gamma2: ArrayLike, gamma12: ArrayLike) -> Values:
+    """w = γ₁ + γ₂ − γ₁₂, Eqs. (1) and (17). ValueError for γ₁ < 0."""
+    return non_negative("gamma1", gamma1) + finite("gamma2", gamma2) - finite("gamma12", gamma12)
+
+
+def angle(gamma1: ArrayLike, gamma2: ArrayLike, gamma12: ArrayLike) -> Values:
+    """Young's contact angle θ in rad: γ₁₂ + γ₁ cos θ − γ₂ = 0, Eq. (8), at any slope.
+
+    Evaluated as π − 2 asin √(w/(2γ₁)), which keeps its digits near θ = π. ValueError for γ₁ <= 0
+    and where no angle exists: w < 0 or w > 2γ₁.
+    """
+    gamma1 = positive("gamma1", gamma1)
+    w = np.asarray(work_of_adhesion(gamma1, gamma2, gamma12))
+    roundings = 8 * np.finfo(np.float64).eps * (gamma1 + np.abs(gamma2) + np.abs(gamma12))
+    refuse("w = gamma1 + gamma2 - gamma12", w, w < -roundings, "must be >= 0: lower gamma12")
+    above = w > 2.0 * gamma1 + roundings
+    refuse("w = gamma1 + gamma2 - gamma12", w, above, "exceeds 2 gamma1: no angle, lower gamma2")
+    return np.pi - angle_deficit(unwrap(np.clip(w, 0.0, 2.0 * gamma1)), gamma1)
+
+
+def angle_deficit(w: ArrayLike, gamma1: ArrayLike) -> Values:
+    """π − θ = 2 asin √(w/(2γ₁)), the exact solution of Eq. (8).
+
+    ValueError for w < 0, γ₁ <= 0, or w > 2γ₁, where Eq. (8) has no solution.
+    """
+    w, gamma1 = non_negative("w", w), positive("gamma1", gamma1)
+    refuse("w", w, w > 2.0 * gamma1, "exceeds 2 gamma1: Eq. (8) has no angle, pass w <= 2 gamma1")
+    deficit: Values = 2.0 * np.arcsin(np.sqrt(0.5 * (w / gamma1)))
+    return deficit
+
+
+def angle_deficit_small(w: ArrayLike, gamma1: ArrayLike) -> Values:
+    """π − θ = α = √(2w/γ₁), Eq. (15), the small-slope form: the surface slope at a flat face.
+
+    Too small by w/(12γ₁) relative to `angle_deficit`. ValueError for w < 0 or γ₁ <= 0.
+    """
+    alpha: Values = np.sqrt(2.0 * (non_negative("w", w) / positive("gamma1", gamma1)))
+    return alpha
+
+
+def boundary_condition(slope_f: ArrayLike, slope_u: ArrayLike) -> Values:
+    """θ = π − f'(a − 0) − u'(a + 0), Eq. (12), small slopes."""
+    return np.pi - finite("slope_f", slope_f) - finite("slope_u", slope_u)
+
+
+def boundary_residual(
+    slope_a: ArrayLike, u_a: ArrayLike, theta: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike
+) -> Values:
+    """f'(a) + (C/l) exp(−a/l) + θ − π, Eq. (14), with C from Eq. (13): C exp(−a/l) = −u_a.
+
+    Zero at equilibrium. ValueError for k <= 0 or γ₁ <= 0.
+    """
+    kink = finite("slope_a", slope_a) + slope_at_line(u_a, k=k, gamma1=gamma1)
+    return kink + (finite("theta", theta) - np.pi)
+
+
+def line_residual(
+    d: ArrayLike,
+    f_a: ArrayLike,
+    slope_a: ArrayLike,
+    *,
+    k: ArrayLike,
+    gamma1: ArrayLike,
+    w: ArrayLike,
+) -> Values:
+    """f(a) − d − δ₀ + l f'(a), Eq. (16): zero at equilibrium, positive where the line recedes.
+
+    ValueError for k <= 0, γ₁ < 0 or w < 0.
+    """
+    return depth(f_a, slope_a, k=k, gamma1=gamma1, w=w) - finite("d", d)
+
+
+def depth(
+    f_a: ArrayLike, slope_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """d = f(a) + l f'(a) − δ₀: Eq. (16) solved for the depth. Errors as `line_residual`."""
+    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
+    return finite("f_a", f_a) + (ell * finite("slope_a", slope_a) - delta0)
+
+
+def cut_level(d: ArrayLike, *, k: ArrayLike, w: ArrayLike) -> Values:
+    """f(a) = d + δ₀, Eq. (18): where the profile is cut if γ₁ = 0.
+
+    For profiles with f >= 0. ValueError for d < −δ₀, where nothing is left to cut.
+    """
+    remedy = "the contact has detached, pass d >= -sqrt(2w/k)"
+    return excess("d", finite("d", d), -critical_separation(k, w), remedy)

@@ -1,0 +1,66 @@
+"""Force on the indenter for an arbitrary profile, Eqs. (9)-(11)."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import Array, finite, non_negative, positive
+from energy.cards._types import Values
+
+Profile = Callable[[Array], Any]
+
+
+def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int = 64) -> Values:
+    """P_el = k ∫_{−a}^{a} (d − f(x)) dx, Eq. (9), by Gauss-Legendre quadrature.
+
+    `order` nodes on each side of x = 0: exact for polynomials of degree 2·order − 1 on either
+    side, so a corner of f at x = 0 costs nothing, corners elsewhere do. f takes and returns
+    arrays. ValueError for k <= 0, a < 0 or values of f that are not finite.
+    """
+    d, a, k = finite("d", d), non_negative("a", a), positive("k", k)
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    x = np.asarray(a)[..., None] * (0.5 + 0.5 * nodes)
+    heights = finite("f(x)", f(x)) + finite("f(-x)", f(-x))
+    gap = 2.0 * np.asarray(d)[..., None] - heights
+    total: Values = k * a * (gap * (0.5 * weights)).sum(axis=-1)
+    return total
+
+
+def surface(beta: ArrayLike, *, gamma1: ArrayLike) -> Values:
+    """P_surf = −2 γ₁ sin β, Eq. (10); β = atan u'(a + 0), positive where the surface is pulled up.
+
+    Both ends of the contact together. ValueError for γ₁ < 0.
+    """
+    pull: Values = -2.0 * non_negative("gamma1", gamma1) * np.sin(finite("beta", beta))
+    return pull
+
+
+def surface_small_slope(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """−2 γ₁ u'(a + 0) = 2 √(k γ₁) u_a, the last term of Eq. (11) with the tail of Eq. (6).
+
+    Small slopes; also right at γ₁ = 0, where it vanishes. ValueError for k <= 0 or γ₁ < 0.
+    """
+    tension = np.sqrt(positive("k", k)) * np.sqrt(non_negative("gamma1", gamma1))
+    pull: Values = 2.0 * tension * finite("u_a", u_a)
+    return pull
+
+
+def total(
+    d: ArrayLike,
+    a: ArrayLike,
+    *,
+    f: Profile,
+    k: ArrayLike,
+    gamma1: ArrayLike,
+    order: int = 64,
+) -> Values:
+    """P = 2k ∫_0^a (d − f) dx − 2 γ₁ u'(a + 0), Eq. (11), for an even profile f.
+
+    The slope u'(a + 0) = −(d − f(a))/l is that of the tail, Eqs. (6) and (13), so a need not be
+    the equilibrium half-width. Quadrature and errors as in `elastic`.
+    """
+    d, a = finite("d", d), non_negative("a", a)
+    u_a = d - finite("f(a)", f(np.asarray(a)))
+    return elastic(d, a, f=f, k=k, order=order) + surface_small_slope(u_a, k=k, gamma1=gamma1)

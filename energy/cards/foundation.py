@@ -1,0 +1,25 @@
+"""The thin layer as a foundation of independent springs, Eqs. (2)-(3)."""
+
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import finite, positive, refuse
+from energy.cards._types import Values
+
+
+def modulus(E: ArrayLike, nu: ArrayLike) -> Values:
+    """Uniaxial modulus of the layer, Ẽ = E (1 − ν) / ((1 + ν)(1 − 2ν)), Eq. (2).
+
+    Valid for d ≪ h ≪ a. ValueError for E <= 0 or ν outside (−1, 1/2).
+    """
+    E, nu = positive("E", E), finite("nu", nu)
+    bad = (nu <= -1.0) | (nu >= 0.5)
+    refuse("nu", nu, bad, "must lie in (-1, 1/2): an incompressible thin layer has no finite Ẽ")
+    return E * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+
+
+def stiffness(E: ArrayLike, nu: ArrayLike, h: ArrayLike) -> Values:
+    """Stiffness per area k = Ẽ / h, Eq. (3) per unit area.
+
+    ValueError for E <= 0, h <= 0 or ν outside (−1, 1/2).
+    """
+    return modulus(E, nu) / positive("h", h)

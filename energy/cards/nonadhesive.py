@@ -1,0 +1,70 @@
+"""Contact without adhesion, w = 0, Eqs. (34)-(40): a layer under a stretched membrane.
+
+The surface leaves the indenter without a kink. Contact exists for d >= 0 (profiles with
+f(0) = 0), and the tension makes it narrower and stiffer.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import excess, finite, non_negative, positive
+from energy.cards._types import Values
+from energy.cards.contact_line import line_residual as _line_residual
+from energy.cards.tail import elastocapillary_length, slope_at_line
+
+_REMEDY = "without adhesion there is no contact, pass d >= 0"
+
+
+def interfacial_energy(gamma1: ArrayLike, gamma2: ArrayLike) -> Values:
+    """γ₁₂ = γ₁ + γ₂, Eq. (34): the interface that gives w = 0. ValueError for γ₁ < 0."""
+    return non_negative("gamma1", gamma1) + finite("gamma2", gamma2)
+
+
+def contact_angle() -> float:
+    """θ = π, Eq. (35)."""
+    return float(np.pi)
+
+
+def slope_jump(slope_a: ArrayLike, u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """f'(a) + (C/l) exp(−a/l) = f'(a) − u_a/l, Eq. (36): zero at equilibrium.
+
+    ValueError for k <= 0 or γ₁ <= 0.
+    """
+    return finite("slope_a", slope_a) + slope_at_line(u_a, k=k, gamma1=gamma1)
+
+
+def line_residual(
+    d: ArrayLike, f_a: ArrayLike, slope_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike
+) -> Values:
+    """f(a) − d + l f'(a), Eq. (37): zero at equilibrium. ValueError for k <= 0 or γ₁ < 0."""
+    return _line_residual(d, f_a, slope_a, k=k, gamma1=gamma1, w=0.0)
+
+
+def parabola_residual(
+    a: ArrayLike, d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
+) -> Values:
+    """a² + 2al − 2Rd, Eq. (38): 2R times `line_residual` of a parabola. ValueError for a < 0."""
+    a, ell = non_negative("a", a), elastocapillary_length(k, gamma1)
+    return a * (a + 2.0 * ell) - 2.0 * positive("R", R) * finite("d", d)
+
+
+def parabola_half_width(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """a = −l + √(2Rd + l²), Eq. (39), evaluated without the difference. ValueError for d < 0."""
+    d, ell = excess("d", finite("d", d), 0.0, _REMEDY), elastocapillary_length(k, gamma1)
+    chord = np.sqrt(2.0 * positive("R", R) * d)
+    total = ell + np.hypot(ell, chord)
+    a: Values = chord * (chord / (total + (total == 0.0)))
+    return a
+
+
+def parabola_force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """P = (2k/3R) ((2Rd + l²)^(3/2) − l³), Eq. (40), evaluated without the difference.
+
+    With b = √(2Rd + l²): b³ − l³ = 2Rd (b² + bl + l²)/(b + l). ValueError for d < 0.
+    """
+    d, ell = excess("d", finite("d", d), 0.0, _REMEDY), elastocapillary_length(k, gamma1)
+    k, R = positive("k", k), positive("R", R)
+    b = np.hypot(ell, np.sqrt(2.0 * R * d))
+    total = b + ell
+    force: Values = 4.0 * k * d * (b**2 + b * ell + ell**2) / (3.0 * (total + (total == 0.0)))
+    return force

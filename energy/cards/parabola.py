@@ -1,0 +1,121 @@
+"""Parabola f = x²/(2R), Eqs. (31)-(33), its force, energy and pull-off.
+
+The half-width is the free unknown on the whole metastable branch d >= −δ₀, down to a = 0. The
+force-controlled pull-off depends on Λ = l/√(R δ₀) and stops being a smooth minimum at Λ = 1.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import Array, excess, finite, non_negative, positive, unwrap
+from energy.cards._surface import joined
+from energy.cards._types import PullOff, Values
+from energy.cards.plane import critical_depth, critical_separation
+from energy.cards.tail import elastocapillary_length
+
+
+def _lengths(
+    R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> tuple[Array, Array, Array]:
+    """R, l and δ₀."""
+    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
+    return positive("R", R), unwrap(np.asarray(ell)), unwrap(np.asarray(delta0))
+
+
+def half_width(
+    d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """a = −l + √(l² + 2R (d + δ₀)), Eq. (33), evaluated without the difference.
+
+    ValueError for d < −δ₀, where the contact has let go.
+    """
+    R, ell, delta0 = _lengths(R, k, gamma1, w)
+    remedy = "the parabola has let go, pass d >= -sqrt(2w/k)"
+    chord = np.sqrt(2.0 * R * excess("d", finite("d", d), -delta0, remedy))
+    total = ell + np.hypot(ell, chord)
+    a: Values = chord * (chord / (total + (total == 0.0)))
+    return a
+
+
+def depth(a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """d = a (a + 2l)/(2R) − δ₀, Eq. (32) solved for the depth. ValueError for a < 0."""
+    R, ell, delta0 = _lengths(R, k, gamma1, w)
+    a = non_negative("a", a)
+    return a * (a + 2.0 * ell) / (2.0 * R) - delta0
+
+
+def displacement(
+    x: ArrayLike, *, d: ArrayLike, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """u = d − x²/(2R) in contact, (la/R − δ₀) exp(−(|x| − a)/l) outside, Eqs. (4), (6), (13).
+
+    ValueError for d < −δ₀.
+    """
+    x, a = finite("x", x), np.asarray(half_width(d, R=R, k=k, gamma1=gamma1, w=w))
+    R, ell, delta0 = _lengths(R, k, gamma1, w)
+    u_a = ell * a / R - delta0
+    return joined(x, a, u_a + (a - x) * (a + x) / (2.0 * R), u_a, ell)
+
+
+def force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """P at the depth d, Eq. (11) with a from Eq. (33). ValueError for d < −δ₀."""
+    a = half_width(d, R=R, k=k, gamma1=gamma1, w=w)
+    return force_of_width(a, R=R, k=k, gamma1=gamma1, w=w)
+
+
+def force_of_width(
+    a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = (2k/3R) ((a + l)³ − l³) − 2k δ₀ (a + l): Eq. (11) with d from Eq. (32).
+
+    ValueError for a < 0.
+    """
+    R, ell, delta0 = _lengths(R, k, gamma1, w)
+    a = non_negative("a", a)
+    pressed = a * (a**2 + 3.0 * ell * (a + ell)) / (3.0 * R)
+    return 2.0 * positive("k", k) * (pressed - delta0 * (a + ell))
+
+
+def energy(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """U = k (l δ₀² − (2δ₀/3R)((a + l)³ − l³) + (a²/R²)(2a³/15 + 2a²l/3 + 4al²/3 + l³)).
+
+    Springs, contact and free surface, adhesion; P = dU/dd. ValueError for d < −δ₀.
+    """
+    a = np.asarray(half_width(d, R=R, k=k, gamma1=gamma1, w=w))[()]
+    R, ell, delta0 = _lengths(R, k, gamma1, w)
+    cubes = a * (a**2 + 3.0 * ell * (a + ell))
+    shape = a**2 * (2.0 * a + 10.0 * ell) + 5.0 * ell**2 * (4.0 * a + 3.0 * ell)
+    pressed = (a / R) ** 2 * shape / 15.0
+    return positive("k", k) * (pressed - 2.0 * delta0 * cubes / (3.0 * R) + ell * delta0**2)
+
+
+def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:
+    """The most tensile state (P, d, a), where a load-controlled contact lets go.
+
+    Λ = l/√(R δ₀) <= 1: (a + l)² = R δ₀, d = −δ₀/2 − l²/(2R),
+    P = −(4/3) k √R δ₀^(3/2) − (2/3) k l³/R. Λ >= 1: a = 0, d = −δ₀, P = −2 √(2wγ₁). From dP/da
+    of `force_of_width`; the paper does not give it.
+    """
+    R, ell, delta0 = _lengths(R, k, gamma1, w)
+    k, reach = positive("k", k), np.sqrt(R) * np.sqrt(delta0)
+    smooth = reach >= ell
+    inner = -2.0 * k * (2.0 * reach * delta0 + ell**3 / R) / 3.0
+    force_min = np.where(smooth, inner, -2.0 * k * ell * delta0)
+    depth_min = np.where(smooth, -0.5 * (delta0 + ell**2 / R), -delta0)
+    a = np.maximum(reach - ell, 0.0)
+    return PullOff(unwrap(force_min), unwrap(depth_min), a)
+
+
+def adhesion_force(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """F_A = −P of `pull_off`: the largest pull the contact bears."""
+    return -pull_off(R=R, k=k, gamma1=gamma1, w=w).force
+
+
+def detachment_depth(*, k: ArrayLike, w: ArrayLike) -> Values:
+    """d = −δ₀, where a → 0 under displacement control."""
+    return critical_depth(k, w)
+
+
+def energy_released(*, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """2wl: what the two tails lose at `detachment_depth`, where `energy` jumps to 0."""
+    return 2.0 * non_negative("w", w) * elastocapillary_length(k, gamma1)

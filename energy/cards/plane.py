@@ -1,0 +1,18 @@
+"""Rigid plane f = 0, Eqs. (19)-(20): one separation at which every contact size is neutral."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import non_negative, positive
+from energy.cards._types import Values
+
+
+def critical_separation(k: ArrayLike, w: ArrayLike) -> Values:
+    """δ₀ = √(2w/k), Eq. (20); surface tension plays no part. ValueError for k <= 0 or w < 0."""
+    delta0: Values = np.sqrt(2.0 * (non_negative("w", w) / positive("k", k)))
+    return delta0
+
+
+def critical_depth(k: ArrayLike, w: ArrayLike) -> Values:
+    """d_c = −δ₀, Eq. (19): contact spreads for d > d_c, shrinks for d < d_c."""
+    return -critical_separation(k, w)

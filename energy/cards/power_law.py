@@ -1,0 +1,133 @@
+"""Power-law profile f = c|x|ⁿ, n >= 1: Eqs. (11) and (16) beyond the paper's n = 1 and 2.
+
+n = 1 is the wedge with tan δ = c, tip-pinned range included; n = 2 the parabola with
+R = 1/(2c). For n > 1 the line is free on the whole branch d >= −δ₀.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import Array, excess, finite, non_negative, positive, refuse, unwrap
+from energy.cards._surface import joined
+from energy.cards._types import Values
+from energy.cards.plane import critical_separation
+from energy.cards.tail import elastocapillary_length
+
+
+def _lengths(
+    c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> tuple[Array, float, Array, Array]:
+    """c, n, l and δ₀, checked."""
+    exponent = finite("n", n)
+    refuse("n", exponent, exponent < 1.0, "must be >= 1: a cusp has no small slopes")
+    if np.ndim(exponent) > 0:
+        raise ValueError(f"n = {n!r} must be one number: loop over exponents")
+    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
+    ell, delta0 = np.asarray(ell)[()], np.asarray(delta0)[()]
+    return positive("c", c), float(exponent), ell, delta0
+
+
+def _root(level: Array, n: float, ell: Array) -> Array:
+    """a >= 0 with a^(n−1) (a + nl) = level, for n > 1.
+
+    With a = t level^(1/n) and ρ = nl/level^(1/n): t^(n−1) (t + ρ) = 1. In ln t the logarithm of
+    the left side is convex and increasing, so Newton's steps from min(1, ρ^(−1/(n−1))), which is
+    never below the root, decrease to it. An a below the range of float64 is returned as 0.
+    """
+    with np.errstate(over="ignore", under="ignore", divide="ignore"):
+        scale = level ** (1.0 / n)
+        rho = np.where(level > 0.0, n * ell / (scale + (level == 0.0)), 0.0)
+        start = np.maximum(rho, 1.0) ** (-1.0 / (n - 1.0))
+    vanishing = start < np.finfo(np.float64).tiny
+    t, rho = np.where(vanishing, 1.0, start), np.where(vanishing, 0.0, rho)
+    for _ in range(100):
+        misfit = np.log(t ** (n - 1.0) * (t + rho))
+        t = t * np.exp(-misfit / (n - 1.0 + t / (t + rho)))
+        if np.all(np.abs(misfit) <= 8 * np.finfo(np.float64).eps):
+            return unwrap(np.where(vanishing, 0.0, t * scale))
+    raise RuntimeError(f"no half-width after 100 steps for n = {n}: rescale the units")
+
+
+def _state(d: ArrayLike, c: Array, n: float, ell: Array, delta0: Array) -> tuple[Array, Array]:
+    """Half-width and displacement of the contact line at depth d."""
+    depth, remedy = finite("d", d), "the contact has let go, pass d >= detachment_depth(...)"
+    if n > 1.0:
+        a = _root(excess("d", depth, -delta0, remedy) / c, n, ell)
+        return a, ell * n * c * a ** (n - 1.0) - delta0
+    q = ell * c - delta0
+    excess("d", depth, np.minimum(q, 0.0), remedy, scale=ell * c)
+    return np.maximum(depth - q, 0.0) / c, np.minimum(depth, q)
+
+
+def half_width(
+    d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """a of c aⁿ + l n c a^(n−1) = d + δ₀, Eq. (16); 0 for n = 1 pinned at the tip.
+
+    ValueError below `detachment_depth`.
+    """
+    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    return _state(d, c, n, ell, delta0)[0]
+
+
+def depth(
+    a: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """d = c aⁿ + l n c a^(n−1) − δ₀, Eq. (16). ValueError for a < 0."""
+    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    a = non_negative("a", a)
+    return c * a ** (n - 1.0) * (a + n * ell) - delta0
+
+
+def displacement(
+    x: ArrayLike,
+    *,
+    d: ArrayLike,
+    c: ArrayLike,
+    n: float,
+    k: ArrayLike,
+    gamma1: ArrayLike,
+    w: ArrayLike,
+) -> Values:
+    """u = d − c|x|ⁿ in contact, u_a exp(−(|x| − a)/l) outside, Eqs. (4), (6), (13).
+
+    u_a = l n c a^(n−1) − δ₀; u_a = d for n = 1 pinned at the tip. Errors as `half_width`.
+    """
+    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    x, (a, u_a) = finite("x", x), _state(d, c, n, ell, delta0)
+    return joined(x, a, finite("d", d) - c * np.abs(x) ** n, u_a, ell)
+
+
+def force(
+    d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = 2k ((a + l) u_a + c a^(n+1) n/(n + 1)), Eq. (11), u_a as in `displacement`."""
+    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    a, u_a = _state(d, c, n, ell, delta0)
+    pressed = c * a ** (n + 1.0) * (n / (n + 1.0))
+    return 2.0 * positive("k", k) * (pressed + (a + ell) * u_a)
+
+
+def energy(
+    d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """U = ∫_{−a}^{a} (k/2 (d − f)² + γ₁/2 f'²) dx + k l u_a² − 2wa, in closed form.
+
+    With s = l n c a^(n−1), v = c aⁿ n: U = k (l u_a² + a s (s − 2δ₀) + 2 a u_a v/(n + 1)
+    + 2 a v²/((n + 1)(2n + 1)) + a s²/(2n − 1)). P = dU/dd. Errors as `half_width`.
+    """
+    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    a, u_a = _state(d, c, n, ell, delta0)
+    s, v = ell * n * c * a ** (n - 1.0), c * a**n * n
+    springs = 2.0 * v * (u_a + v / (2.0 * n + 1.0)) / (n + 1.0)
+    lines = s * (s - 2.0 * delta0) + s**2 / (2.0 * n - 1.0)
+    return positive("k", k) * (a * (springs + lines) + ell * u_a**2)
+
+
+def detachment_depth(
+    *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """d where a → 0 under displacement control: −δ₀ for n > 1, min(lc − δ₀, 0) for n = 1."""
+    c, n, ell, delta0 = _lengths(c, n, k, gamma1, w)
+    least: Values = -delta0 if n > 1.0 else np.minimum(ell * c - delta0, 0.0)
+    return least

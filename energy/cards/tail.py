@@ -1,0 +1,58 @@
+"""The free surface outside the contact, Eqs. (5)-(7) and (13).
+
+γ₁ u'' = k u holds there; the solution that is flat far away decays over the elastocapillary
+length l and is fixed by its value u_a at the contact line.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import excess, finite, non_negative, positive, refuse
+from energy.cards._surface import joined
+from energy.cards._types import Values
+
+
+def elastocapillary_length(k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """l = √(γ₁/k), Eq. (7). ValueError for k <= 0 or γ₁ < 0."""
+    ell: Values = np.sqrt(non_negative("gamma1", gamma1) / positive("k", k))
+    return ell
+
+
+def displacement(
+    x: ArrayLike, *, a: ArrayLike, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike
+) -> Values:
+    """u = u_a exp(−(|x| − a)/l) for |x| >= a: Eq. (6) with its amplitude from Eq. (13).
+
+    Without surface tension the springs beyond |x| = a stay undeformed. ValueError for |x| < a.
+    """
+    x, a, u_a = finite("x", x), non_negative("a", a), finite("u_a", u_a)
+    excess("abs(x)", np.abs(x), a, "the tail starts at the contact line, pass |x| >= a")
+    return joined(x, a, u_a, u_a, np.asarray(elastocapillary_length(k, gamma1)))
+
+
+def slope_at_line(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """u'(a + 0) = −u_a/l, from Eqs. (6) and (13). ValueError for γ₁ = 0: a step has no slope."""
+    return -finite("u_a", u_a) / elastocapillary_length(k, positive("gamma1", gamma1))
+
+
+def amplitude(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """C = −u_a exp(a/l) of Eqs. (6) and (13).
+
+    ValueError for γ₁ = 0, and for a/l > 700 where C leaves the range of float64.
+    """
+    u_a, ratio = (
+        finite("u_a", u_a),
+        non_negative("a", a) / elastocapillary_length(k, positive("gamma1", gamma1)),
+    )
+    ratio = finite("a/l", ratio)
+    refuse("a/l", ratio, ratio > 700.0, "makes exp(a/l) overflow: use displacement, without C")
+    return -u_a * np.exp(ratio)
+
+
+def energy(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """Energy of one tail, ∫ (k/2 u² + γ₁/2 u'²) dx = ½ √(k γ₁) u_a², from Eq. (6).
+
+    ValueError for k <= 0 or γ₁ < 0.
+    """
+    u_a = finite("u_a", u_a)
+    return 0.5 * np.sqrt(positive("k", k)) * np.sqrt(non_negative("gamma1", gamma1)) * u_a**2

@@ -1,0 +1,143 @@
+"""Wedge f = |x| tan δ, Eqs. (24)-(30), and what they leave out.
+
+Eqs. (25)-(29) describe a contact line that is free to move, a > 0, that is d > q with
+q = l tan δ − δ₀. Blunt wedges, tan δ <= α = √(2w/γ₁), have q <= 0 and let go at d = q, a = 0.
+Sharp wedges, tan δ > α, have q > 0: for 0 < d < q the line stays pinned at the tip, a = 0 and
+P = 2kld, where Eqs. (25)-(27) do not hold; they never pull, and let go at d = 0.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import Array, excess, finite, non_negative, positive, refuse, wedge_slope
+from energy.cards._surface import joined
+from energy.cards._types import PullOff, Values
+from energy.cards.plane import critical_separation
+from energy.cards.tail import elastocapillary_length
+
+
+def _lengths(
+    delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> tuple[Array, Array, Array]:
+    """tan δ, l and q = l tan δ − δ₀: displacement of a free contact line, and its least depth."""
+    slope, ell = wedge_slope(delta), np.asarray(elastocapillary_length(k, gamma1))
+    return slope, ell[()], ell * slope - critical_separation(k, w)
+
+
+def _state(d: ArrayLike, slope: Array, ell: Array, q: Array) -> tuple[Array, Array]:
+    """Half-width and displacement of the contact line at depth d, free or pinned at the tip."""
+    depth, least = finite("d", d), np.minimum(q, 0.0)
+    remedy = "the wedge has let go, pass d >= detachment_depth(...)"
+    excess("d", depth, least, remedy, scale=ell * slope)
+    return np.maximum(depth - q, 0.0) / slope, np.minimum(depth, q)
+
+
+def half_width(
+    d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """a = (d + δ₀)/tan δ − l, Eq. (25); 0 while the line is pinned at the tip.
+
+    ValueError below `detachment_depth`.
+    """
+    slope, ell, q = _lengths(delta, k, gamma1, w)
+    return _state(d, slope, ell, q)[0]
+
+
+def depth(
+    a: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """d = a tan δ − δ₀ + l tan δ, Eq. (28), of a free line; a = 0 gives its least depth q."""
+    slope, _, q = _lengths(delta, k, gamma1, w)
+    return non_negative("a", a) * slope + q
+
+
+def displacement(
+    x: ArrayLike, *, d: ArrayLike, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """u = d − |x| tan δ in contact, u_a exp(−(|x| − a)/l) outside.
+
+    u_a = l tan δ − δ₀, Eq. (26), on a free line; u_a = d while it is pinned at the tip.
+    ValueError below `detachment_depth`.
+    """
+    slope, ell, q = _lengths(delta, k, gamma1, w)
+    x, (a, u_a) = finite("x", x), _state(d, slope, ell, q)
+    return joined(x, a, u_a + slope * (a - np.abs(x)), u_a, ell)
+
+
+def force(
+    d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = 2k (ad − a² tan δ/2) + 2kl (l tan δ − δ₀), Eq. (27); P = 2kld pinned at the tip.
+
+    Eq. (27) taken at a = 0 would give a force that does not depend on d: it holds for a free
+    line only. ValueError below `detachment_depth`.
+    """
+    slope, ell, q = _lengths(delta, k, gamma1, w)
+    a, u_a = _state(d, slope, ell, q)
+    return positive("k", k) * (slope * a**2 + 2.0 * (a + ell) * u_a)
+
+
+def force_of_width(
+    a: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = k (a² tan δ + 2 (a + l)(l tan δ − δ₀)), Eq. (29), of a free line. ValueError for a < 0.
+
+    At a = 0 the force of a sharp wedge at the deep end of its pinned range.
+    """
+    slope, ell, q = _lengths(delta, k, gamma1, w)
+    a = non_negative("a", a)
+    return positive("k", k) * (slope * a**2 + 2.0 * (a + ell) * q)
+
+
+def energy(
+    d: ArrayLike, *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """U = k (a³ tan²δ/3 + u_a (a + 2l) a tan δ + l u_a²), u_a as in `displacement`.
+
+    Springs, contact and free surface, adhesion; P = dU/dd. ValueError below `detachment_depth`.
+    """
+    slope, ell, q = _lengths(delta, k, gamma1, w)
+    a, u_a = _state(d, slope, ell, q)
+    rise = slope * a
+    return positive("k", k) * (a * rise**2 / 3.0 + u_a * (a + 2.0 * ell) * rise + ell * u_a**2)
+
+
+def adhesion_force(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """F_A = 2w/tan δ − γ₁ tan δ, Eq. (30), under load control; for tan δ <= α only.
+
+    ValueError for tan δ > α: Eq. (29) then rises from a = 0 on, its stationary point lies at
+    a < 0, and the modulus in Eq. (30) turns a wedge that never pulls into an adhesive one.
+    """
+    slope, ell, q = _lengths(delta, k, gamma1, w)
+    delta0 = critical_separation(k, w)
+    remedy = "is beyond tan δ = √(2w/γ₁): Eq. (30) fails, pass a blunter wedge or use pull_off"
+    refuse("delta", np.arctan(slope), q > 0.0, remedy)
+    return positive("k", k) * (-q * (delta0 + ell * slope)) / slope
+
+
+def pull_off(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:
+    """The most tensile state: (P, d, a) = (−F_A, 0, δ₀/tan δ − l), the minimum of Eq. (29).
+
+    It lies at d = 0, the depth of first touch. A sharp wedge, tan δ > α, never pulls: (0, 0, 0).
+    """
+    slope, ell, q = _lengths(delta, k, gamma1, w)
+    delta0 = critical_separation(k, w)
+    force_min = positive("k", k) * np.minimum(q, 0.0) * (delta0 + ell * slope) / slope
+    return PullOff(force_min, np.zeros_like(force_min)[()], np.maximum(-q, 0.0) / slope)
+
+
+def detachment_depth(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """d where a → 0 under displacement control: min(l tan δ − δ₀, 0).
+
+    `energy` there, k l d², is what the tails release.
+    """
+    least: Values = np.minimum(_lengths(delta, k, gamma1, w)[2], 0.0)
+    return least
+
+
+def tip_pinned_depths(
+    *, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> tuple[Values, Values]:
+    """(0, l tan δ − δ₀), the depths with a = 0 pinned at the tip; (0, 0), empty, if tan δ <= α."""
+    upper = np.maximum(_lengths(delta, k, gamma1, w)[2], 0.0)
+    return 0.0 * upper, upper

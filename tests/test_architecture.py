@@ -1,0 +1,103 @@
+"""What may import what, what an import costs, and that the README's commands are the CI's."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("energy", "discretization", "studies")
+LAZY = {"cvxpy", "matplotlib"}
+
+
+def modules(package):
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def imported(path):
+    """(module, names, inside a function) of each import statement."""
+    tree = ast.parse(path.read_text("utf-8"))
+    nested = {
+        id(node)
+        for function in ast.walk(tree)
+        if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        for node in ast.walk(function)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, (), id(node) in nested
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            yield node.module, tuple(a.name for a in node.names), id(node) in nested
+
+
+@pytest.mark.parametrize(
+    ("package", "may_use"),
+    [
+        ("energy", {"energy"}),
+        ("discretization", {"energy", "discretization"}),
+        ("studies", set(PACKAGES)),
+    ],
+)
+def test_imports_run_down_only(package, may_use):
+    paths = modules(package)
+    assert paths
+    for path in paths:
+        for module, _, _ in imported(path):
+            top = module.split(".")[0]
+            assert top not in set(PACKAGES) - may_use, f"{path} imports {module}"
+
+
+def test_the_minimisers_never_see_the_closed_forms():
+    for path in modules("discretization"):
+        for module, names, _ in imported(path):
+            assert "cards" not in module.split("."), f"{path} imports {module}"
+            assert "cards" not in names, f"{path} imports cards"
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            assert not (isinstance(node, ast.Attribute) and node.attr == "cards"), path
+
+
+def test_only_cvxpy_and_matplotlib_are_imported_inside_functions():
+    for package in PACKAGES:
+        for path in modules(package):
+            for module, _, nested in imported(path):
+                top = module.split(".")[0]
+                assert nested == (top in LAZY), f"{path}: {module}"
+
+
+def test_plain_use_loads_neither_cvxpy_nor_matplotlib():
+    code = "import sys, energy, discretization; print(*sys.modules)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.split(".")[0] for name in out.stdout.split()}
+    assert "numpy" in loaded
+    assert not loaded & LAZY
+
+
+def test_every_package_is_listed_for_installation():
+    listed = (ROOT / "pyproject.toml").read_text("utf-8")
+    for package in PACKAGES:
+        for path in {p.parent for p in modules(package)}:
+            name = ".".join(path.relative_to(ROOT).parts)
+            assert f'"{name}"' in listed, f"{name} is missing in pyproject.toml"
+
+
+def readme_commands():
+    text = (ROOT / "README.md").read_text("utf-8")
+    return [b.strip() for b in re.findall(r"```sh\n(.*?)```", text, re.DOTALL)][:2]
+
+
+def test_the_readme_commands_exist_and_ci_runs_the_second():
+    main_job, tests = readme_commands()
+    assert "-m studies verify" in main_job
+    assert "-m pytest" in tests
+    for command in (main_job, tests):
+        assert "venv" in command
+        assert "pip install" in command
+    assert (ROOT / "studies" / "verify.py").exists()
+    assert "README.md" in (ROOT / ".ci" / "run").read_text("utf-8")

@@ -1,0 +1,189 @@
+"""Layer, surfaces, indenters, scene: formulas, composition, refusals."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scenes import adhesive
+
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Plane,
+    PowerLaw,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+    cards,
+    terms,
+)
+
+LAYER, SURFACES = ElasticLayer(4.2e3, 0.41, 3e-4), SurfaceEnergies(0.04, 0.03, 0.065)
+
+
+def test_layer_and_surface_formulas():
+    E, nu, h = 4.2e3, 0.41, 3e-4
+    lame, shear = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+    assert LAYER.modulus == pytest.approx(lame + 2 * shear, rel=1e-14)
+    assert LAYER.stiffness == pytest.approx((lame + 2 * shear) / h, rel=1e-14)
+    w = SURFACES.work_of_adhesion
+    assert w == pytest.approx(0.005, rel=1e-12)
+    balance = 0.065 + 0.04 * math.cos(SURFACES.contact_angle) - 0.03  # Eq. (8)
+    assert abs(balance) <= 1e-16
+    assert SURFACES.small_slope_deficit == pytest.approx(math.sqrt(2 * w / 0.04), rel=1e-14)
+
+
+def test_the_exact_angle_keeps_its_digits_for_a_vanishing_work_of_adhesion():
+    s = SurfaceEnergies.from_work(0.3, 3e-19)
+    assert s.angle_deficit == pytest.approx(math.sqrt(2e-18), rel=1e-12)
+    assert SurfaceEnergies.from_work(0.3, 0.6).contact_angle == pytest.approx(0, abs=1e-7)
+
+
+def test_no_adhesion_means_a_smooth_surface():
+    s = SurfaceEnergies(0.07, 0.03, 0.1)  # Eq. (34), a sum that vanishes to rounding only
+    assert s.work_of_adhesion == 0
+    assert s.contact_angle == math.pi
+    assert SurfaceEnergies.from_work(0.07, 1e-30).work_of_adhesion == 1e-30
+
+
+SHAPES = [
+    Plane(),
+    FlatPunch(0.7),
+    Wedge(0.2),
+    Parabola(3.0),
+    PowerLaw(0.4, 2.6),
+    Sampled(np.linspace(-1, 1, 41), np.cos(3 * np.linspace(-1, 1, 41))),
+    Sampled(np.linspace(-1, 1, 41), np.cos(3 * np.linspace(-1, 1, 41)), kind="smooth"),
+    Profile(lambda x: np.cosh(x), lambda x: np.sinh(x)),
+    Parabola(3.0).shifted(0.31).tilted(-0.2) + Wedge(0.1).shifted(-0.2),
+]
+
+
+@pytest.mark.parametrize("indenter", SHAPES, ids=lambda i: type(i).__name__)
+def test_slope_is_the_derivative_of_height(indenter):
+    x, step = np.array([-0.537, -0.213, 0.117, 0.389, 0.633]), 1e-5
+    difference = (indenter.height(x + step) - indenter.height(x - step)) / (2 * step)
+    assert np.allclose(indenter.slope(x), difference, atol=1e-8)
+
+
+def test_smooth_samples_converge_to_the_function():
+    errors = []
+    for n in (41, 81, 161, 321):
+        x = np.linspace(-1, 2, n)
+        s = Sampled(x, np.sin(3 * x), kind="smooth")
+        at = np.linspace(-1, 2, 5001)
+        errors.append(np.abs(s.height(at) - np.sin(3 * at)).max())
+        assert np.array_equal(s.height(x[1:-1]), s.z[1:-1])
+    order = -np.polyfit(np.log([41, 81, 161, 321]), np.log(errors), 1)[0]
+    assert order >= 3.8
+    assert errors[-1] <= 1e-7
+
+
+def test_composition_keeps_track_of_apex_corners_and_walls():
+    punch = FlatPunch(2.0).shifted(0.5)
+    assert punch.extent == (-1.5, 2.5)
+    assert punch.walls == (-1.5, 2.5)
+    assert punch.tilted(0.1).apex is None
+    assert np.isinf(punch.height(2.6))
+    assert np.isnan(punch.slope(2.6))
+    assert punch.height(2.5) == 0
+    both = Wedge(0.1) + Parabola(2.0)
+    assert both.apex == 0
+    assert both.symmetric
+    assert list(both.corners) == [0.0]
+    rough = Sampled([-3.0, 0.0, 3.0], [0.1, 0.0, 0.1]) + FlatPunch(2.0)
+    assert rough.extent == (-2.0, 2.0)
+    assert rough.walls == (-2.0, 2.0)
+    assert Wedge(0.1).shifted(0.4).apex == 0.4
+
+
+def test_densities_and_their_derivatives():
+    s, step = np.array([-2.0, -0.3, 0.0, 0.05, 1.7]), 1e-5
+    for slopes in terms.SLOPES:
+        at = [terms.surface(s + i * step, gamma1=0.3, slopes=slopes) for i in (-1, 0, 1)]
+        assert np.allclose((at[2].value - at[0].value) / (2 * step), at[1].first, atol=1e-9)
+        assert np.allclose((at[2].first - at[0].first) / (2 * step), at[1].second, atol=1e-9)
+    tiny = np.array([1e-9])
+    small, finite = (terms.surface(tiny, gamma1=0.3, slopes=k).value for k in terms.SLOPES)
+    assert finite == pytest.approx(small, rel=1e-15)
+    flat = terms.contact(0.0, gamma1=0.3, w=0.1)
+    assert flat == terms.contact(0.0, gamma1=0.3, w=0.1, slopes="finite") == -0.1
+
+
+def test_scene_lengths_and_validity():
+    scene = Scene(LAYER, SURFACES, Parabola(0.01))
+    k, w = LAYER.stiffness, SURFACES.work_of_adhesion
+    assert scene.elastocapillary_length == pytest.approx(
+        cards.tail.elastocapillary_length(k, 0.04), rel=1e-14
+    )
+    assert scene.critical_separation == pytest.approx(
+        cards.plane.critical_separation(k, w), rel=1e-14
+    )
+    report = {a.name: a for a in scene.validity(1e-6, 1e-2, 0.05)}
+    assert report["d/h"].holds
+    assert report["h/a"].holds
+    assert report["h/a"].value == pytest.approx(0.03)
+    assert not report["2w/γ₁"].holds
+    assert "VIOLATED" in str(report["2w/γ₁"])
+    assert not {a.name: a for a in scene.validity(1e-6, 1e-4, 0.5)}["slope"].holds
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        scene.slopes = "finite"
+
+
+X = [0.0, 1.0, 2.0, 3.0]
+REFUSED = [
+    (lambda: ElasticLayer(-1.0, 0.3, 1.0), "E = -1.0"),
+    (lambda: ElasticLayer(math.nan, 0.3, 1.0), "E = nan"),
+    (lambda: ElasticLayer(1.0, 0.5, 1.0), "nu = 0.5"),
+    (lambda: ElasticLayer(1.0, -1.0, 1.0), "nu = -1.0"),
+    (lambda: ElasticLayer(1.0, 0.3, 0.0), "h = 0.0"),
+    (lambda: ElasticLayer("1 kPa", 0.3, 1.0), "E = '1 kPa'"),
+    (lambda: ElasticLayer("1000", 0.3, 1.0), "E = '1000'"),
+    (lambda: SurfaceEnergies(-0.1, 0.1, 0.0), "gamma1 = -0.1"),
+    (lambda: SurfaceEnergies(0.1, 0.1, 0.3), "gamma12 = 0.3"),
+    (lambda: SurfaceEnergies.from_work(0.1, -0.2), "w = -0.2"),
+    (lambda: SurfaceEnergies.from_work(0.1, 0.3).contact_angle, "w = 0.3"),
+    (lambda: SurfaceEnergies.from_work(0.0, 0.3).small_slope_deficit, "gamma1 = 0"),
+    (lambda: FlatPunch(0.0), "half_width = 0.0"),
+    (lambda: Wedge(0.0), "delta = 0.0"),
+    (lambda: Wedge(math.pi / 2), "delta"),
+    (lambda: Parabola(math.inf), "R = inf"),
+    (lambda: PowerLaw(1.0, 0.5), "n = 0.5"),
+    (lambda: PowerLaw(-1.0, 2.0), "c = -1.0"),
+    (lambda: Sampled(X[::-1], X), "sort the samples"),
+    (lambda: Sampled(X, [0.0, 1.0, math.nan, 2.0]), "z[2] = nan"),
+    (lambda: Sampled(X, X[:-1]), "shapes"),
+    (lambda: Sampled(X[:2], X[:2], kind="smooth"), "at least 3"),
+    (lambda: Sampled(X, X, kind="wavy"), "'linear', 'smooth'"),
+    (lambda: Profile(1.0, np.sin), "height = 1.0"),
+    (lambda: Profile(np.cos, np.sin, extent=(1, -1)), "extent"),
+    (lambda: Profile(np.cos, np.sin, corners=(1.0, 0.0)), "corners"),
+    (lambda: Parabola(1.0).shifted(math.nan), "x0 = nan"),
+    (lambda: FlatPunch(1.0) + FlatPunch(1.0).shifted(3.0), "no common points"),
+    (lambda: Scene(LAYER, SURFACES, "sphere"), "indenter = 'sphere'"),
+    (lambda: Scene(SURFACES, LAYER, Plane()), "layer"),
+    (lambda: Scene(LAYER, SURFACES, Plane(), slopes="large"), "'small', 'finite'"),
+    (
+        lambda: Scene(LAYER, SurfaceEnergies.from_work(1.0, 2.1), Plane(), slopes="finite"),
+        "exceeds 2 gamma1",
+    ),
+]
+
+
+@pytest.mark.parametrize(("build", "says"), REFUSED, ids=[says for _, says in REFUSED])
+def test_bad_input_is_refused_with_name_value_and_remedy(build, says):
+    with pytest.raises(ValueError) as error:  # noqa: PT011 (the message is what is tested)
+        build()
+    assert says in str(error.value)
+    assert len(str(error.value)) > len(says) + 15
+
+
+def test_scene_helper_uses_no_unit_parameter():
+    scene = adhesive(Parabola(0.02))
+    assert 1.0 not in (scene.stiffness, scene.gamma1, scene.layer.h, scene.work_of_adhesion)
