@@ -62,7 +62,11 @@ def recover(
     ends = np.isin(known, np.union1d(used, used + 1) if used.size else [0])
     at = known[ends].tolist()
     force, energy = (_polynomial(at, v[ends].tolist(), zeta - lattice.edge) for v in values)
-    return Line(lattice.x(node + side * zeta), force, energy, pinned)
+    x = float(lattice.x(node + side * zeta))
+    if pinned:  # the corner itself, not its position rounded on the lattice
+        corners_x = np.asarray(indenter.corners, float)
+        x = float(corners_x[np.argmin(np.abs(corners_x - x))])
+    return Line(min(max(x, indenter.extent[0]), indenter.extent[1]), force, energy, pinned)
 
 
 def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> Array:
