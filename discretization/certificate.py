@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from discretization.fronts import Contact, Region, blocks, heights
 from discretization.lattice import Lattice, NodalEnergy
-from energy import Indenter, terms
+from energy import Indenter
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-9
@@ -78,42 +78,73 @@ class Certificate:
         return tuple(n for n in names if not getattr(self, n) <= self.tolerance)
 
 
+class _Half(NamedTuple):
+    """Sums over the contact nodes from its middle (half a node there) outwards to one end."""
+
+    squares: float
+    steps: float
+    total: float
+    size: float
+    reactions: float
+    middle_pull: float
+    weakest: float
+    end: float
+
+
 def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contact) -> Sums:
-    """Energy and force of the contact set first..last with u = g there and exact tails."""
+    """Energy and force of the contact set first..last with u = g there and exact tails.
+
+    The terms are those of `NodalEnergy`, summed in blocks that stay in the cache; of a symmetric
+    contact only one half is visited.
+    """
     lat, (first, last) = lattice, contact[:2]
-    dx, c = lat.spacing, lat.end_stiffness
-    springs = surface = force = reactions = size = 0.0
-    weakest, strain_before = math.inf, 0.0
-    for node, f in blocks(lat, indenter, first, last):
-        g, strain = depth - f, np.diff(f) / -dx
-        own = g if node == first else g[1:]  # blocks share one node
-        density = terms.spring(own, k=lat.k)
-        tension = terms.surface(strain, gamma1=lat.gamma1)
-        springs += dx * float(density.value.sum())
-        surface += dx * float(tension.value.sum())
-        force += dx * float(density.first.sum())
-        size += dx * float(np.abs(density.first).sum())
-        before = c * g[0] if node == first else strain_before
-        pull = np.concatenate([[before], tension.first])  # links left of nodes node..end
-        inner = dx * lat.k * g[:-1] + pull[:-1] - pull[1:]
-        reactions += float(inner.sum())
-        body = inner[1:] if node == first else inner
-        weakest = min(weakest, float(body.min(initial=math.inf)))
-        strain_before, u_last = float(pull[-1]), float(g[-1])
-        if node == first:
-            u_first = float(g[0])
-    reactions += lat.spring * u_last + strain_before + c * u_last
+    middle = (first + last) // 2
+    right = _half(lat, indenter, depth, middle, last)
+    mirror = indenter.symmetric and first + last == 2 * middle and lat.x(middle) == indenter.apex
+    left = right if mirror else _half(lat, indenter, depth, middle, first)
+    tails = abs(left.end) + abs(right.end)
     adhesive = last - first if lat.gamma1 else last - first + 1
+    weakest = min(left.weakest, right.weakest)
+    if first < middle < last:
+        weakest = min(weakest, left.middle_pull + right.middle_pull)
     return Sums(
-        springs,
-        surface,
-        -lat.w * dx * adhesive,
-        c / 2 * (u_first**2 + u_last**2),
-        force + lat.tail_force * (u_first + u_last),
-        reactions,
-        weakest,
-        size + lat.tail_force * (abs(u_first) + abs(u_last)),
+        springs=lat.spring / 2 * (left.squares + right.squares),
+        surface=lat.link / 2 * (left.steps + right.steps),
+        adhesion=-lat.w * lat.spacing * adhesive,
+        tails=lat.end_stiffness / 2 * (left.end**2 + right.end**2),
+        force=lat.spring * (left.total + right.total) + lat.tail_force * (left.end + right.end),
+        force_by_reactions=left.reactions + right.reactions,
+        weakest=weakest,
+        force_scale=lat.spring * (left.size + right.size) + lat.tail_force * tails,
     )
+
+
+def _half(lat: Lattice, indenter: Indenter, depth: float, middle: int, end: int) -> _Half:
+    squares = steps = total = size = reactions = middle_pull = 0.0
+    weakest, before = math.inf, 0.0
+    for node, f in blocks(lat, indenter, middle, end):
+        g, step = depth - f, f[:-1] - f[1:]
+        own = g[1:]  # blocks share their first node
+        if node == middle:
+            half = float(g[0]) / 2
+            squares, total, size = half * g[0], half, abs(half)
+            middle_pull = lat.spring * half - lat.link * float(step[:1].sum())
+        squares += float(own @ own)
+        steps += float(step @ step)
+        total += float(own.sum())
+        size += float(np.abs(own).sum())
+        if step.size:
+            pull = lat.spring * g[:-1]
+            pull -= lat.link * step
+            pull[1:] += lat.link * step[:-1]
+            pull[0] = middle_pull if node == middle else pull[0] + lat.link * before
+            reactions += float(pull.sum())
+            weakest = min(weakest, float(pull[1 if node == middle else 0 :].min(initial=math.inf)))
+            before = float(step[-1])
+    u = float(g[-1])
+    last_pull = middle_pull if middle == end else lat.spring * u + lat.link * before
+    reactions += last_pull + lat.end_stiffness * u
+    return _Half(squares, steps, total, size, reactions, middle_pull, weakest, u)
 
 
 def certify(

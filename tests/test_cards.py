@@ -3,6 +3,7 @@
 What is held fixed is imposed (material, geometry, depth); no expected number comes from a run.
 """
 
+import inspect
 import itertools
 from typing import Any, NamedTuple
 
@@ -311,3 +312,88 @@ def test_against_fifty_digits(kind, alpha):
         pull = 2 * k * ((a + case.ell) * depth + case.delta0 * loss)
         check(case("force", case.d), force, 2e-14, 0 if bare else pull)
         check(case("energy", case.d), energy, 2e-14, 0 if bare else stored)
+
+
+# Arguments in SI with the powers of (force, length) in their units; none of them is 1.
+VALUES = {
+    "E": (8.3e3, 1, -2), "R": (0.013, 0, 1), "a": (2.1e-3, 0, 1), "beta": (0.05, 0, 0),
+    "c": (3.3, 0, -0.5), "d": (3.4e-5, 0, 1), "delta": (0.2, 0, 0), "f_a": (1.7e-5, 0, 1),
+    "gamma1": (0.031, 1, -1), "gamma12": (0.047, 1, -1), "gamma2": (0.021, 1, -1),
+    "h": (1.3e-3, 0, 1), "k": (1.1e7, 1, -3), "n": (1.5, 0, 0), "nu": (0.4, 0, 0),
+    "slope_a": (0.11, 0, 0), "slope_f": (0.07, 0, 0), "slope_u": (0.23, 0, 0),
+    "theta": (2.9, 0, 0), "u_a": (-2.3e-5, 0, 1), "w": (4.3e-3, 1, -1), "x": (2.2e-3, 0, 1),
+}  # fmt: skip
+FUNCTIONS = {
+    f"{module}.{name}": function
+    for module in set(cards.__all__) - {"PullOff"}
+    for name, function in inspect.getmembers(getattr(cards, module), inspect.isfunction)
+    if function.__module__ == f"energy.cards.{module}" and name[0] != "_"
+}
+
+
+def call(function, F=1.0, L=1.0, **overrides):
+    """The function at VALUES, in units of force and length F and L times smaller."""
+    values = {s: v * F**p * L**q for s, (v, p, q) in VALUES.items()}
+    values = {"f": lambda x: x**2 / (0.026 * L), **values, **overrides}
+    used = inspect.signature(function).parameters
+    first = [values[s] for s, p in used.items() if p.kind != p.KEYWORD_ONLY]
+    keywords = {s: values[s] for s, p in used.items() if p.kind == p.KEYWORD_ONLY and s in values}
+    return function(*first, **keywords)
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_units_arrays_and_nan(name):
+    function = FUNCTIONS[name]
+    plain = np.ravel(call(function))
+    for units in ({"F": 1e6}, {"L": 1e3}):
+        scaled = np.ravel(call(function, **units))
+        assert ((scaled == 0) == (plain == 0)).all()
+        powers = np.log((scaled / plain)[plain != 0]) / np.log(*units.values())
+        check(powers, np.round(powers), 1e-13, 1)
+    for s in set(inspect.signature(function).parameters) - {"order"}:
+        with pytest.raises(ValueError, match=rf"\b{s}\b.* finite"):
+            call(function, **{s: (lambda x: np.nan * x) if s == "f" else np.nan})
+        if s not in ("n", "f"):
+            pair = VALUES[s][0] * np.array([1, 1.001])
+            scalars = np.array([np.ravel(call(function, **{s: v})) for v in pair]).T
+            arrays = [np.broadcast_to(v, 2) for v in np.atleast_2d(call(function, **{s: pair}))]
+            check(arrays, scalars, 1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "message"),
+    [
+        ("tail.elastocapillary_length", {"k": 0.0}, "k = 0.0 must be > 0: pass .* Ẽ/h"),
+        ("tail.energy", {"gamma1": -0.5}, "gamma1 = -0.5 must be >= 0: pass the surface tension"),
+        ("tail.displacement", {"x": 2e-3}, r"abs\(x\) = 0.002 is below 0.0021: .* \|x\| >= a"),
+        ("tail.slope_at_line", {"gamma1": 0.0}, "gamma1 = 0.0 must be > 0"),
+        ("tail.amplitude", {"a": 1.0}, "a/l = .* overflow: use displacement"),
+        ("plane.critical_depth", {"w": -2.0}, "w = -2.0 must be >= 0: pass the work of adhesion"),
+        ("contact_line.angle", {"gamma12": 0.1}, "w = .* must be >= 0: lower gamma12"),
+        ("contact_line.angle", {"gamma2": 0.2}, "w = .* exceeds 2 gamma1: .* lower gamma2"),
+        ("contact_line.angle_deficit", {"w": 0.1}, "w = 0.1 exceeds .* pass w <= 2 gamma1"),
+        ("contact_line.cut_level", {"d": -1e-3}, "d = -0.001 is below -2.7.*pass d >= "),
+        ("flat_punch.force", {"d": [0.0, -1e-3]}, "d = -0.001 is below -2.7.*pass d >= "),
+        ("flat_punch.energy", {"d": -1e-3}, "d = -0.001 is below -2.7.*pass d >= "),
+        ("flat_punch.adhesion_force", {"a": 0.0}, "a = 0.0 must be > 0: pass the contact half"),
+        ("wedge.depth", {"a": -1.0}, "a = -1.0 must be >= 0"),
+        ("wedge.force", {"d": -1e-3}, "d = -0.001 is below .*pass d >= detachment_depth"),
+        ("wedge.energy", {"d": -1e-9, "delta": 0.7}, "d = -1e-09 is below 0.0: .*pass d >= "),
+        ("wedge.force", {"delta": np.pi / 2}, r"delta = 1.57.*\(0, π/2\): .* in rad"),
+        ("wedge.adhesion_force", {"delta": 0.7}, "delta = 0.7.*pass a blunter wedge"),
+        ("parabola.energy", {"d": -1e-3}, "d = -0.001 is below -2.7.*pass d >= "),
+        ("parabola.pull_off", {"R": -3.0}, "R = -3.0 must be > 0: pass the radius"),
+        ("nonadhesive.parabola_half_width", {"d": -1e-9}, "d = -1e-09 is below 0.0.*pass d >= 0"),
+        ("nonadhesive.parabola_force", {"d": -1e-9}, "d = -1e-09 is below 0.0.*pass d >= 0"),
+        ("power_law.force", {"d": -1e-3}, "d = -0.001 is below -2.7.*pass d >= detach"),
+        ("power_law.energy", {"n": 1.0, "c": 9.0, "d": -1e-9}, "d = -1e-09 is below 0.0.*pass d"),
+        ("power_law.depth", {"n": 0.9}, "n = 0.9 must be >= 1"),
+        ("power_law.depth", {"n": [2.0, 3.0]}, "n = .* must be one number: loop"),
+        ("foundation.stiffness", {"nu": 0.5}, r"nu = 0.5 must lie in \(-1, 1/2\)"),
+        ("foundation.stiffness", {"h": 0.0}, "h = 0.0 must be > 0: pass the layer thickness"),
+        ("force.elastic", {"a": "wide"}, "a = 'wide' is not real: pass a number"),
+    ],
+)
+def test_refusals_name_argument_value_and_remedy(name, overrides, message):
+    with pytest.raises(ValueError, match=message):
+        call(FUNCTIONS[name], **overrides)

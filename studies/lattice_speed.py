@@ -1,0 +1,132 @@
+"""How long does one certified lattice equilibrium take, against one tridiagonal solve?
+
+For a parabola pressed so that n nodes are in contact: time of `minimise(method="lattice")`
+(contact lines, energy, force by two routes, certificate, error estimate) over the time of one
+LAPACK `dptsv` with n unknowns in the same process, medians of 7, next to the error of a and P
+against Eqs. (33) and (11); peak memory in arrays of n doubles; and the time of
+`import energy, discretization` over `import numpy, scipy.linalg`, both in fresh interpreters.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import subprocess
+import sys
+import time
+import tracemalloc
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import lapack
+
+from discretization import minimise
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+
+K, GAMMA1, W, RADIUS, DEPTH = 1.3e6, 0.04, 2e-4, 0.02, 6e-6
+REPEATS = 7
+BARS = {"time": 3.0, "arrays": 6.0, "import": 1.5}
+
+
+class Row(NamedTuple):
+    """One size: seconds, ratio to dptsv, relative errors, peak memory in arrays of n doubles."""
+
+    nodes: int
+    seconds: float
+    ratio: float
+    error_half_width: float
+    error_force: float
+    arrays: float
+    certified: bool
+
+
+def median_seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
+    """Median wall time of calling work."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def tridiagonal_seconds(n: int, repeats: int = REPEATS) -> float:
+    """Median wall time of one LAPACK dptsv in place, without making its inputs."""
+    times = []
+    for _ in range(repeats):
+        system = np.full(n, 2.1), np.full(n - 1, -1.0), np.ones(n)
+        times.append(median_seconds(lambda a=system: lapack.dptsv(*a, 1, 1, 1), 1))  # type: ignore[misc]
+    return statistics.median(times)
+
+
+def measure(nodes: int) -> Row:
+    """Time, error and memory of one equilibrium with this many nodes in contact."""
+    surfaces = SurfaceEnergies.from_work(GAMMA1, W)
+    scene = Scene(ElasticLayer(K * 1e-4, 0.0, 1e-4), surfaces, Parabola(RADIUS))
+    material = {"k": scene.stiffness, "gamma1": GAMMA1, "w": W, "R": RADIUS}
+    a = float(cards.parabola.half_width(DEPTH, **material))
+    force = float(cards.parabola.force(DEPTH, **material))
+
+    def solve():
+        return minimise(scene, DEPTH, method="lattice", spacing=2 * a / nodes)
+
+    state = solve()
+    seconds, floor = median_seconds(solve), tridiagonal_seconds(nodes)
+    tracemalloc.start()
+    solve()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return Row(
+        nodes,
+        seconds,
+        seconds / floor,
+        abs(state.half_width / a - 1),
+        abs(state.force / force - 1),
+        peak / (8 * nodes),
+        state.certificate.ok,
+    )
+
+
+def import_ratio(repeats: int = REPEATS) -> float:
+    """Median time to import the package over that to import numpy and scipy.linalg."""
+
+    def interpreter(code: str) -> Callable[[], object]:
+        return lambda: subprocess.run([sys.executable, "-c", code], check=True)
+
+    ours = interpreter("import energy, discretization")
+    floor = interpreter("import numpy, scipy.linalg")
+    pairs = [(median_seconds(ours, 1), median_seconds(floor, 1)) for _ in range(repeats)]
+    return statistics.median(a / b for a, b in pairs)
+
+
+def run(sizes: Sequence[int] = (10**3, 10**4, 10**5, 10**6)) -> list[Row]:
+    """Measure each size, printing as they come."""
+    print(f"{'nodes':>9} {'ms':>9} {'x dptsv':>8} {'err a':>9} {'err P':>9} {'arrays':>7}")
+    rows = []
+    for n in sizes:
+        row = measure(n)
+        rows.append(row)
+        print(
+            f"{n:9d} {row.seconds * 1e3:9.2f} {row.ratio:8.2f} {row.error_half_width:9.1e} "
+            f"{row.error_force:9.1e} {row.arrays:7.2f}" + ("" if row.certified else "  FAILED"),
+            flush=True,
+        )
+    return rows
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table; exit status 1 if the largest size misses a bar."""
+    parser = argparse.ArgumentParser(prog="python -m studies lattice_speed", description=__doc__)
+    parser.add_argument("--nodes", type=int, nargs="+", default=[10**3, 10**4, 10**5, 10**6])
+    sizes = parser.parse_args(argv).nodes
+    if min(sizes) < 100:
+        parser.error(f"--nodes {min(sizes)} is too small to resolve the contact; give at least 100")
+    largest = run(sizes)[-1]
+    imports = import_ratio()
+    results = {"time": largest.ratio, "arrays": largest.arrays, "import": imports}
+    for name, value in results.items():
+        verdict = "pass" if value <= BARS[name] else "FAIL"
+        print(f"{name:>7}: {value:.2f} (bar {BARS[name]:g}) {verdict}")
+    passed = largest.certified and all(v <= BARS[name] for name, v in results.items())
+    return 0 if passed else 1

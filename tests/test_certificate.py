@@ -1,0 +1,182 @@
+"""The certificate must reject what is no equilibrium, and the minimiser must not return it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import adhesive
+
+from discretization import Lattice, NodalEnergy, NotCertifiedError, fronts, minimise, on_lattice
+from discretization.certificate import certify, measured
+from energy import FlatPunch, Parabola, Profile, Sampled, Scene, SurfaceEnergies, Wedge
+
+SCENE, DEPTH = adhesive(Parabola(0.02)), 2e-3
+DX = SCENE.elastocapillary_length / 100
+
+
+def judged(scene, depth, change=(0, 0), sums_change=None, dx=DX):
+    lattice = Lattice.of(scene, dx)
+    where = fronts.region(lattice, scene.indenter, depth)
+    contact = fronts.adhered(lattice, scene.indenter, depth, where)
+    moved = contact._replace(first=contact.first + change[0], last=contact.last + change[1])
+    sums = measured(lattice, scene.indenter, depth, moved)
+    if sums_change:
+        sums = sums._replace(**sums_change(sums))
+    return certify(lattice, scene.indenter, depth, where, moved, sums)
+
+
+def test_the_equilibrium_passes_with_violations_at_rounding():
+    certificate = judged(SCENE, DEPTH)
+    assert certificate.ok
+    assert certificate.penetration == certificate.opening == certificate.neighbours == 0
+    assert certificate.force <= 1e-13
+
+
+@pytest.mark.parametrize("change", [(0, 1), (0, -1), (1, 0), (-1, 0)])
+def test_one_link_off_costs_energy(change):
+    assert judged(SCENE, DEPTH, change).failures == ("neighbours",)
+
+
+def test_a_contact_too_small_penetrates():
+    failures = judged(adhesive(Parabola(0.02), w=0.0), DEPTH, (3, -3)).failures
+    assert "penetration" in failures
+
+
+def test_a_contact_too_large_without_adhesion_pulls():
+    failures = judged(adhesive(Parabola(0.02), w=0.0), DEPTH, (-3, 3)).failures
+    assert "neighbours" in failures
+
+
+def test_a_wrong_force_is_noticed():
+    wrong = judged(SCENE, DEPTH, sums_change=lambda s: {"force": s.force * (1 + 1e-7)})
+    assert wrong.failures == ("force",)
+
+
+def test_a_node_pulled_beyond_its_adhesion_opens():
+    strong = judged(SCENE, DEPTH, sums_change=lambda s: {"weakest": -1e3 * abs(s.force)})
+    assert strong.failures == ("opening",)
+
+
+def test_a_second_contact_is_refused_not_ignored():
+    two = Profile(
+        lambda x: 50 * (x**2 - 0.01**2) ** 2 / 0.01**2,
+        lambda x: 200 * x * (x**2 - 0.01**2) / 0.01**2,
+    )
+    with pytest.raises(NotCertifiedError, match="penetration"):
+        minimise(adhesive(two, gamma1=0.001, w=1e-6), 1e-3, method="lattice", spacing=1e-4)
+
+
+def test_the_profile_ends_are_not_guessed():
+    x = np.linspace(-0.01, 0.01, 201)
+    with pytest.raises(ValueError, match="not known any more"):
+        minimise(adhesive(Sampled(x, x**2)), 0.01, method="lattice", spacing=1e-4)
+    ended = adhesive(Sampled(x, x**2) + FlatPunch(0.009))
+    assert minimise(ended, 0.01, method="lattice", spacing=1e-4).half_width == pytest.approx(0.009)
+
+
+def test_a_profile_without_a_lowest_point_is_refused():
+    ramp = Profile(lambda x: 0.1 * x, lambda x: 0.1 + 0 * x)
+    with pytest.raises(ValueError, match="no lowest point"):
+        minimise(adhesive(ramp), 0.0, method="lattice", spacing=0.1)
+
+
+def test_a_height_that_is_not_a_number_is_refused():
+    bad = Profile(lambda x: np.where(np.abs(x) < 0.003, x**2, np.nan), lambda x: 2 * x)
+    with pytest.raises(ValueError, match="is not finite"):
+        minimise(adhesive(bad), 1e-3, method="lattice", spacing=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"depth": math.nan}, "depth = nan"),
+        ({"depth": "1 mm"}, "depth = '1 mm'"),
+        ({"method": "magic"}, "'auto', 'lattice'"),
+        ({"branch": "lucky"}, "'adhered', 'global'"),
+        ({"branch": "global"}, "branch = 'global'"),
+        ({"method": "lattice"}, "spacing = None"),
+        ({"method": "lattice", "spacing": 0.0}, "spacing = 0.0"),
+        ({"spacing": 1e-4}, "method='lattice'"),
+        ({"rtol": 0.0}, "rtol = 0.0"),
+        ({"rtol": 2.0}, "rtol = 2.0"),
+        ({"scene": "a scene"}, "scene = 'a scene'"),
+    ],
+)
+def test_bad_arguments_are_refused_before_any_computing(arguments, says):
+    arguments = {"scene": SCENE, "depth": DEPTH} | arguments
+    with pytest.raises(ValueError) as error:  # noqa: PT011 (the message is what is tested)
+        minimise(arguments.pop("scene"), arguments.pop("depth"), **arguments)
+    assert says in str(error.value)
+
+
+def test_finite_slopes_are_refused_until_there_is_a_minimiser_for_them():
+    with pytest.raises(ValueError, match="slopes = 'finite'"):
+        minimise(replace(SCENE, slopes="finite"), DEPTH)
+
+
+def test_the_state_carries_a_validity_warning_and_is_not_refused():
+    steep = Scene(SCENE.layer, SurfaceEnergies.from_work(0.07, 0.06), Wedge(0.5))
+    state = minimise(steep, 5e-3)
+    assert state.certificate.ok
+    assert any("2w/γ₁" in text for text in state.warnings)
+    assert any(text.startswith("slope") for text in state.warnings)
+    assert "VIOLATED" in str(state)
+
+
+def test_nodal_energy_derivatives():
+    lattice = Lattice.of(SCENE, DX)
+    rng = np.random.default_rng(3)
+    u, contact = rng.normal(size=12) * 1e-3, np.arange(12) % 5 > 1
+    energy, step = NodalEnergy(lattice, contact), 1e-6
+    identity = np.eye(12)
+    gradient = energy.gradient(u)
+    hessian = np.diag(energy.hessian()[0])
+    hessian += np.diag(energy.hessian()[1, :-1], -1) + np.diag(energy.hessian()[1, :-1], 1)
+    for i in range(12):
+        up, down = u + step * identity[i], u - step * identity[i]
+        slope = (energy.value(up) - energy.value(down)) / (2 * step)
+        assert slope == pytest.approx(gradient[i], rel=1e-6)
+        change = (energy.gradient(up) - energy.gradient(down)) / (2 * step)
+        assert np.allclose(change, hessian[i], rtol=1e-7, atol=1e-7 * hessian[i, i])
+    assert energy.terms(u)["adhesion"] == pytest.approx(
+        -lattice.w * DX * np.count_nonzero(contact[1:] & contact[:-1])
+    )
+
+
+@pytest.mark.parametrize("gamma1", [0.07, 0.0])
+@pytest.mark.parametrize("indenter", [Parabola(0.02), Parabola(0.02).tilted(0.01)])
+@pytest.mark.parametrize(("first", "last"), [(-700, 700), (-3, 90), (0, 0), (-1, 0), (5, 7)])
+def test_blocked_sums_are_the_nodal_energy(first, last, indenter, gamma1):
+    lattice = Lattice.of(adhesive(indenter, gamma1=gamma1), DX, origin=0.0)
+    u = DEPTH - indenter.height(lattice.x(np.arange(first, last + 1.0)))
+    sums = measured(lattice, indenter, DEPTH, fronts.Contact(first, last, 0.0))
+    energy = NodalEnergy(lattice, np.ones(u.size, bool))
+    for name, value in energy.terms(u).items():
+        assert getattr(sums, name) == pytest.approx(value, rel=1e-12)
+    gradient = energy.gradient(u)
+    assert sums.force_by_reactions == pytest.approx(gradient.sum(), rel=1e-10)
+    assert sums.force == pytest.approx(gradient.sum(), rel=1e-10)
+    if last - first > 1:
+        assert sums.weakest == pytest.approx(gradient[1:-1].min(), rel=1e-10)
+
+
+def test_advance_cost_is_the_difference_of_two_re_equilibrated_energies():
+    """The perfect square against two full banded solves of the nodal energy."""
+    state = on_lattice(SCENE, DEPTH, DX)
+    lattice = Lattice.of(SCENE, DX)
+    nodes = np.arange(-300, 301)
+    g = DEPTH - SCENE.indenter.height(lattice.x(nodes))
+    for last in (round(state.nodes[0, 1] / DX) + s for s in (-20, -1, 0, 3)):
+        energies = []
+        for end in (last, last + 1):
+            energy = NodalEnergy(lattice, (nodes >= -5) & (nodes <= end))
+            energies.append(energy.value(energy.relaxed(g)))
+        i = last + 300
+        gap = lattice.decay * g[i] - g[i + 1]
+        assert energies[1] - energies[0] == pytest.approx(lattice.advance_cost(gap), rel=1e-6)
+        assert lattice.advance_cost(lattice.critical_gap) == pytest.approx(
+            0, abs=1e-12 * SCENE.gamma1
+        )
