@@ -30,18 +30,18 @@ LAYER, SURFACES = ElasticLayer(4.2e3, 0.41, 3e-4), SurfaceEnergies(0.04, 0.03, 0
 def test_layer_and_surface_formulas():
     E, nu, h = 4.2e3, 0.41, 3e-4
     lame, shear = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
-    assert LAYER.modulus == pytest.approx(lame + 2 * shear, rel=1e-14)
-    assert LAYER.stiffness == pytest.approx((lame + 2 * shear) / h, rel=1e-14)
+    assert LAYER.modulus == pytest.approx(lame + 2 * shear, rel=1e-14, abs=0)
+    assert LAYER.stiffness == pytest.approx((lame + 2 * shear) / h, rel=1e-14, abs=0)
     w = SURFACES.work_of_adhesion
-    assert w == pytest.approx(0.005, rel=1e-12)
+    assert w == pytest.approx(0.005, rel=1e-12, abs=0)
     balance = 0.065 + 0.04 * math.cos(SURFACES.contact_angle) - 0.03  # Eq. (8)
     assert abs(balance) <= 1e-16
-    assert SURFACES.small_slope_deficit == pytest.approx(math.sqrt(2 * w / 0.04), rel=1e-14)
+    assert SURFACES.small_slope_deficit == pytest.approx(math.sqrt(2 * w / 0.04), rel=1e-14, abs=0)
 
 
 def test_the_exact_angle_keeps_its_digits_for_a_vanishing_work_of_adhesion():
     s = SurfaceEnergies.from_work(0.3, 3e-19)
-    assert s.angle_deficit == pytest.approx(math.sqrt(2e-18), rel=1e-12)
+    assert s.angle_deficit == pytest.approx(math.sqrt(2e-18), rel=1e-12, abs=0)
     assert SurfaceEnergies.from_work(0.3, 0.6).contact_angle == pytest.approx(0, abs=1e-7)
 
 
@@ -111,7 +111,7 @@ def test_densities_and_their_derivatives():
         assert np.allclose((at[2].first - at[0].first) / (2 * step), at[1].second, atol=1e-9)
     tiny = np.array([1e-9])
     small, finite = (terms.surface(tiny, gamma1=0.3, slopes=k).value for k in terms.SLOPES)
-    assert finite == pytest.approx(small, rel=1e-15)
+    assert finite == pytest.approx(small, rel=1e-15, abs=0)
     flat = terms.contact(0.0, gamma1=0.3, w=0.1)
     assert flat == terms.contact(0.0, gamma1=0.3, w=0.1, slopes="finite") == -0.1
 
@@ -120,10 +120,10 @@ def test_scene_lengths_and_validity():
     scene = Scene(LAYER, SURFACES, Parabola(0.01))
     k, w = LAYER.stiffness, SURFACES.work_of_adhesion
     assert scene.elastocapillary_length == pytest.approx(
-        cards.tail.elastocapillary_length(k, 0.04), rel=1e-14
+        cards.tail.elastocapillary_length(k, 0.04), rel=1e-14, abs=0
     )
     assert scene.critical_separation == pytest.approx(
-        cards.plane.critical_separation(k, w), rel=1e-14
+        cards.plane.critical_separation(k, w), rel=1e-14, abs=0
     )
     report = {a.name: a for a in scene.validity(1e-6, 1e-2, 0.05)}
     assert report["d/h"].holds

@@ -77,12 +77,12 @@ def test_wedge_is_pinned_at_its_tip_and_leaves_it_when_pressed_harder():
         state = minimise(adhesive(Wedge(delta)), d, method="lattice", spacing=L / 400)
         assert state.half_width == 0
         assert state.pinned.all()
-        assert state.force == pytest.approx(2 * K * L * d, rel=1e-5)
+        assert state.force == pytest.approx(2 * K * L * d, rel=1e-5, abs=0)
         assert state.angle_deficit > DELTA0 / L  # a pinned line's angle is not Young's
     beyond = minimise(adhesive(Wedge(delta)), 1.2 * hi, method="lattice", spacing=L / 400)
     assert not beyond.pinned.any()
     assert beyond.half_width == pytest.approx(
-        cards.wedge.half_width(1.2 * hi, delta=delta, **M), rel=1e-4
+        cards.wedge.half_width(1.2 * hi, delta=delta, **M), rel=1e-4, abs=0
     )
     assert minimise(adhesive(Wedge(delta)), -0.01 * DELTA0).label == "detached"
 
@@ -94,7 +94,7 @@ def test_flat_punch_is_pinned_at_its_edges_wherever_they_fall_on_the_grid():
         assert state.pinned.all()
         assert np.abs(state.contacts - [[-a, a]]).max() <= 1e-12 * a
         card = cards.flat_punch.force(-0.7 * DELTA0, a=a, **M)
-        assert state.force == pytest.approx(card, rel=1e-5)
+        assert state.force == pytest.approx(card, rel=1e-5, abs=0)
 
 
 def test_flat_punch_and_plane_are_neutral_at_the_critical_separation():
@@ -123,13 +123,13 @@ def test_no_tension_means_independent_springs():
     touched = minimise(scene, d, method="lattice", spacing=dx)  # attach on touching
     a = math.sqrt(2 * R * d)
     assert touched.half_width == pytest.approx(a, abs=dx**2 / a)
-    assert touched.force == pytest.approx(4 / 3 * K * a * d, rel=1e-5)
+    assert touched.force == pytest.approx(4 / 3 * K * a * d, rel=1e-5, abs=0)
     lowest = minimise(scene, d, method="lattice", spacing=dx, branch="global")  # Eq. (18)
     a = math.sqrt(2 * R * cards.contact_line.cut_level(d, k=K, w=W))
     assert lowest.half_width == pytest.approx(a, abs=dx**2 / a)
     punch = adhesive(FlatPunch(0.013), gamma1=0.0)
     kept = minimise(punch, -0.999 * DELTA0, method="lattice", spacing=dx)
-    assert kept.force == pytest.approx(-2 * K * 0.013 * 0.999 * DELTA0, rel=1e-6)
+    assert kept.force == pytest.approx(-2 * K * 0.013 * 0.999 * DELTA0, rel=1e-6, abs=0)
     assert minimise(punch, -1.001 * DELTA0, method="lattice", spacing=dx).label == "detached"
 
 
@@ -139,8 +139,8 @@ def test_no_adhesion_is_convex_and_has_a_smooth_surface():
     a = cards.nonadhesive.parabola_half_width(d, R=R, k=K, gamma1=GAMMA1)
     state = minimise(scene, d, method="lattice", spacing=min(a, L) / 200)
     force = cards.nonadhesive.parabola_force(d, R=R, k=K, gamma1=GAMMA1)
-    assert state.half_width == pytest.approx(a, rel=1e-5)
-    assert state.force == pytest.approx(force, rel=1e-5)
+    assert state.half_width == pytest.approx(a, rel=1e-5, abs=0)
+    assert state.force == pytest.approx(force, rel=1e-5, abs=0)
     assert abs(state.angle_deficit) <= 1e-5 * a / R
     assert state.label == "global"
     assert minimise(scene, -1e-9).label == "detached"
@@ -165,4 +165,25 @@ def test_a_blunt_power_law_recovers_the_flat_punch():
     blunt = minimise(
         adhesive(PowerLaw(a**-200.0 * 0.01, 200.0)), d, method="lattice", spacing=L / 200
     )
-    assert blunt.half_width == pytest.approx(a, rel=0.05)
+    assert blunt.half_width == pytest.approx(a, rel=0.05, abs=0)
+
+
+def test_a_flat_punch_is_neutral_at_its_critical_separation_in_any_units():
+    rng = np.random.default_rng(11)
+    for _ in range(100):
+        scene = random_case(rng, "flat").scene
+        dx = min(scene.elastocapillary_length, scene.indenter.half_width) / 10
+        assert (
+            minimise(scene, -scene.critical_separation, method="lattice", spacing=dx).label
+            == "neutral"
+        )
+
+
+def test_a_wedge_contact_smaller_than_the_spacing_is_found_beyond_its_tip():
+    delta = math.atan(2.5 * DELTA0 / L)
+    dx = L / 300
+    for a in (0.2 * dx, 0.4 * dx, 0.7 * dx):
+        d = cards.wedge.depth(a, delta=delta, **M)
+        state = minimise(adhesive(Wedge(delta)), d, method="lattice", spacing=dx)
+        assert not state.pinned.any()
+        assert abs(state.half_width - a) <= 2 * dx**2 / L
