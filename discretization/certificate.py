@@ -23,13 +23,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fronts import Contact, Region, blocks, heights
+from discretization.fronts import Contact, Region, blocks, heights, mirror_axis
 from discretization.lattice import Lattice, NodalEnergy
 from energy import Indenter
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-9
 _TAIL_NODES = 16
+End = tuple[int, int, int]  # node, side, last node on that side
 
 
 class Sums(NamedTuple):
@@ -100,8 +101,11 @@ def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contac
     lat, (first, last) = lattice, contact[:2]
     middle = (first + last) // 2
     right = _half(lat, indenter, depth, middle, last)
-    mirror = indenter.symmetric and first + last == 2 * middle and lat.x(middle) == indenter.apex
-    left = right if mirror else _half(lat, indenter, depth, middle, first)
+    left = (
+        right
+        if mirrored(lat, indenter, first, last)
+        else _half(lat, indenter, depth, middle, first)
+    )
     tails = abs(left.end) + abs(right.end)
     adhesive = last - first if lat.gamma1 else last - first + 1
     weakest = min(left.weakest, right.weakest)
@@ -161,8 +165,10 @@ def certify(
         lowest = float(heights(lat, indenter, np.array([float(where.lowest)]))[0])
         scale = max(abs(depth), math.sqrt(2 * lat.w / lat.k)) or 1.0
         return Certificate(max(0.0, (depth - lowest) / scale), 0.0, 0.0, 0.0, 0.0)
-    ends = [(contact.first, -1, where.first), (contact.last, 1, where.last)]
-    u_ends = depth - heights(lat, indenter, np.array([contact.first, contact.last], float))
+    ends = [(contact.last, 1, where.last), (contact.first, -1, where.first)]
+    if mirror_axis(lat, indenter, contact.first, contact.last) is not None:
+        ends.pop()
+    u_ends = depth - heights(lat, indenter, np.array([end[0] for end in ends], float))
     delta = max(abs(depth), *np.abs(u_ends), math.sqrt(2 * lat.w / lat.k))
     if delta == 0:  # touching in one point, nothing deformed
         return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -177,7 +183,7 @@ def certify(
         penetration,
         stationarity,
         _opening(lat, contact, sums, delta),
-        _descent(lat, indenter, depth, where, contact) / (sums.energy_scale or 1.0),
+        _descent(lat, indenter, depth, contact, ends) / (sums.energy_scale or 1.0),
         force,
     )
 
@@ -222,11 +228,11 @@ def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:
 
 
 def _descent(
-    lat: Lattice, indenter: Indenter, depth: float, where: Region, contact: Contact
+    lat: Lattice, indenter: Indenter, depth: float, contact: Contact, ends: list[End]
 ) -> float:
-    """Largest energy gain among the four moves of one line by one link."""
+    """Largest energy gain among the moves of one line by one link."""
     gain = 0.0
-    for node, side, limit in ((contact.first, -1, where.first), (contact.last, 1, where.last)):
+    for node, side, limit in ends:
         steps = [s for s in (-1, 0, 1) if (node + side * s - limit) * side <= 0]
         f = heights(lat, indenter, np.array([node + side * s for s in steps], float))
         gap = f[1:] - f[:-1] + lat.loss * (f[:-1] - depth)

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 _ONE_SIDED = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Equilibrium:
     """State of a scene at one depth, per unit length of the line contact.
 

@@ -49,6 +49,13 @@ class Region(NamedTuple):
     lowest: int
 
 
+def mirror_axis(lattice: Lattice, indenter: Indenter, first: int, last: int) -> float | None:
+    """x of the node about which nodes first..last and a symmetric indenter are mirrored."""
+    middle = (first + last) // 2
+    symmetric = indenter.symmetric and first + last == 2 * middle
+    return indenter.apex if symmetric and lattice.x(middle) == indenter.apex else None
+
+
 def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
     """f at the nodes; nodes on an end of the extent stay on it in spite of rounding."""
     x, (lo, hi) = lattice.x(nodes), indenter.extent
@@ -128,7 +135,7 @@ def adhered(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -
     first, last, lowest = where
     touch = float(heights(lattice, indenter, np.array([float(lowest)]))[0])
     pressed = max(depth, touch)
-    mirror = indenter.symmetric and lattice.x(lowest) == indenter.apex
+    mirror = mirror_axis(lattice, indenter, lowest, lowest) is not None
     right = _advance(lattice, indenter, pressed, lowest, last)
     left = 2 * lowest - right if mirror else _advance(lattice, indenter, pressed, lowest, first)
     reach = lattice.critical_gap

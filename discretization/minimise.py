@@ -111,10 +111,13 @@ def on_lattice(
             f"({certificate}): the surface meets or leaves the indenter elsewhere than at the two "
             "ends of one contact; try a smaller spacing, or a profile with a single contact"
         )
-    ends = [
-        recover(lattice, scene.indenter, depth, where, node, side, contact.reach)
-        for node, side in ((contact.first, -1), (contact.last, 1))
-    ]
+    right = recover(lattice, scene.indenter, depth, where, contact.last, 1, contact.reach)
+    axis = fronts.mirror_axis(lattice, scene.indenter, contact.first, contact.last)
+    if axis is not None:
+        left = right._replace(x=max(2 * axis - right.x, scene.indenter.extent[0]))
+    else:
+        left = recover(lattice, scene.indenter, depth, where, contact.first, -1, contact.reach)
+    ends = [left, right]
     return _state(scene, depth, branch, lattice, contact, sums, ends, certificate)
 
 
