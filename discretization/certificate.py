@@ -101,11 +101,8 @@ def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contac
     lat, (first, last) = lattice, contact[:2]
     middle = (first + last) // 2
     right = _half(lat, indenter, depth, middle, last)
-    left = (
-        right
-        if mirrored(lat, indenter, first, last)
-        else _half(lat, indenter, depth, middle, first)
-    )
+    mirror = mirror_axis(lat, indenter, first, last) is not None
+    left = right if mirror else _half(lat, indenter, depth, middle, first)
     tails = abs(left.end) + abs(right.end)
     adhesive = last - first if lat.gamma1 else last - first + 1
     weakest = min(left.weakest, right.weakest)
