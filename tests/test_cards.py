@@ -33,9 +33,9 @@ def check(value, expected, rel, scale=0.0):
 class Case:
     """A card with its parameters, the same profile as c|x|ⁿ, least depth and depth."""
 
-    def __init__(self, kind, ell, alpha, k, ratio, lift, adhesive=True):
-        """`ratio`: c as δ₀/max(l, δ₀)ⁿ; `lift`: depth above the least one in units of δ₀."""
-        n, size = {"wedge": 1.0, "parabola": 2.0}.get(kind) or float(kind), ell * alpha
+    def __init__(self, kind, ell, size, k, ratio, lift, adhesive=True):
+        """`size`: δ₀ if adhesive; `ratio`: c size⁻¹ max(l, size)ⁿ; `lift`: (d − least)/size."""
+        n = {"wedge": 1.0, "parabola": 2.0}.get(kind) or float(kind)
         c, self.delta0 = ratio * size / max(ell, size) ** n, size * adhesive
         geometry = {"wedge": {"delta": float(np.arctan(c))}, "parabola": {"R": 0.5 / c}}
         self.card = getattr(cards, kind if kind in geometry else "power_law")
@@ -67,8 +67,13 @@ class Case:
 
 decades = st.floats(-5, 5).map(lambda e: 10.0**e)
 ratios = st.floats(-2, 2).map(lambda e: 10.0**e)
-shapes = st.builds(Case, st.sampled_from(KINDS), decades, ratios, decades, ratios, ratios)
-of_paper = st.builds(Case, st.sampled_from(KINDS[:2]), decades, ratios, decades, ratios, ratios)
+shapes, of_paper = (
+    st.builds(
+        lambda kind, ell, alpha, *rest: Case(kind, ell, ell * alpha, *rest),
+        *(st.sampled_from(kinds), decades, ratios, decades, ratios, ratios),
+    )
+    for kinds in (KINDS, KINDS[:2])
+)
 
 
 @every
@@ -88,6 +93,14 @@ def test_tail_solves_its_equation_and_stores_its_energy(k, ell, u_a):
     squares = quad(lambda s: (u(a + s * ell) / u_a) ** 2, 0, 40, epsabs=0)[0] * ell * u_a**2
     stored = (k / 2 + layer["gamma1"] / (2 * ell**2)) * squares  # u' = −u/l
     check(cards.tail.energy(u_a, **layer), stored, 1e-10)
+
+
+@every
+@given(decades, st.floats(-0.9, 0.49), decades)
+def test_uniaxial_modulus_is_made_of_the_lame_constants(E, nu, h):
+    shear = E / (2 * (1 + nu))
+    check(cards.foundation.modulus(E, nu), 2 * shear * (1 + nu / (1 - 2 * nu)), 1e-12)
+    check(cards.foundation.stiffness(E, nu, h) * h, cards.foundation.modulus(E, nu), 1e-15)
 
 
 @every
@@ -153,17 +166,15 @@ def test_energy_is_the_functional_and_force_its_slope_and_the_integral_of_the_sp
 @every
 @given(of_paper)
 def test_shapes_against_power_law(case):
-    power, d, a = cards.power_law, case.d, case("half_width", case.d)
-    same = {"c": case.c, "n": case.n, "w": case.args["w"], **case.layer}
-    size = abs(d) + case.delta0 + case.ell * case.slope(a)
+    a, same = case("half_width", case.d), {"c": case.c, "n": case.n, **case.layer}
+    size = abs(case.d) + case.delta0 + case.ell * case.slope(a)
     force = 2 * same["k"] * (a + case.ell) * size
-    check(power.half_width(d, **same), a, 1e-14, size / case.c if case.n == 1 else 0)
-    check(power.force(d, **same), case("force", d), 1e-13, force)
-    check(power.energy(d, **same), case("energy", d), 1e-13, abs(case.parts(a)).sum())
-    check(power.depth(a, **same), case("depth", a), 1e-14, size)
-    check(power.detachment_depth(**same), case.least, 1e-14, size)
+    scales = {"half_width": size / case.c if case.n == 1 else 0, "force": force}
+    for name, scale in {**scales, "energy": abs(case.parts(a)).sum()}.items():
+        twin = getattr(cards.power_law, name)(case.d, w=case.args["w"], **same)
+        check(twin, case(name, case.d), 1e-13, scale)
     if a > 0:  # Eq. (29) against (25) and (27)
-        check(case("force_of_width", a), case("force", d), 1e-13, force)
+        check(case("force_of_width", a), case("force", case.d), 1e-13, force)
 
 
 @every
@@ -219,18 +230,16 @@ def test_wedge_is_continuous_where_the_line_leaves_the_tip():
     shallow, q = wedge.tip_pinned_depths(**args)
     assert shallow == 0 < q == wedge.depth(0.0, **args)
     d = q * np.array([0.0, 0.4, 1 - 1e-9, 1 + 1e-9])
-    a, force, energy = (getattr(wedge, s)(d, **args) for s in ("half_width", "force", "energy"))
-    assert (a[:3] == 0).all()
-    assert 0 < a[3] < 1e-8 * q / np.tan(0.31)
-    check(force[:3], 2 * np.sqrt(2.7e6 * 0.19) * d[:3], 1e-14)
-    check([force[3], energy[3]], [force[2], energy[2]], 1e-7)
-    check(wedge.force_of_width(0.0, **args), force[2], 1e-8)
+    force, energy = (getattr(wedge, name)(d, **args) for name in ("force", "energy"))
+    assert (np.sign(wedge.half_width(d, **args)) == [0, 0, 0, 1]).all()
+    check(force[:3], 2 * np.sqrt(2.7e6 * 0.19) * d[:3], 1e-14)  # 2kld
+    check([*force[3:], *energy[3:]], [force[2], energy[2]], 1e-7)
     assert wedge.tip_pinned_depths(**{**args, "w": 0.05}) == (0, 0)
 
 
 @every
-@given(decades, decades, decades, decades, ratios)
-def test_no_adhesion_and_no_tension(R, k, d, lift, tension):
+@given(decades, decades, decades, ratios)
+def test_no_adhesion(R, k, d, tension):
     none, ell = cards.nonadhesive, tension * np.sqrt(R * d)
     layer = {"k": k, "gamma1": k * ell**2}
     a = none.parabola_half_width(d, R=R, **layer)
@@ -242,22 +251,8 @@ def test_no_adhesion_and_no_tension(R, k, d, lift, tension):
     check(none.slope_jump(a / R, d - a**2 / (2 * R), **layer), 0.0, 1e-14, d / ell)
     dry = none.interfacial_energy(layer["gamma1"], 2.3)
     check(cards.contact_line.work_of_adhesion(layer["gamma1"], 2.3, dry), 0.0, 1e-15, dry)
-    check(np.cos(none.contact_angle()), (2.3 - dry) / layer["gamma1"], 1e-15 * dry / dry, dry)
-    bare, w, level = {"k": k, "gamma1": 0.0}, 0.5 * k * (lift * d) ** 2, d * (1 + lift)
-    check(cards.contact_line.cut_level(d, k=k, w=w), level, 1e-14)
-    for kind, geometry, c, n in [
-        ("wedge", {"delta": 0.3}, np.tan(0.3), 1),
-        ("parabola", {"R": R}, 0.5 / R, 2),
-        ("power_law", {"c": 0.7, "n": 3}, 0.7, 3),
-    ]:
-        card, args = getattr(cards, kind), {**geometry, **bare}
-        a = card.half_width(d, w=w, **args)
-        check(c * a**n, level, 1e-13)
-        u = card.displacement(a * np.array([0.5, 1.01]), d=d, w=w, **args)
-        check(u, [d - c * (a / 2) ** n, 0], 1e-13, level)
-        elastic = cards.force.elastic(d, a, f=lambda x, c=c, n=n: c * abs(x) ** n, k=k)
-        check(card.force(d, w=w, **args), elastic, 1e-12, k * a * level)
-        assert card.half_width(0.0, w=0.0, **args) == 0 == card.energy(0.0, w=0.0, **args)
+    assert np.cos(none.contact_angle()) == -1  # Eq. (35)
+    assert cards.parabola.half_width(0.0, R=R, k=k, gamma1=0.0, w=0.0) == 0
 
 
 def exact(case):
@@ -283,17 +278,103 @@ def exact(case):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("alpha", [3e-7, 2e-3, 0.7, 1.3, 4e2, 5e6])
+@pytest.mark.parametrize("alpha", [3e-7, 2e-3, 0.7, 1.3, 4e2, 5e6, np.inf])
 def test_against_fifty_digits(kind, alpha):
+    ell, size = (3.1e-4, 3.1e-4 * alpha) if alpha < np.inf else (0.0, 2.3e-5)
     for ratio, lift, adhesive in itertools.product((1e-6, 0.6, 40.0), (1e-3, 1.7, 3e5), (1, 0)):
-        case = Case(kind, 3.1e-4, alpha, 7.3e5, ratio, lift, adhesive)
+        case = Case(kind, ell, size, 7.3e5, ratio, lift, adhesive)
         with mp.workdps(50):
             a, force, energy = exact(case)
         n, k, depth = case.n, case.args["k"], abs(case.d) + case.delta0
-        loss = a * depth / (lift * 3.1e-4 * alpha)  # of digits: in d + δ0, and for the wedge in
-        loss += 0 if n > 1 else case.ell + depth / case.c  # its difference to l tan δ
+        loss = a * depth / (lift * size)  # of digits: in d + δ₀, and for the wedge in its
+        loss += 0 if n > 1 else ell + depth / case.c  # difference to l tan δ
         check(case("half_width", case.d), a, 4e-15, loss)
         bare = n > 1 and not adhesive  # a sum of positive terms: every digit counts
-        pull = 2 * k * ((a + case.ell) * depth + case.delta0 * loss)
+        pull = 2 * k * ((a + ell) * depth + case.delta0 * loss)
         check(case("force", case.d), force, 2e-14, 0 if bare else pull)
         check(case("energy", case.d), energy, 2e-14, 0 if bare else abs(case.parts(a)).sum())
+        if ell == 0:  # Eq. (18)
+            level = cards.contact_line.cut_level(case.d, k=k, w=case.args["w"])
+            check(case.height(a), level, 1e-13, depth)
+
+
+FUNCTIONS = {
+    f"{module}.{name}": function
+    for module in set(cards.__all__) - {"PullOff"}
+    for name, function in inspect.getmembers(getattr(cards, module), inspect.isfunction)
+    if function.__module__ == f"energy.cards.{module}" and name[0] != "_"
+}
+VALUES = {  # arguments in SI, none of them 1, by the powers of force and length in their units
+    (1, -3): {"k": 1.1e7},
+    (1, -2): {"E": 8.3e3},
+    (1, -1): {"gamma1": 0.031, "gamma2": 0.021, "gamma12": 0.047, "w": 4.3e-3},
+    (0, -0.5): {"c": 3.3},
+    (0, 0): {"n": 1.5, "nu": 0.4, "delta": 0.2, "beta": 0.05, "theta": 2.9}
+    | {"slope_a": 0.11, "slope_f": 0.07, "slope_u": 0.23},
+    (0, 1): {"R": 0.013, "a": 2.1e-3, "d": 3.4e-5, "x": 2.2e-3, "h": 1.3e-3}
+    | {"f_a": 1.7e-5, "u_a": -2.3e-5},
+}
+
+
+def call(function, F=1.0, L=1.0, **overrides):
+    """The function at VALUES, or the overrides, in units of force and length 1/F and 1/L."""
+    values = {s: v * F**p * L**q for (p, q), group in VALUES.items() for s, v in group.items()}
+    values = {"f": lambda x: x**2 / (0.026 * L), **values, **overrides}
+    used = inspect.signature(function).parameters
+    first = [values[s] for s, p in used.items() if p.kind != p.KEYWORD_ONLY]
+    keywords = {s: values[s] for s, p in used.items() if p.kind == p.KEYWORD_ONLY and s in values}
+    return function(*first, **keywords)
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_units_and_arrays(name):
+    function = FUNCTIONS[name]
+    plain = np.ravel(call(function))
+    for units in ({"F": 1e6}, {"L": 1e3}):
+        scaled = np.ravel(call(function, **units))
+        assert ((scaled == 0) == (plain == 0)).all()
+        powers = np.log(scaled[plain != 0] / plain[plain != 0]) / np.log(*units.values())
+        check(powers, np.round(powers), 1e-13, 1)
+    for s, value in [item for group in VALUES.values() for item in group.items()]:
+        if s in inspect.signature(function).parameters and s != "n":
+            pair = value * np.array([1, 1.001])
+            scalars = np.array([np.ravel(call(function, **{s: v})) for v in pair])
+            arrays = np.atleast_2d(call(function, **{s: pair}))
+            check(np.broadcast_to(arrays, scalars.T.shape), scalars.T, 1e-15)
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_refusals_of_every_card(name):
+    function, residual = FUNCTIONS[name], name.split("_")[-1] == "residual"
+    for s in set(inspect.signature(function).parameters) - {"order"}:
+        with pytest.raises(ValueError, match=rf"\b{s}\b.* is not finite: pass finite numbers"):
+            call(function, **{s: (lambda x: np.nan * x) if s == "f" else np.nan})
+        if s in ("E", "R", "a", "c", "delta", "gamma1", "h", "k", "n", "w"):
+            with pytest.raises(ValueError, match=rf"^{s} = -0.7 must .*: \w+"):
+                call(function, **{s: -0.7})
+        if s == "d" and not residual and name[:6] != "force.":
+            with pytest.raises(ValueError, match=r"^d = -0.001 is below -?[\d.e-]+: .* pass d >= "):
+                call(function, d=np.array([3.4e-5, -1e-3]))
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "message"),
+    [
+        ("tail.displacement", {"x": 2e-3}, r"abs\(x\) = 0.002 is below 0.0021: .* \|x\| >= a"),
+        ("tail.slope_at_line", {"gamma1": 0.0}, "gamma1 = 0.0 must be > 0: pass the surface"),
+        ("tail.amplitude", {"a": 1.0}, "a/l = .* overflow: use displacement"),
+        ("contact_line.angle", {"gamma12": 0.1}, "w = .* must be >= 0: lower gamma12"),
+        ("contact_line.angle", {"gamma2": 0.2}, "w = .* exceeds 2 gamma1: .* lower gamma2"),
+        ("contact_line.angle_deficit", {"w": 0.1}, "w = 0.1 exceeds .* pass w <= 2 gamma1"),
+        ("wedge.energy", {"d": -1e-9, "delta": 0.7}, "d = -1e-09 is below 0.0: .*pass d >= "),
+        ("wedge.force", {"delta": np.pi / 2}, r"delta = 1.57.*\(0, π/2\): .* in rad"),
+        ("wedge.adhesion_force", {"delta": 0.7}, "delta = 0.7.*pass a blunter wedge"),
+        ("power_law.energy", {"n": 1.0, "c": 9.0, "d": -1e-9}, "d = -1e-09 is below 0.0.*pass d"),
+        ("power_law.depth", {"n": [2.0, 3.0]}, "n = .* must be one number: loop"),
+        ("foundation.stiffness", {"nu": 0.5}, r"nu = 0.5 must lie in \(-1, 1/2\): "),
+        ("force.elastic", {"a": "wide"}, "a = 'wide' is not real: pass a number"),
+    ],
+)
+def test_refusals_of_one_card(name, overrides, message):
+    with pytest.raises(ValueError, match=message):
+        call(FUNCTIONS[name], **overrides)

@@ -110,9 +110,10 @@ def adhesion_force(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: Arra
     """
     slope, ell, q = _lengths(delta, k, gamma1, w)
     delta0 = critical_separation(k, w)
+    beyond = q > 32 * np.finfo(np.float64).eps * delta0  # tan δ = α within rounding is allowed
     remedy = "is beyond tan δ = √(2w/γ₁): Eq. (30) fails, pass a blunter wedge or use pull_off"
-    refuse("delta", np.arctan(slope), q > 0.0, remedy)
-    return positive("k", k) * (-q * (delta0 + ell * slope)) / slope
+    refuse("delta", np.arctan(slope), beyond, remedy)
+    return positive("k", k) * np.maximum(-q, 0.0) * (delta0 + ell * slope) / slope
 
 
 def pull_off(*, delta: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:

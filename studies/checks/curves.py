@@ -1,0 +1,176 @@
+"""Simulated curves for the figures of `verify`, each next to its closed form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from energy import FlatPunch, Scene, cards
+from studies.checks.convergence import Array, Grid
+from studies.checks.observe import brink
+from studies.checks.scenes import GAMMA1, PARABOLA, PUNCH, WEDGE, constants, gel
+
+GRID = Grid(100, 0.23)
+ANGLE_CELLS = (4, 8, 16, 32, 64, 128, 256)
+ANGLE_SHIFTS = (0.0, 0.23, 0.5, 0.81)
+
+
+class Meniscus(NamedTuple):
+    """Surface u(x) under and beside a flat punch about to let go, and Eq. (21)."""
+
+    scene: Scene
+    half_width: float
+    depth: float
+    x: Array
+    u: Array
+    closed_form: Array
+
+
+class Outside(NamedTuple):
+    """Free surface beside a shape: (x - a)/l, u/δ₀ simulated and by Eq. (6), u_a/δ₀."""
+
+    name: str
+    distance: Array
+    u: Array
+    closed_form: Array
+    at_line: float
+
+
+class Angles(NamedTuple):
+    """Relative error of the measured π - θ for each number of links per l."""
+
+    gamma1: float
+    cells: Array
+    errors: Array
+
+
+class Branch(NamedTuple):
+    """a(d) and P(d) of a case study: simulated at `depths`, closed forms at `dense`."""
+
+    name: str
+    depths: Array
+    half_widths: Array
+    forces: Array
+    dense: Array
+    half_width_card: Array
+    force_card: Array
+
+
+class Curves(NamedTuple):
+    """Everything the figures show."""
+
+    meniscus: Meniscus
+    outside: list[Outside]
+    angles: list[Angles]
+    branches: list[Branch]
+
+
+class Study(NamedTuple):
+    """A case study: name, scene, depths over δ₀ it is shown for, closed forms a(d) and P(d)."""
+
+    name: str
+    scene: Scene
+    depths: tuple[float, float]
+    half_width: Callable[[Any], Any]
+    force: Callable[[Any], Any]
+
+
+def simulate(points: int) -> Curves:
+    """All curves; `points` simulated states on each branch."""
+    cases = studies()
+    return Curves(
+        meniscus(),
+        [outside(case) for case in cases],
+        [angles(gamma1) for gamma1 in (0.012, GAMMA1, 0.19)],
+        [branch(case, points) for case in cases],
+    )
+
+
+def studies() -> tuple[Study, ...]:
+    """The four shapes; depths run from just before they let go."""
+    punch, wedge, parabola, bare = gel(PUNCH), gel(WEDGE), gel(PARABOLA), gel(PARABOLA, w=0.0)
+    a, delta, R = PUNCH.half_width, WEDGE.delta, PARABOLA.R
+    m, free = constants(punch), {"k": bare.stiffness, "gamma1": bare.gamma1}
+    wc, pc, nc, fc = cards.wedge, cards.parabola, cards.nonadhesive, cards.flat_punch
+    delta0 = punch.critical_separation
+    wedge_end = float(wc.detachment_depth(delta=delta, **m)) / delta0 + 1e-3
+    return (
+        Study("flat punch", punch, (-0.999, 1.5), lambda d: a + 0 * d, lambda d: fc.force(d, a=a, **m)),
+        Study(
+            "wedge",
+            wedge,
+            (wedge_end, 1.5),
+            lambda d: wc.half_width(d, delta=delta, **m),
+            lambda d: wc.force(d, delta=delta, **m),
+        ),
+        Study(
+            "parabola",
+            parabola,
+            (-0.999, 1.5),
+            lambda d: pc.half_width(d, R=R, **m),
+            lambda d: pc.force(d, R=R, **m),
+        ),
+        Study(
+            "parabola, w = 0",
+            bare,
+            (0.001, 1.5),
+            lambda d: nc.parabola_half_width(d, R=R, **free),
+            lambda d: nc.parabola_force(d, R=R, **free),
+        ),
+    )
+
+
+def meniscus() -> Meniscus:
+    """A punch pulled upward, drawn as in Fig. 2 of the paper."""
+    punch = FlatPunch(1.2e-4)
+    scene = gel(punch)
+    depth, a = brink(GRID, scene), punch.half_width
+    x = np.linspace(-2.4e-4, 2.4e-4, 481)
+    u = GRID.solve(scene, depth).displacement(x)
+    closed_form = np.array(cards.flat_punch.displacement(x, a=a, **constants(scene)))
+    return Meniscus(scene, a, depth, x, u, closed_form)
+
+
+def outside(case: Study) -> Outside:
+    """Free surface at half the depth range's lower end (w = 0: at a positive depth)."""
+    scene, delta0 = case.scene, gel(PUNCH).critical_separation
+    l = scene.elastocapillary_length
+    d = delta0 * (0.5 * case.depths[0] if case.depths[0] < 0 else 0.6)
+    a = float(case.half_width(d))
+    distance = np.linspace(0, 5, 41)
+    line = a if case.name == "flat punch" else float(case.half_width(d))
+    u_a = d - float(scene.indenter.height(line))
+    u = GRID.solve(scene, d).displacement(a + l * distance)
+    given = {"k": scene.stiffness, "gamma1": scene.gamma1}
+    closed_form = np.array(cards.tail.displacement(a + l * distance, a=a, u_a=u_a, **given))
+    return Outside(case.name, distance, u / delta0, closed_form / delta0, u_a / delta0)
+
+
+def angles(gamma1: float, cells: Sequence[int] = ANGLE_CELLS) -> Angles:
+    """Error of π - θ against Eq. (15): worst over shifts of the grid."""
+    scene = gel(PARABOLA, gamma1=gamma1)
+    expected = cards.contact_line.angle_deficit_small(scene.work_of_adhesion, gamma1)
+    errors = []
+    for n in cells:
+        states = (Grid(n, shift).solve(scene, 0.0) for shift in ANGLE_SHIFTS)
+        errors.append(max(math.fabs(s.angle_deficit / expected - 1) for s in states))
+    return Angles(gamma1, np.array(cells), np.array(errors))
+
+
+def branch(case: Study, points: int) -> Branch:
+    """a(d) and P(d) between the depths of the case study."""
+    lo, hi = np.array(case.depths) * gel(PUNCH).critical_separation
+    depths, dense = np.linspace(lo, hi, points), np.linspace(lo, hi, 301)
+    states = [GRID.solve(case.scene, d) for d in depths]
+    return Branch(
+        case.name,
+        depths,
+        np.array([s.half_width for s in states]),
+        np.array([s.force for s in states]),
+        dense,
+        np.asarray(case.half_width(dense)),
+        np.asarray(case.force(dense)),
+    )

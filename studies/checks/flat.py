@@ -1,0 +1,65 @@
+"""Flat shapes: plane (19), (20) and flat punch (21)-(23)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from energy import FlatPunch, Plane, cards
+from studies.checks.convergence import EXACT, Comparison, Grid, check, residual
+from studies.checks.observe import brink, last_contact
+from studies.checks.scenes import GAMMA1, LAYER, PUNCH, WORK, constants, gel
+
+TENSIONS = (0.012, GAMMA1, 0.19)
+
+
+@check(19, what="energy per width at d = -δ₀: any width is neutral", order=EXACT, unit="N/m")
+def neutral_width(grid: Grid) -> Comparison:
+    scenes = [gel(FlatPunch(a)) for a in (0.9e-4, 1.37e-4, 2.3e-4, 5.1e-4)]
+    d_c = cards.plane.critical_depth(LAYER.stiffness, WORK)
+    energies = [grid.solve(scene, d_c).energy for scene in scenes]
+    widths = [2 * scene.indenter.extent[1] for scene in scenes]
+    return residual(np.diff(energies) / np.diff(widths), WORK)
+
+
+@check(20, what="separation at which a plane lets go, by bisection", order=EXACT, unit="m")
+def critical_separation(grid: Grid) -> Comparison:
+    measured, expected = [], []
+    for gamma1 in TENSIONS:
+        for w in (WORK, 0.3 * WORK):
+            scene = gel(Plane(), gamma1=gamma1, w=w)
+            measured.append(-last_contact(grid, scene))
+            expected.append(cards.plane.critical_separation(scene.stiffness, w))
+    return Comparison(measured, expected)
+
+
+@check(21, what="surface beside a flat punch about to let go", unit="m")
+def meniscus(grid: Grid) -> Comparison:
+    scene = gel(PUNCH)
+    d_c, a = brink(grid, scene), PUNCH.half_width
+    x = a + scene.elastocapillary_length * np.linspace(-1, 3, 9)
+    u = grid.solve(scene, d_c).displacement(x)
+    expected = cards.flat_punch.displacement(x, a=a, **constants(scene))
+    return Comparison(u, expected, scene.critical_separation)
+
+
+@check(22, what="force of a flat punch about to let go", unit="N/m")
+def force_at_detachment(grid: Grid) -> Comparison:
+    measured, expected = [], []
+    for a in (7.3e-5, 2.3e-4):
+        scene = gel(FlatPunch(a))
+        d_c = brink(grid, scene)
+        measured.append(grid.solve(scene, d_c).force)
+        expected.append(cards.flat_punch.force_at_detachment(a=a, **constants(scene)))
+    return Comparison(measured, expected)
+
+
+@check(23, what="largest pull while a flat punch is raised, three γ₁", unit="N/m")
+def adhesion_force(grid: Grid) -> Comparison:
+    measured, expected = [], []
+    a = PUNCH.half_width
+    for gamma1, w in zip(TENSIONS, (WORK, 0.3 * WORK, WORK), strict=True):
+        scene = gel(PUNCH, gamma1=gamma1, w=w)
+        raised = np.outer(brink(grid, scene), [0, 0.5, 1, 1.001]).ravel()
+        measured.append(-grid.sweep(scene, raised, "force").min())
+        expected.append(cards.flat_punch.adhesion_force(a=a, **constants(scene)))
+    return Comparison(measured, expected)
