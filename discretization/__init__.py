@@ -14,9 +14,11 @@ Scene -> Lattice (lattice.py) -> contact set (fronts.py) -> sums and certificate
 A new minimiser returns a contact set and joins at fronts.py; the certificate judges it unchanged.
 """
 
+from discretization.certificate import NotCertifiedError
 from discretization.equilibrium import Equilibrium
 from discretization.lattice import Lattice, NodalEnergy
-from discretization.minimise import AccuracyWarning, NotCertifiedError, minimise, on_lattice
+from discretization.lattice_state import on_lattice
+from discretization.minimise import AccuracyWarning, minimise
 
 __all__ = [
     "AccuracyWarning",

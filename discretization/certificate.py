@@ -33,6 +33,10 @@ _TAIL_NODES = 16
 End = tuple[int, int, int]  # node, side, last node on that side
 
 
+class NotCertifiedError(RuntimeError):
+    """The minimiser's state failed its certificate; nothing is returned in its place."""
+
+
 class Sums(NamedTuple):
     """Totals over one contact set: energy terms, force by two routes, weakest contact node."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +14,17 @@ from energy import Assumption, Scene
 
 Array = NDArray[np.float64]
 _ONE_SIDED = 1e-9
+QUANTITIES = ("half_width", "force", "energy")
+
+
+class Tail(Protocol):
+    """The free surface beyond a contact line at which the displacement is u_line."""
+
+    def displacement(self, distance: Array, u_line: float) -> Array:
+        """u at these distances >= 0 from the line."""
+
+    def slope(self, u_line: Array) -> Array:
+        """u' outwards at the line, for several lines."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,9 +33,9 @@ class Equilibrium:
 
     contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
     themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
-    without contact; label "global", "metastable", "neutral" or "detached"; tail_rate: decay
-    -u'/u of the free surface [1/length]; error_estimate: relative errors of half_width, force
-    and energy, the last two relative to the sum of their terms' absolute values.
+    without contact; label "global", "metastable", "neutral" or "detached"; tail: the free surface;
+    error_estimate: relative errors of half_width, force and energy, the last two relative to
+    `scales`, the sums of their terms' absolute values; spacing: nan where there are no nodes.
     """
 
     scene: Scene
@@ -35,7 +47,7 @@ class Equilibrium:
     energy: float
     label: str
     certificate: Certificate
-    tail_rate: float
+    tail: Tail
     scales: dict[str, float]
     error_estimate: dict[str, float]
     method: str
@@ -56,10 +68,10 @@ class Equilibrium:
         sides = np.array([-1.0, 1.0])
         width = self.contacts[:, 1:] - self.contacts[:, :1]
         inward = np.where(self.pinned & (width > 0), -sides, np.where(self.pinned, sides, 0.0))
-        reach = np.where(width > 0, width, self.spacing)
+        reach = np.where(width > 0, width, abs(self.depth))
         f1 = self.scene.indenter.slope(self.contacts + _ONE_SIDED * reach * inward)
         u = self.depth - self.scene.indenter.height(self.contacts)
-        return sides * f1, -self.tail_rate * u
+        return sides * f1, self.tail.slope(u)
 
     @property
     def angle_deficits(self) -> Array:
@@ -97,7 +109,7 @@ class Equilibrium:
             for side, end in ((-1, left), (1, right)):
                 free = side * (x - end) > 0
                 u_end = self.depth - float(self.scene.indenter.height(end))
-                u[free] = u_end * np.exp(-self.tail_rate * side * (x[free] - end))
+                u[free] = self.tail.displacement(side * (x[free] - end), u_end)
         return u
 
     def pressure(self, x: ArrayLike) -> Array:
@@ -135,3 +147,27 @@ class Equilibrium:
             f"angle        θ = {self.contact_angle:.10g} rad   (π - θ = {self.angle_deficit:.6g})",
         ]
         return "\n".join(lines + [f"validity     {a}" for a in self.validity])
+
+
+def detached(
+    scene: Scene, depth: float, branch: str, tail: Tail, certificate: Certificate
+) -> Equilibrium:
+    """The flat surface without contact."""
+    none = np.empty((0, 2))
+    return Equilibrium(
+        scene=scene,
+        depth=depth,
+        contacts=none,
+        nodes=none,
+        pinned=none.astype(bool),
+        force=0.0,
+        energy=0.0,
+        label="detached",
+        certificate=certificate,
+        tail=tail,
+        scales={"force": 0.0, "energy": 0.0},
+        error_estimate=dict.fromkeys(QUANTITIES, 0.0),
+        method="lattice",
+        branch=branch,
+        spacing=math.nan,
+    )

@@ -10,6 +10,7 @@ what a minimiser need not search for:
 | `extent`    | (lo, hi) outside which the profile has no points or is not known               |
 | `walls`     | the ends of `extent` at which the body itself ends (a punch, not a data set)   |
 | `symmetric` | mirror-symmetric about the apex                                                |
+| `convex`    | the slope never decreases: one contact, with one line on each side            |
 
 Built-in shapes stand in indenters.py, measured ones in sampled.py; this file holds what they share:
 the base class and the ways to compose profiles.
@@ -39,6 +40,7 @@ class Indenter:
     extent: tuple[float, float] = UNBOUNDED
     walls: tuple[float, ...] = ()
     symmetric: bool = False
+    convex: bool = False
 
     def height(self, x: ArrayLike) -> Array:
         """f(x) [length]."""
@@ -113,6 +115,7 @@ class Shifted(Indenter):
         object.__setattr__(self, "extent", (extent[0] + move, extent[1] + move))
         object.__setattr__(self, "walls", tuple(c + move for c in self.base.walls))
         object.__setattr__(self, "symmetric", self.base.symmetric)
+        object.__setattr__(self, "convex", self.base.convex)
 
     def height(self, x: ArrayLike) -> Array:
         return self.base.height(self._own(x))
@@ -138,7 +141,7 @@ class Tilted(Indenter):
     tilt: float
 
     def __post_init__(self) -> None:
-        for name in ("corners", "extent", "walls"):
+        for name in ("corners", "extent", "walls", "convex"):
             object.__setattr__(self, name, getattr(self.base, name))
 
     def height(self, x: ArrayLike) -> Array:
@@ -165,6 +168,7 @@ class Sum(Indenter):
         object.__setattr__(self, "corners", corners[(corners >= lo) & (corners <= hi)])
         walls = {*one.walls, *two.walls} & {lo, hi}
         object.__setattr__(self, "walls", tuple(sorted(walls)))
+        object.__setattr__(self, "convex", one.convex and two.convex)
         if one.apex is not None and one.apex == two.apex:
             object.__setattr__(self, "apex", one.apex)
             object.__setattr__(self, "symmetric", one.symmetric and two.symmetric)

@@ -22,6 +22,7 @@ class Plane(Indenter):
 
     apex = 0.0
     symmetric = True
+    convex = True
 
     def height(self, x: ArrayLike) -> Array:
         return np.zeros_like(np.asarray(x, float))
@@ -37,6 +38,7 @@ class FlatPunch(Indenter):
     half_width: float
     apex = 0.0
     symmetric = True
+    convex = True
 
     def __post_init__(self) -> None:
         positive("half_width", self.half_width)
@@ -66,6 +68,7 @@ class Wedge(Indenter):
     apex = 0.0
     corners = (0.0,)
     symmetric = True
+    convex = True
 
     def __post_init__(self) -> None:
         if not 0 < finite("delta", self.delta) < math.pi / 2:
@@ -85,6 +88,7 @@ class Parabola(Indenter):
     R: float
     apex = 0.0
     symmetric = True
+    convex = True
 
     def __post_init__(self) -> None:
         positive("R", self.R)
@@ -105,6 +109,7 @@ class PowerLaw(Indenter):
     n: float
     apex = 0.0
     symmetric = True
+    convex = True
 
     def __post_init__(self) -> None:
         positive("c", self.c)

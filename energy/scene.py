@@ -104,7 +104,9 @@ class Scene:
             if self.work_of_adhesion == 0:
                 ratio = 0.0
             report += [
-                Assumption("slope", abs(slope), 0.1, "surfaces are too steep for small-slope energies"),
+                Assumption(
+                    "slope", abs(slope), 0.1, "surfaces are too steep for small-slope energies"
+                ),
                 Assumption("2w/γ₁", ratio, 0.1, "the contact angle is far from π"),
             ]
         return tuple(report)

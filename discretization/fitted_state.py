@@ -1,0 +1,157 @@
+"""Equilibria on the fitted mesh: topology, contact lines, certificate, error estimate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import Certificate, NotCertifiedError
+from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted import FittedLine, Interval, Problem, find_line, integrate, mirrored
+from discretization.free_surface import FreeSurface, free_surface
+from discretization.lattice_state import on_lattice
+from energy import Scene
+
+Array = NDArray[np.float64]
+_LEAST_NODES = 32
+_ROUNDING = 16 * float(np.finfo(float).eps)
+_CLEAN = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class FittedTail:
+    """The spectral free surface in the scene's units."""
+
+    surface: FreeSurface
+    length: float
+
+    def displacement(self, distance: Array, u_line: float) -> Array:
+        """The elements' polynomials, then the exact far field."""
+        return u_line * self.surface.displacement(distance / self.length)
+
+    def slope(self, u_line: Array) -> Array:
+        """Derivative of the first element's polynomial at the line."""
+        return -self.surface.slope / self.length * u_line
+
+
+def on_fitted_mesh(scene: Scene, depth: float, *, branch: str = "adhered") -> Equilibrium:
+    """Certified equilibrium with its contact lines as unknowns, and its error estimate."""
+    tail = FittedTail(free_surface(), scene.elastocapillary_length or 1.0)
+    indenter = scene.indenter
+    starts: tuple[float, float] | None
+    if indenter.convex and indenter.apex is not None:
+        starts, touch = (indenter.apex, indenter.apex), float(indenter.height(indenter.apex))
+    else:
+        starts, touch = _topology(scene, depth, branch)
+    problem = Problem.of(scene, depth, touch, branch, tail.surface)
+    ends = None if starts is None else _lines(problem, starts)
+    if ends is None:
+        return replace(detached(scene, depth, branch, tail, _CLEAN), method="fitted")
+    totals = integrate(problem, ends[0].x, ends[1].x)
+    certificate = _certify(problem, ends, totals)
+    if not certificate.ok:
+        raise NotCertifiedError(
+            f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
+            f"({certificate}); try method='lattice' with a small spacing"
+        )
+    convex = branch == "global" or scene.work_of_adhesion == 0
+    neutral = any(end.neutral for end in ends)
+    contacts = np.array([[ends[0].x, ends[1].x]])
+    return Equilibrium(
+        scene=scene,
+        depth=depth,
+        contacts=contacts,
+        nodes=contacts,
+        pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
+        force=totals.force,
+        energy=totals.energy,
+        label="neutral" if neutral else "global" if convex else "metastable",
+        certificate=certificate,
+        tail=tail,
+        scales={"force": totals.force_scale, "energy": totals.energy_scale},
+        error_estimate=_errors(problem, ends, totals),
+        method="fitted",
+        branch=branch,
+        spacing=math.nan,
+    )
+
+
+def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, FittedLine] | None:
+    """Both contact lines, found outwards from inside the contact; None if it has let go."""
+    indenter = problem.scene.indenter
+    right = find_line(problem, 1, starts[1])
+    if right is None:
+        return None
+    if indenter.symmetric and starts[0] == starts[1] == indenter.apex:
+        return right._replace(x=mirrored(indenter, right.x)), right
+    left = find_line(problem, -1, starts[0])
+    return None if left is None or left.x > right.x else (left, right)
+
+
+def _topology(scene: Scene, depth: float, branch: str) -> tuple[tuple[float, float] | None, float]:
+    """A point well inside each end of the contact, and the depth of first touch, on a lattice."""
+    lengths = (scene.elastocapillary_length, scene.critical_separation, abs(depth), scene.layer.h)
+    spacing = next(length for length in lengths if length > 0) / 16
+    for _ in range(12):
+        state = on_lattice(scene, depth, spacing, branch=branch)
+        nodes = (np.diff(state.nodes) / spacing).sum() if state.nodes.size else 0
+        if nodes >= _LEAST_NODES:
+            break
+        spacing /= 4
+    if not state.contacts.size:
+        return None, math.nan
+    reach = min(2 * spacing, float(np.diff(state.contacts)[0, 0]) / 2)
+    touch = float(
+        scene.indenter.height(np.linspace(state.nodes[0, 0], state.nodes[0, 1], 1001)).min()
+    )
+    left, right = state.contacts[0]
+    return (left + reach, right - reach), touch
+
+
+def _certify(
+    problem: Problem, ends: tuple[FittedLine, FittedLine], totals: Interval
+) -> Certificate:
+    """The same conditions as on the lattice, for lines that move continuously."""
+    penetration = neighbours = 0.0
+    scale = problem.scale(ends)
+    step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * (problem.scene.elastocapillary_length or 1.0))
+    for side, end in ((-1, ends[0]), (1, ends[1])):
+        inside, outside = problem.drive(side, end.x, -step), problem.drive(side, end.x, step)
+        if ends[0].x == ends[1].x:
+            inside = 0.0
+        neighbours = max(neighbours, inside / scale, 0.0 if end.pinned else -outside / scale)
+        penetration = max(
+            penetration, -problem.jump(side, end.x, step if end.pinned else 0.0) / scale
+        )
+    if any(end.x in problem.scene.indenter.walls for end in ends):
+        penetration = 0.0  # nothing to penetrate beyond the edge
+    force = abs(totals.force - totals.force_by_field) / (totals.force_scale or 1.0)
+    opening = max(0.0, -totals.weakest / scale) if problem.scene.work_of_adhesion == 0 else 0.0
+    return Certificate(penetration, problem.surface.residual, opening, neighbours, force)
+
+
+def _errors(
+    problem: Problem, ends: tuple[FittedLine, FittedLine], totals: Interval
+) -> dict[str, float]:
+    """Rounding times the condition of the line's position, and the quadrature's own change."""
+    width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
+    for side, end in ((-1, ends[0]), (1, ends[1])):
+        if end.pinned:
+            continue
+        step = 1e-4 * width
+        gain = (
+            problem.drive(side, end.x, 0.0) - problem.drive(side, end.x - side * step, 0.0)
+        ) / step
+        error = _ROUNDING * (problem.scale(ends) / gain if gain > 0 else width)
+        move += error
+        push += error * abs(problem.force_rate(side, end.x))
+    coarse = integrate(problem, ends[0].x, ends[1].x, order=28)
+    force, energy = totals.force_scale or 1.0, totals.energy_scale or 1.0
+    return {
+        "half_width": float(move / width) + _ROUNDING if width else 0.0,
+        "force": (abs(totals.force - coarse.force) + push) / force + 4 * _ROUNDING,
+        "energy": abs(totals.energy - coarse.energy) / energy + 4 * _ROUNDING,
+    }

@@ -1,0 +1,165 @@
+"""Equilibria on a lattice: contact set, certificate, contact lines between the nodes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization import fronts
+from discretization.certificate import Certificate, NotCertifiedError, Sums, certify, measured
+from discretization.equilibrium import QUANTITIES, Equilibrium, detached
+from discretization.lattice import Lattice
+from discretization.line import Line, recover
+from energy import Plane, Scene
+
+Array = NDArray[np.float64]
+_SAFETY = 1.5
+_CLEAN = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class LatticeTail:
+    """Free nodes beyond a contact: u decays by exp(-rate) per length, Eq. (6) on the lattice."""
+
+    rate: float
+
+    def displacement(self, distance: Array, u_line: float) -> Array:
+        """u_line exp(-rate·distance)."""
+        return u_line * np.exp(-self.rate * distance)
+
+    def slope(self, u_line: Array) -> Array:
+        """-rate·u_line."""
+        return -self.rate * u_line
+
+
+def on_lattice(
+    scene: Scene,
+    depth: float,
+    spacing: float,
+    *,
+    branch: str = "adhered",
+    origin: float | None = None,
+) -> Equilibrium:
+    """Certified equilibrium on one lattice, a node on `origin`; without an error estimate."""
+    lattice = Lattice.of(scene, spacing, origin)
+    if isinstance(scene.indenter, Plane):
+        return _plane(scene, depth, branch, lattice)
+    where = fronts.region(lattice, scene.indenter, depth)
+    lowest_energy = branch == "global" and not scene.gamma1
+    find = fronts.held if lowest_energy else fronts.adhered
+    contact = find(lattice, scene.indenter, depth, where)
+    if contact is None:
+        certificate = certify(lattice, scene.indenter, depth, where, None, None)
+        return replace(detached(scene, depth, branch, _tail(lattice), certificate), spacing=spacing)
+    sums = measured(lattice, scene.indenter, depth, contact)
+    certificate = certify(lattice, scene.indenter, depth, where, contact, sums)
+    if not certificate.ok:
+        raise NotCertifiedError(
+            f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
+            f"({certificate}): the surface meets or leaves the indenter elsewhere than at the two "
+            "ends of one contact; try a smaller spacing, or a profile with a single contact"
+        )
+    right = recover(lattice, scene.indenter, depth, where, contact.last, 1, contact.reach)
+    axis = fronts.mirror_axis(lattice, scene.indenter, contact.first, contact.last)
+    if axis is not None:
+        left = right._replace(x=max(2 * axis - right.x, scene.indenter.extent[0]))
+    else:
+        left = recover(lattice, scene.indenter, depth, where, contact.first, -1, contact.reach)
+    ends = [left, right]
+    return _state(scene, depth, branch, lattice, contact, sums, ends, certificate)
+
+
+def _state(
+    scene: Scene,
+    depth: float,
+    branch: str,
+    lattice: Lattice,
+    contact: fronts.Contact,
+    sums: Sums,
+    ends: list[Line],
+    certificate: Certificate,
+) -> Equilibrium:
+    x = np.array([[ends[0].x, ends[1].x]])
+    if x[0, 0] > x[0, 1]:  # a contact smaller than the interpolation resolves
+        x[:] = x.mean()
+    convex = branch == "global" or scene.work_of_adhesion == 0
+    neutral = _indifferent(lattice, scene, depth, contact)
+    return Equilibrium(
+        scene=scene,
+        depth=depth,
+        contacts=x,
+        nodes=lattice.x(np.array([[contact.first, contact.last]], float)),
+        pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
+        force=sums.force + ends[0].force + ends[1].force,
+        energy=sums.energy + ends[0].energy + ends[1].energy,
+        label="neutral" if neutral else "global" if convex else "metastable",
+        certificate=certificate,
+        tail=_tail(lattice),
+        scales={"force": sums.force_scale, "energy": sums.energy_scale},
+        error_estimate=dict.fromkeys(QUANTITIES, math.nan),
+        method="lattice",
+        branch=branch,
+        spacing=lattice.spacing,
+    )
+
+
+def _tail(lattice: Lattice) -> LatticeTail:
+    return LatticeTail(lattice.log_decay / lattice.spacing)
+
+
+def _indifferent(lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact) -> bool:
+    """Whether moving a line by several links costs nothing: any contact width is an equilibrium."""
+    nodes = np.arange(contact.last, max(contact.first, contact.last - 4) - 1, -1, dtype=float)
+    if nodes.size < 4 or not scene.work_of_adhesion:
+        return False
+    f = fronts.heights(lattice, scene.indenter, nodes)
+    gap = f[:-1] - f[1:] + lattice.loss * (f[1:] - depth)
+    cost = lattice.advance_cost(gap)
+    return bool(np.all(gap > 0) and np.all(np.abs(cost) <= 1e-10 * lattice.w * lattice.spacing))
+
+
+def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
+    """The endless plane: every link is alike, so one link decides for all (case study 1)."""
+    gap, adheres = -lattice.loss * depth, lattice.gamma1 or branch == "global" or depth < 0
+    state = replace(detached(scene, depth, branch, _tail(lattice), _CLEAN), spacing=lattice.spacing)
+    if gap > (lattice.critical_gap * (1 + 1e-12) if adheres else 0.0):
+        return state
+    cost = float(lattice.advance_cost(gap))
+    balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
+    neutral = gap > 0 and balanced
+    everywhere = np.array([[-math.inf, math.inf]])
+    return replace(
+        state,
+        contacts=everywhere,
+        nodes=everywhere,
+        pinned=np.zeros((1, 2), bool),
+        force=math.copysign(math.inf, depth) if depth else 0.0,
+        energy=0.0 if balanced else math.copysign(math.inf, cost),
+        label="neutral" if neutral else "metastable" if depth < 0 else "global",
+    )
+
+
+def coarser(fine: Equilibrium) -> Equilibrium | None:
+    """The same question on every other node, for the error estimate; None if it has no answer."""
+    if not np.isfinite(fine.contacts).all():
+        return fine
+    try:
+        return on_lattice(fine.scene, fine.depth, 2 * fine.spacing, branch=fine.branch)
+    except (ValueError, NotCertifiedError):
+        return None
+
+
+def with_estimate(fine: Equilibrium, coarse: Equilibrium | None) -> Equilibrium:
+    """Errors of the fine state from a coarse one with twice the spacing: O(Δx²) leaves a third."""
+    if fine.label == "detached" or not np.isfinite(fine.contacts).all():
+        return fine
+    errors = dict.fromkeys(QUANTITIES, math.inf)
+    if coarse is not None and coarse.contacts.shape == fine.contacts.shape:
+        scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
+        for name, scale in scales.items():
+            change = abs(getattr(fine, name) - getattr(coarse, name)) / (scale or 1.0)
+            errors[name] = float(_SAFETY * change / 3 + 4 * np.finfo(float).eps)
+    return replace(fine, error_estimate=errors)
