@@ -15,8 +15,8 @@
     gamma12 = 0.0997
 
     [indenter]
-    shape = "parabola"            # plane | flat_punch half_width | wedge delta (rad) | parabola R
-    R = 0.1                       # | power_law c, n | sampled x, z, kind
+    shape = "parabola"            # plane | flat_punch half_width | wedge delta (rad) or
+    R = 0.1                       # delta_degrees | parabola R | power_law c, n | sampled x, z, kind
     tilted = 0.0                  # optional slope, applied first
     shifted = 0.0                 # optional distance in m
 
@@ -27,16 +27,19 @@
     spacing = 1e-6                # method = "lattice" only
     rtol = 1e-8
 
-Unknown keys, missing keys and values of a wrong type are refused by file and key.
+title, source and depth stand above the first [section], as TOML has it. Unknown keys, missing keys
+and values of a wrong type are refused by file and key.
 """
 
 from __future__ import annotations
 
+import math
+import sys
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,10 +57,11 @@ from energy import (
     Wedge,
 )
 
+T = TypeVar("T")
 SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "plane": (Plane, ()),
     "flat_punch": (FlatPunch, ("half_width",)),
-    "wedge": (Wedge, ("delta",)),
+    "wedge": (Wedge, ("delta", "delta_degrees")),
     "parabola": (Parabola, ("R",)),
     "power_law": (PowerLaw, ("c", "n")),
     "sampled": (Sampled, ("x", "z")),
@@ -88,27 +92,33 @@ class _Table:
         self.table = table
         for key in table:
             if key not in known:
-                self.refuse(key, table[key], "is unknown")
+                misplaced = self.name != "file" and key in SECTIONS
+                hint = " here: write it above the first [section]" if misplaced else ""
+                self.refuse(key, table[key], f"is unknown{hint}")
 
-    def refuse(self, key: str, value: Any, why: str) -> None:
-        where = f"{self.name}.{key}" if key != self.name else key
+    def refuse(self, key: str, value: Any, why: str) -> NoReturn:
+        raise self.error(f"{key} = {value!r} {why}")
+
+    def error(self, problem: str) -> ValueError:
+        name = "" if self.name == "file" or problem.startswith(f"{self.name} ") else f"{self.name}."
         known = f"; known keys: {', '.join(self.known)}" if self.known else ""
-        raise ValueError(f"{self.path}: {where} = {value!r} {why}{known}")
+        return ValueError(f"{self.path}: {name}{problem}{known}")
 
     def number(self, key: str) -> float:
-        value = self.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            self.refuse(key, value, "must be a number in SI units, without quotes")
-        return float(value)
+        return self._finite(key, self.get(key))
 
     def numbers(self, key: str) -> list[float]:
         values = self.get(key)
         if not isinstance(values, list) or not values:
-            self.refuse(key, values, "must be a list of numbers")
-        for value in values:
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                self.refuse(key, values, f"holds {value!r}, which is not a number")
-        return [float(value) for value in values]
+            self.refuse(key, values, "must be a list of at least one number")
+        return [self._finite(f"{key}[{i}]", value) for i, value in enumerate(values)]
+
+    def _finite(self, key: str, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            self.refuse(key, value, "must be a number in SI units, without quotes and unit")
+        if not abs(value) <= sys.float_info.max:
+            self.refuse(key, value, "must be finite")
+        return float(value)
 
     def text(self, key: str, default: str | None = None) -> str:
         value = self.get(key) if default is None else self.table.get(key, default)
@@ -118,8 +128,15 @@ class _Table:
 
     def get(self, key: str) -> Any:
         if key not in self.table:
-            self.refuse(key, None, "is missing")
+            raise self.error(f"{key} is missing")
         return self.table[key]
+
+    def build(self, kind: Callable[..., T], *values: Any) -> T:
+        """kind(*values); what it refuses is told with the name of this table."""
+        try:
+            return kind(*values)
+        except ValueError as error:
+            raise ValueError(f"{self.path}: {self.name}.{error}") from None
 
 
 def load(path: str | Path) -> SceneFile:
@@ -127,23 +144,20 @@ def load(path: str | Path) -> SceneFile:
     path = Path(path)
     try:
         content = tomllib.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
-        raise ValueError(f"{path}: no such file; give the path of a scene file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}; give the path of a scene file") from None
+    except ValueError as error:
         raise ValueError(f"{path}: cannot be read as TOML: {error}") from None
     file = _Table(path, "file", content, SECTIONS)
     options = _options(path, content.get("options", {}))
     slopes = options.pop("slopes", "small")
+    layer = _layer(path, file.get("layer"))
+    surfaces = _surfaces(path, file.get("surfaces"))
+    indenter = _indenter(path, file.get("indenter"))
     try:
-        scene = Scene(
-            _layer(path, file.get("layer")),
-            _surfaces(path, file.get("surfaces")),
-            _indenter(path, file.get("indenter")),
-            slopes,
-        )
+        scene = Scene(layer, surfaces, indenter, slopes)
     except ValueError as error:
-        text = str(error)
-        raise ValueError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+        raise ValueError(f"{path}: {error}") from None
     return SceneFile(
         path,
         file.text("title", path.stem),
@@ -156,17 +170,17 @@ def load(path: str | Path) -> SceneFile:
 
 def _layer(path: Path, content: Any) -> ElasticLayer:
     table = _Table(path, "layer", content, ("E", "nu", "h"))
-    return ElasticLayer(table.number("E"), table.number("nu"), table.number("h"))
+    return table.build(ElasticLayer, *(table.number(key) for key in table.known))
 
 
 def _surfaces(path: Path, content: Any) -> SurfaceEnergies:
     table = _Table(path, "surfaces", content, ("gamma1", "gamma2", "gamma12", "w"))
     if "w" not in table.table:
-        return SurfaceEnergies(*(table.number(key) for key in ("gamma1", "gamma2", "gamma12")))
+        return table.build(SurfaceEnergies, *(table.number(key) for key in table.known[:3]))
     for key in ("gamma2", "gamma12"):
         if key in table.table:
             table.refuse(key, table.table[key], "contradicts w: give w, or gamma2 and gamma12")
-    return SurfaceEnergies.from_work(table.number("gamma1"), table.number("w"))
+    return table.build(SurfaceEnergies.from_work, table.number("gamma1"), table.number("w"))
 
 
 def _indenter(path: Path, content: Any) -> Indenter:
@@ -179,14 +193,28 @@ def _indenter(path: Path, content: Any) -> Indenter:
     extra = ("kind",) if shape == "sampled" else ()
     known = ("shape", *keys, *extra, "shifted", "tilted")
     table = _Table(path, "indenter", content, known)
-    read = table.numbers if shape == "sampled" else table.number
-    arguments = {key: read(key) for key in keys}
-    if extra and "kind" in table.table:
-        arguments["kind"] = table.text("kind")
-    indenter: Indenter = kind(**arguments)
+    arguments: list[Any]
+    if shape == "wedge":
+        arguments = [_wedge_angle(table)]
+    elif shape == "sampled":
+        arguments = [*map(table.numbers, keys), table.text("kind", "linear")]
+    else:
+        arguments = [*map(table.number, keys)]
+    indenter: Indenter = table.build(kind, *arguments)
     if "tilted" in table.table:
         indenter = indenter.tilted(table.number("tilted"))
     return indenter.shifted(table.number("shifted")) if "shifted" in table.table else indenter
+
+
+def _wedge_angle(table: _Table) -> float:
+    """δ in rad from delta or delta_degrees, one of the two."""
+    if {"delta", "delta_degrees"} <= set(table.table):
+        raise table.error("delta_degrees stands beside delta: give one of the two")
+    if "delta_degrees" not in table.table:
+        return table.number("delta")
+    if not 0 < table.number("delta_degrees") < 90:
+        table.refuse("delta_degrees", table.table["delta_degrees"], "is outside (0, 90)")
+    return math.radians(table.number("delta_degrees"))
 
 
 def _options(path: Path, content: Any) -> dict[str, Any]:
@@ -208,6 +236,5 @@ def _depths(file: _Table) -> NDArray[np.float64]:
         depths = np.array(file.numbers("depth"))
     else:
         depths = np.array([file.number("depth")])
-    if not np.isfinite(depths).all():
-        file.refuse("depth", depth, "must be finite")
+    depths.flags.writeable = False
     return depths

@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from discretization import Lattice
 from energy import cards
 from studies import verify
 from studies.checks import CHECKS, convergence, curves, scenes
@@ -113,6 +115,22 @@ def test_a_simulated_value_wrong_by_one_percent_fails_its_check(monkeypatch, nam
     assert not results[0].passed
 
 
+def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen(monkeypatch):
+    geometry = {4, 31}  # what the indenter prescribes holds at any k, γ₁, w
+    right, seen = Lattice.of, set()
+    for wrong in ("k", "gamma1", "w"):
+
+        def of(scene, spacing, origin=None, wrong=wrong):
+            lattice = right(scene, spacing, origin)
+            return replace(lattice, **{wrong: 1.01 * getattr(lattice, wrong)})
+
+        monkeypatch.setattr(Lattice, "of", of)
+        results = [refine(item, (100,), (0.37,)) for item in CHECKS]
+        seen |= {r.check.equations for r in results if r.error > 1e-3 and not r.note}
+    blind = {n for item in CHECKS for n in item.equations if item.equations not in seen}
+    assert blind == geometry
+
+
 def test_the_engine_wants_the_order_as_well_as_the_error():
     assert artificial(lambda n: n**-2.0, bar=1e-5).passed
     assert not artificial(lambda n: n**-2.0, bar=1e-6).passed
@@ -189,6 +207,7 @@ def test_the_command_fails_with_a_broken_card(monkeypatch, tmp_path, capsys):
     right = cards.wedge.half_width
     monkeypatch.setattr(cards.wedge, "half_width", lambda *a, **k: 1.01 * right(*a, **k))
     monkeypatch.setattr(verify, "CHECKS", tuple(checks_of(25)))
+    monkeypatch.setattr(verify, "plot", lambda record: {})
     assert verify.main(["--quick", "--out", str(tmp_path)]) == 1
     assert "1 checks: 0 passed, 1 failed" in capsys.readouterr().out
     assert "**FAIL**" in (tmp_path / "report.md").read_text("utf-8")

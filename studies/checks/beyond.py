@@ -1,12 +1,11 @@
-"""What the paper leaves open: energies, power laws, pull-off of a parabola, a wedge held by its tip."""
+"""What the paper leaves open: energies, power laws, pull-off, a wedge held by its tip."""
 
 from __future__ import annotations
 
 import numpy as np
-
 from scipy.optimize import brentq
 
-from energy import FlatPunch, cards
+from energy import FlatPunch, Scene, cards
 from studies.checks.convergence import FIRST, Comparison, Grid, check
 from studies.checks.observe import last_contact, least_force
 from studies.checks.scenes import (
@@ -98,7 +97,7 @@ def global_pull_off(grid: Grid) -> Comparison:
         scene = gel(FlatPunch(a))
         deep = -0.999 * scene.critical_separation
 
-        def energy(d: float, scene=scene) -> float:
+        def energy(d: float, scene: Scene = scene) -> float:
             return grid.solve(scene, d).energy
 
         measured.append(brentq(energy, deep, 0.0, xtol=1e-18))

@@ -177,8 +177,8 @@ def no_tension(grid: Grid) -> Comparison:
 )
 def vanishing_tension(grid: Grid) -> Comparison:
     """Refinement here is the tension going to zero: the distance from (18) is lf'(a), Eq. (16)."""
-    l = 3e-5 / grid.cells
-    scene = gel(PARABOLA, gamma1=LAYER.stiffness * l**2)
+    ell = 3e-5 / grid.cells
+    scene = gel(PARABOLA, gamma1=LAYER.stiffness * ell**2)
     depths = LEVELS * scene.critical_separation
     a = Grid(25, grid.offset).sweep(scene, depths, "half_width")
     return Comparison(
@@ -194,8 +194,8 @@ def neutral_surfaces(grid: Grid) -> Comparison:
         scene = Scene(LAYER, surfaces, PARABOLA)
         wider = punch_difference(grid, LAYER, surfaces, 4e-7)
         w = wider.force * 4e-7 / 2 - wider.energy
-        l = tail(grid.solve(scene, 4e-7)).decay_length
-        measured.append(wider.force / 4e-7 * l**2 - w)
+        ell = tail(grid.solve(scene, 4e-7)).decay_length
+        measured.append(wider.force / 4e-7 * ell**2 - w)
     gamma12 = cards.nonadhesive.interfacial_energy(np.array(TENSIONS), GAMMA2)
     return Comparison(measured, np.asarray(gamma12) - GAMMA2)
 
@@ -214,4 +214,5 @@ def no_kink(grid: Grid) -> Comparison:
 
 def _neutral(gamma1: float) -> SurfaceEnergies:
     """Surface energies with w = 0."""
-    return SurfaceEnergies(gamma1, GAMMA2, cards.nonadhesive.interfacial_energy(gamma1, GAMMA2))
+    gamma12 = float(cards.nonadhesive.interfacial_energy(gamma1, GAMMA2))
+    return SurfaceEnergies(gamma1, GAMMA2, gamma12)

@@ -17,6 +17,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +27,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 Band = tuple[float, float]
+Numbers = Any  # a number, an array, or nested lists of them
 
 SECOND: Band = (1.8, 2.2)
 FIRST: Band = (0.85, 1.15)
@@ -50,7 +52,7 @@ class Grid:
         origin = apex + self.offset * spacing if self.offset else None
         return on_lattice(scene, float(depth), spacing, branch=branch, origin=origin)
 
-    def sweep(self, scene: Scene, depths: ArrayLike, name: str, **options) -> Array:
+    def sweep(self, scene: Scene, depths: ArrayLike, name: str, **options: Any) -> Array:
         """The attribute `name` of the equilibria at the depths, (n,)."""
         depths = np.atleast_1d(np.asarray(depths, float))
         return np.array([getattr(self.solve(scene, d, **options), name) for d in depths])
@@ -60,9 +62,9 @@ class Grid:
 class Comparison:
     """Simulated values and closed forms (shapes broadcast); error = max |difference|/scale."""
 
-    simulated: ArrayLike
-    closed_form: ArrayLike
-    scale: ArrayLike | None = None
+    simulated: Numbers
+    closed_form: Numbers
+    scale: Numbers = None
 
     def worst(self) -> tuple[float, float, float]:
         """Largest relative error, and the two values it belongs to; inf if anything is NaN."""
@@ -79,7 +81,7 @@ class Comparison:
         return float(errors[at]), float(simulated[at]), float(closed[at])
 
 
-def residual(values: ArrayLike, scale: ArrayLike) -> Comparison:
+def residual(values: Numbers, scale: Numbers) -> Comparison:
     """A residual that should vanish, relative to `scale`."""
     return Comparison(values, np.zeros_like(np.asarray(values, float)), scale)
 

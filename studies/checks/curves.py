@@ -28,6 +28,11 @@ class Meniscus(NamedTuple):
     u: Array
     closed_form: Array
 
+    def scaled(self, size: float) -> Meniscus:
+        """All lengths in units of `size`."""
+        a, d = self.half_width / size, self.depth / size
+        return Meniscus(self.scene, a, d, self.x / size, self.u / size, self.closed_form / size)
+
 
 class Outside(NamedTuple):
     """Free surface beside a shape: (x - a)/l, u/δ₀ simulated and by Eq. (6), u_a/δ₀."""
@@ -51,6 +56,7 @@ class Branch(NamedTuple):
     """a(d) and P(d) of a case study: simulated at `depths`, closed forms at `dense`."""
 
     name: str
+    sources: tuple[str, str]
     depths: Array
     half_widths: Array
     forces: Array
@@ -69,11 +75,16 @@ class Curves(NamedTuple):
 
 
 class Study(NamedTuple):
-    """A case study: name, scene, depths over δ₀ it is shown for, closed forms a(d) and P(d)."""
+    """A case study: name, scene, closed forms a(d) and P(d) and where they stand in the paper.
+
+    depths: range of d/δ₀ of the branch; shown: d/δ₀ at which the free surface is drawn.
+    """
 
     name: str
+    sources: tuple[str, str]
     scene: Scene
     depths: tuple[float, float]
+    shown: float
     half_width: Callable[[Any], Any]
     force: Callable[[Any], Any]
 
@@ -98,25 +109,39 @@ def studies() -> tuple[Study, ...]:
     delta0 = punch.critical_separation
     wedge_end = float(wc.detachment_depth(delta=delta, **m)) / delta0 + 1e-3
     return (
-        Study("flat punch", punch, (-0.999, 1.5), lambda d: a + 0 * d, lambda d: fc.force(d, a=a, **m)),
+        Study(
+            "flat punch",
+            ("edge of the punch", "Eq. (11)"),
+            punch,
+            (-0.999, 1.5),
+            -0.98,
+            lambda d: a + 0 * d,
+            lambda d: fc.force(d, a=a, **m),
+        ),
         Study(
             "wedge",
+            ("Eq. (25)", "Eq. (27)"),
             wedge,
             (wedge_end, 1.5),
+            -0.3,
             lambda d: wc.half_width(d, delta=delta, **m),
             lambda d: wc.force(d, delta=delta, **m),
         ),
         Study(
             "parabola",
+            ("Eq. (33)", "Eq. (11)"),
             parabola,
             (-0.999, 1.5),
+            1.2,
             lambda d: pc.half_width(d, R=R, **m),
             lambda d: pc.force(d, R=R, **m),
         ),
         Study(
             "parabola, w = 0",
+            ("Eq. (39)", "Eq. (40)"),
             bare,
             (0.001, 1.5),
+            0.6,
             lambda d: nc.parabola_half_width(d, R=R, **free),
             lambda d: nc.parabola_force(d, R=R, **free),
         ),
@@ -135,17 +160,16 @@ def meniscus() -> Meniscus:
 
 
 def outside(case: Study) -> Outside:
-    """Free surface at half the depth range's lower end (w = 0: at a positive depth)."""
+    """Free surface up to five decay lengths from the closed form's contact line."""
     scene, delta0 = case.scene, gel(PUNCH).critical_separation
-    l = scene.elastocapillary_length
-    d = delta0 * (0.5 * case.depths[0] if case.depths[0] < 0 else 0.6)
+    ell, d = scene.elastocapillary_length, case.shown * delta0
     a = float(case.half_width(d))
     distance = np.linspace(0, 5, 41)
-    line = a if case.name == "flat punch" else float(case.half_width(d))
-    u_a = d - float(scene.indenter.height(line))
-    u = GRID.solve(scene, d).displacement(a + l * distance)
+    x = a + ell * distance
+    u_a = d - float(scene.indenter.height(a))
+    u = GRID.solve(scene, d).displacement(x)
     given = {"k": scene.stiffness, "gamma1": scene.gamma1}
-    closed_form = np.array(cards.tail.displacement(a + l * distance, a=a, u_a=u_a, **given))
+    closed_form = np.array(cards.tail.displacement(x, a=a, u_a=u_a, **given))
     return Outside(case.name, distance, u / delta0, closed_form / delta0, u_a / delta0)
 
 
@@ -167,6 +191,7 @@ def branch(case: Study, points: int) -> Branch:
     states = [GRID.solve(case.scene, d) for d in depths]
     return Branch(
         case.name,
+        case.sources,
         depths,
         np.array([s.half_width for s in states]),
         np.array([s.force for s in states]),

@@ -15,8 +15,9 @@ TENSIONS = (0.012, GAMMA1, 0.19)
 @check(19, what="energy per width at d = -δ₀: any width is neutral", order=EXACT, unit="N/m")
 def neutral_width(grid: Grid) -> Comparison:
     scenes = [gel(FlatPunch(a)) for a in (0.9e-4, 1.37e-4, 2.3e-4, 5.1e-4)]
-    d_c = cards.plane.critical_depth(LAYER.stiffness, WORK)
-    energies = [grid.solve(scene, d_c).energy for scene in scenes]
+    d_c = float(cards.plane.critical_depth(LAYER.stiffness, WORK))
+    states = [grid.solve(scene, d_c) for scene in scenes]
+    energies = [state.energy if state.contacts.size else np.nan for state in states]
     widths = [2 * scene.indenter.extent[1] for scene in scenes]
     return residual(np.diff(energies) / np.diff(widths), WORK)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -51,8 +52,8 @@ def curvature(state: Equilibrium, x: Array) -> Array:
 
 def tail(state: Equilibrium) -> Tail:
     """l and C of Eq. (6) from the logarithm of the field, half an l and two l off the line."""
-    l = state.scene.elastocapillary_length
-    x = float(state.contacts[-1, 1]) + np.array([0.5, 2.0]) * l
+    ell = state.scene.elastocapillary_length
+    x = float(state.contacts[-1, 1]) + np.array([0.5, 2.0]) * ell
     u = state.displacement(x)
     rate = -math.log(u[1] / u[0]) / (x[1] - x[0])
     return Tail(1 / rate, -float(u[0]) * math.exp(rate * x[0]))
@@ -61,7 +62,7 @@ def tail(state: Equilibrium) -> Tail:
 def integral(function: Callable[[Array], Array], ends: Sequence[float]) -> float:
     """Gauss-Legendre quadrature over each interval between consecutive `ends`."""
     total = 0.0
-    for lo, hi in zip(ends[:-1], ends[1:], strict=True):
+    for lo, hi in pairwise(ends):
         half = (hi - lo) / 2
         total += half * float(_WEIGHTS @ function(lo + half * (_NODES + 1)))
     return total
@@ -81,7 +82,9 @@ def whole_line_force(state: Equilibrium) -> float:
     return state.scene.stiffness * springs
 
 
-def punch_difference(grid: Grid, layer: ElasticLayer, surfaces: SurfaceEnergies, depth) -> Punches:
+def punch_difference(
+    grid: Grid, layer: ElasticLayer, surfaces: SurfaceEnergies, depth: float
+) -> Punches:
     """What a wider punch adds to force and energy: the tails are alike and drop out."""
     widths = (1.37e-4, 2.11e-4)
     scenes = [Scene(layer, surfaces, FlatPunch(a)) for a in widths]

@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 
 from energy import Parabola, Scene, cards
-from studies.checks.convergence import EXACT, Comparison, Grid, check
+from studies.checks.convergence import EXACT, Array, Comparison, Grid, check
 from studies.checks.observe import curvature, depth_at_width
-from studies.checks.scenes import PARABOLA, constants, gel
+from studies.checks.scenes import GAMMA1, PARABOLA, constants, gel
 
 SHAPES = (PARABOLA, Parabola(R=6.1e-3))
 LEVELS = np.array([-0.55, 0.0, 0.5, 1.1])  # depths over δ₀
 
 
-def _scene(shape: Parabola, gamma1: float | None = None) -> tuple[Scene, np.ndarray, dict[str, Any]]:
+def _scene(shape: Parabola, gamma1: float = GAMMA1) -> tuple[Scene, Array, dict[str, Any]]:
     """Scene, depths, and the arguments of its closed forms."""
-    scene = gel(shape) if gamma1 is None else gel(shape, gamma1=gamma1)
+    scene = gel(shape, gamma1=gamma1)
     return scene, LEVELS * scene.critical_separation, {"R": shape.R, **constants(scene)}
 
 

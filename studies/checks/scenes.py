@@ -71,5 +71,5 @@ def sharp_wedge(ratio: float) -> Wedge:
 def pulled_parabola(Lambda: float) -> Parabola:
     """Parabola with Λ = l/√(Rδ₀) on the gel film."""
     scene = gel(PARABOLA)
-    l, delta0 = scene.elastocapillary_length, scene.critical_separation
-    return Parabola(R=l**2 / (delta0 * Lambda**2))
+    ell, delta0 = scene.elastocapillary_length, scene.critical_separation
+    return Parabola(R=ell**2 / (delta0 * Lambda**2))

@@ -28,7 +28,8 @@ def contact_field(grid: Grid) -> Comparison:
     for indenter in (PUNCH, WEDGE, PARABOLA, POWER_LAWS[0], *uneven_profiles()):
         scene = gel(indenter)
         state = grid.solve(scene, 0.4 * scene.critical_separation)
-        x = np.linspace(*state.contacts[0], 41)[1:-1]
+        left, right = state.contacts[0]
+        x = np.linspace(left, right, 41)[1:-1]
         measured.append(state.displacement(x))
         expected.append(state.depth - indenter.height(x))
     return Comparison(measured, expected, scene.critical_separation)
@@ -38,7 +39,8 @@ def contact_field(grid: Grid) -> Comparison:
 def contact_field_by_programme(grid: Grid) -> Comparison:
     """w = 0; the contact (39) has to come out, to within the link at either end."""
     scene, d, R = gel(PARABOLA, w=0.0), 1.3e-7, PARABOLA.R
-    a = cards.nonadhesive.parabola_half_width(d, R=R, k=scene.stiffness, gamma1=scene.gamma1)
+    given = {"R": R, "k": scene.stiffness, "gamma1": scene.gamma1}
+    a = float(cards.nonadhesive.parabola_half_width(d, **given))
     x, u = membrane(grid, scene, d, 1.5 * a)
     inside = np.abs(x) <= a - (x[1] - x[0])
     return Comparison(u[inside], d - PARABOLA.height(x[inside]), d)
@@ -58,10 +60,10 @@ def surface_equation(grid: Grid) -> Comparison:
 
 def _outside(grid: Grid, scene: Scene, card: Any, **shape: float) -> Comparison:
     """Free surface up to three decay lengths from the closed form's contact line."""
-    l, measured, expected = scene.elastocapillary_length, [], []
+    ell, measured, expected = scene.elastocapillary_length, [], []
     for d in LEVELS * scene.critical_separation:
         a = card.half_width(d, **shape, **constants(scene))
-        x = a + l * np.linspace(0, 3, 7)
+        x = a + ell * np.linspace(0, 3, 7)
         measured.append(grid.solve(scene, d).displacement(x))
         line = scene.indenter.height(np.array(a))
         u_a = d - line

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from energy import Scene, Wedge, cards
-from studies.checks.convergence import Comparison, Grid, check, residual
+from studies.checks.convergence import Array, Comparison, Grid, check, residual
 from studies.checks.observe import depth_at_width, least_force
 from studies.checks.scenes import WEDGE, constants, gel, sharp_wedge
 
@@ -17,7 +17,7 @@ LEVELS = np.array([-0.4, 0.15, 0.6, 1.1])  # depths over δ₀
 HALF_WIDTHS = np.array([4.3e-5, 1.1e-4, 2.3e-4])
 
 
-def _scene(shape: Wedge) -> tuple[Scene, np.ndarray, dict[str, Any]]:
+def _scene(shape: Wedge) -> tuple[Scene, Array, dict[str, Any]]:
     """Scene, depths, and the arguments of its closed forms."""
     scene = gel(shape)
     return scene, LEVELS * scene.critical_separation, {"delta": shape.delta, **constants(scene)}

@@ -1,0 +1,245 @@
+"""What are the equilibria of the scene in this file?
+
+At each depth the energy U[u] is minimised (discretization.minimise); the table, SCENE.csv and
+SCENE.png tell the half-width a, the force P (11), the energy U, the contact angle θ (12) and the
+surface u(x) with the error estimate of each state, and how far the model's assumptions hold there.
+Every depth is the end of a path of its own: touch first, then move to this depth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import shlex
+import textwrap
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization import Equilibrium, minimise
+from energy import Assumption
+from studies.scene_file import SceneFile, load
+from studies.units import prefixed
+
+Array = NDArray[np.float64]
+OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
+ERRORS = ("half_width", "force", "energy")
+CONVENTIONS = (
+    "units: SI, per unit length of the line contact: depth and half_width in m, force in N/m, "
+    "energy in J/m, contact_angle in rad; error_* are estimated relative errors",
+    "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
+    "without contact",
+)
+BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#666666"
+SOFT, RIGID = "#f3d9b1", "#b8c4cc"
+
+
+@dataclass(frozen=True)
+class Record:
+    """A scene file and its equilibrium at each depth."""
+
+    given: SceneFile
+    states: tuple[Equilibrium, ...]
+
+    @property
+    def attached(self) -> tuple[Equilibrium, ...]:
+        """The states in contact."""
+        return tuple(state for state in self.states if state.label != "detached")
+
+    @property
+    def worst(self) -> Equilibrium:
+        """The state in contact that strains the assumptions most."""
+        return max(self.attached, key=strains)
+
+    @property
+    def violated(self) -> tuple[Assumption, ...]:
+        """Each violated assumption once, at its worst over the states in contact."""
+        found: dict[str, Assumption] = {}
+        for one in (one for state in self.attached for one in broken(state)):
+            if one.name not in found or one.value > found[one.name].value:
+                found[one.name] = one
+        return tuple(found.values())
+
+
+def strains(state: Equilibrium) -> list[float]:
+    """Measures of the assumptions over their limits, largest first; all hold up to 1."""
+    return sorted((one.value / one.limit for one in state.validity), reverse=True)
+
+
+def broken(state: Equilibrium) -> list[Assumption]:
+    """The assumptions that do not hold."""
+    return [one for one in state.validity if not one.holds]
+
+
+def run(given: SceneFile, show: Callable[[Equilibrium], object] = lambda state: None) -> Record:
+    """The equilibrium at each depth of the file; `show` gets each as soon as it is found."""
+    states = []
+    for depth in given.depths.tolist():
+        try:
+            states.append(minimise(given.scene, depth, **given.options))
+        except ValueError as error:
+            raise ValueError(f"{given.path}: depth = {depth!r}: {error}") from error
+        show(states[-1])
+    return Record(given, tuple(states))
+
+
+def row(state: Equilibrium) -> str:
+    """One line of the table on the screen, in SI units."""
+    values = [f"{getattr(state, name):>13.6g}" for name in OBSERVABLES]
+    error = max(state.error_estimate.values())
+    violated = ", ".join(one.name for one in broken(state))
+    verdict = f"  violated: {violated}" if violated and state.label != "detached" else ""
+    return "".join(values) + f"{error:>9.0e}  {state.label}{verdict}"
+
+
+def heading() -> str:
+    """The line above the rows."""
+    names = ("depth/m", "half-width/m", "force/(N/m)", "energy/(J/m)", "angle/rad")
+    return "".join(f"{name:>13}" for name in names) + f"{'error':>9}  state"
+
+
+def summary(record: Record) -> str:
+    """In how many states all assumptions hold, and the report on the worst."""
+    if not record.attached:
+        return "\nno state is in contact"
+    count, total = sum(not state.warnings for state in record.attached), len(record.attached)
+    text = f"all assumptions hold in {count} of {total} states in contact; the worst of them:"
+    return f"\n{text}\n{record.worst}"
+
+
+def write_csv(record: Record, path: Path, command: str) -> None:
+    """One row per depth under header lines that begin with #."""
+    given, scene = record.given, record.given.scene
+    header = [f"title: {given.title}", f"source: {given.source}", f"command: {command}"]
+    header += [str(scene.layer), str(scene.surfaces), str(scene.indenter)]
+    header += [f"slopes: {scene.slopes}; options: {given.options}", *CONVENTIONS]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        file.writelines(f"# {' '.join(line.split())}\n" for line in header)
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow([*OBSERVABLES, *(f"error_{name}" for name in ERRORS), "label"])
+        for state in record.states:
+            observed = [getattr(state, name) for name in OBSERVABLES]
+            errors = [state.error_estimate[name] for name in ERRORS]
+            table.writerow([*map(repr, map(float, observed + errors)), state.label])
+
+
+def plot(record: Record) -> Any:
+    """Surface and contact line of the last state in contact; above them P(d) and a(d)."""
+    from matplotlib.figure import Figure
+
+    state = (record.attached or record.states)[-1]
+    several = len(record.states) > 1
+    figure = Figure(figsize=(11, 9 if several else 5), layout="constrained")
+    axes = figure.subplots(1 + several, 2, squeeze=False)
+    if several:
+        _curve(axes[0, 0], record, "force", "force per length P", "N/m")
+        _curve(axes[0, 1], record, "half_width", "contact half-width a", "m")
+    _surface(axes[-1, 0], state, *_window(state))
+    last = ", last in contact" if several and record.attached else ""
+    axes[-1, 0].set_title(f"surface at {_depth(state)}{last} (not to scale)")
+    _contact_line(axes[-1, 1], state)
+    figure.suptitle(record.given.title, fontsize=14)
+    if record.violated:
+        terms = [f"{a.name} up to {a.value:.2g} (limit {a.limit:g})" for a in record.violated]
+        note = "Assumptions of the model violated: " + ", ".join(terms)
+        figure.supxlabel("\n".join(textwrap.wrap(note, 120)), fontsize=10, color=ORANGE)
+    return figure
+
+
+def _depth(state: Equilibrium) -> str:
+    unit = prefixed(state.depth, "m")
+    return f"d = {state.depth / unit.size:.4g} {unit.symbol}".replace("-", "−")
+
+
+def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
+    """An observable over the depth: a line through the states in contact, marked by validity."""
+    states = record.states
+    depths = np.array([state.depth for state in states])
+    values = np.array([getattr(state, name) for state in states])
+    values[~np.isfinite(values)] = np.nan
+    x, y = prefixed(depths, "m"), prefixed(values, unit)
+    free = np.array([state.label == "detached" for state in states])
+    bad = np.array([bool(state.warnings) for state in states])
+    axes.plot(depths / x.size, np.where(free, np.nan, values) / y.size, color=BLUE, lw=1)
+    for chosen, style, text in (
+        (~free & ~bad, {"color": BLUE, "marker": "o", "ms": 4}, "in contact, assumptions hold"),
+        (~free & bad, {"color": ORANGE, "marker": "s", "ms": 4}, "in contact, an assumption violated"),
+        (free, {"color": GREY, "marker": "x"}, "detached"),
+    ):
+        if chosen.any():
+            axes.plot(depths[chosen] / x.size, values[chosen] / y.size, ls="", label=text, **style)
+    axes.axhline(0, color=GREY, lw=0.8)
+    axes.set(xlabel=f"indentation depth d [{x.symbol}]", ylabel=f"{label} [{y.symbol}]")
+    axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
+    axes.legend()
+
+
+def _window(state: Equilibrium) -> tuple[float, float]:
+    """Ends of the contact and some free surface beside them."""
+    scene = state.scene
+    ends = state.contacts if np.isfinite(state.contacts).all() else state.contacts[:0]
+    middle = scene.indenter.apex or 0.0
+    lo, hi = (float(ends.min()), float(ends.max())) if ends.size else (middle, middle)
+    margin = max(5 * scene.elastocapillary_length, 0.25 * (hi - lo)) or scene.layer.h
+    return lo - margin, hi + margin
+
+
+def _surface(axes: Any, state: Equilibrium, lo: float, hi: float, origin: float = 0.0) -> None:
+    """The deformed layer and the indenter from x = lo to hi, x drawn from the origin."""
+    x = np.linspace(lo, hi, 2001)
+    u, body = state.displacement(x), state.depth - state.scene.indenter.height(x)
+    body[~np.isfinite(body)] = np.nan
+    drawn = np.array([u.min(), u.max(), 0.0, np.max(body[np.isfinite(body)], initial=u.min())])
+    span = float(np.ptp(drawn)) or state.scene.layer.h
+    top, bottom = float(drawn.min()) - 0.9 * span, float(drawn.max()) + 0.5 * span
+    scale, height = prefixed([lo - origin, hi - origin], "m"), prefixed([top, bottom], "m")
+    s, top, bottom = (x - origin) / scale.size, top / height.size, bottom / height.size
+    axes.fill_between(s, u / height.size, bottom, color=SOFT, lw=0, label="layer")
+    axes.fill_between(s, body / height.size, top, color=RIGID, lw=0, label="indenter, d - f(x)")
+    axes.plot(s, u / height.size, color=BLUE, lw=2, label="surface u(x)")
+    axes.axhline(0, color=GREY, lw=0.8, ls="--", label="undeformed surface")
+    axes.set(xlim=(s[0], s[-1]), ylim=(bottom, top), xlabel=f"position x [{scale.symbol}]")
+    axes.set_ylabel(f"displacement u, downwards [{height.symbol}]")
+    axes.legend(loc="upper center", ncols=2, fontsize=9)
+
+
+def _contact_line(axes: Any, state: Equilibrium) -> None:
+    """The surroundings of the right contact line, enlarged; nothing if there is none."""
+    if not (state.contacts.size and np.isfinite(state.contacts).all()):
+        axes.set_axis_off()
+        return
+    line = float(state.contacts[-1, 1])
+    near = state.scene.elastocapillary_length or state.scene.layer.h
+    _surface(axes, state, line - 3 * near, line + 5 * near, line)
+    axes.axvline(0, color=GREY, lw=0.8, ls=":")
+    axes.set_xlabel(axes.get_xlabel().replace("position x", "distance from the contact line"))
+    angle = np.degrees(state.angle_deficits[-1, 1])
+    axes.set_title(f"right contact line: π − θ = {angle:.3g}° (not to scale)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Solve the scene file, print and write; errors of the file are ValueErrors."""
+    parser = argparse.ArgumentParser(prog="python -m studies run", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("scene", type=Path, help="scene file, for instance studies/scenes/*.toml")
+    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
+    options = parser.parse_args(argv)
+    given = load(options.scene)
+    command = ["python", "-m", "studies", "run", str(options.scene), "--out", str(options.out)]
+    print(given.title)
+    if given.depths.size == 1:
+        record = run(given, show=print)
+    else:
+        print(heading())
+        record = run(given, show=lambda state: print(row(state), flush=True))
+        print(summary(record))
+    options.out.mkdir(parents=True, exist_ok=True)
+    table, picture = (options.out / f"{given.path.stem}.{ending}" for ending in ("csv", "png"))
+    write_csv(record, table, shlex.join(command))
+    plot(record).savefig(picture, dpi=130)
+    print(f"written: {table}, {picture}")
+    return 0
