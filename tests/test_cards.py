@@ -175,6 +175,8 @@ def test_shapes_against_power_law(case):
     for name, scale in {**scales, "energy": abs(case.parts(a)).sum()}.items():
         twin = getattr(cards.power_law, name)(case.d, w=case.args["w"], **same)
         check(twin, case(name, case.d), 1e-13, scale)
+    twin = cards.power_law.detachment_depth(w=case.args["w"], **same)
+    check(twin, case.least, 1e-14, size)
     if a > 0:  # Eq. (29) against (25) and (27)
         check(case("force_of_width", a), case("force", case.d), 1e-13, force)
 
@@ -239,11 +241,27 @@ def test_wedge_is_continuous_where_the_line_leaves_the_tip():
     check(force[:3], 2 * np.sqrt(2.7e6 * 0.19) * d[:3], 1e-14)  # 2kld
     check([*force[3:], *energy[3:]], [force[2], energy[2]], 1e-7)
     assert wedge.tip_pinned_depths(**{**args, "w": 0.05}) == (0, 0)
+
+
+def test_rounding_at_the_end_of_a_branch_is_forgiven():
     for delta in np.linspace(0.1, 0.5, 40):  # tan δ = α up to rounding, either side
         args = {"delta": delta, "k": 2.7e6, "gamma1": 0.19, "w": 0.19 * np.tan(delta) ** 2 / 2}
-        check(wedge.adhesion_force(**args), 0.0, 1e-14, 0.19)
-        least = wedge.detachment_depth(**{**args, "k": 2.7e3, "gamma1": 190.0, "w": 1e3 * args["w"]})
-        assert wedge.half_width(least / 1e3, **args) < 1e-14 * np.sqrt(0.19 / 2.7e6)
+        check(cards.wedge.adhesion_force(**args), 0.0, 1e-14, 0.19)
+        other_units = {"delta": delta, "k": 2.7e3, "gamma1": 190.0, "w": 1e3 * args["w"]}
+        least = cards.wedge.detachment_depth(**other_units) / 1e3
+        widths = [cards.wedge.half_width(least, **args)]
+        args["c"] = np.tan(args.pop("delta"))
+        widths.append(cards.power_law.half_width(least, n=1.0, **args))
+        assert max(widths) < 1e-14 * np.sqrt(0.19 / 2.7e6)
+    assert cards.contact_line.angle(0.7, 0.1, 0.8) == np.pi  # 0.7 + 0.1 − 0.8 = −1e-16
+    args = {"k": 2.7e6, "gamma1": 0.19, "w": 0.0043}
+    least = -cards.plane.critical_separation(2.7e6, 0.0043)
+    for card, shape in ((cards.parabola, {"R": 0.3}), (cards.power_law, {"c": 0.3, "n": 1.5})):
+        assert card.half_width(least * (1 + 4e-16), **shape, **args) == 0
+        with pytest.raises(ValueError, match="pass d >= "):
+            card.half_width(least * (1 + 1e-12), **shape, **args)
+    # a = (level/(nl))^(1/(n − 1)) lies below the range of float64
+    assert cards.power_law.half_width(0.0, c=0.9, n=1.001, **args) == 0
 
 
 @every
