@@ -75,11 +75,11 @@ class Equilibrium:
 
     @property
     def angle_deficits(self) -> Array:
-        """π - θ [rad] at each end, (m, 2): f'(a-0) + u'(a+0), Eq. (12) for small slopes."""
+        """π - θ [rad] at each end, (m, 2): f'(a-0) + u'(a+0), Eq. (12), or with their angles."""
         if not (self.scene.gamma1 and np.isfinite(self.contacts).all()):
             return np.full_like(self.contacts, math.nan)
         f1, u1 = self.line_slopes
-        return f1 + u1
+        return f1 + u1 if self.scene.slopes == "small" else np.arctan(f1) + np.arctan(u1)
 
     @property
     def contact_angles(self) -> Array:

@@ -3,14 +3,20 @@
     U(p, q, u) = ∫_p^q [k/2 g² + γ₁/2 f'² - w] dx + F(u left of p) + F(u right of q)
 
 over the lines p <= q and the free surfaces u with u(p) = g(p), u(q) = g(q). Elimination of u leaves
-F = S g²/2 with the stiffness S of the spectral free surface (free_surface.py), and
+F(g), the energy of the spectral free surface (free_surface.py), with the reaction S = dF/dg, and
 
-    dU/dq = k/2 g² + γ₁/2 f'² - w - S g f' = γ₁/2 r² - w,    r = f' - S g/γ₁,
+    dU/dq = k/2 g² + γ₁/2 f'² - w - S f' = γ₁/2 r² - w,    r = f' - S/γ₁   (small slopes),
 
-a square because the free surface obeys S² = kγ₁ on the mesh to rounding. r is the jump of the slope
-at the line; where it is negative the surface would pass through the indenter and the line must
-advance. The line is the sign change of dU/dq, found by bracketing, between corners only: at a
-corner dU/dq may change sign by a jump and pin the line. The contact is integrated by Gauss points.
+a square because the free surface obeys S² = kγ₁ g² on the mesh to rounding. r is the jump of the
+slope at the line; where it is negative the surface would pass through the indenter and the line
+must advance. With finite slopes, tan β = f', sin φ = S/γ₁ and cos φ = 1 - k g²/(2γ₁), likewise
+
+    dU/dq = k/2 g² + (γ₁-w)√(1+f'²) - γ₁ - S f' = [2γ₁ sin²((β-φ)/2) - w]/cos β,
+
+as sin² φ + cos² φ = 1 on the mesh to rounding.
+
+The line is the sign change of dU/dq, found by bracketing, between corners only: at a corner dU/dq
+may change sign by a jump and pin the line. The contact is integrated by Gauss points.
 """
 
 from __future__ import annotations
@@ -24,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.free_surface import FreeSurface
+from discretization.free_surface import OVERHANG, FreeSurface, free_surface
 from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
@@ -59,60 +65,70 @@ class Problem:
     depth: float
     touch: float
     reach: float
-    surface: FreeSurface
 
     @classmethod
-    def of(
-        cls, scene: Scene, depth: float, touch: float, branch: str, surface: FreeSurface
-    ) -> Problem:
+    def of(cls, scene: Scene, depth: float, touch: float, branch: str) -> Problem:
         """touch: depth at which contact begins."""
         reach = scene.critical_separation
         if branch == "adhered":
             reach = min(reach, max(depth, touch) - depth)
-        return cls(scene, depth, touch, reach, surface)
+        return cls(scene, depth, touch, reach)
 
-    @property
-    def stiffness(self) -> float:
-        """S: reaction of a free surface to a unit displacement of its line."""
-        return math.sqrt(self.scene.stiffness * self.scene.gamma1) * self.surface.stiffness
+    def displaced(self, x: float) -> float:
+        """g(x) = d - f(x)."""
+        return self.depth - float(self.scene.indenter.height(x))
+
+    def surface(self, x: float) -> FreeSurface:
+        """The free surface beyond a line at x, in units of l and γ₁."""
+        return free_surface(
+            self.displaced(x) / self.scene.elastocapillary_length, self.scene.slopes
+        )
 
     def jump(self, side: int, x: float, aside: float) -> float:
-        """r = f' - S g/γ₁ outwards; the slope read `aside` of x, to choose the side of a corner."""
+        """r = f' - S/γ₁, or 2 sin((β-φ)/2): the kink of the surface at a line at x.
+
+        The indenter's slope is read `aside` of x outwards, to choose the side of a corner.
+        """
         scene = self.scene
         if not scene.gamma1:
             return 0.0
-        g = self.depth - float(scene.indenter.height(x))
         f1 = side * float(scene.indenter.slope(x + side * aside))
-        return f1 - self.stiffness / scene.gamma1 * g
+        g = self.displaced(x) / scene.elastocapillary_length
+        if scene.slopes == "small":
+            return f1 - free_surface(1.0).reaction * g
+        if abs(g) < OVERHANG:
+            pull = math.atan2(free_surface(g, "finite").reaction, 1 - g * g / 2)
+        else:  # would turn over; such a state is refused once found
+            pull = math.copysign(math.pi / 2, g)
+        return 2 * math.sin((math.atan(f1) - pull) / 2)
 
     def drive(self, side: int, x: float, aside: float) -> float:
-        """Sign of dU/dq, negative where the line advances: r √(γ₁/2) - √w, a root of (… ) above.
+        """√(γ₁/2) r - √w: has the sign of dU/dq, or is negative where r is; the line advances.
 
         γ₁ = 0: f(x) - d - reach, the springs beyond are not attached.
         """
         scene = self.scene
         if not scene.gamma1:
-            return float(scene.indenter.height(x)) - self.depth - self.reach
+            return -self.displaced(x) - self.reach
         held = math.sqrt(scene.work_of_adhesion)
         return math.sqrt(scene.gamma1 / 2) * self.jump(side, x, aside) - held
 
     def scale(self, ends: tuple[FittedLine, FittedLine]) -> float:
         """Size of the terms that cancel in `drive`."""
-        scene, f = self.scene, self.scene.indenter
-        g = max(abs(self.depth - float(f.height(end.x))) for end in ends)
+        scene = self.scene
+        g = max(abs(self.displaced(end.x)) for end in ends)
         if not scene.gamma1:
             return abs(self.depth) + g or 1.0
-        slope = max(
-            abs(self.jump(s, e.x, -1e-9 * abs(g))) for s, e in zip((-1, 1), ends, strict=True)
-        )
-        slope += 2 * self.stiffness / scene.gamma1 * max(g, abs(self.depth))
+        slope = max(abs(self.jump(s, e.x, -1e-9 * g)) for s, e in zip((-1, 1), ends, strict=True))
+        slope += 2 * max(g, abs(self.depth)) / scene.elastocapillary_length
         return math.sqrt(scene.gamma1 / 2) * slope + math.sqrt(scene.work_of_adhesion) or 1.0
 
     def force_rate(self, side: int, x: float) -> float:
-        """dP/dq of one line at fixed depth: k g - S f'."""
-        f = self.scene.indenter
-        g = self.depth - float(f.height(x))
-        return self.scene.stiffness * g - self.stiffness * side * float(f.slope(x))
+        """dP/dq of one line at fixed depth, k g - S' f' with S' of small slopes."""
+        scene = self.scene
+        pull = math.sqrt(scene.stiffness * scene.gamma1)
+        f1 = side * float(scene.indenter.slope(x))
+        return scene.stiffness * self.displaced(x) - pull * f1
 
 
 def find_line(problem: Problem, side: int, start: float) -> FittedLine | None:
@@ -165,22 +181,34 @@ def _outside(
 
 
 def _bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:
-    """Zero of h with h(inside) <= 0 < h(outside): false position, every third step a halving."""
-    x0, x1, y0, y1 = inside, outside, min(h(inside), 0.0), h(outside)
-    if not y1 > 0:  # a corner whose slope is read from the other side
-        y1 = -y0 or 1.0
-    for step in range(250):
-        x = x0 + (x1 - x0) * (y0 / (y0 - y1)) if step % 3 else (x0 + x1) / 2
-        if x in (x0, x1):
-            break
-        y = h(x)
-        if y <= 0:
-            x0, y0 = x, y
+    """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
+
+    Inverse quadratic steps where three points support them, halving otherwise, until the bracket
+    is a few roundings wide. T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145.
+    """
+    a, b = inside, outside
+    fa, fb = min(h(a), 0.0), h(b)
+    if not fb > 0:  # a corner whose slope is read from the other side
+        fb = -fa or 1.0
+    fraction = 0.5
+    for _ in range(200):
+        x = a + fraction * (b - a)
+        fx = h(x)
+        if (fx > 0) == (fa > 0):
+            c, fc, a, fa = a, fa, x, fx
         else:
-            x1, y1 = x, y
-        if y == 0:
-            return x
-    return x0 if -y0 < y1 else x1
+            c, fc, b, a, fb, fa = b, fb, a, x, fa, fx
+        best = a if abs(fa) < abs(fb) else b
+        least = 4e-16 * abs(best) / (abs(b - a) or 1.0)
+        if fa == 0 or least > 0.5 or a == b:
+            return a if fa == 0 else best
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        fraction = 0.5
+        if phi * phi < xi and (1 - phi) ** 2 < 1 - xi:
+            fraction = fa / (fb - fa) * fc / (fb - fc)
+            fraction += (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        fraction = min(max(fraction, least), 1 - least)
+    return best
 
 
 @functools.lru_cache(maxsize=8)
@@ -205,18 +233,19 @@ def integrate(problem: Problem, left: float, right: float, order: int = _GAUSS) 
     x, span = near + (lo + hi - 2 * near) * points, (hi - lo) * weights
     g = depth - indenter.height(x)
     springs = float(np.sum(span * terms.spring(g, k=k).value))
-    tension = float(np.sum(span * terms.surface(indenter.slope(x), gamma1=gamma1).value))
-    u = depth - np.array([float(indenter.height(left)), float(indenter.height(right))])
-    tails, adhesion = problem.stiffness / 2 * float(u @ u), w * (right - left)
-    area = k * scene.elastocapillary_length * problem.surface.area
-    force = float(np.sum(span * (k * g)))
-    size = float(np.sum(span * np.abs(k * g)))
+    slope = indenter.slope(x)
+    length = terms.surface(slope, gamma1=gamma1, slopes=scene.slopes).value
+    bound = length - terms.contact(slope, gamma1=gamma1, w=w, slopes=scene.slopes)
+    tension, adhesion = float(np.sum(span * length)), float(np.sum(span * bound))
+    force, size = float(np.sum(span * (k * g))), float(np.sum(span * np.abs(k * g)))
+    tails = [problem.surface(end) for end in (left, right)] if gamma1 else []
+    stored = gamma1 * scene.elastocapillary_length * sum(tail.energy for tail in tails)
     return Interval(
-        springs + tension + tails - adhesion,
-        force + problem.stiffness * float(u.sum()),
-        force + area * float(u.sum()),
-        springs + tension + tails + adhesion,
-        size + problem.stiffness * float(np.abs(u).sum()),
+        springs + tension + stored - adhesion,
+        force + gamma1 * sum(tail.reaction for tail in tails),
+        force + gamma1 * sum(tail.area for tail in tails),
+        springs + tension + stored + adhesion,
+        size + gamma1 * sum(abs(tail.reaction) for tail in tails),
         float(g.min(initial=0.0)),
     )
 

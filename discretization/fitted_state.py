@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted import FittedLine, Interval, Problem, find_line, integrate, mirrored
-from discretization.free_surface import FreeSurface, free_surface
+from discretization.free_surface import OVERHANG, free_surface
 from discretization.lattice_state import on_lattice
 from energy import Scene
 
@@ -25,31 +25,34 @@ _CLEAN = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
 class FittedTail:
     """The spectral free surface in the scene's units."""
 
-    surface: FreeSurface
     length: float
+    slopes: str
 
     def displacement(self, distance: Array, u_line: float) -> Array:
-        """The elements' polynomials, then the exact far field."""
-        return u_line * self.surface.displacement(distance / self.length)
+        """The elements' polynomials, then the far field."""
+        surface = free_surface(u_line / self.length, self.slopes)
+        return self.length * surface.displacement(distance / self.length)
 
     def slope(self, u_line: Array) -> Array:
         """Derivative of the first element's polynomial at the line."""
-        return -self.surface.slope / self.length * u_line
+        solved = [free_surface(float(u) / self.length, self.slopes) for u in np.ravel(u_line)]
+        return np.reshape([surface.slope for surface in solved], np.shape(u_line))
 
 
 def on_fitted_mesh(scene: Scene, depth: float, *, branch: str = "adhered") -> Equilibrium:
     """Certified equilibrium with its contact lines as unknowns, and its error estimate."""
-    tail = FittedTail(free_surface(), scene.elastocapillary_length or 1.0)
+    tail = FittedTail(scene.elastocapillary_length or 1.0, scene.slopes)
     indenter = scene.indenter
     starts: tuple[float, float] | None
     if indenter.convex and indenter.apex is not None:
         starts, touch = (indenter.apex, indenter.apex), float(indenter.height(indenter.apex))
     else:
         starts, touch = _topology(scene, depth, branch)
-    problem = Problem.of(scene, depth, touch, branch, tail.surface)
+    problem = Problem.of(scene, depth, touch, branch)
     ends = None if starts is None else _lines(problem, starts)
     if ends is None:
         return replace(detached(scene, depth, branch, tail, _CLEAN), method="fitted")
+    _refuse_overhang(problem, ends)
     totals = integrate(problem, ends[0].x, ends[1].x)
     certificate = _certify(problem, ends, totals)
     if not certificate.ok:
@@ -91,6 +94,19 @@ def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, F
     return None if left is None or left.x > right.x else (left, right)
 
 
+def _refuse_overhang(problem: Problem, ends: tuple[FittedLine, FittedLine]) -> None:
+    """ValueError for a state whose surface would be inclined by more than π/2."""
+    limit = OVERHANG * problem.scene.elastocapillary_length
+    for end in ends:
+        if problem.scene.slopes == "finite" and abs(problem.displaced(end.x)) >= limit:
+            raise ValueError(
+                f"depth = {problem.depth!r}: at the contact line x = {end.x!r} the surface is "
+                f"displaced by {problem.displaced(end.x)!r}, more than √2 l = {limit!r}; it would "
+                "turn over and is no graph u(x); use a smaller |depth|, a smaller w or a blunter "
+                "indenter"
+            )
+
+
 def _topology(scene: Scene, depth: float, branch: str) -> tuple[tuple[float, float] | None, float]:
     """A point well inside each end of the contact, and the depth of first touch, on a lattice."""
     lengths = (scene.elastocapillary_length, scene.critical_separation, abs(depth), scene.layer.h)
@@ -130,7 +146,9 @@ def _certify(
         penetration = 0.0  # nothing to penetrate beyond the edge
     force = abs(totals.force - totals.force_by_field) / (totals.force_scale or 1.0)
     opening = max(0.0, -totals.weakest / scale) if problem.scene.work_of_adhesion == 0 else 0.0
-    return Certificate(penetration, problem.surface.residual, opening, neighbours, force)
+    tails = [problem.surface(end.x) for end in ends] if problem.scene.gamma1 else []
+    stationarity = max((tail.residual / (abs(tail.u[0]) or 1.0) for tail in tails), default=0.0)
+    return Certificate(penetration, stationarity, opening, neighbours, force)
 
 
 def _errors(

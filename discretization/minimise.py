@@ -47,7 +47,7 @@ def minimise(
     option("branch", branch, BRANCHES)
     if not 0 < finite("rtol", rtol) < 1:
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
-    _refuse_unsupported(scene, branch)
+    _refuse_unsupported(scene, branch, method)
     if method == "lattice":
         if spacing is None:
             raise ValueError("spacing = None: method='lattice' needs the distance of its nodes")
@@ -75,10 +75,14 @@ def _any_length(scene: Scene) -> float:
     return next(length for length in lengths if length > 0)
 
 
-def _refuse_unsupported(scene: Scene, branch: str) -> None:
-    if scene.slopes != "small":
+def _refuse_unsupported(scene: Scene, branch: str, method: str) -> None:
+    finite_slopes = scene.slopes == "finite"
+    single = scene.indenter.convex and scene.indenter.apex is not None
+    if finite_slopes and (method == "lattice" or not single or not scene.gamma1):
         raise ValueError(
-            f"slopes = {scene.slopes!r} has no minimiser yet; use Scene(..., slopes='small')"
+            f"slopes = 'finite' with method = {method!r} and indenter = {scene.indenter!r}: finite "
+            "slopes need gamma1 > 0, method='fitted' and a convex indenter whose lowest point is "
+            "known (plane, punch, wedge, parabola, power law; shifted or summed)"
         )
     if branch == "global" and scene.gamma1 and scene.work_of_adhesion:
         raise ValueError(

@@ -137,9 +137,9 @@ def case_studies(branches: Sequence[Branch]) -> Figure:
         column[1].axhline(0, color="black", lw=0.7, ls=":")
         column[0].set(title=data.name, ylim=(0, 1.15 * data.half_width_card.max() / width.size))
         column[1].set_xlabel(f"depth d in {depth.symbol}")
-        for axes in column:
+        for axes, corner in zip(column, ("lower right", "upper left"), strict=True):
             axes.grid(alpha=0.25)
-            axes.legend(loc="lower right")
+            axes.legend(loc=corner)
     grid[0, 0].set_ylabel(f"half-width a in {width.symbol}")
     grid[1, 0].set_ylabel(f"force P in {force.symbol}")
     figure.suptitle("Case studies on the adhered (metastable) branch; compression is positive")

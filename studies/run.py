@@ -166,12 +166,13 @@ def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
     bad = np.array([bool(state.warnings) for state in states])
     axes.plot(depths / x.size, np.where(free, np.nan, values) / y.size, color=BLUE, lw=1)
     for chosen, style, text in (
-        (~free & ~bad, {"color": BLUE, "marker": "o", "ms": 4}, "in contact, assumptions hold"),
-        (~free & bad, {"color": ORANGE, "marker": "s", "ms": 4}, "in contact, an assumption violated"),
+        (~free & ~bad, {"color": BLUE, "marker": "o"}, "in contact, assumptions hold"),
+        (~free & bad, {"color": ORANGE, "marker": "s"}, "in contact, an assumption violated"),
         (free, {"color": GREY, "marker": "x"}, "detached"),
     ):
         if chosen.any():
-            axes.plot(depths[chosen] / x.size, values[chosen] / y.size, ls="", label=text, **style)
+            style |= {"ls": "", "ms": 4, "label": text}
+            axes.plot(depths[chosen] / x.size, values[chosen] / y.size, **style)
     axes.axhline(0, color=GREY, lw=0.8)
     axes.set(xlabel=f"indentation depth d [{x.symbol}]", ylabel=f"{label} [{y.symbol}]")
     axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
@@ -193,7 +194,8 @@ def _surface(axes: Any, state: Equilibrium, lo: float, hi: float, origin: float 
     x = np.linspace(lo, hi, 2001)
     u, body = state.displacement(x), state.depth - state.scene.indenter.height(x)
     body[~np.isfinite(body)] = np.nan
-    drawn = np.array([u.min(), u.max(), 0.0, np.max(body[np.isfinite(body)], initial=u.min())])
+    lowest = np.sort(body[np.isfinite(body)])[-1:]  # of the indenter; u is positive downwards
+    drawn = np.concatenate([u, [0.0], lowest])
     span = float(np.ptp(drawn)) or state.scene.layer.h
     top, bottom = float(drawn.min()) - 0.9 * span, float(drawn.max()) + 0.5 * span
     scale, height = prefixed([lo - origin, hi - origin], "m"), prefixed([top, bottom], "m")

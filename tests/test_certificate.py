@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,11 +109,6 @@ def test_bad_arguments_are_refused_before_any_computing(arguments, says):
     with pytest.raises(ValueError) as error:  # noqa: PT011 (the message is what is tested)
         minimise(arguments.pop("scene"), arguments.pop("depth"), **arguments)
     assert says in str(error.value)
-
-
-def test_finite_slopes_are_refused_until_there_is_a_minimiser_for_them():
-    with pytest.raises(ValueError, match="slopes = 'finite'"):
-        minimise(replace(SCENE, slopes="finite"), DEPTH)
 
 
 def test_the_state_carries_a_validity_warning_and_is_not_refused():

@@ -26,7 +26,7 @@ def checks_of(equation):
 
 @pytest.fixture(scope="module")
 def record():
-    return verify.run(PRESET)
+    return verify.run(PRESET, jobs=2)
 
 
 def artificial(error, order=SECOND, **options):
@@ -118,11 +118,16 @@ def test_a_simulated_value_wrong_by_one_percent_fails_its_check(monkeypatch, nam
 def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen(monkeypatch):
     geometry = {4, 31}  # what the indenter prescribes holds at any k, γ₁, w
     right, seen = Lattice.of, set()
-    for wrong in ("k", "gamma1", "w"):
+    faults = (
+        lambda true: {"k": 1.01 * true.k},
+        lambda true: {"gamma1": 1.01 * true.gamma1},
+        lambda true: {"w": 1.01 * true.w + 1e-6 * true.gamma1},  # also where w = 0
+    )
+    for fault in faults:
 
-        def of(scene, spacing, origin=None, wrong=wrong):
+        def of(scene, spacing, origin=None, fault=fault):
             lattice = right(scene, spacing, origin)
-            return replace(lattice, **{wrong: 1.01 * getattr(lattice, wrong)})
+            return replace(lattice, **fault(lattice))
 
         monkeypatch.setattr(Lattice, "of", of)
         results = [refine(item, (100,), (0.37,)) for item in CHECKS]
@@ -185,7 +190,7 @@ def test_a_first_order_check_has_to_name_its_bar():
 
 def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(verify, "CHECKS", tuple(checks_of(25) + checks_of(20)))
-    assert verify.main(["--quick", "--out", str(tmp_path / "new")]) == 0
+    assert verify.main(["--quick", "--jobs", "1", "--out", str(tmp_path / "new")]) == 0
     out = capsys.readouterr().out.splitlines()
     assert re.fullmatch(r"2 checks: 2 passed, 0 failed; \d+\.\d s", out[-1])
     assert sum("ok" in printed for printed in out) == 2
@@ -208,7 +213,7 @@ def test_the_command_fails_with_a_broken_card(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(cards.wedge, "half_width", lambda *a, **k: 1.01 * right(*a, **k))
     monkeypatch.setattr(verify, "CHECKS", tuple(checks_of(25)))
     monkeypatch.setattr(verify, "plot", lambda record: {})
-    assert verify.main(["--quick", "--out", str(tmp_path)]) == 1
+    assert verify.main(["--quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
     assert "1 checks: 0 passed, 1 failed" in capsys.readouterr().out
     assert "**FAIL**" in (tmp_path / "report.md").read_text("utf-8")
 

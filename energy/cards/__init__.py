@@ -1,4 +1,6 @@
-"""Closed forms of the line contact, small slopes, each a pure function with its equation number.
+"""Closed forms of the line contact, each a pure function with its equation number.
+
+Small slopes, but for `finite`.
 
 | module | equations | meaning |
 | --- | --- | --- |
@@ -12,6 +14,7 @@
 | `parabola` | (31)-(33) | parabola: half-width, force, energy, pull-off |
 | `nonadhesive` | (34)-(40) | w = 0: no kink at the line |
 | `power_law` | (11), (16) | f = c|x|ⁿ, n >= 1 |
+| `finite` | (8), (10), (16) | true surface length: Young's law at any slope |
 
 | symbol | name | meaning | unit | range |
 | --- | --- | --- | --- | --- |
@@ -35,6 +38,7 @@ touched and then moved to its depth; cards of the lowest energy of all say `glob
 
 from energy.cards import (
     contact_line,
+    finite,
     flat_punch,
     force,
     foundation,
@@ -50,6 +54,7 @@ from energy.cards._types import PullOff
 __all__ = [
     "PullOff",
     "contact_line",
+    "finite",
     "flat_punch",
     "force",
     "foundation",

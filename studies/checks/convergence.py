@@ -17,6 +17,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -97,6 +98,15 @@ class Check:
     bar: float
     unit: str
     anchored: bool
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled by name: the decorated function's name in its module is this check."""
+        return _named, (self.measure.__module__, self.measure.__qualname__)
+
+
+def _named(module: str, name: str) -> Check:
+    found: Check = getattr(import_module(module), name)
+    return found
 
 
 def check(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -102,50 +103,42 @@ def simulate(points: int) -> Curves:
 
 def studies() -> tuple[Study, ...]:
     """The four shapes; depths run from just before they let go."""
-    punch, wedge, parabola, bare = gel(PUNCH), gel(WEDGE), gel(PARABOLA), gel(PARABOLA, w=0.0)
-    a, delta, R = PUNCH.half_width, WEDGE.delta, PARABOLA.R
-    m, free = constants(punch), {"k": bare.stiffness, "gamma1": bare.gamma1}
-    wc, pc, nc, fc = cards.wedge, cards.parabola, cards.nonadhesive, cards.flat_punch
-    delta0 = punch.critical_separation
-    wedge_end = float(wc.detachment_depth(delta=delta, **m)) / delta0 + 1e-3
-    return (
-        Study(
-            "flat punch",
-            ("edge of the punch", "Eq. (11)"),
-            punch,
-            (-0.999, 1.5),
-            -0.98,
-            lambda d: a + 0 * d,
-            lambda d: fc.force(d, a=a, **m),
-        ),
-        Study(
-            "wedge",
-            ("Eq. (25)", "Eq. (27)"),
-            wedge,
-            (wedge_end, 1.5),
-            -0.3,
-            lambda d: wc.half_width(d, delta=delta, **m),
-            lambda d: wc.force(d, delta=delta, **m),
-        ),
-        Study(
-            "parabola",
-            ("Eq. (33)", "Eq. (11)"),
-            parabola,
-            (-0.999, 1.5),
-            1.2,
-            lambda d: pc.half_width(d, R=R, **m),
-            lambda d: pc.force(d, R=R, **m),
-        ),
-        Study(
-            "parabola, w = 0",
-            ("Eq. (39)", "Eq. (40)"),
-            bare,
-            (0.001, 1.5),
-            0.6,
-            lambda d: nc.parabola_half_width(d, R=R, **free),
-            lambda d: nc.parabola_force(d, R=R, **free),
-        ),
-    )
+    return _flat_punch(), _wedge(), _parabola(), _parabola_without_adhesion()
+
+
+def _flat_punch() -> Study:
+    scene, a = gel(PUNCH), PUNCH.half_width
+    given = {"a": a, **constants(scene)}
+    card = cards.flat_punch
+    sources, shown = ("edge of the punch", "Eq. (11)"), -0.98
+    width, force = lambda d: a + 0 * d, partial(card.force, **given)
+    return Study("flat punch", sources, scene, (-0.999, 1.5), shown, width, force)
+
+
+def _wedge() -> Study:
+    scene, card = gel(WEDGE), cards.wedge
+    given = {"delta": WEDGE.delta, **constants(scene)}
+    end = float(card.detachment_depth(**given)) / scene.critical_separation
+    sources, depths = ("Eq. (25)", "Eq. (27)"), (end + 1e-3, 1.5)
+    width, force = partial(card.half_width, **given), partial(card.force, **given)
+    return Study("wedge", sources, scene, depths, -0.3, width, force)
+
+
+def _parabola() -> Study:
+    scene, card = gel(PARABOLA), cards.parabola
+    given = {"R": PARABOLA.R, **constants(scene)}
+    sources, depths = ("Eq. (33)", "Eq. (11)"), (-0.999, 1.5)
+    width, force = partial(card.half_width, **given), partial(card.force, **given)
+    return Study("parabola", sources, scene, depths, 1.2, width, force)
+
+
+def _parabola_without_adhesion() -> Study:
+    scene, card = gel(PARABOLA, w=0.0), cards.nonadhesive
+    given = {"R": PARABOLA.R, "k": scene.stiffness, "gamma1": scene.gamma1}
+    sources, depths = ("Eq. (39)", "Eq. (40)"), (0.001, 1.5)
+    width = partial(card.parabola_half_width, **given)
+    force = partial(card.parabola_force, **given)
+    return Study("parabola, w = 0", sources, scene, depths, 0.6, width, force)
 
 
 def meniscus() -> Meniscus:

@@ -1,0 +1,73 @@
+"""Finite slopes: the true surface length, Young's law exactly. Beyond the paper.
+
+The free surface has the first integral k u²/2 = γ₁ (1 − cos φ), φ its inclination. At the line
+φ = β − (π − θ) in magnitude, β = atan f'(a); with Young's angle θ of Eq. (8), (16) becomes
+
+    f(a) = d + 2l sin((π − θ − β)/2).
+
+Range: surfaces that are graphs, |φ| < π/2, that is |u(a)| < √2 l; w <= 2γ₁.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import finite, non_negative, positive, refuse, unwrap
+from energy.cards._types import Values
+from energy.cards.contact_line import angle_deficit
+from energy.cards.tail import elastocapillary_length
+
+
+def depth(
+    f_a: ArrayLike, slope_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """d = f(a) − 2l sin((π − θ − atan f'(a))/2). ValueError for w > 2γ₁ or an overhang."""
+    f, beta = finite("f_a", f_a), np.arctan(finite("slope_a", slope_a))
+    lift = np.asarray(angle_deficit(w, gamma1)) - beta
+    refuse(
+        "inclination", lift, abs(lift) >= np.pi / 2, "makes it overhang: pass a smaller w or slope"
+    )
+    ell = elastocapillary_length(k, positive("gamma1", gamma1))
+    return unwrap(f - 2 * ell * np.sin(lift / 2))
+
+
+def inclination(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """φ = 2 asin(u(a)/2l), the surface's inclination at the line. ValueError for |u(a)| >= √2 l."""
+    ratio = finite("u_a", u_a) / elastocapillary_length(k, positive("gamma1", gamma1))
+    refuse("u_a/l", ratio, abs(ratio) >= np.sqrt(2), "makes it overhang: pass |u_a| < √2 l")
+    return unwrap(2 * np.arcsin(ratio / 2))
+
+
+def surface_force(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """2γ₁ sin φ, the vertical force of both free surfaces on the indenter, Eq. (10)."""
+    phi = np.asarray(inclination(u_a, k=k, gamma1=gamma1))
+    return unwrap(2 * np.asarray(gamma1, float) * np.sin(phi))
+
+
+def tail_energy(u_a: ArrayLike, *, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """Energy of one free surface, (4/3) γ₁ l (1 − cos³(φ/2)); → ½ √(kγ₁) u(a)² for small slopes."""
+    s = np.sin(np.asarray(inclination(u_a, k=k, gamma1=gamma1)) / 2)
+    c = np.sqrt(1 - s * s)
+    ell = elastocapillary_length(k, gamma1)
+    return unwrap(4 / 3 * np.asarray(gamma1, float) * ell * s * s / (1 + c) * (1 + c + c * c))
+
+
+def meniscus(u: ArrayLike, *, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """x − a where the surface has come down from u(a) to u.
+
+    x − a = l [ln(tan(φ_a/4)/tan(φ/4)) + 2 cos(φ_a/2) − 2 cos(φ/2)], sin(φ/2) = u/2l.
+    """
+    ratio = finite("u", u) / finite("u_a", u_a)
+    refuse(
+        "u/u_a", ratio, (ratio <= 0) | (ratio > 1), "must lie in (0, 1]: pass u between 0 and u_a"
+    )
+    phi, start = (np.abs(np.asarray(inclination(v, k=k, gamma1=gamma1))) for v in (u, u_a))
+    ell = elastocapillary_length(k, gamma1)
+    fall = np.log(np.tan(start / 4) / np.tan(phi / 4))
+    return unwrap(ell * (fall + 2 * np.cos(start / 2) - 2 * np.cos(phi / 2)))
+
+
+def punch_surface_force_at_detachment(*, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """2√(w(2γ₁ − w)) at d = −δ₀, which stays the critical depth at any slope; w < γ₁."""
+    tension, work = positive("gamma1", gamma1), non_negative("w", w)
+    refuse("w", work, work >= tension, "makes the surface overhang: pass w < gamma1")
+    return unwrap(2 * np.sqrt(work * (2 * tension - work)))

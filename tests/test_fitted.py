@@ -1,0 +1,163 @@
+"""The fitted mesh: rounding-level agreement with the closed forms, small and finite slopes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import SHAPES, adhesive, random_case
+from scipy.integrate import quad
+
+from discretization import minimise
+from discretization.free_surface import free_surface
+from energy import FlatPunch, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge, cards
+from energy.layer import ElasticLayer
+
+QUANTITIES = ("half_width", "force", "energy")
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_ten_digits_over_eight_decades_and_an_honest_estimate(shape):
+    rng = np.random.default_rng(100 + SHAPES.index(shape))
+    understated = 0
+    for _ in range(150):
+        case = random_case(rng, shape)
+        state = minimise(case.scene, case.depth)
+        scales = {"half_width": case.half_width, **state.scales}
+        for name in QUANTITIES:
+            error = abs(getattr(state, name) - getattr(case, name)) / scales[name]
+            assert error <= 1e-10
+            assert state.error_estimate[name] >= error / 10
+            understated += error > state.error_estimate[name]
+        if shape != "flat":
+            young = case.scene.surfaces.small_slope_deficit
+            assert abs(state.angle_deficit - young) <= 1e-9 * max(young, 1e-3)
+    assert understated <= 5
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_lattice_and_fitted_agree_within_the_lattice_error(shape):
+    rng = np.random.default_rng(200 + SHAPES.index(shape))
+    for _ in range(30):
+        case = random_case(rng, shape)
+        dx = case.resolved / 100
+        fitted = minimise(case.scene, case.depth, method="fitted")
+        lattice = minimise(case.scene, case.depth, method="lattice", spacing=dx)
+        assert abs(fitted.half_width - lattice.half_width) <= 2 * dx**2 / case.resolved
+        assert abs(fitted.force - lattice.force) <= 4e-4 * fitted.scales["force"]
+        assert fitted.label == lattice.label
+
+
+def test_asymmetric_and_rough_profiles_take_their_topology_from_the_lattice():
+    scene = adhesive(Parabola(0.02).tilted(0.013))
+    shift = 0.013 * 0.02  # x²/2R + sx is the parabola moved by -sR and lowered by s²R/2
+    state = minimise(scene, 1e-3)
+    plain = minimise(adhesive(Parabola(0.02)), 1e-3 + 0.013**2 * 0.02 / 2)
+    assert np.allclose(state.contacts + shift, plain.contacts, rtol=1e-11, atol=0)
+    assert state.force == pytest.approx(plain.force, rel=1e-11, abs=0)
+    assert state.certificate.ok
+
+
+def test_the_free_surface_converges_spectrally_to_its_own_first_integral():
+    unit = free_surface(1.0)
+    assert abs(unit.reaction - 1) <= 1e-14
+    assert abs(unit.slope + 1) <= 1e-13
+    assert abs(unit.area - 1) <= 1e-14
+    for u in (-1.3, -0.4, 1e-4, 0.7, 1.2, 1.41):
+        surface = free_surface(u, "finite")
+        phi = 2 * math.asin(u / 2)
+        assert abs(surface.reaction - math.sin(phi)) <= 1e-12 * abs(u)
+        assert abs(math.atan(surface.slope) + phi) <= 1e-9
+        energy = cards.finite.tail_energy(u, k=1.0, gamma1=1.0)
+        assert surface.energy == pytest.approx(energy, rel=1e-9, abs=0)
+        heights = abs(u) * np.array([0.9, 0.6, 0.3])
+        x = cards.finite.meniscus(heights, u_a=abs(u), k=1.0, gamma1=1.0)
+        assert np.abs(np.abs(surface.displacement(x)) - heights).max() <= 1e-8
+
+
+def steep_scene(rng, shape):
+    """Finite slopes: w/γ₁ up to 0.8, tan f' up to 1, depth from the card at a random width."""
+    length = 10.0 ** rng.uniform(-4, 4)
+    k, gamma1 = 3.7 / length, 3.7 * length
+    w = gamma1 * 10 ** rng.uniform(-3, -0.1)
+    a = length * 10 ** rng.uniform(-1, 1)
+    rise = rng.uniform(0.02, 1.0)
+    indenter = {
+        "wedge": lambda: Wedge(math.atan(rise)),
+        "parabola": lambda: Parabola(a / rise),
+        "power": lambda: PowerLaw(rise / (3 * a**2), 3.0),
+    }[shape]()
+    scene = Scene(
+        ElasticLayer(k, 0.0, 1.0), SurfaceEnergies.from_work(gamma1, w), indenter, "finite"
+    )
+    f, f1 = float(indenter.height(a)), float(indenter.slope(a))
+    return scene, a, float(cards.finite.depth(f, f1, k=k, gamma1=gamma1, w=w))
+
+
+@pytest.mark.parametrize("shape", ["wedge", "parabola", "power"])
+def test_young_s_law_emerges_at_finite_slopes(shape):
+    rng = np.random.default_rng(len(shape))
+    for _ in range(40):
+        scene, a, depth = steep_scene(rng, shape)
+        k, gamma1, w, f = scene.stiffness, scene.gamma1, scene.work_of_adhesion, scene.indenter
+        if depth < 0 and minimise(scene, depth).label == "detached":
+            continue  # a wedge lets go before its line reaches such a width
+        state = minimise(scene, depth)
+        assert state.half_width == pytest.approx(a, rel=1e-9, abs=0)
+        assert abs(state.contact_angle - scene.surfaces.contact_angle) <= 1e-9
+        u = depth - float(f.height(a))
+        force = 2 * k * quad(lambda x: depth - float(f.height(x)), 0, a, epsrel=1e-12)[0]  # noqa: B023
+        force += cards.finite.surface_force(u, k=k, gamma1=gamma1)
+        assert abs(state.force - force) <= 1e-9 * state.scales["force"]
+
+        def density(x):
+            g, arc = depth - float(f.height(x)), math.hypot(1, float(f.slope(x)))  # noqa: B023
+            return k / 2 * g**2 + (gamma1 - w) * arc - gamma1  # noqa: B023
+
+        energy = 2 * quad(density, 0, a, epsrel=1e-12)[0]
+        energy += 2 * cards.finite.tail_energy(u, k=k, gamma1=gamma1)
+        assert abs(state.energy - energy) <= 1e-9 * state.scales["energy"]
+
+
+def test_flat_punch_lets_go_at_the_critical_separation_at_any_slope():
+    for ratio in (1e-3, 0.3, 0.9, 0.99):
+        gamma1, a = 0.07, 0.03
+        scene = replace(adhesive(FlatPunch(a), gamma1=gamma1, w=ratio * gamma1), slopes="finite")
+        d_c = -scene.critical_separation
+        state = minimise(scene, d_c)
+        assert state.label == "neutral"
+        surface = state.force - 2 * scene.stiffness * a * d_c
+        card = cards.finite.punch_surface_force_at_detachment(gamma1=gamma1, w=ratio * gamma1)
+        assert surface == pytest.approx(-card, rel=1e-9, abs=0)
+        assert minimise(scene, d_c * (1 + 1e-9)).label == "detached"
+        assert minimise(scene, d_c * (1 - 1e-9)).label == "metastable"
+
+
+def test_finite_slopes_tend_to_small_slopes_in_first_order_of_w():
+    ratios, differences = np.array([1e-2, 1e-3, 1e-4, 1e-5]), []
+    for ratio in ratios:
+        small = adhesive(Wedge(0.5 * math.sqrt(2 * ratio)), w=ratio * 0.07)
+        states = [minimise(replace(small, slopes=s), 0.0) for s in ("small", "finite")]
+        differences.append(abs(states[1].half_width / states[0].half_width - 1))
+    order = np.polyfit(np.log(ratios), np.log(differences), 1)[0]
+    assert order == pytest.approx(1.0, abs=0.05)
+    assert differences[-1] <= ratios[-1]
+
+
+def test_an_overhanging_surface_is_refused_with_an_explanation():
+    scene = replace(adhesive(FlatPunch(0.03), gamma1=0.07, w=0.1), slopes="finite")
+    with pytest.raises(ValueError, match="turn over"):
+        minimise(scene, -1.5 * scene.elastocapillary_length)
+    near = minimise(scene, -1.41 * scene.elastocapillary_length)
+    assert near.certificate.ok
+    assert near.angle_deficit == pytest.approx(2 * math.asin(1.41 / 2), rel=1e-8, abs=0)
+
+
+def test_what_finite_slopes_cannot_do_yet_is_refused():
+    scene = replace(adhesive(Parabola(0.02)), slopes="finite")
+    with pytest.raises(ValueError, match="slopes = 'finite'"):
+        minimise(scene, 1e-3, method="lattice", spacing=1e-5)
+    with pytest.raises(ValueError, match="slopes = 'finite'"):
+        minimise(replace(scene, indenter=Parabola(0.02).tilted(0.1)), 1e-3)
