@@ -9,9 +9,11 @@
 | λ      | decay of a tail per node   | 1           |       |
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
-Scene -> Lattice (lattice.py) -> contact set (fronts.py) -> sums and certificate (certificate.py)
--> contact line between the nodes (line.py) -> Equilibrium (equilibrium.py); minimise.py runs it.
-A new minimiser returns a contact set and joins at fronts.py; the certificate judges it unchanged.
+On the lattice: Scene -> Lattice (lattice.py) -> contact set (fronts.py) -> sums and certificate
+(certificate.py) -> line between the nodes (line.py) -> Equilibrium, by lattice_state.py.
+Fitted: free surface (free_surface.py) -> contact lines and integrals (fitted.py) -> certificate and
+error estimate -> Equilibrium, by fitted_state.py. minimise.py picks; equilibrium.py is the result.
+A new minimiser returns a contact set or contact lines; the certificate judges it unchanged.
 """
 
 from discretization.certificate import NotCertifiedError
