@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import Legendre, legendre
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, lapack
 
 from energy import terms
 
@@ -186,13 +186,13 @@ def _newton(
     u: Array, lengths: tuple[float, ...]
 ) -> tuple[Array, tuple[float, Array, Array, float]]:
     """Minimise the convex nodal energy with u[0] held: Newton steps, halved while too long."""
-    state, decrease, before = _nodal(u, lengths), math.inf, math.inf
-    while not (decrease <= 1e-10 * state[0] and decrease >= before / 4) and decrease > 0:
-        step, before = np.zeros_like(u), decrease
-        step[1:] = -cho_solve(cho_factor(state[2][1:, 1:]), state[1][1:])
+    state, decrease = _nodal(u, lengths), math.inf
+    while decrease > 1e-16 * state[0]:  # the step it is computed for leaves its square
+        _, solution, singular = lapack.dposv(state[2][1:, 1:], state[1][1:])
+        if singular:
+            raise RuntimeError(f"free surface with u0 = {u[0]!r}: Hessian not positive definite")
+        step = np.concatenate([[0.0], -solution])
         decrease = -float(state[1] @ step)
-        if decrease <= 1e-10 * state[0] and decrease >= before / 4:
-            break  # rounding is all that is left
         factor, trial = 1.0, _nodal(u + step, lengths)
         while decrease > 1e-10 * state[0] and trial[0] > state[0] - 1e-3 * factor * decrease:
             factor /= 2
@@ -205,17 +205,22 @@ def _nodal(u: Array, lengths: tuple[float, ...]) -> tuple[float, Array, Array, f
     """Nodal energy, gradient, Hessian and ∫u dx of a finite-slope surface."""
     degree = DEGREE["finite"]
     weights, d = _rounded(degree)
+    index = np.arange(len(lengths))[:, None] * degree + np.arange(degree + 1)
+    half = np.array(lengths)[:, None] / 2
+    own, weight = u[index], half * weights
+    stretch = terms.surface(own @ d.T / half, gamma1=1.0, slopes="finite")
+    energy = float(np.sum(weight * (own * own / 2 + stretch.value)))
+    area = float(np.sum(weight * own))
+    pull = weight * own + (weight * stretch.first / half) @ d
+    blocks = d.T @ ((weight * stretch.second / half**2)[:, :, None] * d)
     gradient, hessian = np.zeros_like(u), np.zeros((u.size, u.size))
-    energy = area = 0.0
-    for e, length in enumerate(lengths):
+    for e, block in enumerate(blocks):
         nodes = slice(e * degree, (e + 1) * degree + 1)
-        own, weight = u[nodes], length / 2 * weights
-        derive = 2 / length * d
-        stretch = terms.surface(derive @ own, gamma1=1.0, slopes="finite")
-        energy += float(weight @ (own * own / 2 + stretch.value))
-        area += float(weight @ own)
-        gradient[nodes] += weight * own + derive.T @ (weight * stretch.first)
-        hessian[nodes, nodes] += np.diag(weight) + (derive.T * (weight * stretch.second)) @ derive
+        gradient[nodes] += pull[e]
+        hessian[nodes, nodes] += block
+        hessian.flat[nodes.start * (u.size + 1) : nodes.stop * (u.size + 1) : u.size + 1] += weight[
+            e
+        ]
     end, root = float(u[-1]), math.sqrt(max(1 - float(u[-1]) ** 2 / 4, 1e-300))
     energy += end * end / 3 * (1 + root + root * root) / (1 + root)  # 4/3 (1 - root³)
     gradient[-1] += end * root

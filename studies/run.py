@@ -166,13 +166,13 @@ def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
     bad = np.array([bool(state.warnings) for state in states])
     axes.plot(depths / x.size, np.where(free, np.nan, values) / y.size, color=BLUE, lw=1)
     for chosen, style, text in (
-        (~free & ~bad, {"color": BLUE, "marker": "o"}, "in contact, assumptions hold"),
+        (~free & ~bad, {"color": BLUE, "marker": "o"}, "in contact, reported assumptions hold"),
         (~free & bad, {"color": ORANGE, "marker": "s"}, "in contact, an assumption violated"),
         (free, {"color": GREY, "marker": "x"}, "detached"),
     ):
         if chosen.any():
-            style |= {"ls": "", "ms": 4, "label": text}
-            axes.plot(depths[chosen] / x.size, values[chosen] / y.size, **style)
+            at, height = depths[chosen] / x.size, values[chosen] / y.size
+            axes.plot(at, height, ls="", ms=4, label=text, **style)
     axes.axhline(0, color=GREY, lw=0.8)
     axes.set(xlabel=f"indentation depth d [{x.symbol}]", ylabel=f"{label} [{y.symbol}]")
     axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
@@ -193,7 +193,6 @@ def _surface(axes: Any, state: Equilibrium, lo: float, hi: float, origin: float 
     """The deformed layer and the indenter from x = lo to hi, x drawn from the origin."""
     x = np.linspace(lo, hi, 2001)
     u, body = state.displacement(x), state.depth - state.scene.indenter.height(x)
-    body[~np.isfinite(body)] = np.nan
     lowest = np.sort(body[np.isfinite(body)])[-1:]  # of the indenter; u is positive downwards
     drawn = np.concatenate([u, [0.0], lowest])
     span = float(np.ptp(drawn)) or state.scene.layer.h

@@ -37,9 +37,7 @@ def line_condition(grid: Grid) -> Comparison:
     for scene in _scenes():
         a, f = grid.sweep(scene, DEPTHS, "half_width"), scene.indenter
         spring = {"k": scene.stiffness, "gamma1": scene.gamma1}
-        misfits.append(
-            cards.nonadhesive.line_residual(DEPTHS, f.height(a), f.slope(a), **spring)
-        )
+        misfits.append(cards.nonadhesive.line_residual(DEPTHS, f.height(a), f.slope(a), **spring))
     return residual(misfits, DEPTHS)
 
 
