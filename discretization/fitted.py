@@ -35,7 +35,6 @@ from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
 _TIE = 1e-12
-_GAUSS = 40
 
 
 class FittedLine(NamedTuple):
@@ -211,25 +210,30 @@ def _bracketed(h: Callable[[float], float], inside: float, outside: float) -> fl
     return best
 
 
-@functools.lru_cache(maxsize=8)
-def _graded(order: int) -> tuple[Array, Array]:
-    """Gauss points on [0, 1] crowded at 0 by x = t⁴, for what is not smooth there."""
+@functools.lru_cache(maxsize=16)
+def _gauss(order: int, power: int) -> tuple[Array, Array]:
+    """Gauss points on [0, 1], crowded at 0 by x = t^power for what is not smooth there."""
     t, weights = np.polynomial.legendre.leggauss(order)
     t = (t + 1) / 2
-    return t**4, weights * 2 * t**3
+    return t**power, weights * power / 2 * t ** (power - 1)
 
 
-def integrate(problem: Problem, left: float, right: float, order: int = _GAUSS) -> Interval:
-    """Energy and force of the contact left..right with its two free surfaces."""
+def integrate(problem: Problem, left: float, right: float, finer: bool = True) -> Interval:
+    """Energy and force of the contact left..right with its two free surfaces.
+
+    Panels end at corners, knots and the apex, where a power law is not smooth.
+    """
     scene, depth, indenter = problem.scene, problem.depth, problem.scene.indenter
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-    corners = np.asarray(indenter.corners, float)
     middle = float(indenter.apex) if indenter.apex is not None else (left + right) / 2
-    cuts = np.append(corners[(corners > left) & (corners < right)], middle)
-    ends = np.unique(np.clip(np.concatenate([[left, right], cuts]), left, right))
+    cuts = np.concatenate([indenter.corners, indenter.knots, [left, right, middle]])
+    ends = np.unique(np.clip(cuts, left, right))
     lo, hi = ends[:-1, None], ends[1:, None]
+    if indenter.apex is not None:
+        points, weights = _gauss(40 if finer else 28, 4)
+    else:
+        points, weights = _gauss((20 if ends.size < 1000 else 6) - (0 if finer else 2), 1)
     near = np.where(np.abs(lo - middle) <= np.abs(hi - middle), lo, hi)
-    points, weights = _graded(order)
     x, span = near + (lo + hi - 2 * near) * points, (hi - lo) * weights
     g = depth - indenter.height(x)
     springs = float(np.sum(span * terms.spring(g, k=k).value))

@@ -166,10 +166,10 @@ def _errors(
         error = _ROUNDING * (problem.scale(ends) / gain if gain > 0 else width)
         move += error
         push += error * abs(problem.force_rate(side, end.x))
-    coarse = integrate(problem, ends[0].x, ends[1].x, order=28)
+    coarse = integrate(problem, ends[0].x, ends[1].x, finer=False)
     force, energy = totals.force_scale or 1.0, totals.energy_scale or 1.0
     return {
         "half_width": float(move / width) + _ROUNDING if width else 0.0,
-        "force": (abs(totals.force - coarse.force) + push) / force + 4 * _ROUNDING,
-        "energy": abs(totals.energy - coarse.energy) / energy + 4 * _ROUNDING,
+        "force": float((abs(totals.force - coarse.force) + push) / force) + 4 * _ROUNDING,
+        "energy": float(abs(totals.energy - coarse.energy) / energy) + 4 * _ROUNDING,
     }

@@ -7,6 +7,7 @@ what a minimiser need not search for:
 | ----------- | ---------------------------------------------------------------------------- |
 | `apex`      | x of the lowest point if f never falls away from it on either side, or None   |
 | `corners`   | increasing x where the slope jumps or the body ends: lines can be pinned      |
+| `knots`     | x where only a higher derivative jumps; quadrature stops there                |
 | `extent`    | (lo, hi) outside which the profile has no points or is not known               |
 | `walls`     | the ends of `extent` at which the body itself ends (a punch, not a data set)   |
 | `symmetric` | mirror-symmetric about the apex                                                |
@@ -37,6 +38,7 @@ class Indenter:
 
     apex: float | None = None
     corners: Sequence[float] | Array = ()
+    knots: Sequence[float] | Array = ()
     extent: tuple[float, float] = UNBOUNDED
     walls: tuple[float, ...] = ()
     symmetric: bool = False
@@ -112,6 +114,7 @@ class Shifted(Indenter):
         apex, extent = self.base.apex, self.base.extent
         object.__setattr__(self, "apex", None if apex is None else apex + move)
         object.__setattr__(self, "corners", np.asarray(self.base.corners, float) + move)
+        object.__setattr__(self, "knots", np.asarray(self.base.knots, float) + move)
         object.__setattr__(self, "extent", (extent[0] + move, extent[1] + move))
         object.__setattr__(self, "walls", tuple(c + move for c in self.base.walls))
         object.__setattr__(self, "symmetric", self.base.symmetric)
@@ -141,7 +144,7 @@ class Tilted(Indenter):
     tilt: float
 
     def __post_init__(self) -> None:
-        for name in ("corners", "extent", "walls", "convex"):
+        for name in ("corners", "knots", "extent", "walls", "convex"):
             object.__setattr__(self, name, getattr(self.base, name))
 
     def height(self, x: ArrayLike) -> Array:
@@ -163,9 +166,10 @@ class Sum(Indenter):
         lo, hi = max(one.extent[0], two.extent[0]), min(one.extent[1], two.extent[1])
         if not lo < hi:
             raise ValueError(f"the profiles {one!r} and {two!r} have no common points; shift one")
-        corners = np.union1d(np.asarray(one.corners, float), np.asarray(two.corners, float))
         object.__setattr__(self, "extent", (lo, hi))
-        object.__setattr__(self, "corners", corners[(corners >= lo) & (corners <= hi)])
+        for name in ("corners", "knots"):
+            both = np.union1d(np.asarray(getattr(one, name)), np.asarray(getattr(two, name)))
+            object.__setattr__(self, name, both[(both >= lo) & (both <= hi)].astype(float))
         walls = {*one.walls, *two.walls} & {lo, hi}
         object.__setattr__(self, "walls", tuple(sorted(walls)))
         object.__setattr__(self, "convex", one.convex and two.convex)

@@ -59,6 +59,10 @@ class Sampled(Indenter):
     def corners(self) -> Array:  # type: ignore[override]
         return self.x[1:-1] if self.kind == "linear" else self.x[:0]
 
+    @property
+    def knots(self) -> Array:  # type: ignore[override]
+        return self.x[1:-1] if self.kind == "smooth" else self.x[:0]
+
     def height(self, x: ArrayLike) -> Array:
         x = np.asarray(x, float)
         if self.kind == "linear":

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 from discretization import minimise
 from discretization.free_surface import free_surface
-from energy import FlatPunch, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge, cards
+from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
 
 QUANTITIES = ("half_width", "force", "energy")
@@ -58,6 +58,24 @@ def test_asymmetric_and_rough_profiles_take_their_topology_from_the_lattice():
     assert np.allclose(state.contacts + shift, plain.contacts, rtol=1e-11, atol=0)
     assert state.force == pytest.approx(plain.force, rel=1e-11, abs=0)
     assert state.certificate.ok
+
+
+def test_samples_of_a_parabola_give_the_parabola():
+    """A cubic spline through them is the parabola; quadrature has to stop at its knots."""
+    x = np.sort(np.random.default_rng(5).uniform(-0.02, 0.02, 301))
+    smooth = minimise(adhesive(Sampled(x, x**2 / 0.04, kind="smooth").shifted(0.002)), 1e-3)
+    plain = minimise(adhesive(Parabola(0.02)), 1e-3)
+    for name in QUANTITIES:
+        assert getattr(smooth, name) == pytest.approx(getattr(plain, name), rel=1e-10, abs=0)
+
+
+def test_a_profile_with_jumps_of_curvature_is_integrated_to_rounding():
+    x = np.linspace(-0.02, 0.02, 41)
+    z = np.where(x < 0, x**2 / 0.04, x**2 / 0.02)
+    state = minimise(adhesive(Sampled(x, z, kind="smooth").tilted(0.003).shifted(0.001)), 1e-3)
+    assert max(state.error_estimate.values()) <= 1e-11
+    linear = minimise(adhesive(Sampled(x, z)), 1e-3)
+    assert max(linear.error_estimate.values()) <= 1e-11
 
 
 def test_the_free_surface_converges_spectrally_to_its_own_first_integral():
