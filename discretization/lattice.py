@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solveh_banded
 
-from energy import Scene, terms
+from energy import Indenter, Scene, terms
 from energy.checks import positive
 
 Array = NDArray[np.float64]
@@ -44,10 +44,14 @@ class Lattice:
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
-        """Lattice for a scene; one node on `origin`, by default the indenter's lowest point."""
-        if origin is None:
-            origin = 0.0 if scene.indenter.apex is None else scene.indenter.apex
+        """Lattice for a scene with a node on `origin`.
+
+        By default that is the indenter's lowest point, which may be a tip; a body between two
+        edges is centred, so that the outermost nodes are at most Δx/2 inside them.
+        """
         positive("spacing", spacing)
+        if origin is None:
+            origin = _origin(scene.indenter, spacing)
         return cls(spacing, origin, scene.stiffness, scene.gamma1, scene.work_of_adhesion)
 
     def __post_init__(self) -> None:
@@ -111,6 +115,14 @@ class Lattice:
     def x(self, node):
         """Position of a node (or an array of nodes)."""
         return self.origin + self.spacing * node
+
+
+def _origin(indenter: Indenter, spacing: float) -> float:
+    lo, hi = indenter.extent
+    if len(indenter.walls) == len(indenter.corners) == 2:
+        links = math.floor((hi - lo) / spacing + 1e-9)
+        return lo + max(0.0, (hi - lo) - links * spacing) / 2
+    return 0.0 if indenter.apex is None else indenter.apex
 
 
 class NodalEnergy:

@@ -109,3 +109,12 @@ def test_the_readme_commands_exist_and_ci_runs_the_second():
         assert "pip install" in command
     assert (ROOT / "studies" / "verify.py").exists()
     assert "README.md" in (ROOT / ".ci" / "run").read_text("utf-8")
+
+
+def test_the_readme_example_runs(capsys):
+    text = (ROOT / "README.md").read_text("utf-8")
+    (example,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(example, "README.md", "exec"), {})
+    printed = capsys.readouterr().out
+    assert "VIOLATED" not in printed
+    assert "\nTrue " in printed

@@ -127,8 +127,8 @@ def test_half_width_grows_with_depth(case):
 def test_no_admissible_trial_state_with_one_contact_has_a_lower_energy(case, seed):
     """Random intervals, random free surfaces above the indenter: the nodal energy itself."""
     rng = np.random.default_rng(seed)
-    state = solved(case)
-    lattice = Lattice.of(case.scene, state.spacing)
+    state = solved(case, origin=0.0)
+    lattice = Lattice.of(case.scene, state.spacing, origin=0.0)
     reach = int(np.ceil(state.nodes[0, 1] / state.spacing)) + 40
     x = lattice.x(np.arange(-reach, reach + 1.0))
     f = case.scene.indenter.height(

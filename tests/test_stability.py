@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import NodalEnergy, fronts
+from discretization import NodalEnergy, fronts, on_lattice
 from discretization.certificate import measured
 from discretization.lattice import Lattice
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, Wedge
@@ -92,6 +92,7 @@ def test_the_line_is_where_extended_precision_puts_it(decade):
         lam = 1 + kappa / 2 - mp.sqrt(kappa + kappa**2 / 4)
         g = [d - (mp.mpf(DX) * i) ** 2 / (2 * mp.mpf(R)) for i in range(last + 1)]
         assert first == -last
+        assert on_lattice(scene, d, DX).certificate.ok
         assert energy(last) <= energy(last + 1)
         if lam * g[last - 1] >= g[last]:  # without its last link the surface stays clear
             assert energy(last) <= energy(last - 1)
