@@ -35,6 +35,7 @@ from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
 _TIE = 1e-12
+_FEW_PANELS = 50
 
 
 class FittedLine(NamedTuple):
@@ -130,20 +131,20 @@ class Problem:
         return scene.stiffness * self.displaced(x) - pull * f1
 
 
-def find_line(problem: Problem, side: int, start: float) -> FittedLine | None:
-    """First contact line outwards from `start`; None where not even `start` is held."""
+def find_line(problem: Problem, side: int, start: float) -> FittedLine:
+    """First contact line outwards from `start`; at `start` itself where nothing beyond holds."""
     indenter = problem.scene.indenter
     size = problem.scene.elastocapillary_length or abs(problem.depth) or 1.0
     h = functools.partial(problem.drive, side)
-    corners, origin = np.asarray(indenter.corners, float), start
+    if start in indenter.walls and start == indenter.extent[0 if side < 0 else 1]:
+        return FittedLine(start, True, False)
+    corners = np.asarray(indenter.corners, float)
     outwards = corners[corners > start] if side > 0 else corners[corners < start][::-1]
     for corner in [*outwards.tolist(), None]:
         aside = 1e-9 * (abs(corner - start) if corner is not None else size)
         tie = _TIE * (abs(h(start, aside)) + math.sqrt(problem.scene.work_of_adhesion))
         if h(start, aside) > tie or (corner is None and h(start, aside) >= 0):
-            lone = start == origin
-            held = problem.depth >= problem.touch if lone else True
-            return FittedLine(start, True, False) if held else None
+            return FittedLine(start, True, False)
         if corner is None:
             break
         last = h(corner, -aside)
@@ -221,20 +222,21 @@ def _gauss(order: int, power: int) -> tuple[Array, Array]:
 def integrate(problem: Problem, left: float, right: float, finer: bool = True) -> Interval:
     """Energy and force of the contact left..right with its two free surfaces.
 
-    Panels end at corners, knots and the apex, where a power law is not smooth.
+    Panels end at corners, knots and the apex; where they are few they are graded towards both
+    ends, because a power law is not smooth there.
     """
     scene, depth, indenter = problem.scene, problem.depth, problem.scene.indenter
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-    middle = float(indenter.apex) if indenter.apex is not None else (left + right) / 2
-    cuts = np.concatenate([indenter.corners, indenter.knots, [left, right, middle]])
+    apex = () if indenter.apex is None else (indenter.apex,)
+    cuts = np.concatenate([indenter.corners, indenter.knots, apex, [left, right]])
     ends = np.unique(np.clip(cuts, left, right))
-    lo, hi = ends[:-1, None], ends[1:, None]
-    if indenter.apex is not None:
+    near, far = ends[:-1, None], ends[1:, None]
+    points, weights = _gauss(6 if finer else 4, 1)
+    if ends.size < _FEW_PANELS:
+        middle = (near + far) / 2
+        near, far = np.concatenate([near, far]), np.concatenate([middle, middle])
         points, weights = _gauss(40 if finer else 28, 4)
-    else:
-        points, weights = _gauss((20 if ends.size < 1000 else 6) - (0 if finer else 2), 1)
-    near = np.where(np.abs(lo - middle) <= np.abs(hi - middle), lo, hi)
-    x, span = near + (lo + hi - 2 * near) * points, (hi - lo) * weights
+    x, span = near + (far - near) * points, np.abs(far - near) * weights
     g = depth - indenter.height(x)
     springs = float(np.sum(span * terms.spring(g, k=k).value))
     slope = indenter.slope(x)
@@ -252,6 +254,29 @@ def integrate(problem: Problem, left: float, right: float, finer: bool = True) -
         size + gamma1 * sum(abs(tail.reaction) for tail in tails),
         float(g.min(initial=0.0)),
     )
+
+
+def lowest_point(indenter: Indenter, size: float) -> float:
+    """Where the slope of a convex profile changes sign, or the end of its extent it falls to."""
+    lo, hi = indenter.extent
+    start = min(max(0.0, lo), hi)
+    ends = []
+    for side, limit in ((-1, lo), (1, hi)):
+        x, step = start, size
+        while x != limit and side * float(indenter.slope(x)) < 0 and math.isfinite(step):
+            x = side * min(side * (start + side * step), side * limit)
+            step *= 4
+        ends.append(x)
+    left, right = ends
+    if not math.isfinite(left + right) or abs(right - left) > 1e30 * size:
+        raise ValueError(f"indenter = {indenter!r} has no lowest point; give it a finite extent")
+    while left < (middle := (left + right) / 2) < right:
+        if float(indenter.slope(middle)) < 0:
+            left = middle
+        else:
+            right = middle
+    candidates = [c for c in np.asarray(indenter.corners, float) if abs(c - right) <= 1e-12 * size]
+    return min([*candidates, left, right], key=lambda x: float(indenter.height(x)))
 
 
 def mirrored(indenter: Indenter, x: float) -> float:

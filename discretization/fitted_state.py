@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted import FittedLine, Interval, Problem, find_line, integrate, mirrored
+from discretization.fitted import (
+    FittedLine,
+    Interval,
+    Problem,
+    find_line,
+    integrate,
+    lowest_point,
+    mirrored,
+)
 from discretization.free_surface import OVERHANG, free_surface
 from discretization.lattice_state import on_lattice
 from energy import Scene
@@ -44,8 +52,11 @@ def on_fitted_mesh(scene: Scene, depth: float, *, branch: str = "adhered") -> Eq
     tail = FittedTail(scene.elastocapillary_length or 1.0, scene.slopes)
     indenter = scene.indenter
     starts: tuple[float, float] | None
-    if indenter.convex and indenter.apex is not None:
-        starts, touch = (indenter.apex, indenter.apex), float(indenter.height(indenter.apex))
+    if indenter.convex:
+        apex = indenter.apex
+        if apex is None:
+            apex = lowest_point(indenter, tail.length)
+        starts, touch = (apex, apex), float(indenter.height(apex))
     else:
         starts, touch = _topology(scene, depth, branch)
     problem = Problem.of(scene, depth, touch, branch)
@@ -86,12 +97,12 @@ def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, F
     """Both contact lines, found outwards from inside the contact; None if it has let go."""
     indenter = problem.scene.indenter
     right = find_line(problem, 1, starts[1])
-    if right is None:
-        return None
     if indenter.symmetric and starts[0] == starts[1] == indenter.apex:
-        return right._replace(x=mirrored(indenter, right.x)), right
-    left = find_line(problem, -1, starts[0])
-    return None if left is None or left.x > right.x else (left, right)
+        left = right._replace(x=mirrored(indenter, right.x))
+    else:
+        left = find_line(problem, -1, starts[0])
+    held = left.x < right.x or (left.x == right.x and problem.depth >= problem.touch)
+    return (left, right) if held else None
 
 
 def _refuse_overhang(problem: Problem, ends: tuple[FittedLine, FittedLine]) -> None:
@@ -111,10 +122,9 @@ def _topology(scene: Scene, depth: float, branch: str) -> tuple[tuple[float, flo
     """A point well inside each end of the contact, and the depth of first touch, on a lattice."""
     lengths = (scene.elastocapillary_length, scene.critical_separation, abs(depth), scene.layer.h)
     spacing = next(length for length in lengths if length > 0) / 16
-    for _ in range(12):
+    for _ in range(6):
         state = on_lattice(scene, depth, spacing, branch=branch)
-        nodes = (np.diff(state.nodes) / spacing).sum() if state.nodes.size else 0
-        if nodes >= _LEAST_NODES:
+        if not state.nodes.size or np.ptp(state.nodes) >= _LEAST_NODES * spacing:
             break
         spacing /= 4
     if not state.contacts.size:

@@ -120,6 +120,10 @@ class PowerLaw(Indenter):
     def corners(self) -> tuple[float, ...]:  # type: ignore[override]
         return (0.0,) if self.n == 1 else ()
 
+    @property
+    def knots(self) -> tuple[float, ...]:  # type: ignore[override]
+        return (0.0,)
+
     def height(self, x: ArrayLike) -> Array:
         return self.c * np.abs(np.asarray(x, float)) ** self.n
 

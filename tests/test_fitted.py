@@ -50,6 +50,42 @@ def test_lattice_and_fitted_agree_within_the_lattice_error(shape):
         assert fitted.label == lattice.label
 
 
+def composed_scene(rng, kind):
+    """A convex profile as it is, tilted, or with a shifted parabola on it; with or without w."""
+    length, k = 10 ** rng.uniform(-3, 3, 2)
+    alpha = 10 ** rng.uniform(-2, 0)
+    w = k * (alpha * length) ** 2 / 2 * (rng.random() > 0.2)
+    indenter = (
+        Parabola(length * 10 ** rng.uniform(0, 2)),
+        Wedge(math.atan(alpha * rng.uniform(0.1, 3))),
+        FlatPunch(length * 10 ** rng.uniform(-0.5, 1)),
+        PowerLaw(alpha * length**-2 * rng.uniform(0.1, 3), 3.0),
+    )[kind % 4]
+    if kind % 3 == 1:
+        indenter = indenter.tilted(rng.uniform(-0.08, 0.08) * alpha)
+    if kind % 3 == 2:
+        hill = Parabola(length * 20).shifted(rng.uniform(-1, 1) * length)
+        indenter = (indenter + hill).shifted(length * 0.3)
+    surfaces = SurfaceEnergies.from_work(k * length**2, w)
+    return Scene(ElasticLayer(k, 0.0, 1.0), surfaces, indenter), alpha * length * rng.uniform(
+        -1.05, 3
+    )
+
+
+def test_composed_profiles_agree_on_both_discretisations():
+    rng = np.random.default_rng(4)
+    for kind in range(120):
+        scene, depth = composed_scene(rng, kind)
+        dx = scene.elastocapillary_length / 200
+        fitted = minimise(scene, depth, method="fitted")
+        lattice = minimise(scene, depth, method="lattice", spacing=dx)
+        assert fitted.label == lattice.label
+        assert max(fitted.error_estimate.values()) <= 1e-8
+        if fitted.contacts.size:
+            assert np.abs(fitted.contacts - lattice.contacts).max() <= 0.05 * dx
+            assert abs(fitted.force - lattice.force) <= 1e-3 * lattice.scales["force"]
+
+
 def test_asymmetric_and_rough_profiles_take_their_topology_from_the_lattice():
     scene = adhesive(Parabola(0.02).tilted(0.013))
     shift = 0.013 * 0.02  # x²/2R + sx is the parabola moved by -sR and lowered by s²R/2
