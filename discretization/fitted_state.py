@@ -65,7 +65,7 @@ def on_fitted_mesh(scene: Scene, depth: float, *, branch: str = "adhered") -> Eq
         return replace(detached(scene, depth, branch, tail, _CLEAN), method="fitted")
     _refuse_overhang(problem, ends)
     totals = integrate(problem, ends[0].x, ends[1].x)
-    certificate = _certify(problem, ends, totals)
+    certificate = certify_lines(problem, ends, totals)
     if not certificate.ok:
         raise NotCertifiedError(
             f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
@@ -137,7 +137,7 @@ def _topology(scene: Scene, depth: float, branch: str) -> tuple[tuple[float, flo
     return (left + reach, right - reach), touch
 
 
-def _certify(
+def certify_lines(
     problem: Problem, ends: tuple[FittedLine, FittedLine], totals: Interval
 ) -> Certificate:
     """The same conditions as on the lattice, for lines that move continuously."""
@@ -145,15 +145,12 @@ def _certify(
     scale = problem.scale(ends)
     step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * (problem.scene.elastocapillary_length or 1.0))
     for side, end in ((-1, ends[0]), (1, ends[1])):
-        inside, outside = problem.drive(side, end.x, -step), problem.drive(side, end.x, step)
-        if ends[0].x == ends[1].x:
-            inside = 0.0
-        neighbours = max(neighbours, inside / scale, 0.0 if end.pinned else -outside / scale)
-        penetration = max(
-            penetration, -problem.jump(side, end.x, step if end.pinned else 0.0) / scale
-        )
-    if any(end.x in problem.scene.indenter.walls for end in ends):
-        penetration = 0.0  # nothing to penetrate beyond the edge
+        if ends[0].x < ends[1].x:
+            neighbours = max(neighbours, problem.drive(side, end.x - side * step, 0.0) / scale)
+        if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
+            beyond = end.x + side * step
+            neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)
+            penetration = max(penetration, -problem.jump(side, beyond, 0.0) / scale)
     force = abs(totals.force - totals.force_by_field) / (totals.force_scale or 1.0)
     opening = max(0.0, -totals.weakest / scale) if problem.scene.work_of_adhesion == 0 else 0.0
     tails = [problem.surface(end.x) for end in ends] if problem.scene.gamma1 else []

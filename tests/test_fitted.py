@@ -11,6 +11,8 @@ from scenes import SHAPES, adhesive, random_case
 from scipy.integrate import quad
 
 from discretization import minimise
+from discretization.fitted import FittedLine, Problem, find_line, integrate
+from discretization.fitted_state import certify_lines
 from discretization.free_surface import free_surface
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
@@ -84,6 +86,22 @@ def test_composed_profiles_agree_on_both_discretisations():
         if fitted.contacts.size:
             assert np.abs(fitted.contacts - lattice.contacts).max() <= 0.05 * dx
             assert abs(fitted.force - lattice.force) <= 1e-3 * lattice.scales["force"]
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+@pytest.mark.parametrize("change", [1e-5, -1e-5])
+def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
+    scene = replace(adhesive(Parabola(0.02)), slopes=slopes)
+    problem = Problem.of(scene, 1e-3, 0.0, "adhered")
+    a = find_line(problem, 1, 0.0).x * (1 + change)
+    ends = FittedLine(-a, False, False), FittedLine(a, False, False)
+    judged = certify_lines(problem, ends, integrate(problem, -a, a))
+    assert judged.failures == ("neighbours",)
+    smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
+    problem = Problem.of(smooth, 1e-3, 0.0, "adhered")
+    a = find_line(problem, 1, 0.0).x * (1 - 1e-5)
+    ends = FittedLine(-a, False, False), FittedLine(a, False, False)
+    assert "penetration" in certify_lines(problem, ends, integrate(problem, -a, a)).failures
 
 
 def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_separation():
