@@ -74,6 +74,11 @@ class Problem:
             reach = min(reach, max(depth, touch) - depth)
         return cls(scene, depth, touch, reach)
 
+    @property
+    def lift(self) -> float:
+        """A displacement of the scene to measure others by."""
+        return max(abs(self.depth), self.scene.critical_separation) or 1.0
+
     def displaced(self, x: float) -> float:
         """g(x) = d - f(x)."""
         return self.depth - float(self.scene.indenter.height(x))

@@ -26,7 +26,6 @@ from energy import Scene
 Array = NDArray[np.float64]
 _LEAST_NODES = 32
 _ROUNDING = 16 * float(np.finfo(float).eps)
-_CLEAN = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -51,18 +50,22 @@ def on_fitted_mesh(scene: Scene, depth: float, *, branch: str = "adhered") -> Eq
     """Certified equilibrium with its contact lines as unknowns, and its error estimate."""
     tail = FittedTail(scene.elastocapillary_length or 1.0, scene.slopes)
     indenter = scene.indenter
-    starts: tuple[float, float] | None
     if indenter.convex:
         apex = indenter.apex
         if apex is None:
             apex = lowest_point(indenter, tail.length)
         starts, touch = (apex, apex), float(indenter.height(apex))
     else:
-        starts, touch = _topology(scene, depth, branch)
+        coarse = _topology(scene, depth, branch)
+        if not coarse.contacts.size:
+            return replace(coarse, tail=tail, method="fitted", spacing=math.nan)
+        starts, touch = _inside(coarse)
     problem = Problem.of(scene, depth, touch, branch)
-    ends = None if starts is None else _lines(problem, starts)
+    ends = _lines(problem, starts)
     if ends is None:
-        return replace(detached(scene, depth, branch, tail, _CLEAN), method="fitted")
+        pressed = max(0.0, depth - touch) / problem.lift
+        certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
+        return replace(detached(scene, depth, branch, tail, certificate), method="fitted")
     _refuse_overhang(problem, ends)
     totals = integrate(problem, ends[0].x, ends[1].x)
     certificate = certify_lines(problem, ends, totals)
@@ -118,8 +121,8 @@ def _refuse_overhang(problem: Problem, ends: tuple[FittedLine, FittedLine]) -> N
             )
 
 
-def _topology(scene: Scene, depth: float, branch: str) -> tuple[tuple[float, float] | None, float]:
-    """A point well inside each end of the contact, and the depth of first touch, on a lattice."""
+def _topology(scene: Scene, depth: float, branch: str) -> Equilibrium:
+    """The state on a lattice fine enough to show where the contact is."""
     lengths = (scene.elastocapillary_length, scene.critical_separation, abs(depth), scene.layer.h)
     spacing = next(length for length in lengths if length > 0) / 16
     for _ in range(6):
@@ -127,14 +130,15 @@ def _topology(scene: Scene, depth: float, branch: str) -> tuple[tuple[float, flo
         if not state.nodes.size or np.ptp(state.nodes) >= _LEAST_NODES * spacing:
             break
         spacing /= 4
-    if not state.contacts.size:
-        return None, math.nan
-    reach = min(2 * spacing, float(np.diff(state.contacts)[0, 0]) / 2)
-    touch = float(
-        scene.indenter.height(np.linspace(state.nodes[0, 0], state.nodes[0, 1], 1001)).min()
-    )
-    left, right = state.contacts[0]
-    return (left + reach, right - reach), touch
+    return state
+
+
+def _inside(state: Equilibrium) -> tuple[tuple[float, float], float]:
+    """A point well inside each end of the contact, and the depth of first touch."""
+    left, right = state.contacts[0].tolist()
+    reach = min(2 * state.spacing, (right - left) / 2)
+    x = np.linspace(state.nodes[0, 0], state.nodes[0, 1], 1001)
+    return (left + reach, right - reach), float(state.scene.indenter.height(x).min())
 
 
 def certify_lines(
@@ -150,12 +154,13 @@ def certify_lines(
         if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
             beyond = end.x + side * step
             neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)
-            penetration = max(penetration, -problem.jump(side, beyond, 0.0) / scale)
+            through = math.sqrt(problem.scene.gamma1 / 2) * problem.jump(side, beyond, 0.0)
+            penetration = max(penetration, -through / scale)
     force = abs(totals.force - totals.force_by_field) / (totals.force_scale or 1.0)
-    opening = max(0.0, -totals.weakest / scale) if problem.scene.work_of_adhesion == 0 else 0.0
+    pulled = 0.0 if problem.scene.work_of_adhesion else max(0.0, -totals.weakest)
     tails = [problem.surface(end.x) for end in ends] if problem.scene.gamma1 else []
     stationarity = max((tail.residual / (abs(tail.u[0]) or 1.0) for tail in tails), default=0.0)
-    return Certificate(penetration, stationarity, opening, neighbours, force)
+    return Certificate(penetration, stationarity, pulled / problem.lift, neighbours, force)
 
 
 def _errors(

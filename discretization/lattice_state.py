@@ -17,7 +17,6 @@ from energy import Plane, Scene
 
 Array = NDArray[np.float64]
 _SAFETY = 1.5
-_CLEAN = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -124,10 +123,13 @@ def _indifferent(lattice: Lattice, scene: Scene, depth: float, contact: fronts.C
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
     gap, adheres = -lattice.loss * depth, lattice.gamma1 or branch == "global" or depth < 0
-    state = replace(detached(scene, depth, branch, _tail(lattice), _CLEAN), spacing=lattice.spacing)
+    lift = max(abs(depth), scene.critical_separation) or 1.0
+    apart = Certificate(max(0.0, depth / lift), 0.0, 0.0, 0.0, 0.0)
+    state = replace(detached(scene, depth, branch, _tail(lattice), apart), spacing=lattice.spacing)
     if gap > (lattice.critical_gap * (1 + 1e-12) if adheres else 0.0):
         return state
     cost = float(lattice.advance_cost(gap))
+    gain = max(0.0, cost) / (lattice.w * lattice.spacing) if gap > 0 else 0.0
     balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
     neutral = gap > 0 and balanced
     everywhere = np.array([[-math.inf, math.inf]])
@@ -139,6 +141,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         force=math.copysign(math.inf, depth) if depth else 0.0,
         energy=0.0 if balanced else math.copysign(math.inf, cost),
         label="neutral" if neutral else "metastable" if depth < 0 else "global",
+        certificate=Certificate(0.0, 0.0, 0.0, gain, 0.0),
     )
 
 

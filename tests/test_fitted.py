@@ -104,6 +104,24 @@ def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     assert "penetration" in certify_lines(problem, ends, integrate(problem, -a, a)).failures
 
 
+def test_violations_do_not_depend_on_the_unit_of_stress():
+    judged = []
+    for unit in (1.0, 1e-6, 1e9):
+        scene = adhesive(Parabola(0.02), k=130.0 * unit, gamma1=0.07 * unit, w=0.0)
+        problem = Problem.of(scene, 1e-3, 0.0, "adhered")
+        a = find_line(problem, 1, 0.0).x
+        near, far = (FittedLine(-a * c, False, False) for c in (0.999, 4.0))
+        ends = near, FittedLine(0.999 * a, False, False)
+        judged.append(certify_lines(problem, ends, integrate(problem, near.x, ends[1].x)))
+        ends = far, FittedLine(4 * a, False, False)
+        judged.append(certify_lines(problem, ends, integrate(problem, far.x, ends[1].x)))
+    for small, wide in zip(judged[2::2], judged[3::2], strict=True):
+        assert small.penetration == pytest.approx(judged[0].penetration, rel=1e-9, abs=0)
+        assert wide.opening == pytest.approx(judged[1].opening, rel=1e-9, abs=0)
+    assert judged[0].penetration > 1e-5
+    assert judged[1].opening > 1e-3
+
+
 def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_separation():
     R, d = 0.02, 1.5e-3
     scene = adhesive(Parabola(R), gamma1=0.0)

@@ -96,6 +96,14 @@ def test_no_result_depends_on_the_units(case, log_length, log_stress):
     )
     assert math.isclose(other.contact_angle, one.contact_angle, abs_tol=1e-9)
     assert other.label == one.label
+    fitted, moved = (
+        minimise(case.scene, case.depth),
+        minimise(rescaled(case.scene, length, stress), case.depth * length),
+    )
+    assert math.isclose(moved.half_width, fitted.half_width * length, rel_tol=1e-11)
+    for name in ("penetration", "stationarity", "opening", "neighbours", "force"):
+        ours, theirs = (getattr(state.certificate, name) for state in (fitted, moved))
+        assert abs(ours - theirs) <= 1e-13
 
 
 @given(curved, st.floats(0, 1))
