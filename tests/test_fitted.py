@@ -110,10 +110,10 @@ def test_violations_do_not_depend_on_the_unit_of_stress():
         scene = adhesive(Parabola(0.02), k=130.0 * unit, gamma1=0.07 * unit, w=0.0)
         problem = Problem.of(scene, 1e-3, 0.0, "adhered")
         a = find_line(problem, 1, 0.0).x
-        near, far = (FittedLine(-a * c, False, False) for c in (0.999, 4.0))
+        near, far = (FittedLine(-a * c, False, False) for c in (0.999, 10.0))
         ends = near, FittedLine(0.999 * a, False, False)
         judged.append(certify_lines(problem, ends, integrate(problem, near.x, ends[1].x)))
-        ends = far, FittedLine(4 * a, False, False)
+        ends = far, FittedLine(10 * a, False, False)
         judged.append(certify_lines(problem, ends, integrate(problem, far.x, ends[1].x)))
     for small, wide in zip(judged[2::2], judged[3::2], strict=True):
         assert small.penetration == pytest.approx(judged[0].penetration, rel=1e-9, abs=0)
