@@ -3,7 +3,7 @@
     U(p, q, u) = ∫_p^q [k/2 g² + γ₁/2 f'² - w] dx + F(u left of p) + F(u right of q)
 
 over the lines p <= q and the free surfaces u with u(p) = g(p), u(q) = g(q). Elimination of u leaves
-F(g), the energy of the spectral free surface (free_surface.py), with the reaction S = dF/dg, and
+F(g), the energy of the spectral free surface (response.py), with the reaction S = dF/dg, and
 
     dU/dq = k/2 g² + γ₁/2 f'² - w - S f' = γ₁/2 r² - w,    r = f' - S/γ₁   (small slopes),
 
@@ -16,7 +16,7 @@ must advance. With finite slopes, tan β = f', sin φ = S/γ₁ and cos φ = 1 -
 as sin² φ + cos² φ = 1 on the mesh to rounding.
 
 The line is the sign change of dU/dq, found by bracketing, between corners only: at a corner dU/dq
-may change sign by a jump and pin the line. The contact is integrated by Gauss points.
+may change sign by a jump and pin the line.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.free_surface import OVERHANG, FreeSurface, free_surface
-from energy import Indenter, Scene, terms
+from discretization.free_surface import OVERHANG, FreeSurface
+from discretization.response import Response
+from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
 _TIE = 1e-12
-_FEW_PANELS = 50
 
 
 class FittedLine(NamedTuple):
@@ -46,33 +46,29 @@ class FittedLine(NamedTuple):
     neutral: bool
 
 
-class Interval(NamedTuple):
-    """Totals over a fitted contact and its free surfaces, with the force by two routes."""
-
-    energy: float
-    force: float
-    force_by_field: float
-    energy_scale: float
-    force_scale: float
-    weakest: float
-
-
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A scene at a depth; reach: separation up to which springs without tension stay attached."""
+    """A scene at a depth with the response of its free surfaces.
+
+    touch: depth at which contact begins; reach: separation up to which springs without tension
+    stay attached.
+    """
 
     scene: Scene
     depth: float
     touch: float
     reach: float
+    response: Response
 
     @classmethod
-    def of(cls, scene: Scene, depth: float, touch: float, branch: str) -> Problem:
-        """touch: depth at which contact begins."""
+    def of(
+        cls, scene: Scene, depth: float, touch: float, branch: str, response: Response
+    ) -> Problem:
+        """The problem of one branch."""
         reach = scene.critical_separation
         if branch == "adhered":
             reach = min(reach, max(depth, touch) - depth)
-        return cls(scene, depth, touch, reach)
+        return cls(scene, depth, touch, reach, response)
 
     @property
     def lift(self) -> float:
@@ -85,9 +81,7 @@ class Problem:
 
     def surface(self, x: float) -> FreeSurface:
         """The free surface beyond a line at x, in units of l and γ₁."""
-        return free_surface(
-            self.displaced(x) / self.scene.elastocapillary_length, self.scene.slopes
-        )
+        return self.response.surface(self.displaced(x) / self.scene.elastocapillary_length)
 
     def jump(self, side: int, x: float, aside: float) -> float:
         """r = f' - S/γ₁, or 2 sin((β-φ)/2): the kink of the surface at a line at x.
@@ -100,9 +94,9 @@ class Problem:
         f1 = side * float(scene.indenter.slope(x + side * aside))
         g = self.displaced(x) / scene.elastocapillary_length
         if scene.slopes == "small":
-            return f1 - free_surface(1.0).reaction * g
+            return f1 - self.response.reaction(g)
         if abs(g) < OVERHANG:
-            pull = math.atan2(free_surface(g, "finite").reaction, 1 - g * g / 2)
+            pull = math.atan2(self.response.reaction(g), 1 - g * g / 2)
         else:  # would turn over; such a state is refused once found
             pull = math.copysign(math.pi / 2, g)
         return 2 * math.sin((math.atan(f1) - pull) / 2)
@@ -129,11 +123,14 @@ class Problem:
         return math.sqrt(scene.gamma1 / 2) * slope + math.sqrt(scene.work_of_adhesion) or 1.0
 
     def force_rate(self, side: int, x: float) -> float:
-        """dP/dq of one line at fixed depth, k g - S' f' with S' of small slopes."""
-        scene = self.scene
-        pull = math.sqrt(scene.stiffness * scene.gamma1)
-        f1 = side * float(scene.indenter.slope(x))
-        return scene.stiffness * self.displaced(x) - pull * f1
+        """dP/dq of one line at fixed depth, k g - γ₁ S'(g) f'."""
+        scene, step = self.scene, 1e-4
+        f1, g = side * float(scene.indenter.slope(x)), self.displaced(x)
+        if not scene.gamma1:
+            return scene.stiffness * g
+        at = g / scene.elastocapillary_length
+        stiffer = self.response.reaction(at + step) - self.response.reaction(at - step)
+        return scene.stiffness * (g - scene.elastocapillary_length * stiffer / (2 * step) * f1)
 
 
 def find_line(problem: Problem, side: int, start: float) -> FittedLine:
@@ -214,51 +211,6 @@ def _bracketed(h: Callable[[float], float], inside: float, outside: float) -> fl
             fraction += (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
         fraction = min(max(fraction, least), 1 - least)
     return best
-
-
-@functools.lru_cache(maxsize=16)
-def _gauss(order: int, power: int) -> tuple[Array, Array]:
-    """Gauss points on [0, 1], crowded at 0 by x = t^power for what is not smooth there."""
-    t, weights = np.polynomial.legendre.leggauss(order)
-    t = (t + 1) / 2
-    return t**power, weights * power / 2 * t ** (power - 1)
-
-
-def integrate(problem: Problem, left: float, right: float, finer: bool = True) -> Interval:
-    """Energy and force of the contact left..right with its two free surfaces.
-
-    Panels end at corners, knots and the apex; where they are few they are graded towards both
-    ends, because a power law is not smooth there.
-    """
-    scene, depth, indenter = problem.scene, problem.depth, problem.scene.indenter
-    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-    apex = () if indenter.apex is None else (indenter.apex,)
-    cuts = np.concatenate([indenter.corners, indenter.knots, apex, [left, right]])
-    ends = np.unique(np.clip(cuts, left, right))
-    near, far = ends[:-1, None], ends[1:, None]
-    points, weights = _gauss(6 if finer else 4, 1)
-    if ends.size < _FEW_PANELS:
-        middle = (near + far) / 2
-        near, far = np.concatenate([near, far]), np.concatenate([middle, middle])
-        points, weights = _gauss(40 if finer else 28, 4)
-    x, span = near + (far - near) * points, np.abs(far - near) * weights
-    g = depth - indenter.height(x)
-    springs = float(np.sum(span * terms.spring(g, k=k).value))
-    slope = indenter.slope(x)
-    length = terms.surface(slope, gamma1=gamma1, slopes=scene.slopes).value
-    bound = length - terms.contact(slope, gamma1=gamma1, w=w, slopes=scene.slopes)
-    tension, adhesion = float(np.sum(span * length)), float(np.sum(span * bound))
-    force, size = float(np.sum(span * (k * g))), float(np.sum(span * np.abs(k * g)))
-    tails = [problem.surface(end) for end in (left, right)] if gamma1 else []
-    stored = gamma1 * scene.elastocapillary_length * sum(tail.energy for tail in tails)
-    return Interval(
-        springs + tension + stored - adhesion,
-        force + gamma1 * sum(tail.reaction for tail in tails),
-        force + gamma1 * sum(tail.area for tail in tails),
-        springs + tension + stored + adhesion,
-        size + gamma1 * sum(abs(tail.reaction) for tail in tails),
-        float(g.min(initial=0.0)),
-    )
 
 
 def lowest_point(indenter: Indenter, size: float) -> float:

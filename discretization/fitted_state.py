@@ -12,15 +12,15 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted import (
     FittedLine,
-    Interval,
     Problem,
     find_line,
-    integrate,
     lowest_point,
     mirrored,
 )
-from discretization.free_surface import OVERHANG, free_surface
+from discretization.free_surface import OVERHANG
 from discretization.lattice_state import on_lattice
+from discretization.quadrature import Interval, totals
+from discretization.response import Response, chosen, finer
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -33,42 +33,62 @@ class FittedTail:
     """The spectral free surface in the scene's units."""
 
     length: float
-    slopes: str
+    response: Response
 
     def displacement(self, distance: Array, u_line: float) -> Array:
         """The elements' polynomials, then the far field."""
-        surface = free_surface(u_line / self.length, self.slopes)
+        surface = self.response.surface(u_line / self.length)
         return self.length * surface.displacement(distance / self.length)
 
     def slope(self, u_line: Array) -> Array:
         """Derivative of the first element's polynomial at the line."""
-        solved = [free_surface(float(u) / self.length, self.slopes) for u in np.ravel(u_line)]
+        solved = [self.response.surface(float(u) / self.length) for u in np.ravel(u_line)]
         return np.reshape([surface.slope for surface in solved], np.shape(u_line))
 
 
-def on_fitted_mesh(scene: Scene, depth: float, *, branch: str = "adhered") -> Equilibrium:
-    """Certified equilibrium with its contact lines as unknowns, and its error estimate."""
-    tail = FittedTail(scene.elastocapillary_length or 1.0, scene.slopes)
-    indenter = scene.indenter
+def on_fitted_mesh(
+    scene: Scene, depth: float, *, branch: str = "adhered", rtol: float = 1e-8
+) -> Equilibrium:
+    """Certified equilibrium with its contact lines as unknowns, and its error estimate.
+
+    The elements have the least degree whose a-posteriori error meets rtol; where the condition of
+    the state turns that into a larger error, they get the next one.
+    """
+    response = chosen(scene.slopes, rtol)
+    indenter, length = scene.indenter, scene.elastocapillary_length or 1.0
     if indenter.convex:
         apex = indenter.apex
         if apex is None:
-            apex = lowest_point(indenter, tail.length)
+            apex = lowest_point(indenter, length)
         starts, touch = (apex, apex), float(indenter.height(apex))
     else:
         coarse = _topology(scene, depth, branch)
         if not coarse.contacts.size:
+            tail = FittedTail(length, response)
             return replace(coarse, tail=tail, method="fitted", spacing=math.nan)
         starts, touch = _inside(coarse)
-    problem = Problem.of(scene, depth, touch, branch)
+    state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
+    while max(state.error_estimate.values()) > rtol and response.error > _ROUNDING:
+        better = finer(response)
+        if better is None:
+            break
+        response = better
+        state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
+    return state
+
+
+def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: float) -> Equilibrium:
+    """The certified state of a problem whose contact contains `starts`."""
+    scene, depth = problem.scene, problem.depth
+    tail = FittedTail(scene.elastocapillary_length or 1.0, problem.response)
     ends = _lines(problem, starts)
     if ends is None:
-        pressed = max(0.0, depth - touch) / problem.lift
+        pressed = max(0.0, depth - problem.touch) / problem.lift
         certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
         return replace(detached(scene, depth, branch, tail, certificate), method="fitted")
     _refuse_overhang(problem, ends)
-    totals = integrate(problem, ends[0].x, ends[1].x)
-    certificate = certify_lines(problem, ends, totals)
+    coarse, fine = totals(problem, ends[0].x, ends[1].x, rtol)
+    certificate = certify_lines(problem, ends, fine)
     if not certificate.ok:
         raise NotCertifiedError(
             f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
@@ -83,13 +103,13 @@ def on_fitted_mesh(scene: Scene, depth: float, *, branch: str = "adhered") -> Eq
         contacts=contacts,
         nodes=contacts,
         pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
-        force=totals.force,
-        energy=totals.energy,
+        force=fine.force,
+        energy=fine.energy,
         label="neutral" if neutral else "global" if convex else "metastable",
         certificate=certificate,
         tail=tail,
-        scales={"force": totals.force_scale, "energy": totals.energy_scale},
-        error_estimate=_errors(problem, ends, totals),
+        scales={"force": fine.force_scale, "energy": fine.energy_scale},
+        error_estimate=_errors(problem, ends, coarse, fine),
         method="fitted",
         branch=branch,
         spacing=math.nan,
@@ -142,7 +162,7 @@ def _inside(state: Equilibrium) -> tuple[tuple[float, float], float]:
 
 
 def certify_lines(
-    problem: Problem, ends: tuple[FittedLine, FittedLine], totals: Interval
+    problem: Problem, ends: tuple[FittedLine, FittedLine], found: Interval
 ) -> Certificate:
     """The same conditions as on the lattice, for lines that move continuously."""
     penetration = neighbours = 0.0
@@ -156,18 +176,26 @@ def certify_lines(
             neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)
             through = math.sqrt(problem.scene.gamma1 / 2) * problem.jump(side, beyond, 0.0)
             penetration = max(penetration, -through / scale)
-    force = abs(totals.force - totals.force_by_field) / (totals.force_scale or 1.0)
-    pulled = 0.0 if problem.scene.work_of_adhesion else max(0.0, -totals.weakest)
-    tails = [problem.surface(end.x) for end in ends] if problem.scene.gamma1 else []
-    stationarity = max((tail.residual / (abs(tail.u[0]) or 1.0) for tail in tails), default=0.0)
+    force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
+    pulled = 0.0 if problem.scene.work_of_adhesion else max(0.0, -found.weakest)
+    lines = {problem.displaced(end.x): end.x for end in ends} if problem.scene.gamma1 else {}
+    stationarity = max((_imbalance(problem, x) for x in lines.values()), default=0.0)
     return Certificate(penetration, stationarity, pulled / problem.lift, neighbours, force)
 
 
+def _imbalance(problem: Problem, x: float) -> float:
+    """Residual of the free surface at a line, and how far its reaction is from the response."""
+    surface, u0 = problem.surface(x), problem.displaced(x) / problem.scene.elastocapillary_length
+    apart = max(surface.residual, abs(surface.reaction - problem.response.reaction(u0)))
+    return apart / (abs(u0) or 1.0)
+
+
 def _errors(
-    problem: Problem, ends: tuple[FittedLine, FittedLine], totals: Interval
+    problem: Problem, ends: tuple[FittedLine, FittedLine], coarse: Interval, fine: Interval
 ) -> dict[str, float]:
-    """Rounding times the condition of the line's position, and the quadrature's own change."""
+    """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
+    surface = _ROUNDING + (problem.response.error if problem.scene.gamma1 else 0.0)
     for side, end in ((-1, ends[0]), (1, ends[1])):
         if end.pinned:
             continue
@@ -175,13 +203,12 @@ def _errors(
         gain = (
             problem.drive(side, end.x, 0.0) - problem.drive(side, end.x - side * step, 0.0)
         ) / step
-        error = _ROUNDING * (problem.scale(ends) / gain if gain > 0 else width)
+        error = surface * (problem.scale(ends) / gain if gain > 0 else width)
         move += error
         push += error * abs(problem.force_rate(side, end.x))
-    coarse = integrate(problem, ends[0].x, ends[1].x, finer=False)
-    force, energy = totals.force_scale or 1.0, totals.energy_scale or 1.0
+    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
     return {
         "half_width": float(move / width) + _ROUNDING if width else 0.0,
-        "force": float((abs(totals.force - coarse.force) + push) / force) + 4 * _ROUNDING,
-        "energy": float(abs(totals.energy - coarse.energy) / energy) + 4 * _ROUNDING,
+        "force": float((abs(fine.force - coarse.force) + push) / force) + surface + 3 * _ROUNDING,
+        "energy": float(abs(fine.energy - coarse.energy) / energy) + surface + 3 * _ROUNDING,
     }

@@ -58,7 +58,7 @@ def minimise(
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
     if isinstance(scene.indenter, Plane):
         return on_lattice(scene, float(depth), _any_length(scene), branch=branch)
-    state = on_fitted_mesh(scene, float(depth), branch=branch)
+    state = on_fitted_mesh(scene, float(depth), branch=branch, rtol=rtol)
     if max(state.error_estimate.values()) > rtol:
         warnings.warn(
             f"rtol = {rtol!r} not reached: estimated relative errors {state.error_estimate}; ask "

@@ -11,9 +11,11 @@ from scenes import SHAPES, adhesive, random_case
 from scipy.integrate import quad
 
 from discretization import minimise
-from discretization.fitted import FittedLine, Problem, find_line, integrate
+from discretization.fitted import FittedLine, Problem, find_line
 from discretization.fitted_state import certify_lines
-from discretization.free_surface import free_surface
+from discretization.free_surface import linear
+from discretization.quadrature import totals
+from discretization.response import DEGREES, chosen, response
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
 
@@ -92,29 +94,29 @@ def test_composed_profiles_agree_on_both_discretisations():
 @pytest.mark.parametrize("change", [1e-5, -1e-5])
 def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     scene = replace(adhesive(Parabola(0.02)), slopes=slopes)
-    problem = Problem.of(scene, 1e-3, 0.0, "adhered")
+    problem = Problem.of(scene, 1e-3, 0.0, "adhered", chosen(scene.slopes, 1e-8))
     a = find_line(problem, 1, 0.0).x * (1 + change)
     ends = FittedLine(-a, False, False), FittedLine(a, False, False)
-    judged = certify_lines(problem, ends, integrate(problem, -a, a))
+    judged = certify_lines(problem, ends, totals(problem, -a, a, 1e-8)[1])
     assert judged.failures == ("neighbours",)
     smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
-    problem = Problem.of(smooth, 1e-3, 0.0, "adhered")
+    problem = Problem.of(smooth, 1e-3, 0.0, "adhered", problem.response)
     a = find_line(problem, 1, 0.0).x * (1 - 1e-5)
     ends = FittedLine(-a, False, False), FittedLine(a, False, False)
-    assert "penetration" in certify_lines(problem, ends, integrate(problem, -a, a)).failures
+    assert "penetration" in certify_lines(problem, ends, totals(problem, -a, a, 1e-8)[1]).failures
 
 
 def test_violations_do_not_depend_on_the_unit_of_stress():
     judged = []
     for unit in (1.0, 1e-6, 1e9):
         scene = adhesive(Parabola(0.02), k=130.0 * unit, gamma1=0.07 * unit, w=0.0)
-        problem = Problem.of(scene, 1e-3, 0.0, "adhered")
+        problem = Problem.of(scene, 1e-3, 0.0, "adhered", chosen(scene.slopes, 1e-8))
         a = find_line(problem, 1, 0.0).x
         near, far = (FittedLine(-a * c, False, False) for c in (0.999, 10.0))
         ends = near, FittedLine(0.999 * a, False, False)
-        judged.append(certify_lines(problem, ends, integrate(problem, near.x, ends[1].x)))
+        judged.append(certify_lines(problem, ends, totals(problem, near.x, ends[1].x, 1e-8)[1]))
         ends = far, FittedLine(10 * a, False, False)
-        judged.append(certify_lines(problem, ends, integrate(problem, far.x, ends[1].x)))
+        judged.append(certify_lines(problem, ends, totals(problem, far.x, ends[1].x, 1e-8)[1]))
     for small, wide in zip(judged[2::2], judged[3::2], strict=True):
         assert small.penetration == pytest.approx(judged[0].penetration, rel=1e-9, abs=0)
         assert wide.opening == pytest.approx(judged[1].opening, rel=1e-9, abs=0)
@@ -165,18 +167,51 @@ def test_a_profile_with_jumps_of_curvature_is_integrated_to_rounding():
     assert max(linear.error_estimate.values()) <= 1e-11
 
 
-def test_the_free_surface_converges_spectrally_to_its_own_first_integral():
-    unit = free_surface(1.0)
-    assert abs(unit.reaction - 1) <= 1e-14
-    assert abs(unit.slope + 1) <= 1e-13
-    assert abs(unit.area - 1) <= 1e-14
+def test_the_linear_free_surface_converges_spectrally():
+    found = [response("small", degree) for degree in DEGREES["small"]]
+    errors = [abs(linear(degree).reaction - 1) for degree in (2, 4, 6)]
+    assert errors[0] <= 1e-3
+    assert errors[1] <= 1e-3 * errors[0]
+    assert errors[2] <= 1e-4 * errors[1]
+    best = found[-1].surface(1.0)
+    assert abs(best.reaction - 1) <= 1e-14
+    assert abs(best.slope + 1) <= 1e-13
+    assert abs(best.area - 1) <= 1e-14
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+def test_a_response_knows_how_wrong_it_is(slopes):
+    for degree in DEGREES[slopes]:
+        found = response(slopes, degree)
+        for u in (-1.29, -0.4, 1e-4, 0.7, 1.2):
+            pull = u * math.sqrt(1 - u * u / 4) if slopes == "finite" else u
+            phi = 2 * math.asin(u / 2) if slopes == "finite" else u
+            slope = found.surface(u).slope
+            read = math.atan(slope) if slopes == "finite" else slope
+            assert abs(found.reaction(u) / pull - 1) <= found.error + 2e-12
+            assert abs(found.area(u) / pull - 1) <= found.error + 1e-14
+            assert abs(read + phi) <= 3 * found.mismatch + 1e-12
+
+
+def test_the_tolerance_chooses_the_degree():
+    for slopes in ("small", "finite"):
+        degrees = [chosen(slopes, 10.0**-n).degree for n in range(1, 14)]
+        assert degrees == sorted(degrees)
+        assert degrees[0] == DEGREES[slopes][0] < degrees[-1]
+        assert chosen(slopes, 1e-8).mismatch <= 1e-9
+
+
+def test_the_steep_free_surface_obeys_its_own_first_integral():
+    found = chosen("finite", 1e-8)
     for u in (-1.3, -0.4, 1e-4, 0.7, 1.2, 1.41):
-        surface = free_surface(u, "finite")
+        surface = found.surface(u)
         phi = 2 * math.asin(u / 2)
         assert abs(surface.reaction - math.sin(phi)) <= 1e-12 * abs(u)
+        assert abs(surface.reaction - found.reaction(u)) <= 1e-12 * abs(u)
         assert abs(math.atan(surface.slope) + phi) <= 1e-9
         energy = cards.finite.tail_energy(u, k=1.0, gamma1=1.0)
         assert surface.energy == pytest.approx(energy, rel=1e-9, abs=0)
+        assert found.energy(u) == pytest.approx(energy, rel=1e-9, abs=0)
         heights = abs(u) * np.array([0.9, 0.6, 0.3])
         x = cards.finite.meniscus(heights, u_a=abs(u), k=1.0, gamma1=1.0)
         assert np.abs(np.abs(surface.displacement(x)) - heights).max() <= 1e-8
