@@ -87,7 +87,7 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
         certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
         return replace(detached(scene, depth, branch, tail, certificate), method="fitted")
     _refuse_overhang(problem, ends)
-    coarse, fine = totals(problem, ends[0].x, ends[1].x, rtol)
+    coarse, fine = totals(scene, problem.response, depth, ends[0].x, ends[1].x, rtol)
     certificate = certify_lines(problem, ends, fine)
     if not certificate.ok:
         raise NotCertifiedError(

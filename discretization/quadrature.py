@@ -1,4 +1,4 @@
-"""Energy and force of a fitted contact, integrated by Gauss points until fewer points agree."""
+"""Energy and force of fitted contacts, integrated by Gauss points until fewer points agree."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import Problem
-from energy import terms
+from discretization.response import Response
+from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
 _FEW_PANELS = 50
@@ -17,6 +17,7 @@ _MOST_PANELS = 1 << 16
 _HALVINGS = 8
 _PLAIN = 6  # Gauss points of an ungraded panel
 _PART = 0.1  # of rtol for the quadrature
+_CHUNK = 1 << 18
 
 
 class Interval(NamedTuple):
@@ -30,6 +31,27 @@ class Interval(NamedTuple):
     weakest: float
 
 
+class Intervals(NamedTuple):
+    """`Interval` of several contacts, arrays (n,)."""
+
+    energy: Array
+    force: Array
+    force_by_field: Array
+    energy_scale: Array
+    force_scale: Array
+    weakest: Array
+
+    def change(self, other: Intervals) -> float:
+        """Largest relative difference of energy and force."""
+        energy = np.abs(self.energy - other.energy) / _or_one(self.energy_scale)
+        force = np.abs(self.force - other.force) / _or_one(self.force_scale)
+        return float(max(energy.max(initial=0.0), force.max(initial=0.0)))
+
+
+def _or_one(scale: Array) -> Array:
+    return np.where(scale > 0, scale, 1.0)
+
+
 @functools.lru_cache(maxsize=16)
 def _gauss(order: int, power: int) -> tuple[Array, Array]:
     """Gauss points on [0, 1], crowded at 0 by x = t^power for what is not smooth there."""
@@ -38,56 +60,83 @@ def _gauss(order: int, power: int) -> tuple[Array, Array]:
     return t**power, weights * power / 2 * t ** (power - 1)
 
 
-def integrate(problem: Problem, left: float, right: float, panels: Array, order: int) -> Interval:
-    """Energy and force of the contact left..right with its two free surfaces."""
-    scene, depth, response = problem.scene, problem.depth, problem.response
+def integrate(
+    scene: Scene, response: Response, depth: Array, lines: Array, panels: Array, order: int
+) -> Intervals:
+    """Energy and force of contacts with lines (n, 2) at depths (n,) on panels (2, n, m)."""
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-    near, far = panels
+    near, far = panels[..., None]
     points, weights = _gauss(order, 4 if order > _PLAIN else 1)
-    x, span = near[:, None] + (far - near)[:, None] * points, np.abs(far - near)[:, None] * weights
-    g = depth - scene.indenter.height(x)
-    springs = float(np.sum(span * terms.spring(g, k=k).value))
-    slope = scene.indenter.slope(x)
+    x = (near + (far - near) * points).reshape(depth.size, -1)
+    span = (np.abs(far - near) * weights).reshape(depth.size, -1)
+    g, slope = depth[:, None] - scene.indenter.height(x), scene.indenter.slope(x)
     stretch = terms.surface(slope, gamma1=gamma1, slopes=scene.slopes).value
     bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=scene.slopes)
-    tension, adhesion = float(np.sum(span * stretch)), float(np.sum(span * bound))
-    force, size = float(np.sum(span * (k * g))), float(np.sum(span * np.abs(k * g)))
-    length = scene.elastocapillary_length
-    lifted = [problem.displaced(end) / length for end in (left, right)] if gamma1 else []
-    stored = gamma1 * length * sum(map(response.energy, lifted))
-    pulls = [gamma1 * response.reaction(u0) for u0 in lifted]
-    return Interval(
-        springs + tension + stored - adhesion,
-        force + sum(pulls),
-        force + gamma1 * sum(map(response.area, lifted)),
-        springs + tension + stored + adhesion,
-        size + sum(map(abs, pulls)),
-        float(g.min(initial=0.0)),
+    densities = (terms.spring(g, k=k).value, stretch, bound, k * g, np.abs(k * g))
+    springs, tension, adhesion, force, size = (np.einsum("ij,ij->i", span, y) for y in densities)
+    energy, pull, area, pulls = np.zeros((4, depth.size))
+    for u in (depth[:, None] - scene.indenter.height(lines)).T if gamma1 else ():
+        u0 = (u / scene.elastocapillary_length).tolist()
+        energy += gamma1 * scene.elastocapillary_length * np.array([*map(response.energy, u0)])
+        reaction = gamma1 * np.array([*map(response.reaction, u0)])
+        pull, pulls = pull + reaction, pulls + np.abs(reaction)
+        area += gamma1 * np.array([*map(response.area, u0)])
+    return Intervals(
+        springs + tension + energy - adhesion,
+        force + pull,
+        force + area,
+        springs + tension + energy + adhesion,
+        size + pulls,
+        g.min(axis=1, initial=0.0),
     )
 
 
-def totals(problem: Problem, left: float, right: float, rtol: float) -> tuple[Interval, Interval]:
-    """`integrate` with fewer and with more Gauss points, on panels halved until both agree.
-
-    Panels end at corners, knots and the apex; where they are few they are graded towards both
-    ends, because a power law is not smooth there.
-    """
-    indenter = problem.scene.indenter
+def _ends(indenter: Indenter, lines: Array) -> Array:
+    """Ends of the panels (n, m + 1): corners, knots and the apex, as far as they are inside."""
     apex = () if indenter.apex is None else (indenter.apex,)
-    cuts = np.concatenate([indenter.corners, indenter.knots, apex, [left, right]])
-    ends = np.unique(np.clip(cuts, left, right))
-    orders = (28, 40) if ends.size < _FEW_PANELS else (4, _PLAIN)
+    cuts = np.unique(np.concatenate([indenter.corners, indenter.knots, apex]))
+    inner = np.clip(cuts, lines[:, :1], lines[:, 1:])
+    return np.concatenate([lines[:, :1], inner, lines[:, 1:]], axis=1)
+
+
+def _panels(ends: Array) -> tuple[Array, tuple[int, int]]:
+    """Panels between ends (n, m + 1), and the orders to compare.
+
+    Where there are few they are graded towards both ends: a power law is not smooth there.
+    """
+    near, far = ends[:, :-1], ends[:, 1:]
+    if ends.shape[1] >= _FEW_PANELS:
+        return np.array([near, far]), (4, _PLAIN)
+    middle = (near + far) / 2
+    return np.array([np.hstack([near, far]), np.hstack([middle, middle])]), (28, 40)
+
+
+def totals(
+    scene: Scene, response: Response, depth: float, left: float, right: float, rtol: float
+) -> tuple[Interval, Interval]:
+    """`integrate` for one state with fewer and more points, on panels halved until both agree."""
+    lines, at = np.array([[left, right]]), np.array([depth])
+    ends = np.unique(_ends(scene.indenter, lines))[None]
     for _ in range(_HALVINGS):
-        near, far = ends[:-1], ends[1:]
-        middle = (near + far) / 2
-        if orders[0] > _PLAIN:
-            near, far = np.concatenate([near, far]), np.concatenate([middle, middle])
-        coarse, fine = (integrate(problem, left, right, np.array([near, far]), n) for n in orders)
-        change = max(
-            abs(fine.energy - coarse.energy) / (fine.energy_scale or 1.0),
-            abs(fine.force - coarse.force) / (fine.force_scale or 1.0),
-        )
-        if change <= _PART * rtol or ends.size > _MOST_PANELS:
+        panels, orders = _panels(ends)
+        coarse, fine = (integrate(scene, response, at, lines, panels, n) for n in orders)
+        if fine.change(coarse) <= _PART * rtol or ends.size > _MOST_PANELS:
             break
-        ends = np.sort(np.concatenate([ends, middle]))
-    return coarse, fine
+        ends = np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2]))
+    first, second = ([float(part[0]) for part in found] for found in (coarse, fine))
+    return Interval(*first), Interval(*second)
+
+
+def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple[Intervals, float]:
+    """`integrate` for many states at once, and its change from fewer points."""
+    ends, parts, change = _ends(scene.indenter, lines), [], 0.0
+    step = max(1, _CHUNK // (40 * 2 * ends.shape[1]))
+    for start in range(0, len(depth), step):
+        own = slice(start, start + step)
+        panels, orders = _panels(ends[own])
+        coarse, fine = (
+            integrate(scene, response, depth[own], lines[own], panels, n) for n in orders
+        )
+        change = max(change, fine.change(coarse))
+        parts.append(fine)
+    return Intervals(*(np.concatenate(part) for part in zip(*parts, strict=True))), change

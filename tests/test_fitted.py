@@ -97,13 +97,18 @@ def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     problem = Problem.of(scene, 1e-3, 0.0, "adhered", chosen(scene.slopes, 1e-8))
     a = find_line(problem, 1, 0.0).x * (1 + change)
     ends = FittedLine(-a, False, False), FittedLine(a, False, False)
-    judged = certify_lines(problem, ends, totals(problem, -a, a, 1e-8)[1])
+    judged = certify_lines(problem, ends, totals(scene, problem.response, 1e-3, -a, a, 1e-8)[1])
     assert judged.failures == ("neighbours",)
     smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
     problem = Problem.of(smooth, 1e-3, 0.0, "adhered", problem.response)
     a = find_line(problem, 1, 0.0).x * (1 - 1e-5)
     ends = FittedLine(-a, False, False), FittedLine(a, False, False)
-    assert "penetration" in certify_lines(problem, ends, totals(problem, -a, a, 1e-8)[1]).failures
+    assert (
+        "penetration"
+        in certify_lines(
+            problem, ends, totals(smooth, problem.response, 1e-3, -a, a, 1e-8)[1]
+        ).failures
+    )
 
 
 def test_violations_do_not_depend_on_the_unit_of_stress():
@@ -114,9 +119,17 @@ def test_violations_do_not_depend_on_the_unit_of_stress():
         a = find_line(problem, 1, 0.0).x
         near, far = (FittedLine(-a * c, False, False) for c in (0.999, 10.0))
         ends = near, FittedLine(0.999 * a, False, False)
-        judged.append(certify_lines(problem, ends, totals(problem, near.x, ends[1].x, 1e-8)[1]))
+        judged.append(
+            certify_lines(
+                problem, ends, totals(scene, problem.response, 1e-3, near.x, ends[1].x, 1e-8)[1]
+            )
+        )
         ends = far, FittedLine(10 * a, False, False)
-        judged.append(certify_lines(problem, ends, totals(problem, far.x, ends[1].x, 1e-8)[1]))
+        judged.append(
+            certify_lines(
+                problem, ends, totals(scene, problem.response, 1e-3, far.x, ends[1].x, 1e-8)[1]
+            )
+        )
     for small, wide in zip(judged[2::2], judged[3::2], strict=True):
         assert small.penetration == pytest.approx(judged[0].penetration, rel=1e-9, abs=0)
         assert wide.opening == pytest.approx(judged[1].opening, rel=1e-9, abs=0)
