@@ -10,19 +10,20 @@ from energy import cards
 
 FUNCTIONS = {
     f"{module}.{name}": function
-    for module in set(cards.__all__) - {"PullOff"}
+    for module in set(cards.__all__) - {"Jump", "PullOff"}
     for name, function in inspect.getmembers(getattr(cards, module), inspect.isfunction)
     if function.__module__ == f"energy.cards.{module}" and name[0] != "_"
 }
 VALUES = {  # arguments in SI, none of them 1, by the powers of force and length in their units
     (1, -3): {"k": 1.1e7},
-    (1, -2): {"E": 8.3e3},
-    (1, -1): {"gamma1": 0.031, "gamma2": 0.021, "gamma12": 0.047, "w": 4.3e-3},
+    (1, -2): {"E": 8.3e3, "K": 1.1e3},
+    (1, -1): {"gamma1": 0.031, "gamma2": 0.021, "gamma12": 0.047}
+    | {"w": 4.3e-3, "w_closing": 1.7e-3},
     (0, -0.5): {"c": 3.3},
     (0, 0): {"n": 1.5, "nu": 0.4, "delta": 0.2, "beta": 0.05, "theta": 2.9}
     | {"slope_a": 0.11, "slope_f": 0.07, "slope_u": 0.23},
     (0, 1): {"R": 0.013, "a": 2.1e-3, "d": 3.4e-5, "x": 2.2e-3, "h": 1.3e-3}
-    | {"f_a": 1.7e-5, "u_a": -2.3e-5, "u": -1.1e-5},
+    | {"f_a": 1.7e-5, "u_a": -2.3e-5, "u": -1.1e-5, "d_min": -7e-6, "d_max": 5.2e-5},
 }
 
 
@@ -59,7 +60,7 @@ def test_refusals_of_every_card(name):
     for s in set(inspect.signature(function).parameters) - {"order"}:
         with pytest.raises(ValueError, match=rf"\b{s}\b.* is not finite: pass finite numbers"):
             call(function, **{s: (lambda x: np.nan * x) if s == "f" else np.nan})
-        if s in ("E", "R", "a", "c", "delta", "gamma1", "h", "k", "n", "w"):
+        if s in ("E", "K", "R", "a", "c", "delta", "gamma1", "h", "k", "n", "w", "w_closing"):
             with pytest.raises(ValueError, match=rf"^{s} = -0.7 must .*: \w+"):
                 call(function, **{s: -0.7})
         if s == "d" and not residual and name[:6] != "force.":
@@ -80,6 +81,14 @@ def test_refusals_of_every_card(name):
         ("wedge.force", {"delta": np.pi / 2}, r"delta = 1.57.*\(0, π/2\): .* in rad"),
         ("wedge.adhesion_force", {"delta": 0.7}, "delta = 0.7.*pass a blunter wedge"),
         ("power_law.energy", {"n": 1.0, "c": 9.0, "d": -1e-9}, "d = -1e-09 is below 0.0.*pass d"),
+        ("displacement_control.wedge_jump_in", {"gamma1": 0.0}, "gamma1 = 0.0 must .* two_works"),
+        ("load_control.parabola_jump_in", {"gamma1": 0.0}, "gamma1 = 0.0 must .* two_works"),
+        ("machine_control.wedge_detachment", {"K": 0.0}, "K = 0.0 must .* load_control"),
+        ("two_works.half_widths", {"w_closing": 5e-3}, "w_closing = 0.005 exceeds w: .* pass"),
+        ("two_works.loop_area", {"gamma1": 0.0}, "w_closing = 0.0017 needs gamma1 > 0: .* pass"),
+        ("two_works.loop_area", {"d_max": -1e-6}, "d_max = -1e-06 is below 0.0: .* pass d_max"),
+        ("two_works.cycle_area", {"d_max": -8e-6}, "d_max = -8e-06 is below -7e-06: .* pass"),
+        ("two_works.cycle_area", {"d_min": -1e-3}, "d_min = -0.001 is below .* larger d_min"),
         ("power_law.depth", {"n": [2.0, 3.0]}, "n = .* must be one number: loop"),
         ("foundation.stiffness", {"nu": 0.5}, r"nu = 0.5 must lie in \(-1, 1/2\): "),
         ("force.elastic", {"a": "wide"}, "a = 'wide' is not real: pass a number"),

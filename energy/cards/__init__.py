@@ -14,6 +14,10 @@ Small slopes, but for `finite`.
 | `parabola` | (31)-(33) | parabola: half-width, force, energy, pull-off |
 | `nonadhesive` | (34)-(40) | w = 0: no kink at the line |
 | `power_law` | (11), (16) | f = c|x|ⁿ, n >= 1 |
+| `displacement_control` | | jump-in, detachment, loop area at imposed depth; Maxwell point |
+| `load_control` | | the same under a dead load |
+| `machine_control` | | the same under a machine of finite stiffness |
+| `two_works` | | closing and opening works of adhesion: pinned line, loop areas |
 | `finite` | (8), (10), (16) | true surface length: Young's law at any slope |
 
 | symbol | name | meaning | unit | range |
@@ -21,6 +25,8 @@ Small slopes, but for `finite`.
 | k | `k` | foundation stiffness Ẽ/h | N/m³ | > 0 |
 | γ₁ | `gamma1` | surface tension of the free surface | N/m | >= 0 |
 | w | `w` | work of adhesion | N/m | >= 0 |
+| w_closing | `w_closing` | work of adhesion gained on closing, <= w | N/m | >= 0 |
+| K | `K` | stiffness of the machine per length of the contact | N/m² | > 0 |
 | R, tan δ, c | `R`, `delta`, `c` | radius; wedge angle in rad; power-law coefficient | | > 0 |
 | d | `d` | depth of the level f = 0 below the undeformed surface | m | |
 | a | `a` | half-width of the contact | m | >= 0 |
@@ -38,30 +44,39 @@ touched and then moved to its depth; cards of the lowest energy of all say `glob
 
 from energy.cards import (
     contact_line,
+    displacement_control,
     finite,
     flat_punch,
     force,
     foundation,
+    load_control,
+    machine_control,
     nonadhesive,
     parabola,
     plane,
     power_law,
     tail,
+    two_works,
     wedge,
 )
-from energy.cards._types import PullOff
+from energy.cards._types import Jump, PullOff
 
 __all__ = [
+    "Jump",
     "PullOff",
     "contact_line",
+    "displacement_control",
     "finite",
     "flat_punch",
     "force",
     "foundation",
+    "load_control",
+    "machine_control",
     "nonadhesive",
     "parabola",
     "plane",
     "power_law",
     "tail",
+    "two_works",
     "wedge",
 ]

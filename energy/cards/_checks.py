@@ -9,6 +9,7 @@ Array = NDArray[np.float64]
 
 _MEANING = {
     "E": "the elastic modulus E",
+    "K": "the machine stiffness K per length, or use load_control",
     "R": "the radius of curvature R of f = x²/(2R)",
     "a": "the contact half-width",
     "c": "the coefficient c of f = c|x|ⁿ",
@@ -16,6 +17,7 @@ _MEANING = {
     "h": "the layer thickness",
     "k": "the foundation stiffness Ẽ/h",
     "w": "the work of adhesion",
+    "w_closing": "the work of adhesion that closing contact gains",
 }
 
 

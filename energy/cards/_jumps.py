@@ -1,0 +1,139 @@
+"""Jumps of a contact whose indenter hangs on a spring of stiffness K; K = 0 is a dead load.
+
+The drive D moves the far end of the spring. State and stability follow from
+
+    E(a, d; D) = U(a, d) + K/2 (D − d)²,    P = K (D − d),
+
+stable on the branch (16) while dP/dd > −K. With κ = K/k:
+
+Jump-in. The spring is relaxed until the indenter touches at D = 0. At every half-width a on the
+way the depth is in balance, P(a, d) = −Kd, that is, from Eq. (11) with f = c|x|ⁿ,
+
+    d(a) = 2 (∫₀ᵃ f dx + l f(a))/(2 (a + l) + κ) = 2c aⁿ (a/(n + 1) + l)/(2 (a + l) + κ),
+
+and the line stops where (f + l f')(a) = δ₀ + d(a). E falls by ∫₀ᵃ k (δ₀² − (f + l f' − d)²) dx.
+
+Detachment. Below the instability no state with contact is left at this drive. The part of the
+energy released that stays finite for K = 0 is what goes while the line follows the branch down to
+its end d_e: with P_s(d) = P − K (d' − d) the straight line of the spring through the instability,
+
+    U(d_e) + ∫_{d_e}^{d} (P(d') − P_s(d')) dd' ;
+
+after that the spring relaxes from the force P_s(d_e), and loses P_s(d_e)²/(2K).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards import parabola, wedge
+from energy.cards._checks import Array, non_negative, positive, refuse, wedge_slope
+from energy.cards._types import Jump
+from energy.cards.plane import critical_separation
+from energy.cards.tail import elastocapillary_length
+from energy.cards.tail import energy as tail_energy
+
+
+class LettingGo(NamedTuple):
+    """A detachment; the force left in the spring once the line has run down the branch."""
+
+    jump: Jump
+    spring_force: Array
+
+
+def with_tension(gamma1: ArrayLike) -> Array:
+    """γ₁ > 0: a line that runs downhill needs a surface that pulls its neighbour in."""
+    gamma1 = non_negative("gamma1", gamma1)
+    remedy = "must be > 0: springs without tension attach one by one, use two_works, w_closing = 0"
+    refuse("gamma1", gamma1, gamma1 == 0.0, remedy)
+    return gamma1
+
+
+def touched(a: Array, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike) -> Jump:
+    """The jump on touching at fixed d = 0 that ends at the half-width a of Eq. (16)."""
+    c, k, ell = positive("c", c), positive("k", k), elastocapillary_length(k, gamma1)
+    lift = c * a ** (n - 1.0)
+    shape = 2.0 * n / (2.0 * n + 1.0) * a**2 + (2.0 * n - 1.0) * a * ell
+    shape = shape + 2.0 * n**2 * (n - 1.0) / (2.0 * n - 1.0) * ell**2
+    force = -2.0 * k * lift * a * (a / (n + 1.0) + ell)
+    return Jump.of(force, 0.0, a, k * lift**2 * a * shape)
+
+
+def wedge_touched(K: Array, *, delta: ArrayLike, k: Array, gamma1: ArrayLike, w: ArrayLike) -> Jump:
+    """d = tan δ m²/(κ/2 + √(m² + κ²/4)), m² = a₀ (a₀ + 2l), a₀ = a(0); a = a₀ + d/tan δ.
+
+    From P = (k/tan δ)(d² − m² tan²δ) on the branch; with rise r = d/tan δ it releases
+    k tan²δ r (3m² + r²)/6 more than a jump at d = 0.
+    """
+    ell, slope = elastocapillary_length(k, with_tension(gamma1)), wedge_slope(delta)
+    a = np.asarray(wedge.half_width(0.0, delta=delta, k=k, gamma1=gamma1, w=w))
+    m, kappa = np.sqrt(a * (a + 2.0 * ell)), K / k
+    total = 0.5 * kappa + np.hypot(m, 0.5 * kappa)
+    rise = m * (m / (total + (total == 0.0)))
+    released = touched(a, c=slope, n=1.0, k=k, gamma1=gamma1).energy_released
+    released = released + k * slope**2 * rise * (3.0 * m**2 + rise**2) / 6.0
+    return Jump.of(0.0 - K * slope * rise, slope * rise, a + rise, released)
+
+
+def parabola_touched(K: Array, *, R: ArrayLike, k: Array, gamma1: ArrayLike, w: ArrayLike) -> Jump:
+    """a from the cubic below, d = a² (a + 3l)/(3R (2 (a + l) + κ)).
+
+    It releases d (a² (5a + 9l)/(6R) − a d) k less than a jump at d = 0 to the same a.
+    """
+    ell, R = elastocapillary_length(k, with_tension(gamma1)), positive("R", R)
+    a = np.asarray(parabola.half_width(0.0, R=R, k=k, gamma1=gamma1, w=w))
+    kappa, reach2 = K / k, np.asarray(R * critical_separation(k, w))
+    a = _parabola_width(a, np.asarray(ell), reach2, kappa)
+    d = a**2 * (a + 3.0 * ell) / (3.0 * R * (2.0 * (a + ell) + kappa))
+    less = k * d * a * (a * (5.0 * a + 9.0 * ell) / (6.0 * R) - d)
+    released = touched(a, c=0.5 / R, n=2.0, k=k, gamma1=gamma1).energy_released - less
+    return Jump.of(0.0 - K * d, d, a, released)
+
+
+def _parabola_width(a: Array, ell: Array, reach2: Array, kappa: Array) -> Array:
+    """The positive root of a (a² + 3al + 3l²) − 3Rδ₀ (a + l) + (3κ/4)(a (a + 2l) − 2Rδ₀).
+
+    That is b³ + (3κ/4) b² − 3Rδ₀ b − l³ − (3κ/4)(l² + 2Rδ₀) with b = a + l. It is convex; the root
+    lies between a(0), the start, and √(3/2) a(0): six Newton steps reach rounding.
+    """
+    for _ in range(6):
+        b = a + ell
+        load = a * (a**2 + 3.0 * ell * b) - 3.0 * reach2 * b
+        misfit = load + 0.75 * kappa * (a * (a + 2.0 * ell) - 2.0 * reach2)
+        a = a - misfit / (3.0 * (b**2 - reach2) + 1.5 * kappa * b)
+    return a
+
+
+def wedge_lets_go(
+    K: Array, *, delta: ArrayLike, k: Array, gamma1: ArrayLike, w: ArrayLike
+) -> LettingGo:
+    """a = max(a(0) − κ/2, 0); released k l q² + k a³ tan²δ/3 with q = l tan δ − δ₀ <= 0."""
+    same: dict[str, Any] = {"delta": delta, "k": k, "gamma1": gamma1, "w": w}
+    slope, q = wedge_slope(delta), np.asarray(wedge.depth(0.0, **same))
+    a = np.maximum(np.asarray(wedge.half_width(0.0, **same)) - 0.5 * (K / k), 0.0)
+    blunt, end = q < 0.0, np.minimum(q, 0.0)
+    force = np.where(blunt, wedge.force_of_width(a, **same), 0.0)
+    released = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1)) + k * slope**2 * a**3 / 3.0
+    return LettingGo(Jump.of(force, slope * a + end, a, released), force + K * slope * a)
+
+
+def parabola_lets_go(
+    K: Array, *, R: ArrayLike, k: Array, gamma1: ArrayLike, w: ArrayLike
+) -> LettingGo:
+    """b = a + l from b² + κb/2 = Rδ₀ where that is > l², else a = 0.
+
+    Released: 2wl + (2k a³/(3R²)) (a²/5 + al + l² + κ (a + 4l)/16).
+    """
+    R, ell, kappa = positive("R", R), elastocapillary_length(k, gamma1), K / k
+    reach2 = R * critical_separation(k, w)
+    over = np.maximum(reach2 - ell * (ell + 0.5 * kappa), 0.0)
+    total = np.hypot(0.25 * kappa, np.sqrt(reach2)) + ell + 0.25 * kappa
+    a = over / (total + (total == 0.0))
+    shape = a**2 / 5.0 + ell * (a + ell) + kappa * (a + 4.0 * ell) / 16.0
+    released = parabola.energy_released(k=k, gamma1=gamma1, w=w)
+    released = released + 2.0 * k * a**3 * shape / (3.0 * R**2)
+    same: dict[str, Any] = {"R": R, "k": k, "gamma1": gamma1, "w": w}
+    force = np.asarray(parabola.force_of_width(a, **same))
+    jump = Jump.of(force, parabola.depth(a, **same), a, released)
+    return LettingGo(jump, force + K * a * (a + 2.0 * ell) / (2.0 * R))

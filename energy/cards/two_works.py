@@ -1,0 +1,119 @@
+"""Two works of adhesion: closing contact gains w_closing, opening it costs w >= w_closing.
+
+Profile f = c|x|ⁿ, n >= 1; wedge: c = tan δ, n = 1; parabola: c = 1/(2R), n = 2.
+
+The line at a advances where f + l f' <= d + δ_c and recedes where f + l f' >= d + δ₀, Eq. (16) with
+δ_c = √(2 w_closing/k) and δ₀ = √(2w/k); in between it is pinned. Turning back at d frees it after
+the depth has changed by δ₀ − δ_c, whatever the profile. With V the energy of springs and surface,
+P = ∂V/∂d and ∂V/∂a = k (f + l f' − d)², which is 2 w_closing on an advancing line and 2w on a
+receding one, so ∮P dd = −∮ ∂V/∂a da and every length that is closed and opened again costs
+
+    2 (w − w_closing) per unit of half-width,
+
+on top of what jumps release. w = w_closing is `displacement_control`. γ₁ = 0 demands w_closing = 0:
+springs without tension attach on touching, at f(a) = d, and let go at f(a) = d + δ₀. A flat punch
+is pinned at its edges under both works: its loop area is 2w (a + l) for every w_closing.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards import power_law
+from energy.cards._checks import Array, excess, finite, non_negative, refuse
+from energy.cards._jumps import touched
+from energy.cards._types import Values
+from energy.cards.tail import energy as tail_energy
+
+
+def half_widths(
+    d: ArrayLike,
+    *,
+    c: ArrayLike,
+    n: float,
+    k: ArrayLike,
+    gamma1: ArrayLike,
+    w: ArrayLike,
+    w_closing: ArrayLike,
+) -> tuple[Values, Values]:
+    """(advancing, receding) half-widths at depth d: Eq. (16) with w_closing and with w.
+
+    A line between the two is pinned. Advancing is 0 where nothing would close by itself.
+    ValueError for w_closing > w, and for d below `power_law.detachment_depth` at w.
+    """
+    closing, w = _works(w_closing, w, gamma1)
+    same: dict[str, Any] = {"c": c, "n": n, "k": k, "gamma1": gamma1}
+    receding = np.asarray(power_law.half_width(d, w=w, **same))
+    least = power_law.detachment_depth(w=closing, **same)
+    advancing = np.asarray(power_law.half_width(np.maximum(d, least), w=closing, **same))
+    advancing, receding = np.array(np.broadcast_arrays(advancing, receding))
+    return advancing, receding
+
+
+def cycle_area(
+    *,
+    c: ArrayLike,
+    n: float,
+    k: ArrayLike,
+    gamma1: ArrayLike,
+    w: ArrayLike,
+    w_closing: ArrayLike,
+    d_min: ArrayLike,
+    d_max: ArrayLike,
+) -> Values:
+    """∮P dd = 2 (w − w_closing) max(a_adv(d_max) − a_rec(d_min), 0), contact being kept.
+
+    The steady cycle between two depths; 0 while the line stays pinned, d_max − d_min <= δ₀ − δ_c.
+    ValueError for d_max < d_min, and for d_min below `power_law.detachment_depth`.
+    """
+    both: dict[str, Any] = {"w": w, "w_closing": w_closing}
+    same: dict[str, Any] = {"c": c, "n": n, "k": k, "gamma1": gamma1}
+    (closing, opening), top = _works(w_closing, w, gamma1), finite("d_max", d_max)
+    low = finite("d_min", d_min)
+    excess("d_max", top, low, "the cycle turns back at d_max, pass d_max >= d_min")
+    least = power_law.detachment_depth(w=w, **same)
+    excess("d_min", low, least, "the contact lets go, use a loop_area or a larger d_min")
+    advanced, _ = half_widths(top, **same, **both)
+    _, receded = half_widths(low, **same, **both)
+    area: Array = 2.0 * (opening - closing) * np.maximum(advanced - receded, 0.0)
+    return area
+
+
+def loop_area(
+    *,
+    c: ArrayLike,
+    n: float,
+    k: ArrayLike,
+    gamma1: ArrayLike,
+    w: ArrayLike,
+    w_closing: ArrayLike,
+    d_max: ArrayLike,
+) -> Values:
+    """∮P dd from touching to d_max >= 0 and back until the contact lets go.
+
+    Jump-in with w_closing + 2 (w − w_closing) a_adv(d_max) + k l d_e², d_e the end of the branch
+    at w; 0 where the line never leaves the tip, a_adv(d_max) = 0.
+    ValueError for d_max < 0 and w_closing > w.
+    """
+    closing, w = _works(w_closing, w, gamma1)
+    top = finite("d_max", d_max)
+    excess("d_max", top, 0.0, "the indenter does not touch, pass d_max >= 0")
+    same: dict[str, Any] = {"c": c, "n": n, "k": k, "gamma1": gamma1}
+    widest = np.asarray(power_law.half_width(np.maximum(top, 0.0), w=closing, **same))
+    first = touched(np.asarray(power_law.half_width(0.0, w=closing, **same)), **same)
+    end = power_law.detachment_depth(w=w, **same)
+    last = 2.0 * np.asarray(tail_energy(end, k=k, gamma1=gamma1))
+    area = first.energy_released + 2.0 * (w - closing) * widest + last
+    kept: Array = np.where(widest > 0.0, area, 0.0)[()]
+    return kept
+
+
+def _works(w_closing: ArrayLike, w: ArrayLike, gamma1: ArrayLike) -> tuple[Array, Array]:
+    """w_closing in [0, w], and w; w_closing = 0 where no tension pulls the next spring in."""
+    closing, opening = non_negative("w_closing", w_closing), non_negative("w", w)
+    remedy = "exceeds w: closing gains at most what opening costs, pass w_closing <= w"
+    refuse("w_closing", closing, closing > opening, remedy)
+    slack = (non_negative("gamma1", gamma1) == 0.0) & (closing > 0.0)
+    refuse("w_closing", closing, slack, "needs gamma1 > 0: without tension pass w_closing = 0")
+    return closing, opening
