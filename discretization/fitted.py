@@ -75,6 +75,14 @@ class Problem:
         """A displacement of the scene to measure others by."""
         return max(abs(self.depth), self.scene.critical_separation) or 1.0
 
+    @functools.cached_property
+    def _length(self) -> float:
+        return self.scene.elastocapillary_length
+
+    @functools.cached_property
+    def _roots(self) -> tuple[float, float]:
+        return math.sqrt(self.scene.gamma1 / 2), math.sqrt(self.scene.work_of_adhesion)
+
     def displaced(self, x: float) -> float:
         """g(x) = d - f(x)."""
         return self.depth - float(self.scene.indenter.height(x))
@@ -92,7 +100,7 @@ class Problem:
         if not scene.gamma1:
             return 0.0
         f1 = side * float(scene.indenter.slope(x + side * aside))
-        g = self.displaced(x) / scene.elastocapillary_length
+        g = self.displaced(x) / self._length
         if scene.slopes == "small":
             return f1 - self.response.reaction(g)
         if abs(g) < OVERHANG:
@@ -109,8 +117,8 @@ class Problem:
         scene = self.scene
         if not scene.gamma1:
             return -self.displaced(x) - self.reach
-        held = math.sqrt(scene.work_of_adhesion)
-        return math.sqrt(scene.gamma1 / 2) * self.jump(side, x, aside) - held
+        stiff, held = self._roots
+        return stiff * self.jump(side, x, aside) - held
 
     def scale(self, ends: tuple[FittedLine, FittedLine]) -> float:
         """Size of the terms that cancel in `drive`."""
@@ -151,13 +159,13 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
             break
         last = h(corner, -aside)
         if last > tie:
-            return FittedLine(_bracketed(lambda x: h(x, 0.0), start, corner), False, False)
+            return FittedLine(bracketed(lambda x: h(x, 0.0), start, corner), False, False)
         if corner in indenter.walls:
             neutral = problem.scene.work_of_adhesion > 0 and abs(last) <= tie
             return FittedLine(corner, True, neutral)
         start = corner
     outside = _outside(problem, h, side, start, size)
-    return FittedLine(_bracketed(lambda x: h(x, 0.0), start, outside), False, False)
+    return FittedLine(bracketed(lambda x: h(x, 0.0), start, outside), False, False)
 
 
 def _outside(
@@ -182,7 +190,7 @@ def _outside(
     )
 
 
-def _bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:
+def bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:
     """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
 
     Inverse quadratic steps where three points support them, halving otherwise, until the bracket

@@ -42,6 +42,11 @@ def minimise(
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
+    if scene.opening is not None:
+        raise ValueError(
+            f"opening = {scene.opening!r}: with adhesion hysteresis the state depends on the path; "
+            "use load_path, or a Scene without opening"
+        )
     finite("depth", depth)
     option("method", method, METHODS)
     option("branch", branch, BRANCHES)

@@ -140,3 +140,44 @@ def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple
         change = max(change, fine.change(coarse))
         parts.append(fine)
     return Intervals(*(np.concatenate(part) for part in zip(*parts, strict=True))), change
+
+
+def pressing(scene: Scene, response: Response, depth: float, left: float, right: float) -> float:
+    """The force alone: P = k∫(d - f) dx + S(left) + S(right)."""
+    indenter = scene.indenter
+    x, span = _points(indenter, left, right)
+    force = scene.stiffness * (depth * (right - left) - float(span @ indenter.height(x)))
+    if scene.gamma1:
+        length = scene.elastocapillary_length
+        for end in (left, right):
+            u0 = (depth - float(indenter.height(end))) / length
+            force += scene.gamma1 * response.reaction(u0)
+    return force
+
+
+def arc_length(scene: Scene, left: float, right: float) -> float:
+    """Length of the indenter between two positions: |right - left| for small slopes."""
+    if scene.slopes == "small" or left == right:
+        return abs(right - left)
+    x, span = _points(scene.indenter, min(left, right), max(left, right))
+    slope = scene.indenter.slope(x)
+    return float(span @ np.sqrt(1 + slope * slope))
+
+
+def _points(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
+    """Points and weights of one contact (m,)."""
+    cuts = {x for x in (indenter.apex,) if x is not None and left < x < right}
+    for places in (indenter.corners, indenter.knots):
+        if len(places):
+            places = np.asarray(places)
+            cuts.update(places[(places > left) & (places < right)].tolist())
+    ends = np.array([left, *sorted(cuts), right])
+    near, far = ends[:-1, None], ends[1:, None]
+    order, power = _PLAIN, 1
+    if ends.size < _FEW_PANELS:
+        middle = (near + far) / 2
+        near, far = np.concatenate([near, far]), np.concatenate([middle, middle])
+        order, power = 40, 4
+    points, weights = _gauss(order, power)
+    span = far - near
+    return (near + span * points).ravel(), (np.abs(span) * weights).ravel()

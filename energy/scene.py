@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from energy.checks import option
@@ -34,14 +34,18 @@ class Assumption(NamedTuple):
 class Scene:
     """Everything but the depth. slopes: "small" (the paper's energy) or "finite" (true lengths).
 
-    ValueError for wrong types, an unknown `slopes`, and w > 2γ₁ with finite slopes (no Young
-    angle: the layer would spread over the whole indenter).
+    opening: surface energies of a contact that is being opened, where they differ from those of
+    one being closed (adhesion hysteresis); with the same γ₁ and no smaller work of adhesion.
+
+    ValueError for wrong types, an unknown `slopes`, an `opening` that does not fit, and w > 2γ₁
+    with finite slopes (no Young angle: the layer would spread over the whole indenter).
     """
 
     layer: ElasticLayer
     surfaces: SurfaceEnergies
     indenter: Indenter
     slopes: str = "small"
+    opening: SurfaceEnergies | None = None
 
     def __post_init__(self) -> None:
         for name, kind in (("layer", ElasticLayer), ("surfaces", SurfaceEnergies)):
@@ -49,11 +53,28 @@ class Scene:
                 raise ValueError(f"{name} = {getattr(self, name)!r} must be an {kind.__name__}")
         option("slopes", self.slopes, SLOPES)
         object.__setattr__(self, "indenter", as_indenter(self.indenter))
-        if self.slopes == "finite" and self.work_of_adhesion > 2 * self.gamma1:
+        if self.opening is not None:
+            self._check_opening(self.opening)
+        w = self.opened.work_of_adhesion
+        if self.slopes == "finite" and w > 2 * self.gamma1:
             raise ValueError(
-                f"w = {self.work_of_adhesion!r} exceeds 2 gamma1 = {2 * self.gamma1!r}: with "
-                "finite slopes there is no Young angle; lower w, raise gamma1 or use slopes='small'"
+                f"w = {w!r} exceeds 2 gamma1 = {2 * self.gamma1!r}: with finite slopes there is no "
+                "Young angle; lower w, raise gamma1 or use slopes='small'"
             )
+
+    def _check_opening(self, opening: SurfaceEnergies) -> None:
+        if not isinstance(opening, SurfaceEnergies):
+            raise ValueError(f"opening = {opening!r} must be a SurfaceEnergies or None")
+        if opening.gamma1 != self.gamma1 or opening.work_of_adhesion < self.work_of_adhesion:
+            raise ValueError(
+                f"opening = {opening!r} must have the gamma1 = {self.gamma1!r} of surfaces and a "
+                f"work of adhesion not below theirs, {self.work_of_adhesion!r}"
+            )
+
+    @property
+    def opened(self) -> Scene:
+        """This scene with the surface energies of a contact that is being opened."""
+        return self if self.opening is None else replace(self, surfaces=self.opening, opening=None)
 
     @property
     def stiffness(self) -> float:

@@ -1,0 +1,161 @@
+"""What holds the indenter: an imposed depth, a dead load, or a spring to a drive.
+
+The load L(d; c) at control value c is c (force) or K(c - d) (a machine of stiffness K whose drive
+is at c); equilibrium is P(d) = L(d; c), stable where P'(d) + K > 0 (force: K = 0). The indenter
+moves towards the first equilibrium in the direction in which it is pushed; where there is none
+before P' + K changes sign, the state is unstable and jumps at fixed control.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from discretization.branch import FittedBranch, State
+from discretization.fitted import bracketed
+
+_MARCH = 40
+_NUDGE = 1e-6
+_NEAREST = 1e-5
+_STALLED = 1e-12
+_STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
+_STRIDE = 0.006  # ε^(1/7)
+_SAMPLES = 32
+_ROUNDING = 1e-15
+
+
+class Point(NamedTuple):
+    """A depth and the state there."""
+
+    depth: float
+    state: State
+
+
+@dataclass(frozen=True)
+class Control:
+    """stiffness K: None for an imposed depth, 0 for a dead load."""
+
+    stiffness: float | None
+
+    def load(self, depth: float, value: float) -> float:
+        """L(d; c)."""
+        return self.stiffness * (value - depth) if self.stiffness else value
+
+    def value(self, depth: float, force: float) -> float:
+        """c with L(d; c) = force; the depth itself if that is imposed."""
+        if self.stiffness is None:
+            return depth
+        return depth + force / self.stiffness if self.stiffness else force
+
+    def potential(self, depth: float, value: float) -> float:
+        """Energy of what holds the indenter: 0, -F d or K/2 (D - d)²."""
+        if self.stiffness is None:
+            return 0.0
+        return self.stiffness / 2 * (value - depth) ** 2 if self.stiffness else -value * depth
+
+
+class Unstable(NamedTuple):
+    """Where a state becomes unstable, and the last point at which there is a contact beyond it."""
+
+    point: Point
+    closes: Point
+
+
+def settled(branch: FittedBranch, control: Control, point: Point, value: float) -> Point | Unstable:
+    """The equilibrium that a stable contact moves to under a new value of the control."""
+    excess = _excess(branch, control, value)
+    here, r, last = point, excess(point), math.inf
+    side, scale = (-1.0 if r > 0 else 1.0), abs(point.depth) + branch.lift
+    there = moved(branch, here, here.depth + side * _NUDGE * scale)
+    for _ in range(_MARCH):
+        q = excess(there) if there.state is not None else math.nan
+        slope = (q - r) / (there.depth - here.depth)
+        if q == 0:
+            return there
+        if not slope > 0:
+            break
+        step = -q / slope
+        if abs(step) <= _ROUNDING * scale or last / 2 <= abs(step) <= _STALLED * scale:
+            return there
+        here, r, last = there, q, abs(step)
+        there = moved(branch, here, here.depth + step)
+    closes = closing_point(branch, here) if side < 0 else there
+    fold = point_of_fold(branch, control, here, closes if there.state is None else there)
+    if excess(fold) * r <= 0:
+        return _between(branch, excess, here, fold)
+    return Unstable(fold, closes)
+
+
+def jumped(
+    branch: FittedBranch, control: Control, point: Point, value: float, last: float
+) -> Point | None:
+    """The first equilibrium between an unstable point and the depth `last`; None: there is none."""
+    excess = _excess(branch, control, value)
+    here, r, step = point, excess(point), (last - point.depth) / _SAMPLES
+    for i in range(1, _SAMPLES + 1):
+        there = moved(branch, here, last if i == _SAMPLES else point.depth + i * step)
+        if there.state is None:
+            return None
+        if excess(there) * r <= 0:
+            return _between(branch, excess, here, there)
+        here = there
+    return None
+
+
+def _excess(branch: FittedBranch, control: Control, value: float) -> Callable[[Point], float]:
+    """P - L at a point, as a function."""
+
+    def excess(at: Point) -> float:
+        return branch.force(at.state, at.depth) - control.load(at.depth, value)
+
+    return excess
+
+
+def moved(branch: FittedBranch, point: Point, depth: float) -> Point:
+    """The point at another depth."""
+    return Point(depth, branch.follow(point.state, depth))
+
+
+def _between(
+    branch: FittedBranch, excess: Callable[[Point], float], here: Point, there: Point
+) -> Point:
+    """The equilibrium between two points at which P - L has different signs."""
+    sign = -1.0 if excess(here) > 0 else 1.0
+    depth = bracketed(lambda d: sign * excess(moved(branch, here, d)), here.depth, there.depth)
+    return moved(branch, here, depth)
+
+
+def closing_point(branch: FittedBranch, point: Point) -> Point:
+    """The last depth of a retraction from `point` at which there still is a contact."""
+    held, gone = point, branch.touch - (1 + _NUDGE) * branch.lift - _NUDGE * abs(point.depth)
+    while True:
+        middle = (held.depth + gone) / 2
+        if not gone < middle < held.depth:
+            return held
+        state = branch.follow(point.state, middle)
+        if state is None:
+            gone = middle
+        else:
+            held = Point(middle, state)
+
+
+def point_of_fold(branch: FittedBranch, control: Control, stable: Point, end: Point) -> Point:
+    """Where P' + K changes sign between a stable point and `end`; `end` if it does not."""
+    rate = control.stiffness or 0.0
+    size = branch.lift or abs(stable.depth - end.depth)
+
+    def stiffness(depth: float) -> float:
+        stride = _STRIDE * min(size, abs(depth - end.depth))
+        total = 0.0
+        for count, weight in _STENCIL:
+            ahead, behind = (moved(branch, stable, depth + s * count * stride) for s in (1, -1))
+            rise = branch.force(ahead.state, ahead.depth) - branch.force(behind.state, behind.depth)
+            total += weight * rise / stride
+        return total + rate
+
+    first = end.depth + math.copysign(_NEAREST * size, stable.depth - end.depth)
+    if abs(first - end.depth) >= abs(stable.depth - end.depth) or stiffness(first) >= 0:
+        return end
+    return moved(branch, stable, bracketed(stiffness, first, stable.depth))

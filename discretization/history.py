@@ -1,0 +1,181 @@
+"""A load path: what was recorded at every step, its events, and the ledger of its energy."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.branch import FittedBranch
+from discretization.control import Control, Point, moved, point_of_fold
+from energy import Scene
+
+Array = NDArray[np.float64]
+CONTROLS = ("depth", "force", "drive")
+
+
+class Snapshot(NamedTuple):
+    """A state beside an event: depth, force P, energy U, contact lines (nan when detached)."""
+
+    depth: float
+    force: float
+    energy: float
+    left: float
+    right: float
+
+    @property
+    def half_width(self) -> float:
+        """a, 0 when detached."""
+        return 0.0 if math.isnan(self.left) else (self.right - self.left) / 2
+
+
+class Event(NamedTuple):
+    """Something that happened at one value of the control, between two steps.
+
+    kind: "touch" or "jump-in" (contact begins, without or with energy released), "tip depinning",
+    "edge depinning" and their opposites "... pinning", "detachment" (the contact has closed up),
+    "pull-off" (unstable under force or machine control) or "jump" (unstable, still in contact).
+    control: the value at which it happens; before, after: the states; energy_released: the drop
+    of U at fixed depth, of U - F d at fixed force, of U + K/2 (D - d)² at a fixed drive. Under
+    force control a pull-off ends where the contact closes up under the dead load.
+    """
+
+    kind: str
+    control: float
+    before: Snapshot
+    after: Snapshot
+    energy_released: float
+    step: int
+
+    @property
+    def depth(self) -> float:
+        """d before the event."""
+        return self.before.depth
+
+    @property
+    def force(self) -> float:
+        """P before the event."""
+        return self.before.force
+
+
+class PullOff(NamedTuple):
+    """The most tensile state of a path."""
+
+    force: float
+    depth: float
+    half_width: float
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """A load path of n steps, per unit length of the line contact.
+
+    control: "depth", "force" or "drive"; values (n,): the programme; machine_stiffness K of a
+    drive. depth, force (P > 0 compressive), half_width, energy U (n,); contacts (n, 2): lines, nan
+    when detached. friction: lost by lines that moved without a jump under adhesion hysteresis. A
+    detached indenter under a tensile dead load is at depth -inf.
+    """
+
+    scene: Scene
+    control: str
+    machine_stiffness: float | None
+    values: Array
+    depth: Array
+    force: Array
+    energy: Array
+    contacts: Array
+    events: tuple[Event, ...]
+    friction: float
+    rtol: float
+
+    @property
+    def half_width(self) -> Array:
+        """a (n,), 0 when detached."""
+        width = self.contacts[:, 1] - self.contacts[:, 0]
+        return np.where(np.isnan(width), 0.0, width / 2)
+
+    @property
+    def dissipated(self) -> float:
+        """Energy lost on the way: released in the events, and to adhesion hysteresis."""
+        return sum(event.energy_released for event in self.events) + self.friction
+
+    @property
+    def segments(self) -> list[tuple[Snapshot, Snapshot]]:
+        """Start and end of every part of the path without a jump, while in contact."""
+        parts, here = [], Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)
+        events = iter((*self.events, None))
+        event = next(events)
+        for step in range(len(self.depth)):
+            while event is not None and event.step == step:
+                parts.append((here, event.before))
+                here, event = event.after, next(events)
+            there = self.at(step)
+            parts.append((here, there))
+            here = there
+        return [(a, b) for a, b in parts if not math.isnan(a.left + b.left)]
+
+    def at(self, step: int) -> Snapshot:
+        """The state at a step."""
+        columns = (self.depth, self.force, self.energy, *self.contacts.T)
+        return Snapshot(*(float(column[step]) for column in columns))
+
+    def work(self) -> float:
+        """∫P dd of the path from the forces alone, where the state jumps that of the applied load.
+
+        The ledger of a path that starts and ends without contact: work = dissipated.
+        """
+        branch, total = self._branch, 0.0
+        for start, end in self.segments:
+            total += branch.work(branch.contact(start.left, start.right), start.depth, end.depth)
+        hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
+        for event in self.events:
+            depths = event.before.depth, event.after.depth
+            before, after = (hold.potential(depth, event.control) for depth in depths)
+            total += before - after
+        return total
+
+    @functools.cached_property
+    def pull_off(self) -> PullOff:
+        """The most tensile state: at a step, before an event, or at a minimum between them.
+
+        ValueError for a path without tension.
+        """
+        segments = self.segments
+        ends = [segments[0][0], *(end for _, end in segments)] if segments else []
+        least = min(range(len(ends)), key=lambda i: ends[i].force, default=0)
+        if not ends or ends[least].force >= 0:
+            raise ValueError("this path has no tensile state; retract the indenter further")
+        found = ends[least]
+        for start, end in self._around(segments, least):
+            low, high = sorted((start, end), key=lambda state: state.depth)
+            deepest = self._branch.contact(high.left, high.right)
+            fold = point_of_fold(
+                self._branch,
+                Control(0.0),
+                Point(high.depth, deepest),
+                moved(self._branch, Point(high.depth, deepest), low.depth),
+            )
+            force = self._branch.force(fold.state, fold.depth)
+            if fold.state is not None and force < found.force:
+                found = Snapshot(fold.depth, force, math.nan, *fold.state.ends)
+        return PullOff(found.force, found.depth, found.half_width)
+
+    @staticmethod
+    def _around(
+        segments: list[tuple[Snapshot, Snapshot]], least: int
+    ) -> list[tuple[Snapshot, Snapshot]]:
+        """The segments that meet in end number `least`, as one where the path goes straight on."""
+        beside = segments[max(least - 1, 0) : least + 1]
+        if len(beside) == 2 and beside[0][1] == beside[1][0]:
+            (start, middle), (_, end) = beside
+            if (middle.depth - start.depth) * (end.depth - middle.depth) > 0:
+                return [(start, end)]
+        return beside
+
+    @functools.cached_property
+    def _branch(self) -> FittedBranch:
+        return FittedBranch.of(self.scene, self.rtol)

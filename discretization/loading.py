@@ -1,0 +1,251 @@
+"""Load paths: the quasi-static, rate-independent response to a programme, with its events.
+
+The indenter starts out of contact, touches, and follows the programme; contact lines move downhill
+in energy at once. Every step is cut at the events it meets, each located by root finding.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from discretization.branch import FittedBranch
+from discretization.control import (
+    Control,
+    Point,
+    jumped,
+    moved,
+    settled,
+)
+from discretization.history import Event, History, Snapshot
+from energy import Scene
+from energy.checks import positive
+
+Array = NDArray[np.float64]
+_TINY = 4e-16
+DEPTH = Control(None)
+
+
+def load_path(
+    scene: Scene,
+    *,
+    depths: ArrayLike | None = None,
+    forces: ArrayLike | None = None,
+    drives: ArrayLike | None = None,
+    machine_stiffness: float | None = None,
+    rtol: float = 1e-8,
+) -> History:
+    """The response of a scene to a programme of imposed depths, forces, or drives of a machine.
+
+    Exactly one of `depths`, `forces` and `drives` (n,) is given. machine_stiffness K: the indenter
+    hangs on a spring whose far end is at the drive D, P = K (D - d). A path under imposed depth
+    starts out of contact where the first depth is below touching, and by touching else; under force
+    and machine control it starts at first touch. Without long-range attraction contact begins on
+    touching, at d = min f.
+
+    ValueError for an unusable programme or an indenter that may have several contacts;
+    NotCertifiedError if a state is no equilibrium: the path never continues from one.
+    """
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
+    name, values = _programme(depths=depths, forces=forces, drives=drives)
+    control = _control(name, machine_stiffness)
+    branch = FittedBranch.of(scene, rtol)
+    path = _Path(branch, control, Point(-math.inf, None))
+    for step, value in enumerate(values.tolist()):
+        path.step = step
+        path.go(value)
+    return _history(path, name, values, rtol)
+
+
+def _programme(**given: ArrayLike | None) -> tuple[str, Array]:
+    """Name of the control and its values. ValueError unless one is given, finite, not empty."""
+    named = {name: value for name, value in given.items() if value is not None}
+    if len(named) != 1:
+        raise ValueError(
+            f"a load path needs exactly one of {', '.join(given)}; got {', '.join(named) or 'none'}"
+        )
+    (name, raw), *_ = named.items()
+    values = np.array(raw, float)
+    if values.ndim != 1 or not values.size or not np.isfinite(values).all():
+        raise ValueError(f"{name} = {raw!r} must be a list of at least one finite number")
+    return name, values
+
+
+def _control(name: str, machine_stiffness: float | None) -> Control:
+    if name == "drives" and machine_stiffness is not None:
+        return Control(positive("machine_stiffness", machine_stiffness))
+    if name == "drives" or machine_stiffness is not None:
+        raise ValueError(
+            f"machine_stiffness = {machine_stiffness!r} with {name}: drives need a machine "
+            "stiffness K > 0 [force/length per unit length of contact], other controls have none"
+        )
+    return DEPTH if name == "depths" else Control(0.0)
+
+
+@dataclass(eq=False)
+class _Path:
+    """A path under way: where it is, and what has been recorded."""
+
+    branch: FittedBranch
+    control: Control
+    point: Point
+    step: int = 0
+    friction: float = 0.0
+    points: list[Point] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+
+    def go(self, value: float) -> None:
+        """To the next value of the control."""
+        if self.point.state is None:
+            self._approach(value)
+        if self.point.state is not None:
+            if self.control.stiffness is None:
+                self._move(value)
+            else:
+                self._settle(value)
+        self.points.append(self.point)
+
+    def _approach(self, value: float) -> None:
+        """Detached: touch, if the programme brings the indenter there."""
+        free = self.control.value(self.branch.touch, 0.0)
+        if value < free:
+            depth = value if self.control.stiffness != 0 else -math.inf
+            self.point = Point(depth, None)
+            return
+        touching = Point(self.branch.touch, self.branch.follow(None, self.branch.touch))
+        after = touching
+        if self.control.stiffness is not None:
+            after = self._pulled_in(touching, free)
+        before = Point(self.branch.touch, None)
+        self._record("touch", free, before, after)
+        self.point = after
+
+    def _pulled_in(self, touching: Point, value: float) -> Point:
+        """From touching at zero load to where the adhesion has pulled the indenter in."""
+        if self.branch.force(touching.state, touching.depth) >= 0:
+            return touching
+        reach = touching.depth + self.branch.lift
+        for _ in range(60):
+            found = jumped(self.branch, self.control, touching, value, reach)
+            if found is not None:
+                return found
+            reach += 4 * (reach - touching.depth)
+        raise RuntimeError(f"no equilibrium under load {value!r} after touching")
+
+    def _settle(self, value: float) -> None:
+        """Under force or machine control: follow equilibria; jump where there is none."""
+        found = settled(self.branch, self.control, self.point, value)
+        if isinstance(found, Point):
+            self._move(found.depth)
+            return
+        self._move(found.point.depth)
+        before, closes = self.point, found.closes
+        at = self.control.value(before.depth, self.branch.force(before.state, before.depth))
+        after = jumped(self.branch, self.control, before, at, closes.depth)
+        if after is not None and abs(after.depth - before.depth) > 1e-6 * self.branch.lift:
+            self._record("jump", at, before, after)
+            self.point = after
+            self._settle(value)
+            return
+        free = closes.depth if self.control.stiffness == 0 else at
+        self._record("pull-off", at, before, Point(free, None))
+        self.point = Point(free, None)
+        self._approach(value)
+
+    def _move(self, depth: float) -> None:
+        """To another depth, cut at the events on the way."""
+        while True:
+            there = moved(self.branch, self.point, depth)
+            if self._held(there) == self._held(self.point):
+                self._slide(there)
+                return
+            inside, outside = self._change(there)
+            self._slide(inside)
+            self._held_otherwise(inside, outside)
+            self.point = outside
+            if outside.state is None:
+                if depth < outside.depth:
+                    self.point = Point(depth, None)
+                return
+
+    def _slide(self, there: Point) -> None:
+        here = self.point
+        self.friction += self.branch.friction(here.state, there.state)
+        self.point = there
+
+    def _held(self, point: Point) -> tuple[bool, tuple[str, str]]:
+        return point.state is not None, self.branch.pinned(point.state)
+
+    def _change(self, there: Point) -> tuple[Point, Point]:
+        """The last point held as here and the first one held otherwise."""
+        inside, outside, held = self.point, there, self._held(self.point)
+        while True:
+            depth = (inside.depth + outside.depth) / 2
+            size = abs(inside.depth) + abs(outside.depth) + self.branch.lift
+            if abs(inside.depth - outside.depth) <= _TINY * size:
+                return inside, outside
+            middle = moved(self.branch, self.point, depth)
+            if self._held(middle) == held:
+                inside = middle
+            else:
+                outside = middle
+
+    def _held_otherwise(self, inside: Point, outside: Point) -> None:
+        """Events of one change: lines that leave or reach a corner, contact lost."""
+        value = self.control.value(inside.depth, self.branch.force(inside.state, inside.depth))
+        (_, old), (_, new) = self._held(inside), self._held(outside)
+        for place in dict.fromkeys(
+            was for was, now in zip(old, new, strict=True) if was and was != now
+        ):
+            after = inside if outside.state is None else outside
+            self._record(f"{place} depinning", value, inside, after)
+        for place in dict.fromkeys(
+            now for was, now in zip(old, new, strict=True) if now and was != now
+        ):
+            self._record(f"{place} pinning", value, inside, outside)
+        if outside.state is None:
+            self._record("detachment", value, inside, Point(inside.depth, None))
+
+    def _record(self, kind: str, value: float, before: Point, after: Point) -> None:
+        self.branch.certify(after.state, after.depth)
+        first, second = self._snapshot(before), self._snapshot(after)
+        released = first.energy - second.energy
+        if before.depth != after.depth:
+            released += self.control.potential(before.depth, value)
+            released -= self.control.potential(after.depth, value)
+        if kind == "touch" and released > 0:
+            kind = "jump-in"
+        self.events.append(Event(kind, value, first, second, released, self.step))
+
+    def _snapshot(self, point: Point) -> Snapshot:
+        depth, state = point
+        left, right = (math.nan, math.nan) if state is None else state.ends
+        force, energy = self.branch.force(state, depth), self.branch.energy(state, depth)
+        return Snapshot(depth, force, energy, left, right)
+
+
+def _history(path: _Path, name: str, values: Array, rtol: float) -> History:
+    branch, points = path.branch, path.points
+    depth = np.array([point.depth for point in points])
+    lines = np.array([(math.nan, math.nan) if p.state is None else p.state.ends for p in points])
+    force, energy = np.zeros((2, depth.size))
+    held = ~np.isnan(lines[:, 0])
+    if held.any():
+        force[held], energy[held], _ = branch.observed(depth[held], lines[held])
+    return History(
+        scene=branch.scene,
+        control=name.removesuffix("s"),
+        machine_stiffness=path.control.stiffness or None,
+        values=values,
+        depth=depth,
+        force=force,
+        energy=energy,
+        contacts=lines,
+        events=tuple(path.events),
+        friction=path.friction,
+        rtol=rtol,
+    )
