@@ -103,20 +103,27 @@ def free_surface(shapes: Sequence[Outside]) -> Figure:
 
 
 def contact_angle(curves: Sequence[Angles]) -> Figure:
-    """Relative error of the measured π - θ against Δx/l, with a line of second order."""
+    """Relative error of the measured π - θ against Δx/l, with a line of second order.
+
+    The fitted mesh has no spacing: its error is a level. One below rounding is drawn at rounding.
+    """
     figure, unit = _canvas(7, 5), prefixed([curve.gamma1 for curve in curves], "N/m")
     axes = figure.subplots()
     for curve, colour, marker in zip(curves, COLOURS, MARKERS, strict=False):
         name = f"γ₁ = {curve.gamma1 / unit.size:.0f} {unit.symbol}"
-        axes.loglog(1 / curve.cells, curve.errors, color=colour, marker=marker, label=name)
+        style: dict[str, Any] = {"color": colour, "marker": marker}
+        axes.loglog(1 / curve.cells, curve.errors, label=f"lattice, {name}", **style)
+        level = np.full(2, max(curve.fitted, np.finfo(float).eps))
+        ends = 1 / curve.cells[[0, -1]]
+        axes.loglog(ends, level, ls=":", mfc="white", label=f"fitted mesh, {name}", **style)
     spacing = 1 / curves[0].cells
     least = min(float(curve.errors[-1]) for curve in curves)
     guide = 0.4 * least * (spacing / spacing[-1]) ** 2
     axes.loglog(spacing, guide, "--", color="black", label="second order")
-    axes.set(xlabel="spacing of the nodes  Δx/l", ylabel="relative error of  π - θ")
+    axes.set(xlabel="spacing of the lattice  Δx/l", ylabel="relative error of  π - θ")
     axes.set_title("Contact angle measured on a parabola at d = 0, against √(2w/γ₁), Eq. (15)")
     axes.grid(which="both", alpha=0.25)
-    axes.legend()
+    axes.legend(loc="center right", fontsize=9)
     return figure
 
 

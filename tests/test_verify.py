@@ -6,14 +6,15 @@ import csv
 import math
 import re
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 from discretization import Lattice
-from energy import cards
+from energy import SurfaceEnergies, cards
 from studies import verify
-from studies.checks import CHECKS, convergence, curves, scenes
+from studies.checks import CHECKS, convergence, curves, mesh, scenes
 from studies.checks.convergence import EXACT, FIRST, SECOND, Comparison, check, refine
 
 CELLS = (50, 100, 200, 400)
@@ -30,9 +31,9 @@ def record():
 
 
 def artificial(error, order=SECOND, **options):
-    """A check whose simulated value is off by error(cells)."""
+    """A check on lattices whose simulated value is off by error(cells)."""
 
-    @check(what="artificial", order=order, **options)
+    @check(what="artificial", order=order, lattice_only="artificial", **options)
     def measure(grid):
         return Comparison(2.5 * (1 + error(grid.cells)), 2.5)
 
@@ -66,11 +67,15 @@ def test_the_bars_are_tight_and_the_bands_narrow():
             assert item.bar <= 1e-2, item
     assert SECOND == (1.8, 2.2)
     assert FIRST == (0.85, 1.15)
+    assert {n for item in CHECKS if item.fitted_bar > 1e-8 for n in item.equations} == {8, 10}
+    assert max(item.fitted_bar for item in CHECKS) <= 1e-7
+    assert sum(item.fitted_bar > 1e-10 for item in CHECKS) <= 13
+    assert [item.equations for item in CHECKS if item.lattice_only] == [(4,)]
 
 
 def test_the_shared_scenes_obey_the_assumptions_of_the_model():
     for indenter in (scenes.PUNCH, scenes.WEDGE, scenes.PARABOLA):
-        state = convergence.Grid(50).solve(scenes.gel(indenter), 0.0)
+        state = mesh.Grid(50).solve(scenes.gel(indenter), 0.0)
         assert state.warnings == ()
 
 
@@ -93,8 +98,9 @@ def test_a_card_wrong_by_one_percent_fails_its_check(monkeypatch, card, name, eq
     right = getattr(card, name)
     monkeypatch.setattr(card, name, lambda *a, **k: 1.01 * right(*a, **k))
     results = [refine(item, (25, 50, 100, 200), (0.37,)) for item in checks_of(equation)]
-    assert not any(result.passed for result in results)
+    assert not any(result.lattice_passed or result.fitted_passed for result in results)
     assert min(result.error for result in results) > 5e-3
+    assert min(result.fitted_error for result in results) > 5e-3
 
 
 @pytest.mark.parametrize(
@@ -109,31 +115,60 @@ def test_a_simulated_value_wrong_by_one_percent_fails_its_check(monkeypatch, nam
             value = getattr(self.state, asked)
             return 1.01 * value if asked == name else value
 
-    right = convergence.on_lattice
-    monkeypatch.setattr(convergence, "on_lattice", lambda *a, **k: Wrong(right(*a, **k)))
-    results = [refine(item, (25, 50, 100, 200), (0.37,)) for item in checks_of(equation)]
-    assert not results[0].passed
+    for solve in ("on_lattice", "minimise"):
+        right = getattr(mesh, solve)
+        wrong = lambda *a, right=right, **k: Wrong(right(*a, **k))  # noqa: E731
+        monkeypatch.setattr(mesh, solve, wrong)
+    result = refine(checks_of(equation)[0], (25, 50, 100, 200), (0.37,))
+    assert not result.lattice_passed
+    assert not result.fitted_passed
+    assert min(result.error, result.fitted_error) > 1e-3
 
 
-def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen(monkeypatch):
-    geometry = {4, 31}  # what the indenter prescribes holds at any k, γ₁, w
-    right, seen = Lattice.of, set()
-    faults = (
-        lambda true: {"k": 1.01 * true.k},
-        lambda true: {"gamma1": 1.01 * true.gamma1},
-        lambda true: {"w": 1.01 * true.w + 1e-6 * true.gamma1},  # also where w = 0
-    )
-    for fault in faults:
+FAULTS = (
+    lambda k, gamma1, w: (1.01 * k, gamma1, w),
+    lambda k, gamma1, w: (k, 1.01 * gamma1, w),
+    lambda k, gamma1, w: (k, gamma1, 1.01 * w + 1e-6 * gamma1),  # also where w = 0
+)
 
-        def of(scene, spacing, origin=None, fault=fault):
-            lattice = right(scene, spacing, origin)
-            return replace(lattice, **fault(lattice))
 
-        monkeypatch.setattr(Lattice, "of", of)
-        results = [refine(item, (100,), (0.37,)) for item in CHECKS]
-        seen |= {r.check.equations for r in results if r.error > 1e-3 and not r.note}
-    blind = {n for item in CHECKS for n in item.equations if item.equations not in seen}
-    assert blind == geometry
+def put_into_the_lattice(fault, monkeypatch):
+    right = Lattice.of
+
+    def of(scene, spacing, origin=None):
+        true = right(scene, spacing, origin)
+        k, gamma1, w = fault(true.k, true.gamma1, true.w)
+        return replace(true, k=k, gamma1=gamma1, w=w)
+
+    monkeypatch.setattr(Lattice, "of", of)
+
+
+def put_into_the_fitted_mesh(fault, monkeypatch):
+    module = import_module("discretization.minimise")
+    right = module.on_fitted_mesh
+
+    def on_fitted_mesh(scene, depth, **options):
+        k, gamma1, w = fault(scene.stiffness, scene.gamma1, scene.work_of_adhesion)
+        layer = replace(scene.layer, E=scene.layer.E * (k / scene.stiffness))
+        faulty = replace(scene, layer=layer, surfaces=SurfaceEnergies.from_work(gamma1, w))
+        return replace(right(faulty, depth, **options), scene=scene)
+
+    monkeypatch.setattr(module, "on_fitted_mesh", on_fitted_mesh)
+
+
+def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretisations():
+    # what the indenter prescribes holds at any k, γ₁, w
+    geometry = {"contact_field", "contact_field_by_programme", "continuity", "radius"}
+    seen_on_lattice, seen_on_fitted = set(), set()
+    for fault in FAULTS:
+        with pytest.MonkeyPatch.context() as patch:
+            put_into_the_lattice(fault, patch)
+            put_into_the_fitted_mesh(fault, patch)
+            results = [r for item in CHECKS if not (r := refine(item, (100,), (0.37,))).note]
+        seen_on_lattice |= {r.check for r in results if r.error > 1e-3}
+        seen_on_fitted |= {r.check for r in results if r.fitted_error > 1e-3}
+    for seen in (seen_on_lattice, seen_on_fitted):
+        assert {item.measure.__name__ for item in CHECKS if item not in seen} == geometry
 
 
 def test_the_engine_wants_the_order_as_well_as_the_error():
@@ -154,7 +189,7 @@ def test_the_engine_judges_an_exact_quantity_on_every_grid():
 
 
 def test_the_engine_takes_the_worst_shift():
-    @check(what="sawtooth")
+    @check(what="sawtooth", lattice_only="artificial")
     def measure(grid):
         return Comparison(1 + (grid.offset + 1) / grid.cells**2, 1.0)
 
@@ -167,6 +202,48 @@ def test_a_value_that_is_no_number_fails(value):
     result = artificial(lambda n: value)
     assert result.error == math.inf
     assert not result.passed
+
+
+def fitted_only(error, **options):
+    """A check that is right on lattices and off by `error` on the fitted mesh."""
+
+    @check(what="fitted", order=EXACT, **options)
+    def measure(where):
+        return Comparison(2.5 * (1 + error * isinstance(where, mesh.Fitted)), 2.5)
+
+    return refine(measure, CELLS, (0.0, 0.5))
+
+
+def test_the_engine_wants_both_discretisations():
+    right, wrong = fitted_only(1e-11), fitted_only(1e-9)
+    assert right.passed
+    assert wrong.lattice_passed
+    assert not wrong.passed
+    assert wrong.fitted_error == pytest.approx(1e-9, rel=1e-5, abs=0)
+    assert fitted_only(1e-9, fitted_bar=2e-9).passed
+    assert not fitted_only(math.nan).passed
+
+
+def test_what_only_a_lattice_can_do_is_not_asked_of_the_fitted_mesh():
+    result = fitted_only(1.0, lattice_only="because")
+    assert result.passed
+    assert math.isnan(result.fitted_error)
+    assert verify.fitted(result) == "—"
+    assert "because" in verify.report(verify.Record(PRESET, (result,), None), "")
+
+
+def test_an_error_of_the_fitted_mesh_alone_fails_the_check_and_is_reported():
+    @check(what="breaks", order=EXACT)
+    def measure(where):
+        if isinstance(where, mesh.Fitted):
+            raise ValueError("no such depth")
+        return Comparison(1.0, 1.0)
+
+    result = refine(measure, CELLS, (0.0,))
+    assert result.lattice_passed
+    assert not result.passed
+    assert result.fitted_error == math.inf
+    assert "fitted: ValueError: no such depth" in verify.line(result)
 
 
 def test_fewer_than_four_levels_have_no_order():
@@ -192,7 +269,9 @@ def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, caps
     monkeypatch.setattr(verify, "CHECKS", tuple(checks_of(25) + checks_of(20)))
     assert verify.main(["--quick", "--jobs", "1", "--out", str(tmp_path / "new")]) == 0
     out = capsys.readouterr().out.splitlines()
-    assert re.fullmatch(r"2 checks: 2 passed, 0 failed; \d+\.\d s", out[-1])
+    assert re.fullmatch(
+        r"2 checks, 2 on both discretisations: 2 passed, 0 failed; \d+\.\d s", out[-1]
+    )
     assert sum("ok" in printed for printed in out) == 2
     report = (tmp_path / "new" / "report.md").read_text("utf-8")
     links = re.findall(r"\]\((.*?)\)", report)
@@ -206,6 +285,9 @@ def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, caps
     assert float(rows[0]["error"]) == pytest.approx(float(rows[0]["error_400"]))
     assert 1.8 < float(rows[0]["order"]) < 2.2
     assert rows[1]["order"] == "exact"
+    for row in rows:
+        assert 0 <= float(row["fitted_error"]) <= float(row["fitted_bar"]) == 1e-10
+        assert row["lattice_only"] == ""
 
 
 def test_the_command_fails_with_a_broken_card(monkeypatch, tmp_path, capsys):
@@ -214,13 +296,13 @@ def test_the_command_fails_with_a_broken_card(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(verify, "CHECKS", tuple(checks_of(25)))
     monkeypatch.setattr(verify, "plot", lambda record: {})
     assert verify.main(["--quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
-    assert "1 checks: 0 passed, 1 failed" in capsys.readouterr().out
+    assert "1 on both discretisations: 0 passed, 1 failed" in capsys.readouterr().out
     assert "**FAIL**" in (tmp_path / "report.md").read_text("utf-8")
 
 
 def test_the_table_survives_bars_in_the_text(record):
     table = [row for row in verify.report(record, "").splitlines() if row.startswith("| ")]
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in table} == {12}
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in table} == {14}
     assert len(table) == len(CHECKS) + 2
 
 
@@ -233,6 +315,7 @@ def test_the_curves_lie_on_their_closed_forms(record):
     for angle in data.angles:
         order = convergence.observed_order(tuple(angle.cells), tuple(angle.errors))
         assert order == pytest.approx(2, abs=0.1)
+        assert angle.fitted <= 1e-13
     for case, study in zip(data.branches, curves.studies(), strict=True):
         force = np.asarray(study.force(case.depths))
         assert np.max(np.abs(case.forces - force)) < 1e-3 * np.max(np.abs(force))

@@ -12,8 +12,9 @@
 | nonadhesive | 36-40 | w = 0 |
 | beyond | none | what the paper leaves open |
 
-convergence.py is the engine, scenes.py the scenes, observe.py how a field or a branch is measured.
-A new check is a function Grid -> Comparison with the decorator `check(number, what=...)`.
+convergence.py is the engine, mesh.py the two discretisations, scenes.py the scenes, observe.py how
+a field or a branch is measured. A new check is a function Mesh -> Comparison with the decorator
+`check(number, what=...)`; it is run on lattices and on the fitted mesh.
 """
 
 from studies.checks import (

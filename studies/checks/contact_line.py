@@ -9,14 +9,14 @@ import numpy as np
 from discretization import Equilibrium
 from energy import Indenter, Scene, SurfaceEnergies, cards
 from studies.checks.convergence import (
+    DIFFERENCED,
     EXACT,
     FIRST,
-    Array,
     Comparison,
-    Grid,
     check,
     residual,
 )
+from studies.checks.mesh import Array, Mesh
 from studies.checks.observe import punch_difference, slopes_at_line, tail
 from studies.checks.scenes import (
     GAMMA1,
@@ -35,8 +35,8 @@ LEVELS = np.array([-0.55, 0.25, 1.1])  # depths over δ₀
 TENSIONS = (0.012, GAMMA1, 0.19)
 
 
-def _states(grid: Grid, scene: Scene) -> list[Equilibrium]:
-    return [grid.solve(scene, d) for d in LEVELS * scene.critical_separation]
+def _states(mesh: Mesh, scene: Scene) -> list[Equilibrium]:
+    return [mesh.solve(scene, d) for d in LEVELS * scene.critical_separation]
 
 
 def _lines(scene: Scene) -> tuple[Array, Array, Array]:
@@ -46,56 +46,61 @@ def _lines(scene: Scene) -> tuple[Array, Array, Array]:
     return depths, a, depths - PARABOLA.height(a)
 
 
-@check(8, what="Young's angle π-θ, w/γ₁ = 1e-6 and 4e-7", unit="rad")
-def young_angle(grid: Grid) -> Comparison:
+@check(8, what="Young's angle π-θ, w/γ₁ = 1e-6 and 4e-7", unit="rad", fitted_bar=1e-7)
+def young_angle(mesh: Mesh) -> Comparison:
     """The small-slope energy gives (15), which is below Young's angle by w/12γ₁ < 1e-7."""
     measured, expected = [], []
     for w in (1e-6 * GAMMA1, 4e-7 * GAMMA1):
         surfaces = SurfaceEnergies(GAMMA1, GAMMA2, GAMMA1 + GAMMA2 - w)
         scene = Scene(LAYER, surfaces, PARABOLA.__class__(R=0.6))
-        measured.append([state.angle_deficit for state in _states(grid, scene)])
+        measured.append([state.angle_deficit for state in _states(mesh, scene)])
         gammas = (surfaces.gamma1, surfaces.gamma2, surfaces.gamma12)
         expected.append([np.pi - cards.contact_line.angle(*gammas)])
     return Comparison(measured, expected)
 
 
-@check(12, what="kink f' + u' of the field at the line, differences", unit="rad")
-def boundary_condition(grid: Grid) -> Comparison:
+@check(
+    12,
+    what="kink f' + u' of the field at the line, differences",
+    unit="rad",
+    fitted_bar=DIFFERENCED,
+)
+def boundary_condition(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
     _, a, u_a = _lines(scene)
-    kinks = [outer - inner for inner, outer in map(slopes_at_line, _states(grid, scene))]
+    kinks = [outer - inner for inner, outer in map(slopes_at_line, _states(mesh, scene))]
     slope = cards.tail.slope_at_line(u_a, k=scene.stiffness, gamma1=scene.gamma1)
     theta = cards.contact_line.boundary_condition(PARABOLA.slope(a), slope)
     return Comparison(kinks, np.pi - np.asarray(theta))
 
 
 @check(13, what="amplitude C of the tail from the far field", unit="m")
-def amplitude(grid: Grid) -> Comparison:
+def amplitude(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
     _, a, u_a = _lines(scene)
-    measured = [tail(state).amplitude for state in _states(grid, scene)]
+    measured = [tail(state).amplitude for state in _states(mesh, scene)]
     k, gamma1 = scene.stiffness, scene.gamma1
     expected = cards.tail.amplitude(u_a, a=a, k=k, gamma1=gamma1)
     return Comparison(measured, expected)
 
 
 @check(13, what="step of u at the line: the surface is continuous", order=EXACT, unit="m")
-def continuity(grid: Grid) -> Comparison:
+def continuity(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
     steps = []
-    for state in _states(grid, scene):
+    for state in _states(mesh, scene):
         a = float(state.contacts[0, 1])
         steps.append(np.diff(state.displacement([a, np.nextafter(a, 1)])))
     return residual(steps, scene.critical_separation)
 
 
 @check(14, what="f'(a) + (C/l)exp(-a/l) + θ - π, C, l from the field", unit="rad")
-def boundary_residual(grid: Grid) -> Comparison:
+def boundary_residual(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
     k, gamma1, w = constants(scene).values()
     alpha = cards.contact_line.angle_deficit_small(w, gamma1)
     misfits = []
-    for state in _states(grid, scene):
+    for state in _states(mesh, scene):
         far, a = tail(state), state.half_width
         u_a = -far.amplitude * np.exp(-a / far.decay_length)
         misfits.append(
@@ -107,22 +112,22 @@ def boundary_residual(grid: Grid) -> Comparison:
 
 
 @check(15, what="π-θ = √(2w/γ₁), three tensions, two w", unit="rad")
-def small_slope_angle(grid: Grid) -> Comparison:
+def small_slope_angle(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for gamma1 in TENSIONS:
         for w in (WORK, 0.3 * WORK):
             scene = gel(PARABOLA, gamma1=gamma1, w=w)
-            measured.append([state.angle_deficit for state in _states(grid, scene)])
+            measured.append([state.angle_deficit for state in _states(mesh, scene)])
             expected.append([cards.contact_line.angle_deficit_small(w, gamma1)])
     return Comparison(measured, expected)
 
 
-def _line_residuals(grid: Grid, indenters: Iterable[Indenter]) -> Comparison:
+def _line_residuals(mesh: Mesh, indenters: Iterable[Indenter]) -> Comparison:
     """f(a) - d - δ₀ + lf'(a) at both measured ends of the contact."""
     misfits, outward = [], np.array([-1.0, 1.0])
     for indenter in indenters:
         scene = gel(indenter)
-        for state in _states(grid, scene):
+        for state in _states(mesh, scene):
             f, slope = indenter.height(state.contacts[0]), indenter.slope(state.contacts[0])
             misfits.append(
                 cards.contact_line.line_residual(
@@ -133,13 +138,13 @@ def _line_residuals(grid: Grid, indenters: Iterable[Indenter]) -> Comparison:
 
 
 @check(16, what="f(a) - d - δ₀ + lf'(a), |x|ⁿ, n = 1, 1.5, 2, 3, 4", unit="m")
-def place_of_the_line(grid: Grid) -> Comparison:
-    return _line_residuals(grid, (WEDGE, PARABOLA, *POWER_LAWS))
+def place_of_the_line(mesh: Mesh) -> Comparison:
+    return _line_residuals(mesh, (WEDGE, PARABOLA, *POWER_LAWS))
 
 
 @check(16, what="the same at both ends of four lopsided profiles", unit="m")
-def place_of_both_lines(grid: Grid) -> Comparison:
-    return _line_residuals(grid, uneven_profiles())
+def place_of_both_lines(mesh: Mesh) -> Comparison:
+    return _line_residuals(mesh, uneven_profiles())
 
 
 @check(
@@ -149,21 +154,21 @@ def place_of_both_lines(grid: Grid) -> Comparison:
     order=FIRST,
     bar=2e-3,
 )
-def raw_half_width(grid: Grid) -> Comparison:
+def raw_half_width(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
     _, a, _ = _lines(scene)
-    ends = [np.abs(state.nodes[0]) for state in _states(grid, scene)]
+    ends = [np.abs(state.nodes[0]) for state in _states(mesh, scene)]
     return Comparison(ends, a[:, None])
 
 
 @check(18, what="γ₁ = 0, lowest energy: f(a) = d + δ₀", order=EXACT, unit="m")
-def no_tension(grid: Grid) -> Comparison:
+def no_tension(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for indenter in (WEDGE, PARABOLA, POWER_LAWS[1]):
         scene = gel(indenter, gamma1=0.0)
         depths = LEVELS * scene.critical_separation
         options = {"length": 3e-5, "branch": "global"}
-        measured.append(indenter.height(grid.sweep(scene, depths, "half_width", **options)))
+        measured.append(indenter.height(mesh.sweep(scene, depths, "half_width", **options)))
         expected.append(cards.contact_line.cut_level(depths, k=scene.stiffness, w=WORK))
     return Comparison(measured, expected)
 
@@ -175,38 +180,38 @@ def no_tension(grid: Grid) -> Comparison:
     bar=1e-2,
     unit="m",
 )
-def vanishing_tension(grid: Grid) -> Comparison:
+def vanishing_tension(mesh: Mesh) -> Comparison:
     """Refinement here is the tension going to zero: the distance from (18) is lf'(a), Eq. (16)."""
-    ell = 3e-5 / grid.cells
+    ell = 3e-5 / mesh.cells
     scene = gel(PARABOLA, gamma1=LAYER.stiffness * ell**2)
     depths = LEVELS * scene.critical_separation
-    a = Grid(10, grid.offset).sweep(scene, depths, "half_width")
+    a = mesh.sweep(scene, depths, "half_width", length=ell * mesh.cells / 10)
     return Comparison(
         PARABOLA.height(a), cards.contact_line.cut_level(depths, k=scene.stiffness, w=WORK)
     )
 
 
 @check(34, what="γ₁₂ - γ₂ = γ₁ for w = 0, from measured k, l and w", unit="N/m")
-def neutral_surfaces(grid: Grid) -> Comparison:
+def neutral_surfaces(mesh: Mesh) -> Comparison:
     measured = []
     for gamma1 in TENSIONS:
         surfaces = _neutral(gamma1)
         scene = Scene(LAYER, surfaces, PARABOLA)
-        wider = punch_difference(grid, LAYER, surfaces, 4e-7)
+        wider = punch_difference(mesh, LAYER, surfaces, 4e-7)
         w = wider.force * 4e-7 / 2 - wider.energy
-        ell = tail(grid.solve(scene, 4e-7)).decay_length
+        ell = tail(mesh.solve(scene, 4e-7)).decay_length
         measured.append(wider.force / 4e-7 * ell**2 - w)
     gamma12 = cards.nonadhesive.interfacial_energy(np.array(TENSIONS), GAMMA2)
     return Comparison(measured, np.asarray(gamma12) - GAMMA2)
 
 
-@check(35, what="θ = π without adhesion, three tensions", unit="rad")
-def no_kink(grid: Grid) -> Comparison:
+@check(35, what="θ = π without adhesion, three tensions", unit="rad", fitted_bar=DIFFERENCED)
+def no_kink(mesh: Mesh) -> Comparison:
     kinks, slopes = [], []
     for gamma1 in TENSIONS:
         scene = Scene(LAYER, _neutral(gamma1), PARABOLA)
         for d in (2e-7, 5e-7, 9e-7):
-            inner, outer = slopes_at_line(grid.solve(scene, d))
+            inner, outer = slopes_at_line(mesh.solve(scene, d))
             kinks.append(np.pi - (outer - inner))
             slopes.append(-inner)
     return Comparison(kinks, np.full(len(kinks), cards.nonadhesive.contact_angle()), slopes)

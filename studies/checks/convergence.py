@@ -9,6 +9,9 @@ error of a level is the worst over the shifts. The check passes if
 
 order = -slope of log(error) over log(cells) by least squares. A quantity that the lattice gives
 exactly has no order: then the error of every grid must stay below the bar, which is rounding.
+
+The same measure is taken once more on the fitted mesh, which has no spacing to refine: its error
+must stay below a bar of its own, rounding unless the measure itself or the closed form is coarser.
 """
 
 from __future__ import annotations
@@ -21,12 +24,9 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from discretization import Equilibrium, on_lattice
-from energy import Scene
+from studies.checks.mesh import Fitted, Grid, Mesh
 
-Array = NDArray[np.float64]
 Band = tuple[float, float]
 Numbers = Any  # a number, an array, or nested lists of them
 
@@ -35,28 +35,7 @@ FIRST: Band = (0.85, 1.15)
 EXACT = None
 SECOND_BAR = 5e-6
 ROUNDING = 1e-10
-
-
-@dataclass(frozen=True)
-class Grid:
-    """A lattice: links per reference length, and its sideways shift in links."""
-
-    cells: int
-    offset: float = 0.0
-
-    def solve(
-        self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"
-    ) -> Equilibrium:
-        """Equilibrium with length/cells between nodes; `length` is l unless given."""
-        spacing = (length or scene.elastocapillary_length) / self.cells
-        apex = scene.indenter.apex or 0.0
-        origin = apex + self.offset * spacing if self.offset else None
-        return on_lattice(scene, float(depth), spacing, branch=branch, origin=origin)
-
-    def sweep(self, scene: Scene, depths: ArrayLike, name: str, **options: Any) -> Array:
-        """The attribute `name` of the equilibria at the depths, (n,)."""
-        depths = np.atleast_1d(np.asarray(depths, float))
-        return np.array([getattr(self.solve(scene, d, **options), name) for d in depths])
+DIFFERENCED = 1e-9  # fitted_bar of a measure that takes differences of the field
 
 
 @dataclass(frozen=True)
@@ -89,15 +68,20 @@ def residual(values: Numbers, scale: Numbers) -> Comparison:
 
 @dataclass(frozen=True)
 class Check:
-    """One statement about a numbered equation of the paper; no number: beyond the paper."""
+    """One statement about a numbered equation of the paper; no number: beyond the paper.
+
+    lattice_only: why the measure has no meaning on the fitted mesh; empty if it has.
+    """
 
     equations: tuple[int, ...]
     what: str
-    measure: Callable[[Grid], Comparison]
+    measure: Callable[[Any], Comparison]
     order: Band | None
     bar: float
     unit: str
     anchored: bool
+    fitted_bar: float
+    lattice_only: str
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickled by name: the decorated function's name in its module is this check."""
@@ -116,29 +100,36 @@ def check(
     bar: float | None = None,
     unit: str = "",
     anchored: bool = False,
-) -> Callable[[Callable[[Grid], Comparison]], Check]:
-    """Decorator: turns a function Grid -> Comparison into a Check.
+    fitted_bar: float = ROUNDING,
+    lattice_only: str = "",
+) -> Callable[[Callable[[Any], Comparison]], Check]:
+    """Decorator: turns a function Mesh -> Comparison into a Check.
 
-    bar: largest relative error on the finest grid. anchored: not repeated on shifted grids, for a
-    quantity that is of second order only with the tip of the indenter on a node.
+    bar: largest relative error on the finest grid; fitted_bar: on the fitted mesh. anchored: not
+    repeated on shifted grids, for a quantity that is of second order only with the tip of the
+    indenter on a node. lattice_only: the reason why the function needs a Grid.
     """
     if bar is None:
         if order not in (SECOND, EXACT):
             raise ValueError(f"order = {order!r} has no usual bar; give bar=...")
         bar = SECOND_BAR if order == SECOND else ROUNDING
-    limit = bar
-    return lambda measure: Check(equations, what, measure, order, limit, unit, anchored)
+    given = order, bar, unit, anchored, fitted_bar, lattice_only
+    return lambda measure: Check(equations, what, measure, *given)
 
 
 @dataclass(frozen=True)
 class Result:
-    """Outcome of a check: worst case on the finest grid, error of each level, observed order."""
+    """Outcome of a check: worst case on the finest grid, error of each level, observed order.
+
+    fitted_error: on the fitted mesh; nan for a check that only a lattice can do.
+    """
 
     check: Check = field(repr=False)
     simulated: float
     closed_form: float
     cells: tuple[int, ...]
     errors: tuple[float, ...]
+    fitted_error: float
     seconds: float
     note: str = ""
 
@@ -155,11 +146,21 @@ class Result:
         return observed_order(self.cells, self.errors) if self.check.order else math.nan
 
     @property
-    def passed(self) -> bool:
-        """Whether the error stays below the bar and the order lies in its band."""
+    def lattice_passed(self) -> bool:
+        """Whether the lattice's error stays below the bar and its order lies in the band."""
         band = self.check.order
         in_band = band is None or band[0] <= self.observed_order <= band[1]
         return self.error <= self.check.bar and in_band
+
+    @property
+    def fitted_passed(self) -> bool:
+        """Whether the fitted mesh's error stays below its bar, where it is asked for."""
+        return bool(self.check.lattice_only) or self.fitted_error <= self.check.fitted_bar
+
+    @property
+    def passed(self) -> bool:
+        """Whether both discretisations passed."""
+        return self.lattice_passed and self.fitted_passed
 
 
 def observed_order(cells: Sequence[int], errors: Sequence[float]) -> float:
@@ -170,16 +171,32 @@ def observed_order(cells: Sequence[int], errors: Sequence[float]) -> float:
 
 
 def refine(item: Check, cells: Sequence[int], offsets: Sequence[float]) -> Result:
-    """Run a check on every level and shift. An error raised by the simulator fails the check."""
-    start, errors = time.perf_counter(), []
-    worst = (math.inf, math.nan, math.nan)
-    note = ""
-    try:
-        for n in cells:
-            shifts = (0.0,) if item.anchored else offsets
-            worst = max(item.measure(Grid(n, shift)).worst() for shift in shifts)
-            errors.append(worst[0])
-    except (ValueError, ArithmeticError, RuntimeError) as problem:
-        note, errors = f"{type(problem).__name__}: {problem}", []
+    """Run a check on every level and shift, and on the fitted mesh.
+
+    An error raised by the simulator fails the check.
+    """
+    start = time.perf_counter()
+    shifts = (0.0,) if item.anchored else offsets
+    levels, problem = _worst(item, [[Grid(n, shift) for shift in shifts] for n in cells])
+    fitted, other = _worst(item, [] if item.lattice_only else [[Fitted()]])
     seconds = time.perf_counter() - start
-    return Result(item, worst[1], worst[2], tuple(cells), tuple(errors), seconds, note)
+    return Result(
+        check=item,
+        simulated=levels[-1][1] if levels else math.nan,
+        closed_form=levels[-1][2] if levels else math.nan,
+        cells=tuple(cells),
+        errors=tuple(level[0] for level in levels),
+        fitted_error=fitted[0][0] if fitted else math.nan if item.lattice_only else math.inf,
+        seconds=seconds,
+        note="; ".join(filter(None, (problem, other and f"fitted: {other}"))),
+    )
+
+
+def _worst(
+    item: Check, levels: Sequence[Sequence[Mesh]]
+) -> tuple[list[tuple[float, float, float]], str]:
+    """Of each level, the largest error and its two values; none, and why, if one cannot be had."""
+    try:
+        return [max(item.measure(mesh).worst() for mesh in level) for level in levels], ""
+    except (ValueError, ArithmeticError, RuntimeError) as problem:
+        return [], f"{type(problem).__name__}: {problem}"

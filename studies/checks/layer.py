@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from energy import ElasticLayer, Plane, Scene, SurfaceEnergies, cards
-from studies.checks.convergence import EXACT, Comparison, Grid, check
+from studies.checks.convergence import EXACT, Comparison, check
+from studies.checks.mesh import Mesh
 from studies.checks.observe import last_contact, punch_difference, tail
 from studies.checks.scenes import GAMMA1, GAMMA2, LAYER, PARABOLA, PUNCH, WORK, gel
 
@@ -17,43 +18,43 @@ SURFACES = tuple(
 
 
 @check(1, what="w from the energies of two punch widths", order=EXACT, unit="N/m")
-def work_from_energy(grid: Grid) -> Comparison:
+def work_from_energy(mesh: Mesh) -> Comparison:
     measured = []
     for surfaces in SURFACES:
         d = -0.6 * Scene(LAYER, surfaces, PUNCH).critical_separation
-        wider = punch_difference(grid, LAYER, surfaces, d)
+        wider = punch_difference(mesh, LAYER, surfaces, d)
         measured.append(wider.force * d / 2 - wider.energy)
     energies = np.array([(s.gamma1, s.gamma2, s.gamma12) for s in SURFACES]).T
     return Comparison(measured, cards.contact_line.work_of_adhesion(*energies))
 
 
 @check(17, what="w = kd²/2 at the depth d where a plane lets go", order=EXACT, unit="N/m")
-def work_from_separation(grid: Grid) -> Comparison:
+def work_from_separation(mesh: Mesh) -> Comparison:
     measured = []
     for surfaces in SURFACES:
         scene = Scene(LAYER, surfaces, Plane())
-        k = punch_difference(grid, LAYER, surfaces, 4e-7).force / 4e-7
-        d_c = last_contact(grid, scene)
+        k = punch_difference(mesh, LAYER, surfaces, 4e-7).force / 4e-7
+        d_c = last_contact(mesh, scene)
         measured.append(k * d_c**2 / 2)
     energies = np.array([(s.gamma1, s.gamma2, s.gamma12) for s in SURFACES]).T
     return Comparison(measured, cards.contact_line.work_of_adhesion(*energies))
 
 
 @check(2, what="modulus Ẽ from the forces of two punch widths", order=EXACT, unit="Pa")
-def modulus(grid: Grid) -> Comparison:
+def modulus(mesh: Mesh) -> Comparison:
     d, measured = 5.3e-7, []
     for layer in LAYERS:
-        wider = punch_difference(grid, layer, SURFACES[0], d)
+        wider = punch_difference(mesh, layer, SURFACES[0], d)
         measured.append(layer.h * wider.force / d)
     E, nu = np.array([(layer.E, layer.nu) for layer in LAYERS]).T
     return Comparison(measured, cards.foundation.modulus(E, nu))
 
 
 @check(3, what="stiffness ẼA/h of an area A, pushed and pulled", order=EXACT, unit="N/m")
-def stiffness(grid: Grid) -> Comparison:
+def stiffness(mesh: Mesh) -> Comparison:
     area, depths = 7.7e-9, np.array([-5e-7, 2e-7, 9e-7])
     measured = [
-        [area * punch_difference(grid, layer, SURFACES[0], d).force / d for d in depths]
+        [area * punch_difference(mesh, layer, SURFACES[0], d).force / d for d in depths]
         for layer in LAYERS
     ]
     E, nu, h = np.array([(layer.E, layer.nu, layer.h) for layer in LAYERS]).T
@@ -62,9 +63,9 @@ def stiffness(grid: Grid) -> Comparison:
 
 
 @check(7, what="elastocapillary length l, logarithm of the field", unit="m")
-def elastocapillary_length(grid: Grid) -> Comparison:
+def elastocapillary_length(mesh: Mesh) -> Comparison:
     scenes = [gel(PARABOLA, gamma1=gamma1) for gamma1 in (0.011, GAMMA1, 0.19)]
     scenes += [gel(PARABOLA, layer=layer) for layer in LAYERS[1:]]
-    measured = [tail(grid.solve(s, 0.3 * s.critical_separation)).decay_length for s in scenes]
+    measured = [tail(mesh.solve(s, 0.3 * s.critical_separation)).decay_length for s in scenes]
     k, gamma1 = np.array([(s.stiffness, s.gamma1) for s in scenes]).T
     return Comparison(measured, cards.tail.elastocapillary_length(k, gamma1))

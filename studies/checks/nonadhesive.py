@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from energy import Scene, cards
-from studies.checks.convergence import Comparison, Grid, check, residual
+from studies.checks.convergence import Comparison, check, residual
+from studies.checks.mesh import Mesh
 from studies.checks.observe import tail
 from studies.checks.scenes import GAMMA1, PARABOLA, POWER_LAWS, gel
 
@@ -18,12 +19,12 @@ def _scenes() -> list[Scene]:
 
 
 @check(36, what="no adhesion: f'(a) + (C/l)exp(-a/l), C, l from the field", unit="rad")
-def slope_jump(grid: Grid) -> Comparison:
+def slope_jump(mesh: Mesh) -> Comparison:
     jumps, slopes = [], []
     for scene in _scenes():
         k, gamma1 = scene.stiffness, scene.gamma1
         for d in DEPTHS:
-            state = grid.solve(scene, d)
+            state = mesh.solve(scene, d)
             far, a = tail(state), state.half_width
             u_a = -far.amplitude * np.exp(-a / far.decay_length)
             slopes.append(float(scene.indenter.slope(a)))
@@ -32,43 +33,43 @@ def slope_jump(grid: Grid) -> Comparison:
 
 
 @check(37, what="no adhesion: f(a) - d + lf'(a), |x|ⁿ, n = 1.5, 2, 3, 4", unit="m")
-def line_condition(grid: Grid) -> Comparison:
+def line_condition(mesh: Mesh) -> Comparison:
     misfits = []
     for scene in _scenes():
-        a, f = grid.sweep(scene, DEPTHS, "half_width"), scene.indenter
+        a, f = mesh.sweep(scene, DEPTHS, "half_width"), scene.indenter
         spring = {"k": scene.stiffness, "gamma1": scene.gamma1}
         misfits.append(cards.nonadhesive.line_residual(DEPTHS, f.height(a), f.slope(a), **spring))
     return residual(misfits, DEPTHS)
 
 
 @check(38, what="no adhesion: a² + 2al - 2Rd, three tensions", unit="m²")
-def quadratic(grid: Grid) -> Comparison:
+def quadratic(mesh: Mesh) -> Comparison:
     misfits, R = [], PARABOLA.R
     for gamma1 in TENSIONS:
         scene = gel(PARABOLA, gamma1=gamma1, w=0.0)
-        a = grid.sweep(scene, DEPTHS, "half_width")
+        a = mesh.sweep(scene, DEPTHS, "half_width")
         spring = {"k": scene.stiffness, "gamma1": gamma1}
         misfits.append(cards.nonadhesive.parabola_residual(a, DEPTHS, R=R, **spring))
     return residual(misfits, 2 * R * DEPTHS)
 
 
 @check(39, what="no adhesion: half-width a(d), three tensions", unit="m")
-def half_width(grid: Grid) -> Comparison:
+def half_width(mesh: Mesh) -> Comparison:
     measured, expected, R = [], [], PARABOLA.R
     for gamma1 in TENSIONS:
         scene = gel(PARABOLA, gamma1=gamma1, w=0.0)
         spring = {"k": scene.stiffness, "gamma1": gamma1}
-        measured.append(grid.sweep(scene, DEPTHS, "half_width"))
+        measured.append(mesh.sweep(scene, DEPTHS, "half_width"))
         expected.append(cards.nonadhesive.parabola_half_width(DEPTHS, R=R, **spring))
     return Comparison(measured, expected)
 
 
 @check(40, what="no adhesion: force P(d), three tensions", unit="N/m")
-def force(grid: Grid) -> Comparison:
+def force(mesh: Mesh) -> Comparison:
     measured, expected, R = [], [], PARABOLA.R
     for gamma1 in TENSIONS:
         scene = gel(PARABOLA, gamma1=gamma1, w=0.0)
         spring = {"k": scene.stiffness, "gamma1": gamma1}
-        measured.append(grid.sweep(scene, DEPTHS, "force"))
+        measured.append(mesh.sweep(scene, DEPTHS, "force"))
         expected.append(cards.nonadhesive.parabola_force(DEPTHS, R=R, **spring))
     return Comparison(measured, expected)

@@ -12,7 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from discretization import Equilibrium, Lattice, NodalEnergy
 from energy import ElasticLayer, FlatPunch, Scene, SurfaceEnergies
-from studies.checks.convergence import Array, Grid
+from studies.checks.mesh import Array, Grid, Mesh
 
 _ONE_SIDED = np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12  # first derivative, fourth order
 _CURVATURE = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12  # second derivative, fourth order
@@ -83,33 +83,33 @@ def whole_line_force(state: Equilibrium) -> float:
 
 
 def punch_difference(
-    grid: Grid, layer: ElasticLayer, surfaces: SurfaceEnergies, depth: float
+    mesh: Mesh, layer: ElasticLayer, surfaces: SurfaceEnergies, depth: float
 ) -> Punches:
     """What a wider punch adds to force and energy: the tails are alike and drop out."""
     widths = (1.37e-4, 2.11e-4)
     scenes = [Scene(layer, surfaces, FlatPunch(a)) for a in widths]
-    narrow, wide = (grid.solve(scene, depth) for scene in scenes)
+    narrow, wide = (mesh.solve(scene, depth) for scene in scenes)
     added = 2 * (widths[1] - widths[0])
     return Punches((wide.force - narrow.force) / added, (wide.energy - narrow.energy) / added)
 
 
-def last_contact(grid: Grid, scene: Scene, rtol: float = 1e-15) -> float:
+def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-15) -> float:
     """Smallest depth that still holds, by bisection between 0 and -2 µm of the label."""
     lo, hi = -2e-6, 0.0
-    if grid.solve(scene, lo).label != "detached" or grid.solve(scene, hi).label == "detached":
+    if mesh.solve(scene, lo).label != "detached" or mesh.solve(scene, hi).label == "detached":
         raise ValueError(f"the contact does not let go between the depths {lo!r} and {hi!r}")
     while hi - lo > -rtol * lo:
         middle = (lo + hi) / 2
-        if grid.solve(scene, middle).label == "detached":
+        if mesh.solve(scene, middle).label == "detached":
             lo = middle
         else:
             hi = middle
     return hi
 
 
-def brink(grid: Grid, scene: Scene) -> float:
-    """A depth 1e-8 short of letting go: at that point itself any width of a flat face holds."""
-    return last_contact(grid, scene, rtol=1e-9) * (1 - 1e-8)
+def brink(mesh: Mesh, scene: Scene) -> float:
+    """A depth 1e-10 short of letting go: at that point itself any width of a flat face holds."""
+    return last_contact(mesh, scene, rtol=1e-11) * (1 - 1e-10)
 
 
 def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Array, Array]:
@@ -133,22 +133,22 @@ def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Arra
         contact = contact ^ wrong
 
 
-def depth_at_width(grid: Grid, scene: Scene, half_width: float, lo: float, hi: float) -> float:
+def depth_at_width(mesh: Mesh, scene: Scene, half_width: float, lo: float, hi: float) -> float:
     """Depth at which the simulated half-width takes a value, by root finding."""
-    found = brentq(lambda d: grid.solve(scene, d).half_width - half_width, lo, hi, xtol=1e-18)
+    found = brentq(lambda d: mesh.solve(scene, d).half_width - half_width, lo, hi, xtol=1e-18)
     return float(found)
 
 
-def least_force(grid: Grid, scene: Scene, lo: float, hi: float) -> float:
+def least_force(mesh: Mesh, scene: Scene, lo: float, hi: float) -> float:
     """Most tensile force between two depths, by scalar minimisation over the depth."""
     found = minimize_scalar(
-        lambda d: grid.solve(scene, d).force, bounds=(lo, hi), options={"xatol": 1e-6 * (hi - lo)}
+        lambda d: mesh.solve(scene, d).force, bounds=(lo, hi), options={"xatol": 1e-6 * (hi - lo)}
     )
     return float(found.fun)
 
 
-def energy_derivative(grid: Grid, scene: Scene, depth: float) -> float:
+def energy_derivative(mesh: Mesh, scene: Scene, depth: float) -> float:
     """dU/dd by a five-point central difference of the simulated energy."""
-    step = 0.005 * scene.critical_separation
-    energies = grid.sweep(scene, depth + step * np.arange(-2, 3), "energy")
+    step = 0.002 * scene.critical_separation
+    energies = mesh.sweep(scene, depth + step * np.arange(-2, 3), "energy")
     return float(_FIVE_POINT @ energies) / step

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from energy import Scene, Wedge, cards
-from studies.checks.convergence import Array, Comparison, Grid, check, residual
+from studies.checks.convergence import Comparison, check, residual
+from studies.checks.mesh import Array, Mesh
 from studies.checks.observe import depth_at_width, least_force
 from studies.checks.scenes import WEDGE, constants, gel, sharp_wedge
 
@@ -24,11 +25,11 @@ def _scene(shape: Wedge) -> tuple[Scene, Array, dict[str, Any]]:
 
 
 @check(24, what="wedge: a tan δ - d - δ₀ + l tan δ", unit="m")
-def line_condition(grid: Grid) -> Comparison:
+def line_condition(mesh: Mesh) -> Comparison:
     misfits = []
     for shape in SHAPES:
         scene, depths, _ = _scene(shape)
-        a, slope = grid.sweep(scene, depths, "half_width"), math.tan(shape.delta)
+        a, slope = mesh.sweep(scene, depths, "half_width"), math.tan(shape.delta)
         misfits.append(
             cards.contact_line.line_residual(depths, a * slope, slope, **constants(scene))
         )
@@ -36,58 +37,58 @@ def line_condition(grid: Grid) -> Comparison:
 
 
 @check(25, what="wedge: half-width a(d)", unit="m")
-def half_width(grid: Grid) -> Comparison:
+def half_width(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for scene, depths, given in map(_scene, SHAPES):
-        measured.append(grid.sweep(scene, depths, "half_width"))
+        measured.append(mesh.sweep(scene, depths, "half_width"))
         expected.append(cards.wedge.half_width(depths, **given))
     return Comparison(measured, expected)
 
 
 @check(26, what="wedge: whole surface u(x), contact and outside", unit="m")
-def surface(grid: Grid) -> Comparison:
+def surface(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for scene, depths, given in map(_scene, SHAPES):
         x = np.linspace(-4e-4, 4e-4, 37)
-        measured.append([grid.solve(scene, d).displacement(x) for d in depths])
+        measured.append([mesh.solve(scene, d).displacement(x) for d in depths])
         expected.append([cards.wedge.displacement(x, d=d, **given) for d in depths])
     return Comparison(measured, expected, scene.critical_separation)
 
 
 @check(27, what="wedge: force P(d)", unit="N/m")
-def force(grid: Grid) -> Comparison:
+def force(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for scene, depths, given in map(_scene, SHAPES):
-        measured.append(grid.sweep(scene, depths, "force"))
+        measured.append(mesh.sweep(scene, depths, "force"))
         expected.append(cards.wedge.force(depths, **given))
     return Comparison(measured, expected)
 
 
-def _depths_at_widths(grid: Grid, scene: Scene) -> list[float]:
+def _depths_at_widths(mesh: Mesh, scene: Scene) -> list[float]:
     delta0 = scene.critical_separation
-    return [depth_at_width(grid, scene, a, -0.8 * delta0, 3 * delta0) for a in HALF_WIDTHS]
+    return [depth_at_width(mesh, scene, a, -0.8 * delta0, 3 * delta0) for a in HALF_WIDTHS]
 
 
 @check(28, what="wedge: depth d(a) of a chosen half-width, by root finding", unit="m")
-def depth(grid: Grid) -> Comparison:
+def depth(mesh: Mesh) -> Comparison:
     scene, _, given = _scene(WEDGE)
     expected = cards.wedge.depth(HALF_WIDTHS, **given)
-    return Comparison(_depths_at_widths(grid, scene), expected, scene.critical_separation)
+    return Comparison(_depths_at_widths(mesh, scene), expected, scene.critical_separation)
 
 
 @check(29, what="wedge: force P(a) at a chosen half-width", unit="N/m")
-def force_of_width(grid: Grid) -> Comparison:
+def force_of_width(mesh: Mesh) -> Comparison:
     scene, _, given = _scene(WEDGE)
-    measured = grid.sweep(scene, _depths_at_widths(grid, scene), "force")
+    measured = mesh.sweep(scene, _depths_at_widths(mesh, scene), "force")
     return Comparison(measured, cards.wedge.force_of_width(HALF_WIDTHS, **given))
 
 
 @check(30, what="wedge: largest pull, tan δ = 0.15, 0.4, 0.7 √(2w/γ₁)", unit="N/m")
-def adhesion_force(grid: Grid) -> Comparison:
+def adhesion_force(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for shape in (*SHAPES, sharp_wedge(0.7)):
         scene, _, given = _scene(shape)
         delta0 = scene.critical_separation
-        measured.append(-least_force(grid, scene, -0.2 * delta0, 0.4 * delta0))
+        measured.append(-least_force(mesh, scene, -0.2 * delta0, 0.4 * delta0))
         expected.append(cards.wedge.adhesion_force(**given))
     return Comparison(measured, expected)
