@@ -1,0 +1,262 @@
+"""How long does a default equilibrium take, against one tridiagonal solve, and how wrong is it?
+
+`minimise(scene, depth)` with its defaults (contact lines, energy, force by two routes, certificate,
+error estimate) for random scenes of every built-in indenter over eight decades of length and of
+stress, small and finite slopes: wall time over that of one LAPACK `dptsv` with 10⁵ unknowns in the
+same process, next to the true errors against energy.cards,
+
+    |a - a*|/a*,   |P - P*|/ΣP,   |U - U*|/ΣU,   |θ - θ*|,
+
+ΣP and ΣU being the sums of the terms' absolute values (a force may pass through zero). Every scene
+is new and solved once, so that nothing remembered from an earlier solve flatters the time. The time
+bar is for the 95th percentile. Finite slopes have convex indenters only.
+
+Output: a line per indenter, fitted_speed.csv with a row per scene. Exit status 1 if an error misses
+its bar, with --strict also if a time does: machines may be shared.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization import Equilibrium, minimise
+from energy import Plane, Profile, Sampled, cards
+from studies.lattice_speed import tridiagonal_seconds
+from studies.random_cases import SHAPES, Case, random_case, random_steep_case
+
+SAMPLES = 201
+NAMES = {"flat": "flat punch", "power": "power law"}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Scenes of each indenter with small and with finite slopes, unknowns of dptsv, seed."""
+
+    small: int = 200
+    finite: int = 60
+    unknowns: int = 10**5
+    seed: int = 1
+
+
+class Bar(NamedTuple):
+    """Largest time in dptsv, relative error of a, P and U, error of θ in rad."""
+
+    ratio: float
+    error: float
+    angle: float
+
+
+BARS = {"small": Bar(1.0, 1e-10, 1e-9), "finite": Bar(10.0, 1e-9, 1e-9)}
+
+
+class Trial(NamedTuple):
+    """One scene: time in s, time of the dptsv beside it, errors; why it was not solved.
+
+    errors: relative, of a, P and U; of θ in rad, nan where the line is pinned to an edge; inf where
+    there is no answer.
+    """
+
+    case: Case
+    seconds: float
+    floor: float
+    errors: tuple[float, float, float, float]
+    failure: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """All trials of one indenter."""
+
+    slopes: str
+    shape: str
+    trials: tuple[Trial, ...]
+
+    @property
+    def bar(self) -> Bar:
+        """What is demanded of these slopes."""
+        return BARS[self.slopes]
+
+    def ratio(self, percentile: float) -> float:
+        """Percentile of the times over the median of the dptsv's between them."""
+        floor = np.median([trial.floor for trial in self.trials])
+        return float(np.percentile([trial.seconds for trial in self.trials], percentile) / floor)
+
+    @property
+    def worst(self) -> NDArray[np.float64]:
+        """Largest errors of a, P, U and θ, (4,)."""
+        return np.max([trial.errors for trial in self.trials], axis=0)
+
+    @property
+    def accurate(self) -> bool:
+        """Whether every scene was solved with its errors below the bars."""
+        *relative, angle = self.worst
+        return max(relative) <= self.bar.error and (math.isnan(angle) or angle <= self.bar.angle)
+
+    @property
+    def fast(self) -> bool:
+        """Whether 95 of 100 scenes stay below the bar of time."""
+        return self.ratio(95) <= self.bar.ratio
+
+
+def plane_case(rng: np.random.Generator) -> Case:
+    """An endless plane: it holds everywhere down to -δ₀, Eq. (19), and nowhere below."""
+    case = random_case(rng, "flat")
+    k, w = case.scene.stiffness, case.scene.work_of_adhesion
+    d = case.scene.critical_separation * rng.uniform(-2, 2)
+    held = d >= cards.plane.critical_depth(k, w)
+    force, energy = (math.copysign(math.inf, v) if held else 0.0 for v in (d, k * d * d / 2 - w))
+    scene = replace(case.scene, indenter=Plane())
+    return Case(scene, d, math.inf if held else 0.0, force, energy, "plane")
+
+
+def sampled_case(rng: np.random.Generator, shape: str, kind: str) -> Case:
+    """The profile known by samples, one of them at x = 0, out to twice the widest contact.
+
+    That is the contact at this depth or at d = 0, where the adhered branch begins.
+    """
+    case = random_case(rng, shape)
+    touched = minimise(case.scene, max(case.depth, 0.0))
+    reach = 2 * touched.half_width
+    x = np.linspace(-reach, reach, SAMPLES)
+    indenter = Sampled(x, case.scene.indenter.height(x), kind=kind)
+    return replace(case, scene=replace(case.scene, indenter=indenter))
+
+
+def callable_case(rng: np.random.Generator, shape: str) -> Case:
+    """The profile known by two functions only."""
+    case = random_case(rng, shape)
+    profile = Profile(case.scene.indenter.height, case.scene.indenter.slope)
+    return replace(case, scene=replace(case.scene, indenter=profile))
+
+
+Maker = Callable[[np.random.Generator], Case]
+SMALL: dict[str, Maker] = {
+    "plane": plane_case,
+    **{NAMES.get(s, s): partial(random_case, shape=s) for s in SHAPES},
+    "wedge, samples": partial(sampled_case, shape="wedge", kind="linear"),
+    "parabola, samples": partial(sampled_case, shape="parabola", kind="smooth"),
+    "parabola, callable": partial(callable_case, shape="parabola"),
+}
+FINITE: dict[str, Maker] = {NAMES.get(s, s): partial(random_steep_case, shape=s) for s in SHAPES}
+MAKERS = {"small": SMALL, "finite": FINITE}
+
+
+def measure(case: Case, unknowns: int) -> Trial:
+    """Solve a case once; time and errors."""
+    floor, failure = tridiagonal_seconds(unknowns, 1), ""
+    start = time.perf_counter()
+    try:
+        state = minimise(case.scene, case.depth)
+    except (ValueError, ArithmeticError, RuntimeError) as problem:
+        failure = f"{type(problem).__name__}: {problem}"
+    seconds = time.perf_counter() - start
+    errors = (math.inf,) * 4 if failure else _errors(case, state)
+    return Trial(case, seconds, floor, errors, failure)
+
+
+def _errors(case: Case, state: Equilibrium) -> tuple[float, float, float, float]:
+    scales = {"half_width": case.half_width, **state.scales}
+    a, force, energy = (
+        0.0 if value == true else abs(value - true) / (scales[name] or abs(true))
+        for name in ("half_width", "force", "energy")
+        for value, true in [(getattr(state, name), getattr(case, name))]
+    )
+    angle = abs(state.angle_deficit - case.angle_deficit)
+    lost = math.isnan(angle) and not math.isnan(case.angle_deficit)
+    return a, force, energy, math.inf if lost else angle
+
+
+def run(
+    parameters: Parameters = Parameters(), show: Callable[[str], object] = lambda line: None
+) -> list[Row]:
+    """Measure every indenter; `show` gets a line for each."""
+    show(_columns(*HEADER.split("|")))
+    rows = []
+    for slopes, count in (("small", parameters.small), ("finite", parameters.finite)):
+        for number, (shape, make) in enumerate(MAKERS[slopes].items()):
+            rng = np.random.default_rng([parameters.seed, len(slopes), number])
+            measure(make(rng), parameters.unknowns)  # what every process pays once
+            trials = tuple(measure(make(rng), parameters.unknowns) for _ in range(count))
+            rows.append(Row(slopes, shape, trials))
+            show(line(rows[-1]))
+    return rows
+
+
+HEADER = "slopes|indenter|scenes|dptsv|95 %|bar|time|err a|err P|err U|err θ|bar|errors"
+
+
+def line(row: Row) -> str:
+    """One line of the table."""
+    errors = ("—" if math.isnan(e) else f"{e:.0e}" for e in row.worst)
+    failures = [trial.failure for trial in row.trials if trial.failure]
+    text = _columns(
+        row.slopes,
+        row.shape,
+        str(len(row.trials)),
+        f"{row.ratio(50):.2f}",
+        f"{row.ratio(95):.2f}",
+        f"{row.bar.ratio:g}",
+        "ok" if row.fast else "MISSED",
+        *errors,
+        f"{row.bar.error:.0e}",
+        "ok" if row.accurate else "FAIL",
+    )
+    return text + (f"\n  {len(failures)} not solved, first: {failures[0]}" if failures else "")
+
+
+def _columns(*cells: str) -> str:
+    widths = (-6, -18, 6, 6, 6, 4, 6, 6, 6, 6, 6, 6, 6)
+    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
+    return " ".join(texts).rstrip()
+
+
+def write_csv(rows: Sequence[Row], path: Path) -> None:
+    """One row per scene, lengths in the scene's own units; `number` counts within an indenter."""
+    names = ["slopes", "indenter", "number", "l", "k", "w", "depth", "half_width", "seconds"]
+    names += ["dptsv_seconds", "error_half_width", "error_force", "error_energy", "error_angle"]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow([*names, "failure"])
+        for row in rows:
+            for number, (case, seconds, floor, errors, failure) in enumerate(row.trials):
+                scene = case.scene
+                given = (scene.elastocapillary_length, scene.stiffness, scene.work_of_adhesion)
+                where = (row.slopes, row.shape, number, *given, case.depth, case.half_width)
+                table.writerow([*where, seconds, floor, *errors, failure])
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table; 1 if an error bar is missed, with --strict also for a time bar."""
+    parser = argparse.ArgumentParser(prog="python -m studies fitted_speed", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    preset = Parameters()
+    parser.add_argument("--scenes", type=int, default=preset.small, help="per indenter, small")
+    parser.add_argument("--steep", type=int, default=preset.finite, help="per indenter, finite")
+    parser.add_argument("--strict", action="store_true", help="a missed time bar fails too")
+    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
+    options = parser.parse_args(argv)
+    for name in ("scenes", "steep"):
+        if getattr(options, name) < 1:
+            parser.error(f"--{name} {getattr(options, name)} is no sample; give at least 1")
+    options.out.mkdir(parents=True, exist_ok=True)
+    parameters = Parameters(small=options.scenes, finite=options.steep)
+    rows = run(parameters, show=lambda text: print(text, flush=True))
+    write_csv(rows, options.out / "fitted_speed.csv")
+    inaccurate, slow = (sum(not getattr(row, n) for row in rows) for n in ("accurate", "fast"))
+    print(f"{len(rows)} rows: {inaccurate} miss an error bar, {slow} miss the time bar")
+    return 1 if inaccurate or (options.strict and slow) else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
