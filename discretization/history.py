@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from itertools import chain, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from discretization.control import Control, Point, moved, point_of_fold
 from energy import Scene
 
 Array = NDArray[np.float64]
-CONTROLS = ("depth", "force", "drive")
+_ENOUGH = 33
 
 
 class Snapshot(NamedTuple):
@@ -144,37 +145,44 @@ class History:
 
         ValueError for a path without tension.
         """
-        segments = self.segments
-        ends = [segments[0][0], *(end for _, end in segments)] if segments else []
-        least = min(range(len(ends)), key=lambda i: ends[i].force, default=0)
-        if not ends or ends[least].force >= 0:
+        states = [self._least(run) for run in self._runs()]
+        if not states or min(state.force for state in states) >= 0:
             raise ValueError("this path has no tensile state; retract the indenter further")
-        found = ends[least]
-        for start, end in self._around(segments, least):
-            low, high = sorted((start, end), key=lambda state: state.depth)
-            deepest = self._branch.contact(high.left, high.right)
-            fold = point_of_fold(
-                self._branch,
-                Control(0.0),
-                Point(high.depth, deepest),
-                moved(self._branch, Point(high.depth, deepest), low.depth),
-            )
-            force = self._branch.force(fold.state, fold.depth)
-            if fold.state is not None and force < found.force:
-                found = Snapshot(fold.depth, force, math.nan, *fold.state.ends)
+        found = min(states, key=lambda state: state.force)
         return PullOff(found.force, found.depth, found.half_width)
 
-    @staticmethod
-    def _around(
-        segments: list[tuple[Snapshot, Snapshot]], least: int
-    ) -> list[tuple[Snapshot, Snapshot]]:
-        """The segments that meet in end number `least`, as one where the path goes straight on."""
-        beside = segments[max(least - 1, 0) : least + 1]
-        if len(beside) == 2 and beside[0][1] == beside[1][0]:
-            (start, middle), (_, end) = beside
-            if (middle.depth - start.depth) * (end.depth - middle.depth) > 0:
-                return [(start, end)]
-        return beside
+    def _runs(self) -> list[list[Snapshot]]:
+        """The segments joined where the path goes straight on."""
+        runs: list[list[Snapshot]] = []
+        for start, end in self.segments:
+            on = runs and runs[-1][-1] == start and len(runs[-1]) > 1
+            if on and (runs[-1][-1].depth - runs[-1][-2].depth) * (end.depth - start.depth) >= 0:
+                runs[-1].append(end)
+            else:
+                runs.append([start, end])
+        return runs
+
+    def _least(self, run: list[Snapshot]) -> Snapshot:
+        """The least force of a run that goes one way, between the states recorded as well."""
+        while len(run) < _ENOUGH and run[0].depth != run[-1].depth:
+            run = [*chain(*((a, self._middle(a, b)) for a, b in pairwise(run))), run[-1]]
+        least = min(range(len(run)), key=lambda i: run[i].force)
+        beside = sorted(run[max(least - 1, 0) : least + 2], key=lambda state: state.depth)
+        low, high = (self._point(state) for state in (beside[0], beside[-1]))
+        fold = point_of_fold(self._branch, Control(0.0), high, low)
+        return min(run[least], self._snapshot(fold), key=lambda state: state.force)
+
+    def _middle(self, a: Snapshot, b: Snapshot) -> Snapshot:
+        return self._snapshot(moved(self._branch, self._point(a), (a.depth + b.depth) / 2))
+
+    def _point(self, state: Snapshot) -> Point:
+        return Point(state.depth, self._branch.contact(state.left, state.right))
+
+    def _snapshot(self, point: Point) -> Snapshot:
+        """A state between the steps; its energy is not asked for."""
+        depth, state = point
+        lines = (math.nan, math.nan) if state is None else state.ends
+        return Snapshot(depth, self._branch.force(state, depth), math.nan, *lines)
 
     @functools.cached_property
     def _branch(self) -> FittedBranch:

@@ -142,7 +142,10 @@ class _Path:
         if isinstance(found, Point):
             self._move(found.depth)
             return
-        self._move(found.point.depth)
+        if self._held(found.point) == self._held(self.point):
+            self._slide(found.point)
+        else:
+            self._move(found.point.depth)
         before, closes = self.point, found.closes
         at = self.control.value(before.depth, self.branch.force(before.state, before.depth))
         after = jumped(self.branch, self.control, before, at, closes.depth)
