@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass, replace
 
@@ -25,6 +26,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _LEAST_NODES = 32
+_REFINEMENTS = 5
 _ROUNDING = 16 * float(np.finfo(float).eps)
 
 
@@ -142,15 +144,20 @@ def _refuse_overhang(problem: Problem, ends: tuple[FittedLine, FittedLine]) -> N
 
 
 def _topology(scene: Scene, depth: float, branch: str) -> Equilibrium:
-    """The state on a lattice fine enough to show where the contact is."""
+    """The state on a lattice fine enough to show where the contact is.
+
+    A coarse lattice lets go of a small contact too early, or loses it over the end of the profile:
+    both are believed only on the finest one.
+    """
     lengths = (scene.elastocapillary_length, scene.critical_separation, abs(depth), scene.layer.h)
     spacing = next(length for length in lengths if length > 0) / 16
-    for _ in range(6):
-        state = on_lattice(scene, depth, spacing, branch=branch)
-        if not state.nodes.size or np.ptp(state.nodes) >= _LEAST_NODES * spacing:
-            break
+    for _ in range(_REFINEMENTS):
+        with contextlib.suppress(ValueError):
+            state = on_lattice(scene, depth, spacing, branch=branch)
+            if state.nodes.size and np.ptp(state.nodes) >= _LEAST_NODES * spacing:
+                return state
         spacing /= 4
-    return state
+    return on_lattice(scene, depth, spacing, branch=branch)
 
 
 def _inside(state: Equilibrium) -> tuple[tuple[float, float], float]:
