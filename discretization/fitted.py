@@ -36,6 +36,8 @@ from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
 _TIE = 1e-12
+_FEW_CORNERS = 8
+_HALVINGS = 64
 
 
 class FittedLine(NamedTuple):
@@ -150,6 +152,8 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
         return FittedLine(start, True, False)
     corners = np.asarray(indenter.corners, float)
     outwards = corners[corners > start] if side > 0 else corners[corners < start][::-1]
+    if indenter.convex and outwards.size > _FEW_CORNERS:
+        start, outwards = _skipped(problem, side, start, outwards)
     for corner in [*outwards.tolist(), None]:
         aside = 1e-9 * (abs(corner - start) if corner is not None else size)
         tie = _TIE * (abs(h(start, aside)) + math.sqrt(problem.scene.work_of_adhesion))
@@ -166,6 +170,20 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
         start = corner
     outside = _outside(problem, h, side, start, size)
     return FittedLine(bracketed(lambda x: h(x, 0.0), start, outside), False, False)
+
+
+def _skipped(problem: Problem, side: int, start: float, corners: Array) -> tuple[float, Array]:
+    """The last corner the line passes for sure, and the next: a convex drive rises all the way."""
+    passed, stops = 0, corners.size
+    while passed < stops:
+        middle = (passed + stops) // 2
+        corner = float(corners[middle])
+        beyond = problem.drive(side, corner, 1e-9 * abs(corner - start))
+        if beyond < 0:
+            passed = middle + 1
+        else:
+            stops = middle
+    return (float(corners[passed - 1]) if passed else start), corners[passed : passed + 2]
 
 
 def _outside(
@@ -235,7 +253,8 @@ def lowest_point(indenter: Indenter, size: float) -> float:
     left, right = ends
     if not math.isfinite(left + right) or abs(right - left) > 1e30 * size:
         raise ValueError(f"indenter = {indenter!r} has no lowest point; give it a finite extent")
-    while left < (middle := (left + right) / 2) < right:
+    for _ in range(_HALVINGS):
+        middle = (left + right) / 2
         if float(indenter.slope(middle)) < 0:
             left = middle
         else:

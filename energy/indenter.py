@@ -71,12 +71,14 @@ class Profile(Indenter):
 
     `extent` limits where contact is looked for; needed if the profile has its lowest point far
     from x = 0 or does not rise in the end. `corners` lists kinks a contact line may be pinned at.
+    `convex` promises that the slope never decreases: no other contacts are looked for.
     """
 
     height: Callable[[ArrayLike], Array] = field()  # type: ignore[assignment]
     slope: Callable[[ArrayLike], Array] = field()  # type: ignore[assignment]
     extent: tuple[float, float] = UNBOUNDED
     corners: Sequence[float] = ()
+    convex: bool = False
 
     def __post_init__(self) -> None:
         for name in ("height", "slope"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
 
@@ -11,6 +12,8 @@ from scipy.linalg import solve_banded
 
 from energy.checks import option
 from energy.indenter import Array, Indenter
+
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,32 @@ class Sampled(Indenter):
     @property
     def knots(self) -> Array:  # type: ignore[override]
         return self.x[1:-1] if self.kind == "smooth" else self.x[:0]
+
+    @functools.cached_property
+    def convex(self) -> bool:  # type: ignore[override]
+        """Whether the slope of the interpolation never decreases beyond rounding."""
+        m, rounding = self._slopes, _ROUNDING * np.abs(self._slopes).max()
+        if self.kind == "linear":
+            return bool((np.diff(m) >= -rounding).all())
+        secant = np.diff(self.z) / np.diff(self.x)  # f'' is linear between samples: both its ends
+        bends = 3 * secant - 2 * m[:-1] - m[1:], m[:-1] + 2 * m[1:] - 3 * secant
+        return bool((np.minimum(*bends) >= -rounding).all())
+
+    @functools.cached_property
+    def apex(self) -> float | None:  # type: ignore[override]
+        """The lowest point of a convex profile."""
+        if not self.convex:
+            return None
+        lowest = int(np.argmin(self.z))
+        m = self._slopes
+        if self.kind == "linear" or not m[0] < 0 < m[-1]:
+            return float(self.x[lowest])
+        i = int(np.searchsorted(m, 0.0)) - 1
+        h = float(self.x[i + 1] - self.x[i])
+        bend = 6 * (self.z[i + 1] - self.z[i]) / h - 4 * m[i] - 2 * m[i + 1]
+        curl = 3 * (m[i] + m[i + 1] - 2 * (self.z[i + 1] - self.z[i]) / h)
+        root = math.sqrt(max(bend * bend / 4 - curl * m[i], 0.0))
+        return float(self.x[i] - h * m[i] / (bend / 2 + root))  # m + bend s + curl s² = 0
 
     def height(self, x: ArrayLike) -> Array:
         x = np.asarray(x, float)
