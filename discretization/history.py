@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import functools
+import json
 import math
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +17,18 @@ from numpy.typing import NDArray
 from discretization.branch import FittedBranch
 from discretization.control import Control, Point, moved, point_of_fold
 from energy import Scene
+from energy.description import described, rebuilt
 
 Array = NDArray[np.float64]
 _ENOUGH = 33
+_TITLE = "elastocap load path"
+_NOTES = (
+    "per unit length of the line contact, in the units of the scene: control [length or force],",
+    "depth d [length] > 0 into the layer, force P [force] > 0 compressive, energy U [energy],",
+    "lines left, right [length], nan: detached. event: kind, control, before, after (depth,",
+    "force, energy, left, right), energy released, step",
+)
+_COLUMNS = ("control", "depth", "force", "energy", "left", "right")
 
 
 class Snapshot(NamedTuple):
@@ -93,6 +105,34 @@ class History:
     friction: float
     rtol: float
 
+    @classmethod
+    def empty(
+        cls, scene: Scene, control: str, machine_stiffness: float | None, rtol: float
+    ) -> History:
+        """A path without steps."""
+        none = np.empty(0)
+        lines = np.empty((0, 2))
+        return cls(scene, control, machine_stiffness, none, none, none, none, lines, (), 0.0, rtol)
+
+    def extended(
+        self, values: Array, depths: Array, lines: Array, events: list[Event], friction: float
+    ) -> History:
+        """This path and further steps."""
+        force, energy = np.zeros((2, depths.size))
+        held = ~np.isnan(lines[:, 0])
+        if held.any():
+            force[held], energy[held], _ = self._branch.observed(depths[held], lines[held])
+        return replace(
+            self,
+            values=np.concatenate([self.values, values]),
+            depth=np.concatenate([self.depth, depths]),
+            force=np.concatenate([self.force, force]),
+            energy=np.concatenate([self.energy, energy]),
+            contacts=np.concatenate([self.contacts, lines]),
+            events=(*self.events, *events),
+            friction=self.friction + friction,
+        )
+
     @property
     def half_width(self) -> Array:
         """a (n,), 0 when detached."""
@@ -138,6 +178,64 @@ class History:
             before, after = (hold.potential(depth, event.control) for depth in depths)
             total += before - after
         return total
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write everything, with units, signs and the scene in the header; exact to the last bit.
+
+        The file is replaced at once: a reader finds the old one or the new one, never half.
+        """
+        path = Path(path)
+        header = {
+            "control": self.control,
+            "machine_stiffness": self.machine_stiffness,
+            "rtol": self.rtol,
+            "friction": self.friction,
+            "scene": described(self.scene),
+        }
+        lines = [f"# {_TITLE}", *(f"# {note}" for note in _NOTES), f"# {json.dumps(header)}"]
+        for event in self.events:
+            lines.append(f"# event {json.dumps(event)}")
+        lines.append(",".join(_COLUMNS))
+        columns = (self.values, self.depth, self.force, self.energy, *self.contacts.T)
+        lines += [
+            ",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True)
+        ]
+        beside = path.with_name(path.name + ".part")
+        beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        os.replace(beside, path)
+
+    @classmethod
+    def from_csv(cls, path: str | Path, scene: Scene | None = None) -> History:
+        """Read what `to_csv` wrote. `scene`: for an indenter given by functions; else it is read.
+
+        ValueError for another file, or if `scene` is not the one in the file.
+        """
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+        if not lines or lines[0] != f"# {_TITLE}":
+            raise ValueError(f"path = {str(path)!r} holds no load path; write one with to_csv")
+        notes = [line[2:] for line in lines if line.startswith("# ")]
+        header = json.loads(notes[1 + len(_NOTES)])
+        if scene is not None and described(scene) != header["scene"]:
+            raise ValueError(f"scene = {scene!r} is not the scene of {str(path)!r}; pass that one")
+        rows = [line.split(",") for line in lines if not line.startswith("#")][1:]
+        values, depth, force, energy, left, right = np.array(rows, float).reshape(-1, 6).T
+        events = [json.loads(note[6:]) for note in notes if note.startswith("event ")]
+        return cls(
+            scene=rebuilt(header["scene"]) if scene is None else scene,
+            control=header["control"],
+            machine_stiffness=header["machine_stiffness"],
+            values=values,
+            depth=depth,
+            force=force,
+            energy=energy,
+            contacts=np.stack([left, right], axis=1),
+            events=tuple(
+                Event(kind, value, Snapshot(*before), Snapshot(*after), *rest)
+                for kind, value, before, after, *rest in events
+            ),
+            friction=header["friction"],
+            rtol=header["rtol"],
+        )
 
     @functools.cached_property
     def pull_off(self) -> PullOff:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,7 @@ from discretization.control import (
 from discretization.history import Event, History, Snapshot
 from energy import Scene
 from energy.checks import positive
+from energy.description import described
 
 Array = NDArray[np.float64]
 _TINY = 4e-16
@@ -37,6 +39,9 @@ def load_path(
     drives: ArrayLike | None = None,
     machine_stiffness: float | None = None,
     rtol: float = 1e-8,
+    after: History | None = None,
+    save: str | Path | None = None,
+    every: int = 100,
 ) -> History:
     """The response of a scene to a programme of imposed depths, forces, or drives of a machine.
 
@@ -46,6 +51,11 @@ def load_path(
     and machine control it starts at first touch. Without long-range attraction contact begins on
     touching, at d = min f.
 
+    after: a history of the same scene and control that this programme continues; it becomes the
+    first part of the result. save: a file in which the history so far is kept, written anew every
+    `every` steps and at the end; if it exists, it must hold the beginning of this very programme,
+    and the path goes on from there, with the same result to the last bit.
+
     ValueError for an unusable programme or an indenter that may have several contacts;
     NotCertifiedError if a state is no equilibrium: the path never continues from one.
     """
@@ -53,12 +63,45 @@ def load_path(
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
     name, values = _programme(depths=depths, forces=forces, drives=drives)
     control = _control(name, machine_stiffness)
+    if save is not None and Path(save).exists():
+        after = _begun(History.from_csv(save, scene), values, save)
+        values = values[len(after.values) :]
     branch = FittedBranch.of(scene, rtol)
     path = _Path(branch, control, Point(-math.inf, None))
-    for step, value in enumerate(values.tolist()):
-        path.step = step
-        path.go(value)
-    return _history(path, name, values, rtol)
+    history = History.empty(scene, name.removesuffix("s"), machine_stiffness, rtol)
+    if after is not None:
+        _same(after, history)
+        history, path.step = after, len(after.values)
+        last = after.at(-1)
+        path.point = Point(last.depth, branch.contact(last.left, last.right))
+    for start in range(0, values.size, every if save is not None else values.size):
+        part = values[start : start + every] if save is not None else values
+        for value in part.tolist():
+            path.go(value)
+        history = history.extended(part, *path.recorded())
+        if save is not None:
+            history.to_csv(save)
+    return history
+
+
+def _begun(saved: History, values: Array, save: str | Path) -> History:
+    if not np.array_equal(saved.values, values[: saved.values.size]):
+        raise ValueError(
+            f"save = {str(save)!r} holds another programme than this one begins with; give another "
+            "file, or the same programme"
+        )
+    return saved
+
+
+def _same(after: History, history: History) -> None:
+    for name in ("control", "machine_stiffness", "rtol"):
+        if getattr(after, name) != getattr(history, name):
+            raise ValueError(
+                f"{name} = {getattr(history, name)!r} differs from that of the path to continue, "
+                f"{getattr(after, name)!r}; give the same"
+            )
+    if described(after.scene) != described(history.scene):
+        raise ValueError(f"scene = {history.scene!r} is not that of the path to continue")
 
 
 def _programme(**given: ArrayLike | None) -> tuple[str, Array]:
@@ -108,6 +151,17 @@ class _Path:
             else:
                 self._settle(value)
         self.points.append(self.point)
+        self.step += 1
+
+    def recorded(self) -> tuple[Array, Array, list[Event], float]:
+        """Depths, lines, events and friction since the last call."""
+        depths = np.array([point.depth for point in self.points])
+        lines = [(math.nan, math.nan) if p.state is None else p.state.ends for p in self.points]
+        found = depths, np.array(lines), list(self.events), self.friction
+        self.points.clear()
+        self.events.clear()
+        self.friction = 0.0
+        return found
 
     def _approach(self, value: float) -> None:
         """Detached: touch, if the programme brings the indenter there."""
@@ -229,26 +283,3 @@ class _Path:
         left, right = (math.nan, math.nan) if state is None else state.ends
         force, energy = self.branch.force(state, depth), self.branch.energy(state, depth)
         return Snapshot(depth, force, energy, left, right)
-
-
-def _history(path: _Path, name: str, values: Array, rtol: float) -> History:
-    branch, points = path.branch, path.points
-    depth = np.array([point.depth for point in points])
-    lines = np.array([(math.nan, math.nan) if p.state is None else p.state.ends for p in points])
-    force, energy = np.zeros((2, depth.size))
-    held = ~np.isnan(lines[:, 0])
-    if held.any():
-        force[held], energy[held], _ = branch.observed(depth[held], lines[held])
-    return History(
-        scene=branch.scene,
-        control=name.removesuffix("s"),
-        machine_stiffness=path.control.stiffness or None,
-        values=values,
-        depth=depth,
-        force=force,
-        energy=energy,
-        contacts=lines,
-        events=tuple(path.events),
-        friction=path.friction,
-        rtol=rtol,
-    )

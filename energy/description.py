@@ -1,0 +1,48 @@
+"""A scene as plain data and back, so that a file can say what it belongs to."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from energy.indenter import Profile, Shifted, Sum, Tilted
+from energy.indenters import FlatPunch, Parabola, Plane, PowerLaw, Wedge
+from energy.layer import ElasticLayer
+from energy.sampled import Sampled
+from energy.scene import Scene
+from energy.surfaces import SurfaceEnergies
+
+_BODIES = (Plane, FlatPunch, Wedge, Parabola, PowerLaw, Sampled, Shifted, Tilted, Sum)
+KINDS = {kind.__name__: kind for kind in (Scene, ElasticLayer, SurfaceEnergies, *_BODIES)}
+
+
+def described(thing: Any) -> Any:
+    """Nested dicts, lists, numbers and strings that say what a scene or a part of it is.
+
+    Functions of a `Profile` are named only: `rebuilt` refuses it.
+    """
+    if isinstance(thing, np.ndarray):
+        return thing.tolist()
+    if isinstance(thing, (np.floating, float, int)) and not isinstance(thing, bool):
+        return float(thing)
+    if not is_dataclass(thing) or isinstance(thing, type):
+        return thing if thing is None or isinstance(thing, (str, bool)) else repr(type(thing))
+    if isinstance(thing, Profile):
+        return {"kind": "Profile", "extent": [float(end) for end in thing.extent]}
+    given = {f.name: described(getattr(thing, f.name)) for f in fields(thing) if f.init}
+    return {"kind": type(thing).__name__, **given}
+
+
+def rebuilt(description: Any) -> Any:
+    """What `described` described. ValueError for a profile given by functions."""
+    if not isinstance(description, dict):
+        return description
+    kind = KINDS.get(description.get("kind", ""))
+    if kind is None:
+        raise ValueError(
+            f"kind = {description.get('kind')!r} cannot be rebuilt from its description; pass the "
+            "scene that was used"
+        )
+    return kind(**{name: rebuilt(part) for name, part in description.items() if name != "kind"})
