@@ -1,0 +1,264 @@
+"""Where does Eq. (16), the contact line for small slopes, serve? Section 6 of the paper.
+
+    f(a) = d + √(2w/k) - l f'(a),  l = √(γ₁/k)                                             (16)
+
+is set, at the same imposed depth d, against minimising the energy of the true surface lengths
+(slopes="finite"), which knows neither (16) nor Young's law. With k = γ₁ = l = 1 a result depends
+only on w/γ₁, on a/l and on the steepness, the slope f'(a) at the line of (16).
+
+Map: a wedge and a parabola at the depth where (16) gives a = l, over w/γ₁ and steepness; a flat
+punch about to let go, over w/γ₁ and a/l. Errors: of a relative to a; of the force (11) and of the
+largest pull relative to max(|P|, 2√(2wγ₁)), the tension term of (22); of the depth at which the
+contact lets go relative to δ₀ = √(2w/k); of π - θ relative to itself.
+Conjecture: w, k, the indenter and d = 0 are fixed, γ₁ alone varies: does (16) hold for all γ₁?
+Its steepness is f'(a₀), the error of a relative to a₀, the half-width (18) without tension.
+
+Output: applicability.png, conjecture.png, applicability.csv, and the answer in applicability.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from scipy.optimize import brentq
+
+from discretization import minimise
+from energy import FlatPunch, Parabola
+from studies import applicability_report
+from studies.applicability_figures import PUNCH, TOLERANCES
+from studies.small_slopes import (
+    QUANTITIES,
+    SHAPES,
+    Errors,
+    at_unit_width,
+    blunt,
+    compare,
+    depth_by_16,
+    letting_go,
+    punch,
+    scene,
+)
+
+WORK = 0.5  # with k = 1 the critical separation δ₀ is 1
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Grids of w/γ₁, steepness and punch width a/l.
+
+    ratios, steepness, widths: of the map; turning: steepnesses at which the overhang is located;
+    lines, scan: steepness and w/γ₁ where borders are searched; paths, tensions: steepness and
+    γ₁/w of the conjecture.
+    """
+
+    ratios: tuple[float, ...]
+    steepness: tuple[float, ...]
+    widths: tuple[float, ...]
+    turning: tuple[float, ...]
+    lines: tuple[float, ...]
+    scan: tuple[float, ...]
+    paths: tuple[float, ...]
+    tensions: tuple[float, ...]
+
+
+FULL = Parameters(
+    ratios=(
+        *(1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35, 0.5, 0.7, 0.9),
+        *(0.98, 1.04, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7),
+    ),
+    steepness=(0.01, 0.03, 0.07, 0.15, 0.25, 0.4, 0.65, 1.0),
+    widths=(0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0),
+    turning=(0.01, 0.1, 0.3, 1.0),
+    lines=(0.01, 0.1, 0.3),
+    scan=(1e-4, 1e-2, 0.1, 0.4, 0.8),
+    paths=(0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0),
+    tensions=(0.56, 0.65, 0.75, 0.85, 0.95, 1.02, 1.2, 1.6, 2.5, 5.0, 12.0, 40.0, 200.0, 1e3, 1e4),
+)
+QUICK = Parameters(
+    ratios=(1e-4, 1e-3, 0.01, 0.1, 0.4, 0.8, 1.3, 1.8),
+    steepness=(0.03, 0.1, 0.3, 1.0),
+    widths=(0.1, 1.0, 10.0),
+    turning=(1.0,),
+    lines=(0.1,),
+    scan=(1e-4, 0.05, 0.3),
+    paths=(0.1, 0.2, 0.4),
+    tensions=(1.2, 2.5, 40.0, 1e3),
+)
+
+
+class Point(NamedTuple):
+    """One comparison: w/γ₁, the steepness f' and width a/l of (16), and its errors."""
+
+    shape: str
+    ratio: float
+    steepness: float
+    width: float
+    errors: Errors
+
+
+class Border(NamedTuple):
+    """The w/γ₁ at which an error first exceeds a tolerance.
+
+    0: from the least w/γ₁ on; inf: nowhere up to the largest.
+    """
+
+    shape: str
+    steepness: float
+    quantity: str
+    tolerance: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Record:
+    """All comparisons.
+
+    turning: (shape, steepness, w/γ₁ from which the surface turns over); flat: (shape, w/γ₁, error
+    of d = -δ₀ where the contact lets go, relative to δ₀); small_slopes: largest error of (16)
+    within the paper's own energy for γ₁ > 0, and of (18) for γ₁ = 0.
+    """
+
+    parameters: Parameters
+    maps: dict[str, tuple[Point, ...]]
+    paths: dict[str, tuple[Point, ...]]
+    borders: tuple[Border, ...]
+    turning: tuple[tuple[str, float, float], ...]
+    flat: tuple[tuple[str, float, float], ...]
+    small_slopes: tuple[float, float]
+
+
+def border(error: Callable[[float], float], scan: Sequence[float], tolerance: float) -> float:
+    """w/γ₁ from which |error| exceeds the tolerance: bracketed on `scan`, then root finding."""
+
+    def excess(log_ratio: float) -> float:
+        return abs(error(math.exp(log_ratio))) - tolerance
+
+    logs = [math.log(ratio) for ratio in scan]
+    over = next((i for i, at in enumerate(logs) if excess(at) > 0), None)
+    if over is None or over == 0:
+        return math.inf if over is None else 0.0
+    return math.exp(brentq(excess, logs[over - 1], logs[over], xtol=1e-3, rtol=1e-8))
+
+
+def borders(p: Parameters) -> Iterator[Border]:
+    """Each shape, steepness line and quantity; and the angle, which depends on w/γ₁ alone."""
+    for shape in SHAPES:
+        for steepness in p.lines:
+            for name, error in QUANTITIES.items():
+                if name == "depth of letting go" and shape == "parabola":
+                    continue  # flat at its tip: among the flat faces
+                at = functools.partial(error, shape, steepness)
+                for tolerance in TOLERANCES:
+                    found = border(at, p.scan, tolerance)
+                    yield Border(shape, steepness, name, tolerance, found)
+    for tolerance in TOLERANCES:
+        found = border(lambda r: at_unit_width("wedge", 1.0, r).angle, (*p.scan, 1.3), tolerance)
+        yield Border("any", math.nan, "π - θ", tolerance, found)
+
+
+def turning_over(errors: Callable[[float], Errors], ratios: Sequence[float]) -> float:
+    """w/γ₁ from which the surface turns over, bisected to 2 % on whether a state is refused."""
+    exists = [errors(ratio).exists for ratio in ratios]
+    if all(exists):
+        return math.nan
+    hi = ratios[exists.index(False)]
+    lo = ratios[exists.index(False) - 1]
+    while hi - lo > 0.02 * lo:
+        middle = (lo + hi) / 2
+        lo, hi = (middle, hi) if errors(middle).exists else (lo, middle)
+    return (lo + hi) / 2
+
+
+def overhangs(p: Parameters) -> Iterator[tuple[str, float, float]]:
+    """(shape, steepness, w/γ₁) of the states of the map that are about to turn over."""
+    for shape in SHAPES:
+        for s in p.turning:
+            yield shape, s, turning_over(functools.partial(at_unit_width, shape, s), p.ratios)
+    yield PUNCH, 0.0, turning_over(functools.partial(punch, 1.0), p.ratios)
+
+
+def path_point(shape: str, steepness: float, tension: float) -> Point | None:
+    """Eq. (16) at d = 0 with γ₁ = tension·w; None where it has no contact (a wedge too sharp)."""
+    a0 = (1.0 if shape == "wedge" else 2.0) / steepness
+    given = scene(blunt(shape, steepness, a0), tension * WORK, WORK)
+    ell = given.elastocapillary_length
+    a = a0 - ell if shape == "wedge" else a0 / (ell / a0 + math.hypot(ell / a0, 1))
+    if a <= 0:
+        return None
+    return Point(shape, 1 / tension, steepness, a / ell, compare(given, 0.0, a, a0))
+
+
+def within_small_slopes(p: Parameters) -> tuple[float, float]:
+    """Largest error of a by (16) in the paper's own energy: for γ₁ > 0, and (18) for γ₁ = 0."""
+    tense = dry = 0.0
+    for shape in SHAPES:
+        for steepness in p.paths:
+            a0 = (1.0 if shape == "wedge" else 2.0) / steepness
+            body = blunt(shape, steepness, a0)
+            for tension in p.tensions:
+                given = scene(body, tension * WORK, WORK, "small")
+                state = minimise(given, depth_by_16(given, a0))
+                tense = max(tense, abs(state.half_width / a0 - 1))
+            state = minimise(scene(body, 0.0, WORK, "small"), 0.0, branch="global")
+            dry = max(dry, abs(state.half_width / a0 - 1))
+    return tense, dry
+
+
+def flat_faces(p: Parameters) -> Iterator[tuple[str, float, float]]:
+    """d = -δ₀, where a face that is flat at the line lets go, against the simulation."""
+    for shape, body in ((PUNCH, FlatPunch(1.0)), ("parabola", Parabola(5.0))):
+        for ratio in p.scan[::2]:
+            given = scene(body, 1.0, ratio)
+            yield shape, ratio, letting_go(given, 1e-12) / given.critical_separation + 1
+
+
+def mapped(p: Parameters) -> Iterator[Point]:
+    """The states of the map."""
+    for shape in SHAPES:
+        for s in p.steepness:
+            for ratio in p.ratios:
+                yield Point(shape, ratio, s, 1.0, at_unit_width(shape, s, ratio))
+    for width in p.widths:
+        for ratio in p.ratios:
+            yield Point(PUNCH, ratio, 0.0, width, punch(width, ratio))
+
+
+def run(p: Parameters = FULL, show: Callable[[str], object] = lambda line: None) -> Record:
+    """All comparisons; `show` gets a line as each part begins."""
+    count = (len(SHAPES) * len(p.steepness) + len(p.widths)) * len(p.ratios)
+    show("the paper's own energy, and flat faces ...")
+    small, flat = within_small_slopes(p), tuple(flat_faces(p))
+    show(f"map, {count} states ...")
+    points = tuple(mapped(p))
+    show("where the surface turns over ...")
+    turning = tuple(overhangs(p))
+    show(f"borders of 1 % and 10 % on {len(p.lines)} lines ...")
+    found = tuple(borders(p))
+    show(f"γ₁ alone varied, {len(SHAPES) * len(p.paths) * len(p.tensions)} states ...")
+    tried = [path_point(shape, s, t) for shape in SHAPES for s in p.paths for t in p.tensions]
+    on_path = [point for point in tried if point is not None]
+    maps = {shape: tuple(x for x in points if x.shape == shape) for shape in (*SHAPES, PUNCH)}
+    paths = {shape: tuple(x for x in on_path if x.shape == shape) for shape in SHAPES}
+    return Record(p, maps, paths, found, turning, flat, small)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run, draw, write, answer."""
+    parser = argparse.ArgumentParser(prog="python -m studies applicability", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
+    parser.add_argument("--quick", action="store_true", help="coarser grids")
+    options = parser.parse_args(argv)
+    start, out = time.perf_counter(), options.out
+    out.mkdir(parents=True, exist_ok=True)
+    record = run(QUICK if options.quick else FULL, lambda text: print(text, flush=True))
+    print(applicability_report.write(record, out))
+    print(f"report: {out / 'applicability.md'}; {time.perf_counter() - start:.1f} s")
+    return 0

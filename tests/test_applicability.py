@@ -1,0 +1,187 @@
+"""The study `applicability`: what it measures on a small preset, its report and files."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from studies import applicability, applicability_figures, applicability_report, small_slopes
+from studies.small_slopes import Errors, at_unit_width, blunt, letting_go, scene
+
+PRESET = applicability.Parameters(
+    ratios=(1e-4, 1e-3, 0.01, 0.1, 1.25, 1.4),
+    steepness=(0.03, 0.3),
+    widths=(0.1, 10.0),
+    turning=(0.3,),
+    lines=(),
+    scan=(1e-4, 0.3),
+    paths=(0.05, 0.2),
+    tensions=(1.2, 5.0, 100.0),
+)
+
+
+@pytest.fixture(scope="module")
+def record():
+    return applicability.run(PRESET)
+
+
+def leading(steepness, ratio):
+    """Expansion of (16) against 2l sin((π - θ - β)/2), of third order in both slopes."""
+    alpha = math.sqrt(2 * ratio)
+    return (alpha**2 - alpha * steepness + 3 * steepness**2) / 8
+
+
+def points(record):
+    return [x for part in (record.maps, record.paths) for row in part.values() for x in row]
+
+
+def test_every_simulated_state_obeys_young_s_law(record):
+    young = [abs(x.errors.young) for x in points(record) if math.isfinite(x.errors.young)]
+    assert len(young) >= 25
+    assert max(young) < 1e-9
+
+
+def test_a_flat_face_lets_go_at_the_critical_separation_at_any_slope(record):
+    errors = {name: [abs(e) for n, _, e in record.flat if n == name] for name, *_ in record.flat}
+    assert max(errors["flat punch"]) < 1e-9
+    assert max(errors["parabola"]) < 1e-7
+    assert all(abs(x.errors.half_width) < 1e-14 for x in record.maps["flat punch"] if x.ratio < 1)
+
+
+def test_the_punch_s_force_is_off_by_its_surface_term(record):
+    for x in record.maps["flat punch"]:
+        if x.ratio < 1:
+            elastic, tension = x.width * math.sqrt(2 * x.ratio), math.sqrt(2 * x.ratio)
+            true = elastic + math.sqrt(x.ratio * (2 - x.ratio))
+            expected = (true - elastic - tension) / max(true, tension)
+            assert x.errors.force == pytest.approx(expected, rel=1e-7, abs=1e-12)
+        else:
+            assert not x.errors.exists
+
+
+@pytest.mark.parametrize(("shape", "stiffer"), [("wedge", 1), ("parabola", 2)])
+def test_the_error_vanishes_in_first_order_of_w_and_with_the_expected_factor(shape, stiffer):
+    ratios = np.geomspace(1e-4, 1e-2, 4)
+    steepness = 0.5 * np.sqrt(2 * ratios)
+    found = [at_unit_width(shape, s, r).half_width for s, r in zip(steepness, ratios, strict=True)]
+    assert applicability_report.power(ratios, np.abs(found)) == pytest.approx(1, rel=0.02, abs=0)
+    expected = -leading(steepness[0], ratios[0]) / stiffer
+    assert found[0] == pytest.approx(expected, rel=1e-3, abs=0)
+    angle = [abs(at_unit_width(shape, s, r).angle) for s, r in zip(steepness, ratios, strict=True)]
+    assert applicability_report.power(ratios, np.array(angle)) == pytest.approx(1, rel=0.01, abs=0)
+    assert angle[0] == pytest.approx(ratios[0] / 12, rel=1e-3, abs=0)
+
+
+def test_borders_are_where_the_error_has_the_tolerance(record):
+    def error(shape):
+        return lambda ratio: at_unit_width(shape, 0.1, ratio).half_width
+
+    border = applicability.border(error("wedge"), (1e-4, 0.02, 0.1), 0.01)
+    assert abs(error("wedge")(border)) == pytest.approx(0.01, rel=2e-3, abs=0)
+    assert leading(0.1, border) == pytest.approx(0.01, rel=0.05, abs=0)
+    assert applicability.border(error("parabola"), (0.02, 0.2), 0.01) > 1.8 * border
+    found = {(b.shape, b.quantity, b.tolerance): b.ratio for b in record.borders}
+    angle = [found["any", "π - θ", tolerance] for tolerance in (0.01, 0.1)]
+    for ratio, tolerance in zip(angle, (0.01, 0.1), strict=True):
+        alpha = math.sqrt(2 * ratio)
+        assert 1 - alpha / (2 * math.asin(alpha / 2)) == pytest.approx(tolerance, rel=5e-3, abs=0)
+
+
+def test_border_says_everywhere_nowhere_or_where():
+    scan = (0.01, 0.1, 1.0)
+    assert applicability.border(lambda r: -(r**2), scan, 0.04) == pytest.approx(0.2, rel=2e-3)
+    assert applicability.border(lambda r: 1.0, scan, 0.04) == 0
+    assert applicability.border(lambda r: r / 100, scan, 0.04) == math.inf
+
+
+def test_the_contact_turns_over_where_the_inclination_of_the_surface_is_a_right_angle(record):
+    found = {shape: ratio for shape, _, ratio in record.turning}
+    assert found["wedge"] == pytest.approx(1 + math.sin(math.atan(0.3)), rel=0.01, abs=0)
+    assert found["flat punch"] == pytest.approx(1, rel=0.01, abs=0)
+    assert found["parabola"] > found["wedge"]
+    assert math.isnan(applicability.turning_over(lambda r: Errors(0, 0, 0, 0), (0.1, 1.0)))
+
+
+def test_other_failures_of_the_simulation_are_not_taken_for_an_overhang():
+    with pytest.raises(ValueError, match="depth"):
+        small_slopes.simulated(scene(blunt("wedge", 0.1), 1.0, 0.5), math.nan)
+
+
+def test_the_deviation_from_16_without_tension_scales_with_the_steepness(record):
+    tense, dry = record.small_slopes
+    assert tense < 1e-10
+    assert dry < 1e-12
+    for points_of in record.paths.values():
+        steepness, worst = applicability_figures.worst_on_path(points_of, "half_width")
+        assert applicability_report.power(steepness, worst) == pytest.approx(1, abs=0.1)
+        assert worst[0] < 0.01 < worst[1]
+        bound = applicability_report.within(steepness, worst, 0.01)
+        assert steepness[0] < bound < steepness[1]
+    sharp = [x for x in record.paths["wedge"] if x.steepness == 0.2]
+    assert len(sharp) == 2  # at γ₁ = 100 w the wedge is too sharp to stick at d = 0
+
+
+def test_a_wedge_lets_go_where_its_angle_says():
+    given = scene(blunt("wedge", 0.2), 1.0, 0.3)
+    angle = given.surfaces.angle_deficit - math.atan(0.2)
+    assert letting_go(given) == pytest.approx(-2 * math.sin(angle / 2), rel=2e-6, abs=0)
+    error = small_slopes.letting_go_error("wedge", 0.2, 0.3)
+    by_16 = 0.2 - given.critical_separation
+    expected = (by_16 + 2 * math.sin(angle / 2)) / given.critical_separation
+    assert error == pytest.approx(expected, rel=1e-3, abs=0)
+
+
+def test_every_quantity_of_every_shape_has_its_two_borders(monkeypatch):
+    monkeypatch.setitem(small_slopes.QUANTITIES, "largest pull", lambda *at: at[2])
+    monkeypatch.setitem(small_slopes.QUANTITIES, "depth of letting go", lambda *at: 0.0)
+    found = list(applicability.borders(replace(PRESET, lines=(0.05,))))
+    rows = [(b.shape, b.quantity) for b in found]
+    assert (
+        rows[::2]
+        == rows[1::2]
+        == [
+            *(("wedge", name) for name in small_slopes.QUANTITIES),
+            *(("parabola", name) for name in list(small_slopes.QUANTITIES)[:3]),
+            ("any", "π - θ"),
+        ]
+    )
+    pull = [b.ratio for b in found if b.quantity == "largest pull"]
+    assert pull == pytest.approx(2 * [0.01, 0.1], rel=2e-3, abs=0)
+
+
+def test_the_largest_pull_of_a_wedge_is_found_at_first_touch():
+    given = scene(blunt("wedge", 0.2), 1.0, 0.3)
+    touched = small_slopes.simulated(given, 0.0)
+    by_16 = 2 * 0.3 / 0.2 - 0.2
+    error = small_slopes.pull_error("wedge", 0.2, 0.3)
+    assert error == pytest.approx((by_16 + touched.force) / touched.force, rel=1e-4, abs=0)
+
+
+def test_report_table_and_figures_are_written_from_the_record(record, tmp_path):
+    text = applicability_report.write(record, tmp_path)
+    assert "The conjecture holds" in text
+    tense, _ = record.small_slopes
+    assert f"differs from (16) by at most {tense:.0e}" in text
+    one, ten = (b.ratio for b in record.borders)
+    assert f"| any | any | π - θ | below {one:.2g} | below {ten:.2g} |" in text
+    with (tmp_path / "applicability.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(points(record))
+    assert float(rows[0]["error_half_width"]) == record.maps["wedge"][0].errors.half_width
+    for name in ("applicability.png", "conjecture.png"):
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+        assert f"]({name})" in (tmp_path / "applicability.md").read_text("utf-8")
+
+
+def test_the_answer_follows_the_numbers(record):
+    def spoilt(x):
+        return x._replace(errors=x.errors._replace(half_width=0.3))
+
+    paths = {shape: tuple(map(spoilt, row)) for shape, row in record.paths.items()}
+    text = applicability_report.answer(replace(record, paths=paths))
+    assert "The conjecture fails" in text
+    assert "within 1 % for all γ₁ if f'(a₀) is below all tried" in text
