@@ -7,8 +7,7 @@ between the indenter and the simulated surface beside it (12). With true surface
 (slopes="finite") it should be Young's (8), with small slopes (15), whatever the indenter, the depth
 and the way there; `method="lattice"` should recover (15) from nodes a spacing apart.
 
-Output: contact_angle.png, contact_angle.csv, and the numbers on the screen. Exit status 1 if a
-measured angle misses its law.
+Output: contact_angle.png and .csv, the numbers on the screen; exit status 1 if a law is missed.
 """
 
 from __future__ import annotations
