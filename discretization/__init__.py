@@ -11,23 +11,32 @@
 
 On the lattice: Scene -> Lattice (lattice.py) -> contact set (fronts.py) -> sums and certificate
 (certificate.py) -> line between the nodes (line.py) -> Equilibrium, by lattice_state.py.
-Fitted: free surface (free_surface.py) -> contact lines and integrals (fitted.py) -> certificate and
-error estimate -> Equilibrium, by fitted_state.py. minimise.py picks; equilibrium.py is the result.
+Fitted: free surface (spectral.py, free_surface.py) -> what a line feels of it (response.py) ->
+contact lines (fitted.py) -> integrals (quadrature.py) -> certificate and error estimate ->
+Equilibrium, by fitted_state.py. minimise.py picks; equilibrium.py is the result.
+Load paths: states followed in depth (branch.py) -> equilibrium with a load or machine (control.py)
+-> events step by step (loading.py) -> History (history.py).
 A new minimiser returns a contact set or contact lines; the certificate judges it unchanged.
 """
 
 from discretization.certificate import NotCertifiedError
 from discretization.equilibrium import Equilibrium
+from discretization.history import Event, History, PullOff
 from discretization.lattice import Lattice, NodalEnergy
 from discretization.lattice_state import on_lattice
+from discretization.loading import load_path
 from discretization.minimise import AccuracyWarning, minimise
 
 __all__ = [
     "AccuracyWarning",
     "Equilibrium",
+    "Event",
+    "History",
     "Lattice",
     "NodalEnergy",
     "NotCertifiedError",
+    "PullOff",
+    "load_path",
     "minimise",
     "on_lattice",
 ]

@@ -27,7 +27,8 @@ _SECANTS = 12
 _NUDGE = 1e-6
 _CLOSED = 1e-15
 _STALLED = 1e-12
-_WORK_POINTS = 16
+_FEW, _MORE = 6, 10  # Gauss points to compare
+_WORK = 1e-12
 
 
 class Contact(NamedTuple):
@@ -94,8 +95,11 @@ class FittedBranch:
             left = right._replace(x=mirrored(self.scene.indenter, right.x))
         else:
             left = self._moved(problems, -1, before.left)
-        held = left.x < right.x or (left.x == right.x and depth >= self.touch)
-        return Contact(left, right) if held else None
+        if left.x > right.x or (left.x == right.x and depth < self.touch):
+            return None
+        for line in (left, right):
+            problems[1].refuse_overhang(line.x)
+        return Contact(left, right)
 
     def _moved(self, problems: tuple[Problem, Problem], side: int, line: FittedLine) -> FittedLine:
         closing, opening = problems
@@ -156,15 +160,27 @@ class FittedBranch:
         return lost
 
     def work(self, before: State, start: float, end: float) -> float:
-        """∫P dd from one depth to another without a jump on the way, by Gauss points."""
+        """∫P dd from one depth to another without a jump on the way, by adaptive Gauss points."""
         if before is None or start == end:
             return 0.0
-        points, weights = np.polynomial.legendre.leggauss(_WORK_POINTS)
-        done = 0.0
-        for t, weight in zip(((points + 1) / 2).tolist(), weights.tolist(), strict=True):
-            depth = start + t * (end - start)
-            before = self.follow(before, depth)
-            done += weight / 2 * (end - start) * self.force(before, depth)
+
+        def integral(lo: float, hi: float, order: int) -> tuple[float, float]:
+            points, weights = np.polynomial.legendre.leggauss(order)
+            depths = (lo + (points + 1) / 2 * (hi - lo)).tolist()
+            forces = np.array([self.force(self.follow(before, d), d) for d in depths])
+            weights *= (hi - lo) / 2
+            return float(weights @ forces), float(np.abs(weights) @ np.abs(forces))
+
+        size = integral(start, end, _FEW)[1]
+        done, parts = 0.0, [(start, end)]
+        while parts:
+            lo, hi = parts.pop()
+            fine = integral(lo, hi, _MORE)[0]
+            middle = (lo + hi) / 2
+            if abs(fine - integral(lo, hi, _FEW)[0]) <= _WORK * size or middle in (lo, hi):
+                done += fine
+            else:
+                parts += [(lo, middle), (middle, hi)]
         return done
 
     def observed(self, depths: Array, lines: Array) -> tuple[Array, Array, float]:

@@ -36,6 +36,7 @@ from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
 _TIE = 1e-12
+_UPRIGHT = 1e-12
 _FEW_CORNERS = 8
 _HALVINGS = 64
 
@@ -93,6 +94,16 @@ class Problem:
         """The free surface beyond a line at x, in units of l and γ₁."""
         return self.response.surface(self.displaced(x) / self.scene.elastocapillary_length)
 
+    def refuse_overhang(self, x: float) -> None:
+        """ValueError if a line at x would incline the surface by more than π/2."""
+        limit = OVERHANG * (1 - _UPRIGHT) * self._length
+        if self.scene.slopes == "finite" and abs(self.displaced(x)) >= limit:
+            raise ValueError(
+                f"depth = {self.depth!r}: at the contact line x = {x!r} the surface is displaced "
+                f"by {self.displaced(x)!r}, more than √2 l = {limit!r}; it would turn over and is "
+                "no graph u(x); use a smaller |depth|, a smaller w or a blunter indenter"
+            )
+
     def jump(self, side: int, x: float, aside: float) -> float:
         """r = f' - S/γ₁, or 2 sin((β-φ)/2): the kink of the surface at a line at x.
 
@@ -105,7 +116,7 @@ class Problem:
         g = self.displaced(x) / self._length
         if scene.slopes == "small":
             return f1 - self.response.reaction(g)
-        if abs(g) < OVERHANG:
+        if abs(g) < OVERHANG * (1 - _UPRIGHT):
             pull = math.atan2(self.response.reaction(g), 1 - g * g / 2)
         else:  # would turn over; such a state is refused once found
             pull = math.copysign(math.pi / 2, g)
@@ -198,6 +209,8 @@ def _outside(
             x = limit
         if math.isfinite(x) and h(x, 0.0) > 0:
             return x
+        if math.isfinite(x):
+            problem.refuse_overhang(x)
         if x == limit or not math.isfinite(x):
             break
         step *= 4

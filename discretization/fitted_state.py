@@ -18,7 +18,6 @@ from discretization.fitted import (
     lowest_point,
     mirrored,
 )
-from discretization.free_surface import OVERHANG
 from discretization.lattice_state import on_lattice
 from discretization.quadrature import Interval, totals
 from discretization.response import Response, chosen, finer
@@ -88,7 +87,8 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
         pressed = max(0.0, depth - problem.touch) / problem.lift
         certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
         return replace(detached(scene, depth, branch, tail, certificate), method="fitted")
-    _refuse_overhang(problem, ends)
+    for end in ends:
+        problem.refuse_overhang(end.x)
     coarse, fine = totals(scene, problem.response, depth, ends[0].x, ends[1].x, rtol)
     certificate = certify_lines(problem, ends, fine)
     if not certificate.ok:
@@ -128,19 +128,6 @@ def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, F
         left = find_line(problem, -1, starts[0])
     held = left.x < right.x or (left.x == right.x and problem.depth >= problem.touch)
     return (left, right) if held else None
-
-
-def _refuse_overhang(problem: Problem, ends: tuple[FittedLine, FittedLine]) -> None:
-    """ValueError for a state whose surface would be inclined by more than π/2."""
-    limit = OVERHANG * problem.scene.elastocapillary_length
-    for end in ends:
-        if problem.scene.slopes == "finite" and abs(problem.displaced(end.x)) >= limit:
-            raise ValueError(
-                f"depth = {problem.depth!r}: at the contact line x = {end.x!r} the surface is "
-                f"displaced by {problem.displaced(end.x)!r}, more than √2 l = {limit!r}; it would "
-                "turn over and is no graph u(x); use a smaller |depth|, a smaller w or a blunter "
-                "indenter"
-            )
 
 
 def _topology(scene: Scene, depth: float, branch: str) -> Equilibrium:

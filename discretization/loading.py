@@ -143,13 +143,19 @@ class _Path:
 
     def go(self, value: float) -> None:
         """To the next value of the control."""
+        dead = self.control.stiffness == 0
         if self.point.state is None:
-            self._approach(value)
+            self._approach(max(value, 0.0) if dead and self.step == 0 else value)
         if self.point.state is not None:
             if self.control.stiffness is None:
                 self._move(value)
             else:
                 self._settle(value)
+        if self.step == 0 and dead and self.point.state is None:
+            raise ValueError(
+                f"forces[0] = {value!r} is below the pull-off force {self.events[-1].force!r}: a "
+                "path under force control starts at first touch; begin with a larger force"
+            )
         self.points.append(self.point)
         self.step += 1
 

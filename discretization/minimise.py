@@ -82,12 +82,10 @@ def _any_length(scene: Scene) -> float:
 
 def _refuse_unsupported(scene: Scene, branch: str, method: str) -> None:
     finite_slopes = scene.slopes == "finite"
-    single = scene.indenter.convex and scene.indenter.apex is not None
-    if finite_slopes and (method == "lattice" or not single or not scene.gamma1):
+    if finite_slopes and (method == "lattice" or not scene.indenter.convex or not scene.gamma1):
         raise ValueError(
             f"slopes = 'finite' with method = {method!r} and indenter = {scene.indenter!r}: finite "
-            "slopes need gamma1 > 0, method='fitted' and a convex indenter whose lowest point is "
-            "known (plane, punch, wedge, parabola, power law; shifted or summed)"
+            "slopes need gamma1 > 0, method='fitted' and a convex indenter"
         )
     if branch == "global" and scene.gamma1 and scene.work_of_adhesion:
         raise ValueError(

@@ -30,19 +30,19 @@ def described(thing: Any) -> Any:
     if not is_dataclass(thing) or isinstance(thing, type):
         return thing if thing is None or isinstance(thing, (str, bool)) else repr(type(thing))
     if isinstance(thing, Profile):
-        return {"kind": "Profile", "extent": [float(end) for end in thing.extent]}
+        return {"type": "Profile", "extent": [float(end) for end in thing.extent]}
     given = {f.name: described(getattr(thing, f.name)) for f in fields(thing) if f.init}
-    return {"kind": type(thing).__name__, **given}
+    return {"type": type(thing).__name__, **given}
 
 
 def rebuilt(description: Any) -> Any:
     """What `described` described. ValueError for a profile given by functions."""
     if not isinstance(description, dict):
         return description
-    kind = KINDS.get(description.get("kind", ""))
+    kind = KINDS.get(description.get("type", ""))
     if kind is None:
         raise ValueError(
-            f"kind = {description.get('kind')!r} cannot be rebuilt from its description; pass the "
+            f"type = {description.get('type')!r} cannot be rebuilt from its description; pass the "
             "scene that was used"
         )
-    return kind(**{name: rebuilt(part) for name, part in description.items() if name != "kind"})
+    return kind(**{name: rebuilt(part) for name, part in description.items() if name != "type"})

@@ -1,0 +1,166 @@
+"""Histories: saved, read back, continued, and cut off in the middle."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import adhesive
+
+from discretization import History, load_path
+from energy import Parabola, Profile, Sampled, SurfaceEnergies, Wedge
+
+ROOT = Path(__file__).parent.parent
+PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 40), np.linspace(0.01, -0.01, 60)] * 0.7
+
+
+def identical(a: History, b: History) -> bool:
+    """Equal to the last bit."""
+    for name in (field.name for field in fields(History)):
+        first, second = getattr(a, name), getattr(b, name)
+        if isinstance(first, np.ndarray):
+            if first.tobytes() != second.tobytes():
+                return False
+        elif name == "events":
+            if repr(tuple(map(plain, first))) != repr(tuple(map(plain, second))):
+                return False
+        elif name != "scene" and first != second:
+            return False
+    return True
+
+
+def plain(event):
+    """An event as nested tuples of Python numbers; repr tells every bit, and nan equals nan."""
+    kind, control, before, after, released, step = event
+    return kind, float(control), *map(float, (*before, *after)), float(released), int(step)
+
+
+SCENES = [
+    adhesive(Parabola(0.02)),
+    adhesive(Wedge(0.05).shifted(0.3)),
+    adhesive(Parabola(0.02).tilted(0.04)),
+    adhesive(Sampled([-0.03, -0.01, 0.0, 0.02, 0.03], [0.01, 0.001, 0.0, 0.004, 0.02])),
+]
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda s: type(s.indenter).__name__)
+def test_a_file_keeps_every_bit(scene, tmp_path):
+    path = load_path(scene, depths=PROGRAMME)
+    path.to_csv(tmp_path / "path.csv")
+    again = History.from_csv(tmp_path / "path.csv")
+    assert identical(path, again)
+    assert again.pull_off == path.pull_off
+    assert again.work() == path.work()
+    assert repr(again.scene.layer) == repr(scene.layer)
+    text = (tmp_path / "path.csv").read_text("utf-8")
+    assert "force P [force] > 0 compressive" in text
+    assert '"scene"' in text
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda s: type(s.indenter).__name__)
+@pytest.mark.parametrize("cut", [1, 17, 41, 80, 99])
+def test_a_path_continues_as_if_it_had_not_stopped(scene, cut, tmp_path):
+    whole = load_path(scene, depths=PROGRAMME)
+    first = load_path(scene, depths=PROGRAMME[:cut])
+    first.to_csv(tmp_path / "first.csv")
+    read = History.from_csv(tmp_path / "first.csv")
+    assert identical(whole, load_path(scene, depths=PROGRAMME[cut:], after=read))
+
+
+def test_every_control_continues():
+    scene = adhesive(Parabola(0.02))
+    for name, more in (("forces", {}), ("drives", {"machine_stiffness": 3.0})):
+        values = {"forces": [0.02, 0.05, -0.01, -0.03], "drives": [0.02, 0.05, -0.04, -0.06]}[name]
+        whole = load_path(scene, **{name: values}, **more)
+        first = load_path(scene, **{name: values[:2]}, **more)
+        assert identical(whole, load_path(scene, **{name: values[2:]}, **more, after=first))
+
+
+def test_adhesion_hysteresis_continues():
+    scene = adhesive(Parabola(0.02), w=0.001)
+    scene = type(scene)(
+        scene.layer,
+        scene.surfaces,
+        scene.indenter,
+        opening=SurfaceEnergies.from_work(scene.gamma1, 0.003),
+    )
+    whole = load_path(scene, depths=PROGRAMME)
+    first = load_path(scene, depths=PROGRAMME[:70])
+    again = load_path(scene, depths=PROGRAMME[70:], after=first)
+    assert again.friction == pytest.approx(whole.friction, rel=1e-14, abs=0)
+    assert whole.friction > 0
+    assert again.contacts.tobytes() == whole.contacts.tobytes()
+
+
+KILLED = """
+import sys
+import numpy as np
+from scenes import adhesive
+from discretization import load_path
+from energy import Parabola
+programme = np.array([float(x) for x in sys.argv[2].split(",")])
+print("go", flush=True)
+load_path(adhesive(Parabola(0.02)), depths=programme, save=sys.argv[1], every=3)
+"""
+
+
+def test_a_path_killed_at_any_moment_goes_on(tmp_path):
+    """SIGKILL again and again, at growing delays, until the programme has ended."""
+    save, whole = tmp_path / "path.csv", load_path(adhesive(Parabola(0.02)), depths=PROGRAMME)
+    text = ",".join(map(repr, PROGRAMME.tolist()))
+    environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
+    seen = []
+    for attempt in range(60):
+        process = subprocess.Popen(
+            [sys.executable, "-c", KILLED, str(save), text],
+            env=environment,
+            stdout=subprocess.PIPE,
+            cwd=ROOT,
+        )
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(0.004 * (attempt % 7 + 1))
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        if save.exists():
+            seen.append(len(History.from_csv(save).values))
+            if seen[-1] == len(PROGRAMME):
+                break
+    assert seen == sorted(seen)
+    assert len(set(seen)) >= 3  # it was cut off in the middle, several times
+    resumed = load_path(adhesive(Parabola(0.02)), depths=PROGRAMME, save=save, every=3)
+    assert identical(whole, resumed)
+    assert identical(whole, History.from_csv(save))
+
+
+def test_a_file_of_something_else_is_refused(tmp_path):
+    scene, other = adhesive(Parabola(0.02)), adhesive(Parabola(0.03))
+    save = tmp_path / "path.csv"
+    load_path(scene, depths=PROGRAMME[:50], save=save)
+    with pytest.raises(ValueError, match="is not the scene of"):
+        load_path(other, depths=PROGRAMME, save=save)
+    with pytest.raises(ValueError, match="holds another programme"):
+        load_path(scene, depths=PROGRAMME[1:], save=save)
+    with pytest.raises(ValueError, match="control = 'force' differs"):
+        load_path(scene, forces=PROGRAMME[:50], save=save)
+    with pytest.raises(ValueError, match="rtol = 1e-06 differs"):
+        load_path(scene, depths=PROGRAMME, save=save, rtol=1e-6)
+    with pytest.raises(ValueError, match="not that of the path to continue"):
+        load_path(other, depths=[0.1], after=History.from_csv(save))
+    (tmp_path / "no.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(ValueError, match="holds no load path"):
+        History.from_csv(tmp_path / "no.csv")
+
+
+def test_a_profile_of_functions_is_read_with_its_scene(tmp_path):
+    scene = adhesive(Profile(lambda x: 25 * x**2, lambda x: 50 * x, convex=True))
+    path = load_path(scene, depths=PROGRAMME)
+    path.to_csv(tmp_path / "path.csv")
+    assert identical(path, History.from_csv(tmp_path / "path.csv", scene))
+    with pytest.raises(ValueError, match="pass the scene that was used"):
+        History.from_csv(tmp_path / "path.csv")
