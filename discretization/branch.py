@@ -207,9 +207,11 @@ def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedL
     """A free line close to where it was, by secants; None where a corner is near or they fail."""
     if line.pinned:
         return None
-    corners = np.asarray(problem.scene.indenter.corners, float)
-    inner = max([side * apex, *(side * corners[side * corners < side * line.x]).tolist()])
-    outer = min([math.inf, *(side * corners[side * corners > side * line.x]).tolist()])
+    inner, outer = side * apex, math.inf
+    if len(problem.scene.indenter.corners):
+        corners = side * np.asarray(problem.scene.indenter.corners, float)
+        inner = float(max(inner, corners[corners < side * line.x].max(initial=-math.inf)))
+        outer = float(corners[corners > side * line.x].min(initial=math.inf))
     size = abs(line.x - apex)
     x0, x1 = line.x, line.x - side * _NUDGE * size
     h0, h1, last = problem.drive(side, x0, 0.0), problem.drive(side, x1, 0.0), math.inf

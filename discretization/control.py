@@ -19,11 +19,10 @@ from discretization.fitted import bracketed
 _MARCH = 40
 _NUDGE = 1e-6
 _NEAREST = 1e-5
-_STALLED = 1e-12
 _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
 _STRIDE = 0.006  # ε^(1/7)
 _SAMPLES = 32
-_ROUNDING = 1e-15
+_CLOSE = 1e-8  # a secant step from here leaves its square
 
 
 class Point(NamedTuple):
@@ -63,28 +62,34 @@ class Unstable(NamedTuple):
     closes: Point
 
 
-def settled(branch: FittedBranch, control: Control, point: Point, value: float) -> Point | Unstable:
-    """The equilibrium that a stable contact moves to under a new value of the control."""
+def settled(
+    branch: FittedBranch, control: Control, point: Point, value: float, rate: float
+) -> Point | Unstable:
+    """The equilibrium that a stable contact moves to under a new value of the control.
+
+    By secants from where it was; rate: a guess of P' + K, 0 for none.
+    """
     excess = _excess(branch, control, value)
-    here, r, last = point, excess(point), math.inf
+    here, r = point, excess(point)
     side, scale = (-1.0 if r > 0 else 1.0), abs(point.depth) + branch.lift
-    there = moved(branch, here, here.depth + side * _NUDGE * scale)
+    guess = abs(r) / rate if rate > 0 else _NUDGE * scale
+    there = moved(branch, here, here.depth + side * guess)
     for _ in range(_MARCH):
         q = excess(there) if there.state is not None else math.nan
-        slope = (q - r) / (there.depth - here.depth)
-        if q == 0:
+        if q == 0 or there.depth == here.depth:
             return there
+        slope = (q - r) / (there.depth - here.depth)
         if not slope > 0:
             break
         step = -q / slope
-        if abs(step) <= _ROUNDING * scale or last / 2 <= abs(step) <= _STALLED * scale:
-            return there
-        here, r, last = there, q, abs(step)
+        here, r = there, q
         there = moved(branch, here, here.depth + step)
-    closes = closing_point(branch, here) if side < 0 else there
-    fold = point_of_fold(branch, control, here, closes if there.state is None else there)
-    if excess(fold) * r <= 0:
-        return _between(branch, excess, here, fold)
+        if abs(step) <= _CLOSE * scale and there.state is not None:
+            return there
+    closes = closing_point(branch, point) if side < 0 else there
+    fold = point_of_fold(branch, control, point, closes if there.state is None else there)
+    if excess(fold) * excess(point) <= 0:
+        return _between(branch, excess, point, fold)
     return Unstable(fold, closes)
 
 

@@ -78,14 +78,6 @@ class Problem:
         """A displacement of the scene to measure others by."""
         return max(abs(self.depth), self.scene.critical_separation) or 1.0
 
-    @functools.cached_property
-    def _length(self) -> float:
-        return self.scene.elastocapillary_length
-
-    @functools.cached_property
-    def _roots(self) -> tuple[float, float]:
-        return math.sqrt(self.scene.gamma1 / 2), math.sqrt(self.scene.work_of_adhesion)
-
     def displaced(self, x: float) -> float:
         """g(x) = d - f(x)."""
         return self.depth - float(self.scene.indenter.height(x))
@@ -96,7 +88,7 @@ class Problem:
 
     def refuse_overhang(self, x: float) -> None:
         """ValueError if a line at x would incline the surface by more than π/2."""
-        limit = OVERHANG * (1 - _UPRIGHT) * self._length
+        limit = OVERHANG * (1 - _UPRIGHT) * self.scene.elastocapillary_length
         if self.scene.slopes == "finite" and abs(self.displaced(x)) >= limit:
             raise ValueError(
                 f"depth = {self.depth!r}: at the contact line x = {x!r} the surface is displaced "
@@ -113,7 +105,7 @@ class Problem:
         if not scene.gamma1:
             return 0.0
         f1 = side * float(scene.indenter.slope(x + side * aside))
-        g = self.displaced(x) / self._length
+        g = self.displaced(x) / self.scene.elastocapillary_length
         if scene.slopes == "small":
             return f1 - self.response.reaction(g)
         if abs(g) < OVERHANG * (1 - _UPRIGHT):
@@ -130,8 +122,8 @@ class Problem:
         scene = self.scene
         if not scene.gamma1:
             return -self.displaced(x) - self.reach
-        stiff, held = self._roots
-        return stiff * self.jump(side, x, aside) - held
+        held = math.sqrt(scene.work_of_adhesion)
+        return math.sqrt(scene.gamma1 / 2) * self.jump(side, x, aside) - held
 
     def scale(self, ends: tuple[FittedLine, FittedLine]) -> float:
         """Size of the terms that cancel in `drive`."""
@@ -209,7 +201,7 @@ def _outside(
             x = limit
         if math.isfinite(x) and h(x, 0.0) > 0:
             return x
-        if math.isfinite(x):
+        if math.isfinite(x) and problem.displaced(x) < 0:  # pulled up, and further out even more
             problem.refuse_overhang(x)
         if x == limit or not math.isfinite(x):
             break

@@ -74,6 +74,7 @@ def load_path(
         history, path.step = after, len(after.values)
         last = after.at(-1)
         path.point = Point(last.depth, branch.contact(last.left, last.right))
+        path.trail = [*zip(after.values[-2:].tolist(), after.depth[-2:].tolist(), strict=True)]
     for start in range(0, values.size, every if save is not None else values.size):
         part = values[start : start + every] if save is not None else values
         for value in part.tolist():
@@ -139,6 +140,7 @@ class _Path:
     step: int = 0
     friction: float = 0.0
     points: list[Point] = field(default_factory=list)
+    trail: list[tuple[float, float]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
     def go(self, value: float) -> None:
@@ -157,6 +159,7 @@ class _Path:
                 "path under force control starts at first touch; begin with a larger force"
             )
         self.points.append(self.point)
+        self.trail = [*self.trail[-1:], (value, self.point.depth)]
         self.step += 1
 
     def recorded(self) -> tuple[Array, Array, list[Event], float]:
@@ -196,9 +199,18 @@ class _Path:
             reach += 4 * (reach - touching.depth)
         raise RuntimeError(f"no equilibrium under load {value!r} after touching")
 
+    def _rate(self) -> float:
+        """P' + K between the last two steps, as a guess for the next; 0 if there is none."""
+        if len(self.trail) < 2:
+            return 0.0
+        (value, depth), (later, deeper) = self.trail[-2:]
+        rate = (later - value) / (deeper - depth) if deeper != depth else 0.0
+        rate *= self.control.stiffness or 1.0
+        return rate if math.isfinite(rate) else 0.0
+
     def _settle(self, value: float) -> None:
         """Under force or machine control: follow equilibria; jump where there is none."""
-        found = settled(self.branch, self.control, self.point, value)
+        found = settled(self.branch, self.control, self.point, value, self._rate())
         if isinstance(found, Point):
             self._move(found.depth)
             return

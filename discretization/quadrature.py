@@ -53,22 +53,33 @@ def _or_one(scale: Array) -> Array:
 
 
 @functools.lru_cache(maxsize=16)
-def _gauss(order: int, power: int) -> tuple[Array, Array]:
-    """Gauss points on [0, 1], crowded at 0 by x = t^power for what is not smooth there."""
+def _rule(order: int) -> tuple[Array, Array]:
+    """Gauss points and weights on [0, 1]; of many, half for each half, crowded at the ends by t⁴.
+
+    A power law is not smooth where the panels end.
+    """
     t, weights = np.polynomial.legendre.leggauss(order)
-    t = (t + 1) / 2
-    return t**power, weights * power / 2 * t ** (power - 1)
+    t, weights = (t + 1) / 2, weights / 2
+    if order <= _PLAIN:
+        return t, weights
+    near, weights = t**4 / 2, 2 * weights * t**3
+    return np.concatenate([near, 1 - near]), np.concatenate([weights, weights])
+
+
+def _points(ends: Array, order: int) -> tuple[Array, Array]:
+    """Points and weights (n, ·) on the panels between ends (n, m + 1)."""
+    at, weights = _rule(order)
+    span = (ends[:, 1:] - ends[:, :-1])[..., None]
+    points = ends[:, :-1, None] + span * at
+    return points.reshape(len(ends), -1), (span * weights).reshape(len(ends), -1)
 
 
 def integrate(
-    scene: Scene, response: Response, depth: Array, lines: Array, panels: Array, order: int
+    scene: Scene, response: Response, depth: Array, lines: Array, ends: Array, order: int
 ) -> Intervals:
-    """Energy and force of contacts with lines (n, 2) at depths (n,) on panels (2, n, m)."""
+    """Energy and force of contacts with lines (n, 2) at depths (n,) on panels between ends."""
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-    near, far = panels[..., None]
-    points, weights = _gauss(order, 4 if order > _PLAIN else 1)
-    x = (near + (far - near) * points).reshape(depth.size, -1)
-    span = (np.abs(far - near) * weights).reshape(depth.size, -1)
+    x, span = _points(ends, order)
     g, slope = depth[:, None] - scene.indenter.height(x), scene.indenter.slope(x)
     stretch = terms.surface(slope, gamma1=gamma1, slopes=scene.slopes).value
     bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=scene.slopes)
@@ -99,16 +110,9 @@ def _ends(indenter: Indenter, lines: Array) -> Array:
     return np.concatenate([lines[:, :1], inner, lines[:, 1:]], axis=1)
 
 
-def _panels(ends: Array) -> tuple[Array, tuple[int, int]]:
-    """Panels between ends (n, m + 1), and the orders to compare.
-
-    Where there are few they are graded towards both ends: a power law is not smooth there.
-    """
-    near, far = ends[:, :-1], ends[:, 1:]
-    if ends.shape[1] >= _FEW_PANELS:
-        return np.array([near, far]), (4, _PLAIN)
-    middle = (near + far) / 2
-    return np.array([np.hstack([near, far]), np.hstack([middle, middle])]), (28, 40)
+def _orders(ends: Array) -> tuple[int, int]:
+    """Orders to compare; a few where there are many panels."""
+    return (28, 40) if ends.shape[1] < _FEW_PANELS else (4, _PLAIN)
 
 
 def totals(
@@ -118,8 +122,7 @@ def totals(
     lines, at = np.array([[left, right]]), np.array([depth])
     ends = np.unique(_ends(scene.indenter, lines))[None]
     for _ in range(_HALVINGS):
-        panels, orders = _panels(ends)
-        coarse, fine = (integrate(scene, response, at, lines, panels, n) for n in orders)
+        coarse, fine = (integrate(scene, response, at, lines, ends, n) for n in _orders(ends))
         if fine.change(coarse) <= _PART * rtol or ends.size > _MOST_PANELS:
             break
         ends = np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2]))
@@ -133,9 +136,8 @@ def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple
     step = max(1, _CHUNK // (40 * 2 * ends.shape[1]))
     for start in range(0, len(depth), step):
         own = slice(start, start + step)
-        panels, orders = _panels(ends[own])
         coarse, fine = (
-            integrate(scene, response, depth[own], lines[own], panels, n) for n in orders
+            integrate(scene, response, depth[own], lines[own], ends[own], n) for n in _orders(ends)
         )
         change = max(change, fine.change(coarse))
         parts.append(fine)
@@ -145,7 +147,7 @@ def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple
 def pressing(scene: Scene, response: Response, depth: float, left: float, right: float) -> float:
     """The force alone: P = k∫(d - f) dx + S(left) + S(right)."""
     indenter = scene.indenter
-    x, span = _points(indenter, left, right)
+    x, span = _contact(indenter, left, right)
     force = scene.stiffness * (depth * (right - left) - float(span @ indenter.height(x)))
     if scene.gamma1:
         length = scene.elastocapillary_length
@@ -159,25 +161,17 @@ def arc_length(scene: Scene, left: float, right: float) -> float:
     """Length of the indenter between two positions: |right - left| for small slopes."""
     if scene.slopes == "small" or left == right:
         return abs(right - left)
-    x, span = _points(scene.indenter, min(left, right), max(left, right))
+    x, span = _contact(scene.indenter, min(left, right), max(left, right))
     slope = scene.indenter.slope(x)
     return float(span @ np.sqrt(1 + slope * slope))
 
 
-def _points(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
-    """Points and weights of one contact (m,)."""
-    cuts = {x for x in (indenter.apex,) if x is not None and left < x < right}
+def _contact(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
+    """Points and weights (·,) of one contact."""
+    cuts = [] if indenter.apex is None else [indenter.apex]
     for places in (indenter.corners, indenter.knots):
         if len(places):
-            places = np.asarray(places)
-            cuts.update(places[(places > left) & (places < right)].tolist())
-    ends = np.array([left, *sorted(cuts), right])
-    near, far = ends[:-1, None], ends[1:, None]
-    order, power = _PLAIN, 1
-    if ends.size < _FEW_PANELS:
-        middle = (near + far) / 2
-        near, far = np.concatenate([near, far]), np.concatenate([middle, middle])
-        order, power = 40, 4
-    points, weights = _gauss(order, power)
-    span = far - near
-    return (near + span * points).ravel(), (np.abs(span) * weights).ravel()
+            cuts += np.asarray(places).tolist()
+    ends = np.array([[left, *sorted({x for x in cuts if left < x < right}), right]])
+    x, span = _points(ends, _orders(ends)[1])
+    return x[0], span[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -71,32 +72,32 @@ class Scene:
                 f"work of adhesion not below theirs, {self.work_of_adhesion!r}"
             )
 
-    @property
+    @functools.cached_property
     def opened(self) -> Scene:
         """This scene with the surface energies of a contact that is being opened."""
         return self if self.opening is None else replace(self, surfaces=self.opening, opening=None)
 
-    @property
+    @functools.cached_property
     def stiffness(self) -> float:
         """k = Ẽ/h, Eq. (3)."""
         return self.layer.stiffness
 
-    @property
+    @functools.cached_property
     def gamma1(self) -> float:
         """Surface tension γ₁ of the layer."""
         return self.surfaces.gamma1
 
-    @property
+    @functools.cached_property
     def work_of_adhesion(self) -> float:
         """w = γ₁ + γ₂ - γ₁₂, Eq. (1)."""
         return self.surfaces.work_of_adhesion
 
-    @property
+    @functools.cached_property
     def elastocapillary_length(self) -> float:
         """l = √(γ₁/k), Eq. (7)."""
         return math.sqrt(self.gamma1 / self.stiffness)
 
-    @property
+    @functools.cached_property
     def critical_separation(self) -> float:
         """δ₀ = √(2w/k), Eq. (20)."""
         return math.sqrt(2 * self.work_of_adhesion / self.stiffness)

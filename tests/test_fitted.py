@@ -314,3 +314,16 @@ def test_what_finite_slopes_cannot_do_yet_is_refused():
         minimise(scene, 1e-3, method="lattice", spacing=1e-5)
     with pytest.raises(ValueError, match="slopes = 'finite'"):
         minimise(replace(scene, indenter=Parabola(0.02).tilted(0.1)), 1e-3)
+
+
+def test_near_turning_over_a_state_is_found_or_refused_in_plain_words():
+    def scene(w):
+        return Scene(
+            ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, w), Wedge(0.1), "finite"
+        )
+
+    # the line's search meets a surface that stands upright to rounding
+    upright = minimise(scene(1.0), 0.2 - math.sqrt(2))
+    assert upright.contact_angle == pytest.approx(math.pi / 2, rel=1e-7, abs=0)
+    with pytest.raises(ValueError, match="turn over and is no graph"):
+        minimise(scene(1.3), 0.1)
