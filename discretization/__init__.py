@@ -14,14 +14,16 @@ On the lattice: Scene -> Lattice (lattice.py) -> contact set (fronts.py) -> sums
 Fitted: free surface (spectral.py, free_surface.py) -> what a line feels of it (response.py) ->
 contact lines (fitted.py) -> integrals (quadrature.py) -> certificate and error estimate ->
 Equilibrium, by fitted_state.py. minimise.py picks; equilibrium.py is the result.
-Load paths: states followed in depth (branch.py) -> equilibrium with a load or machine (control.py)
--> events step by step (loading.py) -> History (history.py).
+Load paths: states followed in depth (branch.py; fitted_branch.py, lattice_branch.py) -> equilibrium
+with a load or machine (control.py) -> events (path.py) -> History (loading.py, history.py) -> its
+ledger (ledger.py).
 A new minimiser returns a contact set or contact lines; the certificate judges it unchanged.
 """
 
 from discretization.certificate import NotCertifiedError
 from discretization.equilibrium import Equilibrium
-from discretization.history import Event, History, PullOff
+from discretization.events import Event, PullOff
+from discretization.history import History
 from discretization.lattice import Lattice, NodalEnergy
 from discretization.lattice_state import on_lattice
 from discretization.loading import load_path

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from discretization.branch import FittedBranch, State
+from discretization.branch import Branch, Point
 from discretization.fitted import bracketed
 
 _MARCH = 40
@@ -23,13 +23,6 @@ _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
 _STRIDE = 0.006  # ε^(1/7)
 _SAMPLES = 32
 _CLOSE = 1e-8  # a secant step from here leaves its square
-
-
-class Point(NamedTuple):
-    """A depth and the state there."""
-
-    depth: float
-    state: State
 
 
 @dataclass(frozen=True)
@@ -63,7 +56,7 @@ class Unstable(NamedTuple):
 
 
 def settled(
-    branch: FittedBranch, control: Control, point: Point, value: float, rate: float
+    branch: Branch, control: Control, point: Point, value: float, rate: float
 ) -> Point | Unstable:
     """The equilibrium that a stable contact moves to under a new value of the control.
 
@@ -94,7 +87,7 @@ def settled(
 
 
 def jumped(
-    branch: FittedBranch, control: Control, point: Point, value: float, last: float
+    branch: Branch, control: Control, point: Point, value: float, last: float
 ) -> Point | None:
     """The first equilibrium between an unstable point and the depth `last`; None: there is none."""
     excess = _excess(branch, control, value)
@@ -109,7 +102,7 @@ def jumped(
     return None
 
 
-def _excess(branch: FittedBranch, control: Control, value: float) -> Callable[[Point], float]:
+def _excess(branch: Branch, control: Control, value: float) -> Callable[[Point], float]:
     """P - L at a point, as a function."""
 
     def excess(at: Point) -> float:
@@ -118,21 +111,19 @@ def _excess(branch: FittedBranch, control: Control, value: float) -> Callable[[P
     return excess
 
 
-def moved(branch: FittedBranch, point: Point, depth: float) -> Point:
+def moved(branch: Branch, point: Point, depth: float) -> Point:
     """The point at another depth."""
     return Point(depth, branch.follow(point.state, depth))
 
 
-def _between(
-    branch: FittedBranch, excess: Callable[[Point], float], here: Point, there: Point
-) -> Point:
+def _between(branch: Branch, excess: Callable[[Point], float], here: Point, there: Point) -> Point:
     """The equilibrium between two points at which P - L has different signs."""
     sign = -1.0 if excess(here) > 0 else 1.0
     depth = bracketed(lambda d: sign * excess(moved(branch, here, d)), here.depth, there.depth)
     return moved(branch, here, depth)
 
 
-def closing_point(branch: FittedBranch, point: Point) -> Point:
+def closing_point(branch: Branch, point: Point) -> Point:
     """The last depth of a retraction from `point` at which there still is a contact."""
     held, gone = point, branch.touch - (1 + _NUDGE) * branch.lift - _NUDGE * abs(point.depth)
     while True:
@@ -146,7 +137,7 @@ def closing_point(branch: FittedBranch, point: Point) -> Point:
             held = Point(middle, state)
 
 
-def point_of_fold(branch: FittedBranch, control: Control, stable: Point, end: Point) -> Point:
+def point_of_fold(branch: Branch, control: Control, stable: Point, end: Point) -> Point:
     """Where P' + K changes sign between a stable point and `end`; `end` if it does not."""
     rate = control.stiffness or 0.0
     size = branch.lift or abs(stable.depth - end.depth)

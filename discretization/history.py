@@ -7,20 +7,21 @@ import json
 import math
 import os
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.branch import FittedBranch
-from discretization.control import Control, Point, moved, point_of_fold
+from discretization import ledger
+from discretization.branch import Branch
+from discretization.control import Control
+from discretization.events import Event, PullOff, Snapshot
+from discretization.fitted_branch import FittedBranch
+from discretization.lattice_branch import LatticeBranch
 from energy import Scene
 from energy.description import described, rebuilt
 
 Array = NDArray[np.float64]
-_ENOUGH = 33
 _TITLE = "elastocap load path"
 _NOTES = (
     "per unit length of the line contact, in the units of the scene: control [length or force],",
@@ -31,66 +32,15 @@ _NOTES = (
 _COLUMNS = ("control", "depth", "force", "energy", "left", "right")
 
 
-class Snapshot(NamedTuple):
-    """A state beside an event: depth, force P, energy U, contact lines (nan when detached)."""
-
-    depth: float
-    force: float
-    energy: float
-    left: float
-    right: float
-
-    @property
-    def half_width(self) -> float:
-        """a, 0 when detached."""
-        return 0.0 if math.isnan(self.left) else (self.right - self.left) / 2
-
-
-class Event(NamedTuple):
-    """Something that happened at one value of the control, between two steps.
-
-    kind: "touch" or "jump-in" (contact begins, without or with energy released), "tip depinning",
-    "edge depinning" and their opposites "... pinning", "detachment" (the contact has closed up),
-    "pull-off" (unstable under force or machine control) or "jump" (unstable, still in contact).
-    control: the value at which it happens; before, after: the states; energy_released: the drop
-    of U at fixed depth, of U - F d at fixed force, of U + K/2 (D - d)² at a fixed drive. Under
-    force control a pull-off ends where the contact closes up under the dead load.
-    """
-
-    kind: str
-    control: float
-    before: Snapshot
-    after: Snapshot
-    energy_released: float
-    step: int
-
-    @property
-    def depth(self) -> float:
-        """d before the event."""
-        return self.before.depth
-
-    @property
-    def force(self) -> float:
-        """P before the event."""
-        return self.before.force
-
-
-class PullOff(NamedTuple):
-    """The most tensile state of a path."""
-
-    force: float
-    depth: float
-    half_width: float
-
-
 @dataclass(frozen=True, eq=False)
 class History:
     """A load path of n steps, per unit length of the line contact.
 
     control: "depth", "force" or "drive"; values (n,): the programme; machine_stiffness K of a
     drive. depth, force (P > 0 compressive), half_width, energy U (n,); contacts (n, 2): lines, nan
-    when detached. friction: lost by lines that moved without a jump under adhesion hysteresis. A
-    detached indenter under a tensile dead load is at depth -inf.
+    when detached. friction: lost by lines that moved without a jump under adhesion hysteresis.
+    spacing: of the nodes, None on the fitted mesh. A detached indenter under a tensile dead load
+    is at depth -inf.
     """
 
     scene: Scene
@@ -104,24 +54,38 @@ class History:
     events: tuple[Event, ...]
     friction: float
     rtol: float
+    spacing: float | None = None
 
     @classmethod
     def empty(
-        cls, scene: Scene, control: str, machine_stiffness: float | None, rtol: float
+        cls,
+        scene: Scene,
+        control: str,
+        machine_stiffness: float | None,
+        rtol: float,
+        spacing: float | None,
     ) -> History:
         """A path without steps."""
-        none = np.empty(0)
-        lines = np.empty((0, 2))
-        return cls(scene, control, machine_stiffness, none, none, none, none, lines, (), 0.0, rtol)
+        none, lines = np.empty(0), np.empty((0, 2))
+        return cls(
+            scene, control, machine_stiffness, none, none, none, none, lines, (), 0.0, rtol, spacing
+        )
 
     def extended(
-        self, values: Array, depths: Array, lines: Array, events: list[Event], friction: float
+        self,
+        branch: Branch,
+        values: Array,
+        depths: Array,
+        lines: Array,
+        events: list[Event],
+        friction: float,
     ) -> History:
-        """This path and further steps."""
+        """This path and further steps along the branch."""
         force, energy = np.zeros((2, depths.size))
         held = ~np.isnan(lines[:, 0])
         if held.any():
-            force[held], energy[held], _ = self._branch.observed(depths[held], lines[held])
+            found = branch.observed(depths[held], lines[held])
+            lines[held], force[held], energy[held] = found
         return replace(
             self,
             values=np.concatenate([self.values, values]),
@@ -169,15 +133,8 @@ class History:
 
         The ledger of a path that starts and ends without contact: work = dissipated.
         """
-        branch, total = self._branch, 0.0
-        for start, end in self.segments:
-            total += branch.work(branch.contact(start.left, start.right), start.depth, end.depth)
         hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
-        for event in self.events:
-            depths = event.before.depth, event.after.depth
-            before, after = (hold.potential(depth, event.control) for depth in depths)
-            total += before - after
-        return total
+        return ledger.work(self._branch, hold, self.segments, self.events)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -189,6 +146,7 @@ class History:
             "control": self.control,
             "machine_stiffness": self.machine_stiffness,
             "rtol": self.rtol,
+            "spacing": self.spacing,
             "friction": self.friction,
             "scene": described(self.scene),
         }
@@ -235,6 +193,7 @@ class History:
             ),
             friction=header["friction"],
             rtol=header["rtol"],
+            spacing=header["spacing"],
         )
 
     @functools.cached_property
@@ -243,45 +202,10 @@ class History:
 
         ValueError for a path without tension.
         """
-        states = [self._least(run) for run in self._runs()]
-        if not states or min(state.force for state in states) >= 0:
-            raise ValueError("this path has no tensile state; retract the indenter further")
-        found = min(states, key=lambda state: state.force)
-        return PullOff(found.force, found.depth, found.half_width)
-
-    def _runs(self) -> list[list[Snapshot]]:
-        """The segments joined where the path goes straight on."""
-        runs: list[list[Snapshot]] = []
-        for start, end in self.segments:
-            on = runs and runs[-1][-1] == start and len(runs[-1]) > 1
-            if on and (runs[-1][-1].depth - runs[-1][-2].depth) * (end.depth - start.depth) >= 0:
-                runs[-1].append(end)
-            else:
-                runs.append([start, end])
-        return runs
-
-    def _least(self, run: list[Snapshot]) -> Snapshot:
-        """The least force of a run that goes one way, between the states recorded as well."""
-        while len(run) < _ENOUGH and run[0].depth != run[-1].depth:
-            run = [*chain(*((a, self._middle(a, b)) for a, b in pairwise(run))), run[-1]]
-        least = min(range(len(run)), key=lambda i: run[i].force)
-        beside = sorted(run[max(least - 1, 0) : least + 2], key=lambda state: state.depth)
-        low, high = (self._point(state) for state in (beside[0], beside[-1]))
-        fold = point_of_fold(self._branch, Control(0.0), high, low)
-        return min(run[least], self._snapshot(fold), key=lambda state: state.force)
-
-    def _middle(self, a: Snapshot, b: Snapshot) -> Snapshot:
-        return self._snapshot(moved(self._branch, self._point(a), (a.depth + b.depth) / 2))
-
-    def _point(self, state: Snapshot) -> Point:
-        return Point(state.depth, self._branch.contact(state.left, state.right))
-
-    def _snapshot(self, point: Point) -> Snapshot:
-        """A state between the steps; its energy is not asked for."""
-        depth, state = point
-        lines = (math.nan, math.nan) if state is None else state.ends
-        return Snapshot(depth, self._branch.force(state, depth), math.nan, *lines)
+        return ledger.most_tensile(self._branch, self.segments)
 
     @functools.cached_property
-    def _branch(self) -> FittedBranch:
-        return FittedBranch.of(self.scene, self.rtol)
+    def _branch(self) -> Branch:
+        if self.spacing is None:
+            return FittedBranch.of(self.scene, self.rtol)
+        return LatticeBranch.of(self.scene, self.spacing, float(self.depth.max()))

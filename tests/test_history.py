@@ -115,7 +115,7 @@ def test_a_path_killed_at_any_moment_goes_on(tmp_path):
     text = ",".join(map(repr, PROGRAMME.tolist()))
     environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
     seen = []
-    for attempt in range(60):
+    for attempt in range(40):
         process = subprocess.Popen(
             [sys.executable, "-c", KILLED, str(save), text],
             env=environment,
@@ -124,7 +124,7 @@ def test_a_path_killed_at_any_moment_goes_on(tmp_path):
         )
         assert process.stdout is not None
         process.stdout.readline()
-        time.sleep(0.004 * (attempt % 7 + 1))
+        time.sleep(0.01 * (attempt % 4 + 1))
         process.send_signal(signal.SIGKILL)
         process.communicate()
         if save.exists():

@@ -1,0 +1,58 @@
+"""What happens on a load path between two steps."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+class Snapshot(NamedTuple):
+    """A state beside an event: depth, force P, energy U, contact lines (nan when detached)."""
+
+    depth: float
+    force: float
+    energy: float
+    left: float
+    right: float
+
+    @property
+    def half_width(self) -> float:
+        """a, 0 when detached."""
+        return 0.0 if math.isnan(self.left) else (self.right - self.left) / 2
+
+
+class Event(NamedTuple):
+    """Something that happened at one value of the control, between two steps.
+
+    kind: "touch" or "jump-in" (contact begins, without or with energy released), "tip depinning",
+    "edge depinning" and their opposites "... pinning", "detachment" (the contact has closed up),
+    "pull-off" (unstable under force or machine control) or "jump" (unstable, still in contact).
+    control: the value at which it happens; before, after: the states; energy_released: the drop
+    of U at fixed depth, of U - F d at fixed force, of U + K/2 (D - d)² at a fixed drive. Under
+    force control a pull-off ends where the contact closes up under the dead load.
+    """
+
+    kind: str
+    control: float
+    before: Snapshot
+    after: Snapshot
+    energy_released: float
+    step: int
+
+    @property
+    def depth(self) -> float:
+        """d before the event."""
+        return self.before.depth
+
+    @property
+    def force(self) -> float:
+        """P before the event."""
+        return self.before.force
+
+
+class PullOff(NamedTuple):
+    """The most tensile state of a path."""
+
+    force: float
+    depth: float
+    half_width: float
