@@ -9,8 +9,8 @@
 | λ      | decay of a tail per node   | 1           |       |
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
-On the lattice: Scene -> Lattice (lattice.py) -> contact set (fronts.py) -> sums and certificate
-(certificate.py) -> line between the nodes (line.py) -> Equilibrium, by lattice_state.py.
+On the lattice: Scene -> Lattice (lattice.py, tails.py) -> contact set (fronts.py) -> sums and
+certificate (certificate.py) -> line between nodes (line.py) -> Equilibrium, by lattice_state.py.
 Fitted: free surface (spectral.py, free_surface.py) -> what a line feels of it (response.py) ->
 contact lines (fitted.py) -> integrals (quadrature.py) -> certificate and error estimate ->
 Equilibrium, by fitted_state.py. minimise.py picks; equilibrium.py is the result.
@@ -24,10 +24,11 @@ from discretization.certificate import NotCertifiedError
 from discretization.equilibrium import Equilibrium
 from discretization.events import Event, PullOff
 from discretization.history import History
-from discretization.lattice import Lattice, NodalEnergy
+from discretization.lattice import Lattice
 from discretization.lattice_state import on_lattice
 from discretization.loading import load_path
 from discretization.minimise import AccuracyWarning, minimise
+from discretization.nodal_energy import NodalEnergy
 
 __all__ = [
     "AccuracyWarning",

@@ -7,6 +7,7 @@ what an equilibrium on the lattice must satisfy, each as a dimensionless violati
     stationarity  max |∂U/∂u_i| / kΔxδ over the first free nodes of both tails,   <= tolerance
     opening       a contact node pulled (∂U/∂u_i < 0) may only be held by its adhesion: opening
                   that node alone, -r²/(2(kΔx+2t)) + 2wΔx, must not lower the energy
+                  (finite slopes: t that of the steepest link, its smallest)
     neighbours    no move of one contact line by one link lowers the energy
     force         dU/dd (sum of nodal forces on the contact) against kΔx Σ u_i over the whole line
 
@@ -24,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fronts import Contact, Region, blocks, heights, mirror_axis
-from discretization.lattice import Lattice, NodalEnergy
+from discretization.lattice import Lattice
+from discretization.nodal_energy import NodalEnergy
 from energy import Indenter
 
 Array = NDArray[np.float64]
@@ -38,7 +40,7 @@ class NotCertifiedError(RuntimeError):
 
 
 class Sums(NamedTuple):
-    """Totals over one contact set: energy terms, force by two routes, weakest contact node."""
+    """Totals over one contact set: energy terms, force by two routes, weakest node and link."""
 
     springs: float
     surface: float
@@ -48,6 +50,7 @@ class Sums(NamedTuple):
     force_by_reactions: float
     weakest: float
     force_scale: float
+    stiffness: float
 
     @property
     def energy(self) -> float:
@@ -87,12 +90,13 @@ class _Half(NamedTuple):
     """Sums over the contact nodes from its middle (half a node there) outwards to one end."""
 
     squares: float
-    steps: float
+    surface: float
     total: float
     size: float
     reactions: float
     middle_pull: float
     weakest: float
+    stiffness: float
     end: float
 
 
@@ -107,49 +111,54 @@ def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contac
     right = _half(lat, indenter, depth, middle, last)
     mirror = mirror_axis(lat, indenter, first, last) is not None
     left = right if mirror else _half(lat, indenter, depth, middle, first)
-    tails = abs(left.end) + abs(right.end)
+    ends = left.end, right.end
+    outside = [float(lat.tail_force(u)) for u in ends]
+    surface = left.surface + right.surface
     adhesive = last - first if lat.gamma1 else last - first + 1
     weakest = min(left.weakest, right.weakest)
     if first < middle < last:
         weakest = min(weakest, left.middle_pull + right.middle_pull)
     return Sums(
         springs=lat.spring / 2 * (left.squares + right.squares),
-        surface=lat.link / 2 * (left.steps + right.steps),
-        adhesion=-lat.w * lat.spacing * adhesive,
-        tails=lat.end_stiffness / 2 * (left.end**2 + right.end**2),
-        force=lat.spring * (left.total + right.total) + lat.tail_force * (left.end + right.end),
+        surface=surface,
+        adhesion=lat.adhesion(adhesive, surface),
+        tails=sum(float(lat.tail_energy(u)) for u in ends),
+        force=lat.spring * (left.total + right.total) + sum(outside),
         force_by_reactions=left.reactions + right.reactions,
         weakest=weakest,
-        force_scale=lat.spring * (left.size + right.size) + lat.tail_force * tails,
+        force_scale=lat.spring * (left.size + right.size) + sum(map(abs, outside)),
+        stiffness=min(left.stiffness, right.stiffness),
     )
 
 
 def _half(lat: Lattice, indenter: Indenter, depth: float, middle: int, end: int) -> _Half:
-    squares = steps = total = size = reactions = middle_pull = 0.0
-    weakest, before = math.inf, 0.0
+    squares = surface = total = size = reactions = middle_pull = 0.0
+    weakest, before, stiffness = math.inf, 0.0, lat.link
     for node, f in blocks(lat, indenter, middle, end):
         g, step = depth - f, f[:-1] - f[1:]
+        tension = lat.tension(step)
         own = g[1:]  # blocks share their first node
         if node == middle:
             half = float(g[0]) / 2
             squares, total, size = half * g[0], half, abs(half)
-            middle_pull = lat.spring * half - lat.link * float(step[:1].sum())
+            middle_pull = lat.spring * half - float(tension[:1].sum())
         squares += float(own @ own)
-        steps += float(step @ step)
+        surface += lat.surface_energy(step)
         total += float(own.sum())
         size += float(np.abs(own).sum())
         if step.size:
             pull = lat.spring * g[:-1]
-            pull -= lat.link * step
-            pull[1:] += lat.link * step[:-1]
-            pull[0] = middle_pull if node == middle else pull[0] + lat.link * before
+            pull -= tension
+            pull[1:] += tension[:-1]
+            pull[0] = middle_pull if node == middle else pull[0] + before
             reactions += float(pull.sum())
             weakest = min(weakest, float(pull[1 if node == middle else 0 :].min(initial=math.inf)))
-            before = float(step[-1])
+            before = float(tension[-1])
+            stiffness = min(stiffness, lat.least_stiffness(step))
     u = float(g[-1])
-    last_pull = middle_pull if middle == end else lat.spring * u + lat.link * before
-    reactions += last_pull + lat.end_stiffness * u
-    return _Half(squares, steps, total, size, reactions, middle_pull, weakest, u)
+    last_pull = middle_pull if middle == end else lat.spring * u + before
+    reactions += last_pull + float(lat.tail_reaction(u))
+    return _Half(squares, surface, total, size, reactions, middle_pull, weakest, stiffness, u)
 
 
 def certify(
@@ -197,7 +206,7 @@ def _penetration(
     deepest = 0.0
     for start, f in blocks(lat, indenter, node, limit):
         steps = np.arange(abs(start - node), abs(start - node) + f.size)[1:]
-        tail = u * np.exp(-lat.log_decay * steps)
+        tail = lat.tail.displacement(lat.spacing * steps, u)
         deepest = max(deepest, float((depth - f[1:] - tail).max(initial=0.0)))
         if indenter.apex is not None and f[-1] >= clear:
             break
@@ -206,7 +215,7 @@ def _penetration(
 
 def _imbalance(lat: Lattice, u: float) -> float:
     """max |∂U/∂u_i| over the first free nodes of a tail that starts with displacement u."""
-    tail = u * np.exp(-lat.log_decay * np.arange(1, _TAIL_NODES + 1))
+    tail = lat.tail.displacement(lat.spacing * np.arange(1.0, _TAIL_NODES + 1), u)
     nodes = np.concatenate([[u], tail])
     gradient = NodalEnergy(lat, np.zeros(nodes.size)).gradient(nodes)
     return float(np.abs(gradient[1:]).max())
@@ -224,7 +233,7 @@ def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:
     adhesive = 2 if lat.gamma1 else 1
     if lone and lat.gamma1:
         adhesive = 0
-    held = math.sqrt(2 * (lat.spring + 2 * lat.link) * adhesive * lat.w * lat.spacing)
+    held = math.sqrt(2 * (lat.spring + 2 * sums.stiffness) * adhesive * lat.w * lat.spacing)
     return max(0.0, -weakest - held - _rounding(lat, delta)) / (lat.spring * delta)
 
 
@@ -236,9 +245,10 @@ def _descent(
     for node, side, limit in ends:
         steps = [s for s in (-1, 0, 1) if (node + side * s - limit) * side <= 0]
         f = heights(lat, indenter, np.array([node + side * s for s in steps], float))
-        gap = f[1:] - f[:-1] + lat.loss * (f[:-1] - depth)
+        gap = lat.gap(f[:-1], f[1:], depth)
+        cost = lat.advance_energy(f[:-1], f[1:], depth)
         if contact.last > contact.first and gap[0] > 0:  # one link back, if the surface would part
-            gain = max(gain, float(lat.advance_cost(gap[0])))
+            gain = max(gain, float(cost[0]))
         if len(steps) == 3 and (lat.gamma1 or gap[1] < 0):  # unlinked springs have to be touched
-            gain = max(gain, -float(lat.advance_cost(gap[1])))
+            gain = max(gain, -float(cost[1]))
     return gain

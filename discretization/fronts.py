@@ -5,11 +5,12 @@ and a free node has to cross a finite gap. So neighbouring contact sets are comp
 surface re-equilibrated. Between contact lines u = g, outside are exact tails, hence the energy is
 a sum over links and moving one line by one link changes it by `Lattice.advance_cost` of one gap,
 
-    gap_m = λ g_m - g_{m+1} = (f_{m+1} - f_m) + (1-λ)(f_m - d),    line advances iff ΔE(gap_m) <= 0.
+    gap_m = λ g_m - g_{m+1} = (f_{m+1} - f_m) + (1-λ)(f_m - d),    line advances iff ΔE(gap_m) <= 0
 
-Raising d lowers every gap, so the state at depth d is found without stepping through the path:
-from the touching node outwards to the first link that resists; after a retraction, from there
-inwards to the first link that holds. Cost: one pass over the contact, in blocks.
+(small slopes; for finite ones `Lattice.gap` is scaled so that the same rule holds). Raising d
+lowers every gap, so the state at depth d is found without stepping through the path: from the
+touching node outwards to the first link that resists; after a retraction, from there inwards to the
+first link that holds. Cost: one pass over the contact, in blocks.
 
 γ₁ = 0: springs are independent. One attaches when touched, not before, and lets go at u = -δ₀.
 """
@@ -162,11 +163,11 @@ def held(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -> C
 def _advance(lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int) -> int:
     """Outwards from node start to the first link whose adhesion does not pay for its gap."""
     reach = lattice.critical_gap * (1 + _TIE) if lattice.gamma1 else 0.0
-    side, loss = (1 if limit >= start else -1), lattice.loss
+    side = 1 if limit >= start else -1
     for node, f in blocks(lattice, indenter, start, limit):
-        resists = f[1:] - f[:-1] + loss * (f[:-1] - depth) > reach
-        if resists.any():
-            return node + side * int(np.argmax(resists))
+        holds = lattice.holds(f[:-1], f[1:], depth, reach)
+        if not holds.all():
+            return node + side * int(np.argmin(holds))
     end = indenter.extent[0 if side < 0 else 1]
     if end in indenter.walls:
         return limit
@@ -181,9 +182,9 @@ def _recede(
     lattice: Lattice, indenter: Indenter, depth: float, end: int, stop: int, reach: float
 ) -> int:
     """Inwards from the contact's end to the first link that holds; `stop` if none does."""
-    side, loss, reach = (1 if end >= stop else -1), lattice.loss, reach * (1 + _TIE)
+    side, reach = (1 if end >= stop else -1), reach * (1 + _TIE)
     for node, f in blocks(lattice, indenter, end, stop):
-        holds = f[:-1] - f[1:] + loss * (f[1:] - depth) <= reach
+        holds = lattice.holds(f[1:], f[:-1], depth, reach)
         if holds.any():
             return node - side * int(np.argmax(holds))
     return stop

@@ -195,7 +195,7 @@ class LatticeBranch:
     def _pull(self, side: _Side, links: Array | int, depth: Array | float) -> Array:
         """Force of one side without the middle node."""
         springs = self.lattice.spring * (links * depth - side.sum_f[links])
-        return np.asarray(springs + self.lattice.tail_force * (depth - side.f[links]))
+        return np.asarray(springs + self.lattice.tail_force(depth - side.f[links]))
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""

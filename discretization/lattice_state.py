@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,21 +17,6 @@ from energy import Plane, Scene
 
 Array = NDArray[np.float64]
 _SAFETY = 1.5
-
-
-@dataclass(frozen=True)
-class LatticeTail:
-    """Free nodes beyond a contact: u decays by exp(-rate) per length, Eq. (6) on the lattice."""
-
-    rate: float
-
-    def displacement(self, distance: Array, u_line: float) -> Array:
-        """u_line exp(-rate·distance)."""
-        return u_line * np.exp(-self.rate * distance)
-
-    def slope(self, u_line: Array) -> Array:
-        """-rate·u_line."""
-        return -self.rate * u_line
 
 
 def on_lattice(
@@ -52,7 +37,9 @@ def on_lattice(
     contact = find(lattice, scene.indenter, depth, where)
     if contact is None:
         certificate = certify(lattice, scene.indenter, depth, where, None, None)
-        return replace(detached(scene, depth, branch, _tail(lattice), certificate), spacing=spacing)
+        return replace(detached(scene, depth, branch, lattice.tail, certificate), spacing=spacing)
+    ends = _lines(scene, depth, lattice, where, contact)
+    _refuse_overhang(lattice, scene, depth, contact, ends)
     sums = measured(lattice, scene.indenter, depth, contact)
     certificate = certify(lattice, scene.indenter, depth, where, contact, sums)
     if not certificate.ok:
@@ -61,14 +48,40 @@ def on_lattice(
             f"({certificate}): the surface meets or leaves the indenter elsewhere than at the two "
             "ends of one contact; try a smaller spacing, or a profile with a single contact"
         )
-    right = recover(lattice, scene.indenter, depth, where, contact.last, 1, contact.reach)
-    axis = fronts.mirror_axis(lattice, scene.indenter, contact.first, contact.last)
-    if axis is not None:
-        left = right._replace(x=max(2 * axis - right.x, scene.indenter.extent[0]))
-    else:
-        left = recover(lattice, scene.indenter, depth, where, contact.first, -1, contact.reach)
-    ends = [left, right]
     return _state(scene, depth, branch, lattice, contact, sums, ends, certificate)
+
+
+def _lines(
+    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region, contact: fronts.Contact
+) -> list[Line]:
+    """Both contact lines between the nodes, left and right."""
+    indenter, (first, last, reach) = scene.indenter, contact
+    right = recover(lattice, indenter, depth, where, last, 1, reach)
+    axis = fronts.mirror_axis(lattice, indenter, first, last)
+    if axis is not None:
+        return [right._replace(x=max(2 * axis - right.x, indenter.extent[0])), right]
+    return [recover(lattice, indenter, depth, where, first, -1, reach), right]
+
+
+def _refuse_overhang(
+    lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact, ends: list[Line]
+) -> None:
+    """ValueError for lines at which the surface would all but turn over (finite slopes)."""
+    limit = lattice.greatest_displacement
+    u = depth - scene.indenter.height(np.array([end.x for end in ends]))
+    nodes = depth - fronts.heights(lattice, scene.indenter, np.array(contact[:2], float))
+    for end, lift, node in zip(ends, u.tolist(), nodes.tolist(), strict=True):
+        if abs(lift) > limit or abs(node) > limit + lattice.spacing:
+            raise ValueError(_overhang(lattice, depth, f" x = {end.x!r}", lift))
+
+
+def _overhang(lattice: Lattice, depth: float, where: str, lift: float) -> str:
+    return (
+        f"depth = {depth!r}: at the contact line{where} the surface is displaced by {lift!r}, more "
+        f"than 1.3 l + Δx = {lattice.greatest_displacement!r}; it is too steep for spacing = "
+        f"{lattice.spacing!r} and at √2 l it would turn over; use method='fitted', a smaller "
+        "|depth|, a smaller w or a blunter indenter"
+    )
 
 
 def _state(
@@ -96,7 +109,7 @@ def _state(
         energy=sums.energy + ends[0].energy + ends[1].energy,
         label="neutral" if neutral else "global" if convex else "metastable",
         certificate=certificate,
-        tail=_tail(lattice),
+        tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
         error_estimate=dict.fromkeys(QUANTITIES, math.nan),
         method="lattice",
@@ -105,30 +118,28 @@ def _state(
     )
 
 
-def _tail(lattice: Lattice) -> LatticeTail:
-    return LatticeTail(lattice.log_decay / lattice.spacing)
-
-
 def _indifferent(lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact) -> bool:
     """Whether moving a line by several links costs nothing: any contact width is an equilibrium."""
     nodes = np.arange(contact.last, max(contact.first, contact.last - 4) - 1, -1, dtype=float)
     if nodes.size < 4 or not scene.work_of_adhesion:
         return False
     f = fronts.heights(lattice, scene.indenter, nodes)
-    gap = f[:-1] - f[1:] + lattice.loss * (f[1:] - depth)
-    cost = lattice.advance_cost(gap)
+    gap = lattice.gap(f[1:], f[:-1], depth)
+    cost = lattice.advance_energy(f[1:], f[:-1], depth)
     return bool(np.all(gap > 0) and np.all(np.abs(cost) <= 1e-10 * lattice.w * lattice.spacing))
 
 
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
-    gap, adheres = -lattice.loss * depth, lattice.gamma1 or branch == "global" or depth < 0
+    gap, adheres = lattice.gap(0.0, 0.0, depth), lattice.gamma1 or branch == "global" or depth < 0
     lift = max(abs(depth), scene.critical_separation) or 1.0
     apart = Certificate(max(0.0, depth / lift), 0.0, 0.0, 0.0, 0.0)
-    state = replace(detached(scene, depth, branch, _tail(lattice), apart), spacing=lattice.spacing)
+    state = replace(detached(scene, depth, branch, lattice.tail, apart), spacing=lattice.spacing)
     if gap > (lattice.critical_gap * (1 + 1e-12) if adheres else 0.0):
         return state
-    cost = float(lattice.advance_cost(gap))
+    if gap > 0 and abs(depth) > lattice.greatest_displacement:
+        raise ValueError(_overhang(lattice, depth, "", depth))
+    cost = float(lattice.advance_energy(0.0, 0.0, depth))
     gain = max(0.0, cost) / (lattice.w * lattice.spacing) if gap > 0 else 0.0
     balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
     neutral = gap > 0 and balanced

@@ -2,10 +2,8 @@
 
 A contact that ends at node m has the energy E(m). Between nodes the line is where the interpolated
 ΔE changes sign, or at a corner of the profile if ΔE changes sign there by a jump (pinned line).
-Force and energy are interpolated at that position through the values of the same contact sets;
-with g' = g_{m+1}, g = g_m a step changes them by
-
-    ΔE = advance_cost(gap),    ΔP = dΔE/dd = -kΔx/(1-λ) gap.
+Force and energy are interpolated at that position through the values of the same contact sets: a
+step changes them by `Lattice.advance_energy`, ΔE, and `advance_force`, ΔP = dΔE/dd.
 
 Raw lattice values are off by up to Δx/2 in the line; these are off by O(Δx²).
 Positions ζ below are in links outwards from the last contact node, ζ = 0.
@@ -51,12 +49,13 @@ def recover(
     nodes = node + side * _STENCIL
     known = _STENCIL[(nodes >= where.first) & (nodes <= where.last)]
     f = heights(lattice, indenter, (node + side * known).astype(float))
-    gap = f[1:] - f[:-1] + lattice.loss * (f[:-1] - depth)
+    gap = lattice.gap(f[:-1], f[1:], depth)
     links = known[:-1]
     corners = _corners(lattice, indenter, node, side)
     zeta, used, pinned = _locate(lattice, links, gap - reach, corners)
     # energies and forces of the contact sets that end at the known nodes, relative to this one
-    steps = np.stack([-lattice.spring / lattice.loss * gap, lattice.advance_cost(gap)])
+    move = f[:-1], f[1:], depth
+    steps = np.stack([lattice.advance_force(*move), lattice.advance_energy(*move)])
     values = np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1)
     values -= values[:, [int(np.flatnonzero(known == 0)[0])]]
     ends = np.isin(known, np.union1d(used, used + 1) if used.size else [0])

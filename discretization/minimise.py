@@ -81,11 +81,11 @@ def _any_length(scene: Scene) -> float:
 
 
 def _refuse_unsupported(scene: Scene, branch: str, method: str) -> None:
-    finite_slopes = scene.slopes == "finite"
-    if finite_slopes and (method == "lattice" or not scene.indenter.convex or not scene.gamma1):
+    fits = scene.indenter.convex and scene.gamma1
+    if scene.slopes == "finite" and method != "lattice" and not fits:
         raise ValueError(
             f"slopes = 'finite' with method = {method!r} and indenter = {scene.indenter!r}: finite "
-            "slopes need gamma1 > 0, method='fitted' and a convex indenter"
+            "slopes need gamma1 > 0 and a convex indenter, or method='lattice'"
         )
     if branch == "global" and scene.gamma1 and scene.work_of_adhesion:
         raise ValueError(

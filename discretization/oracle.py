@@ -28,7 +28,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.lattice import Lattice, NodalEnergy
+from discretization.lattice import Lattice
+from discretization.nodal_energy import NodalEnergy
 from energy import Scene
 from energy.checks import option
 

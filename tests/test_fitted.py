@@ -310,10 +310,10 @@ def test_an_overhanging_surface_is_refused_with_an_explanation():
 
 def test_what_finite_slopes_cannot_do_yet_is_refused():
     scene = replace(adhesive(Parabola(0.02)), slopes="finite")
-    with pytest.raises(ValueError, match="slopes = 'finite'"):
-        minimise(scene, 1e-3, method="lattice", spacing=1e-5)
-    with pytest.raises(ValueError, match="slopes = 'finite'"):
-        minimise(replace(scene, indenter=Parabola(0.02).tilted(0.1)), 1e-3)
+    with pytest.raises(ValueError, match=r"slopes = 'finite'.*method='lattice'"):
+        minimise(
+            replace(scene, indenter=Sampled([-0.1, 0.0, 0.05, 0.1], [1.0, 0.0, 0.4, 0.7])), 1e-3
+        )
 
 
 def test_near_turning_over_a_state_is_found_or_refused_in_plain_words():

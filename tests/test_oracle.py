@@ -11,7 +11,8 @@ import os
 import numpy as np
 import pytest
 
-from discretization.lattice import Lattice, NodalEnergy
+from discretization.lattice import Lattice
+from discretization.nodal_energy import NodalEnergy
 from discretization.obstacle import obstacle
 from discretization.oracle import CLARABEL, Oracle
 from energy import Parabola, Scene
