@@ -1,0 +1,106 @@
+"""What is decided before the search: nodes certainly in contact, and nodes where it never pays.
+
+Certain. The energy is submodular in u: with adhesion on more links a minimiser only comes down. So
+the contact nodes for w = 0 are certain; and if a contact line at a certain node gains energy by
+advancing over one link, all other nodes free, the next node is certain too. With the next certain
+node T links ahead of the line, and `gap` between free surface and node, the advance costs
+
+    ΔE = (K_1 + K_{T-1} - t sinh μ) gap² - wΔx          (`Lattice.advance_cost` for T = ∞).
+
+Never. Let ū be the surface held at the certain nodes, h = ū - g, v = ū - u. Replace v by the free
+span between v_{j-r} and v_{j+r} where that is lower. This loses at most the L links about j on
+which contact may pay, and gains at least t sinh μ coth μr (v_j - s)², s = (v_{j-r} + v_{j+r})/(2
+cosh μr). So contact at j never pays if this exceeds wΔxL with v_j = h_j and bounds of v in s. For
+the deepest contact v <= h_j and L <= 2r: it is not below D = about 1.9 δ₀; hence v <= min(h, D).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization import span
+from discretization.lattice import Lattice
+
+Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
+_SLACK = 1e-9  # of wΔx: what a step must gain
+_FAR = 60.0  # decay lengths after which the ends of a span are independent
+_PROGRESS = 0.9  # repeat while a tenth of the nodes drop out
+
+
+def certain(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
+    """Certain contact nodes, and h (n,): height above g of the surface held at just these nodes."""
+    held, before = span.majorant(lattice, g), -1
+    while held.size > before:
+        h = _heights(lattice, g, held)
+        held = np.flatnonzero(h == 0)
+        before = held.size
+        if lattice.w:
+            held = _grown(lattice, h, held)
+    return held, h
+
+
+def _grown(lattice: Lattice, h: Array, held: Nodes) -> Nodes:
+    """The held nodes, and those their contact lines reach downhill."""
+    ends, nodes = np.concatenate([[-1], held, [h.size]]), [held]
+    for i in np.flatnonzero(np.diff(ends) > 1):
+        p, q = ends[i : i + 2]
+        far = q - p if p >= 0 and q < h.size else math.inf
+        free = h[p + 1 : q]
+        if p >= 0:
+            nodes.append(p + 1 + np.arange(_steps(lattice, np.append(0.0, free), far)))
+        if q < h.size:
+            nodes.append(q - 1 - np.arange(_steps(lattice, np.append(0.0, free[::-1]), far)))
+    return np.unique(np.concatenate(nodes))
+
+
+def _heights(lattice: Lattice, g: Array, held: Nodes) -> Array:
+    h, free = np.zeros(g.size), np.ones(g.size, bool)
+    free[held] = False
+    at = np.flatnonzero(free)
+    h[at] = np.maximum(-span.above(lattice, g, held, at, g[at]), 0.0)
+    return h
+
+
+def _steps(lattice: Lattice, h: Array, far: float) -> int:
+    """Links that a line at the first node gains by; the next certain node is `far` links away."""
+    mu = lattice.log_decay
+    links = min(far, h.size + _FAR / mu) - np.arange(1.0, h.size)
+    gap = span.excess(lattice, np.ones(links.size), links, h[:-1], h[1:], np.zeros(links.size))
+    stiffness = lattice.link_over_decay / 2 + span.stiffness(lattice, links)
+    stiffness -= lattice.link * math.sinh(mu)
+    gains = stiffness * gap * gap < (1 - _SLACK) * lattice.w * lattice.spacing
+    steepness = np.log(h[1:]) - mu * links - np.log(-np.expm1(-2 * mu * links))
+    clear = steepness <= np.minimum.accumulate(steepness[::-1])[::-1]
+    stops = ~(gains & clear)
+    return int(np.argmax(stops)) if stops.any() else links.size
+
+
+def deepest_contact(lattice: Lattice) -> float:
+    """D [length]: contact deeper below ū never pays; at nearly the best r."""
+    mu, wdx = lattice.log_decay, lattice.w * lattice.spacing
+    r = max(1, round(2.4 / mu))
+    rise = 1 - 1 / math.cosh(min(mu * r, _FAR))
+    return math.sqrt(2 * r * wdx * math.tanh(mu * r) / (lattice.link * math.sinh(mu))) / rise
+
+
+def may_pay(lattice: Lattice, h: Array) -> NDArray[np.bool_]:
+    """(n,) False where contact never pays: r = 1, 2, 4, ... up to six decay lengths, repeatedly."""
+    mu, deepest = lattice.log_decay, deepest_contact(lattice)
+    pays, before = h <= deepest, h.size + 1
+    v, i = np.minimum(h, deepest), np.arange(h.size)
+    while np.count_nonzero(pays) < _PROGRESS * before:
+        before, r = int(np.count_nonzero(pays)), 1
+        while r == 1 or (mu * r < 6 and r < h.size):
+            ends = np.concatenate([np.full(r, deepest), v, np.full(r, deepest)])
+            rise = h - (ends[: -2 * r] + ends[2 * r :]) / (2 * math.cosh(min(mu * r, _FAR)))
+            links = np.concatenate([[0], np.cumsum(pays[1:] & pays[:-1])])
+            lost = links[np.minimum(i + r, h.size - 1)] - links[np.maximum(i - r, 0)]
+            stiffness = lattice.link * math.sinh(mu) / math.tanh(mu * r)
+            gain = stiffness * np.maximum(rise, 0.0) ** 2
+            pays &= (gain <= (1 + _SLACK) * lattice.w * lattice.spacing * lost) | (h == 0)
+            r *= 2
+    return pays

@@ -1,0 +1,221 @@
+"""Global minimum of the lattice energy over all contact sets: a shortest path over contact nodes.
+
+    min U[u] s.t. u >= g, over all u and all contact sets (`NodalEnergy`); γ₁ > 0, w >= 0.
+
+1. w = 0 is convex; its solution ū is `span.majorant`. Every minimiser for w > 0 has u <= ū
+   (maximum principle), so the contact nodes of ū are in contact in each of them.
+2. In the drop v = ū - u, 0 <= v <= h = ū - g, the energy is U[ū] + Q(v) - wΔx·(contact links), Q
+   the same springs and links. Let V_j be the least energy that ends in contact node j and a tail
+   beyond it. A span of T links from contact node i replaces the tail at the cost of a square,
+
+       V_j = min_i V_i + K_T (h_j - λᵀh_i)² - wΔx [T = 1],      K_T = t sinh μ/(1 - λ²ᵀ),
+
+   or nothing precedes j: V = 0, T = ∞. The span is admissible iff it stays above g: its slope at i,
+   p = K_T (h_j - λᵀh_i) exp(-μT), must not exceed the p of any node between.
+3. Optimal spans never cross. So a start i that an older one beats at v = h_j is beaten for good,
+   and one that a newer one beats at v = 0 as well: only few starts stay alive.
+4. Nodes that are certainly in contact, or never, are known beforehand (bounds.py); from here on ū
+   is the surface held at the former, and the latter are left out: v < h there in every minimiser.
+
+The recursion is exact but for rounding; a step costs a few vector operations over the starts alive.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from discretization import fronts, span
+from discretization.bounds import certain, deepest_contact, may_pay
+from discretization.lattice import Lattice, NodalEnergy
+from discretization.recursion import NOWHERE, Chain, Paths, Starts, shortest, without_adhesion
+from energy import Indenter
+
+Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+_RIDGE = 1e-9  # of wΔx: what a node costs more than one it shields
+_ENDLESS = 2.0**60
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Why no state has a lower energy [energy/length].
+
+    bound: least energy of all contact sets, from the recursion; attained: `NodalEnergy` of the
+    displacements returned; scale: sum of the absolute values of its terms.
+
+    margin: how far above lies the best state of another topology, of two kinds. (1) One of the
+    contacts does not adhere: it has opened, or touches only where it is pressed. Not asked of a
+    contact with nodes that touch without adhesion too. (2) The surface touches somewhere new: a
+    node that is shielded from every contact by a node which costs more to touch. Not asked of nodes
+    where contact never pays (bounds.py), as letting go of them gains energy. A contact that splits,
+    both parts adhering, is of neither kind. inf: there is no such state; nan: not asked for.
+    """
+
+    bound: float
+    attained: float
+    scale: float
+    margin: float
+
+    @property
+    def violation(self) -> float:
+        """|attained - bound|/scale: rounding, if the minimum is proven."""
+        return abs(self.attained - self.bound) / (self.scale or 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class GlobalMinimum:
+    """State of lowest energy: contacts (m, 2), first and last node of each; energy; its proof."""
+
+    lattice: Lattice
+    g: Array
+    contacts: Nodes
+    energy: float
+    proof: Proof
+
+    @property
+    def in_contact(self) -> Mask:
+        """(n,) whether a node is in contact."""
+        return _mask(self.g.size, self.contacts)
+
+    def u(self) -> Array:
+        """Displacements (n,): g in contact, free spans and tails elsewhere."""
+        return span.displacement(self.lattice, self.g, self.in_contact)
+
+
+def global_minimum(lattice: Lattice, g: ArrayLike, *, margin: bool = True) -> GlobalMinimum:
+    """Lowest energy of all contact sets of n nodes in a row with g = d - f (n,).
+
+    Beyond both ends are free tails; contact must be impossible there (see `window`). Of states
+    whose energies agree within 1e-12 wΔx per contact the one with more contact. margin=False skips
+    the proof's margin, at least half of the work. ValueError if γ₁ = 0 or g is empty or not finite.
+    """
+    if not lattice.gamma1:
+        raise ValueError("gamma1 = 0.0 leaves the springs independent: use `fronts.held`")
+    g = np.array(g, float)
+    if g.ndim != 1 or not g.size or not np.isfinite(g).all():
+        raise ValueError(f"g of shape {g.shape} must be one row of finite values: pass d - f")
+    g.flags.writeable = False
+    held, h = certain(lattice, g)
+    chain = _chain(lattice, h)
+    paths = shortest(lattice, chain)
+    contacts = _contacts(chain, paths)
+    mask = _mask(g.size, contacts)
+    terms = NodalEnergy(lattice, mask).terms(span.displacement(lattice, g, mask)).values()
+    proof = Proof(
+        bound=span.energy(lattice, g, held) + paths.least,
+        attained=float(sum(terms)),
+        scale=float(sum(abs(term) for term in terms)),
+        margin=_margin(lattice, chain, contacts, paths) if margin else math.nan,
+    )
+    return GlobalMinimum(lattice, g, contacts, proof.attained, proof)
+
+
+def window(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, Array]:
+    """First node, and g = d - f from there on: outside these nodes no minimiser is in contact.
+
+    The nodes with f <= d + D (bounds.py; h >= f - d), and all between; at least the lowest.
+    """
+    where = fronts.region(lattice, indenter, depth)
+    limit = depth + deepest_contact(lattice)
+    left, right = (_reaching(lattice, indenter, where, end, limit) for end in where[:2])
+    return where.lowest - left.size + 1, depth - np.concatenate([left[:0:-1], right])
+
+
+def _reaching(
+    lattice: Lattice, indenter: Indenter, where: fronts.Region, end: int, limit: float
+) -> Array:
+    """Heights from the lowest node towards `end` up to the last one within the limit."""
+    parts, count, size = [], 1, 1
+    for start, f in fronts.blocks(lattice, indenter, where.lowest, end):
+        parts.append(f if start == where.lowest else f[1:])
+        size = abs(start - where.lowest) + f.size
+        inside = np.flatnonzero(f <= limit)
+        if inside.size:
+            count = size - f.size + int(inside[-1]) + 1
+        if indenter.apex is not None and f[-1] > limit:
+            break
+    return np.concatenate(parts)[:count]
+
+
+def _chain(lattice: Lattice, h: Array) -> Chain:
+    """Nodes where contact may pay; of a row of nodes with h = 0 only the first and the last."""
+    zero = np.concatenate([[False], h == 0, [False]])
+    inner = zero[:-2] & zero[1:-1] & zero[2:]
+    node = np.flatnonzero(may_pay(lattice, h) & ~inner)
+    links = np.diff(node, prepend=NOWHERE)
+    lifted = np.diff(np.cumsum(h > 0)[node], prepend=-1) > 0
+    links[(links > 1) & lifted] = 0
+    return Chain(node, h[node], links.astype(float))
+
+
+def _contacts(chain: Chain, paths: Paths) -> Nodes:
+    """First and last node of each contact on the shortest path, (m, 2)."""
+    path, j = [], paths.last
+    while j >= 0:
+        path.append(j)
+        j = int(paths.before[j])
+    at = np.array(path[::-1], np.int64)
+    parted = (np.diff(at) > 1) | (chain.links[at[1:]] == 0)
+    ends = np.concatenate([[True], parted, [True]])[: at.size + 1]
+    return chain.node[np.stack([at[ends[:-1]], at[ends[1:]]], axis=1)]
+
+
+def _mask(n: int, contacts: Nodes) -> Mask:
+    """(n,) whether a node is in one of the contacts."""
+    step = np.zeros(n + 1, np.int64)
+    step[contacts[:, 0]] += 1
+    step[contacts[:, 1] + 1] -= 1
+    return np.cumsum(step[:-1]) > 0
+
+
+def _margin(lattice: Lattice, chain: Chain, contacts: Nodes, paths: Paths) -> float:
+    """Energy of the best state of another topology (`Proof`) above the minimum."""
+    n, back, ends = chain.node.size, chain.reversed(), np.searchsorted(chain.node, contacts)
+    loose = [pair for pair in ends.tolist() if chain.depth[pair[0] : pair[1] + 1].all()]
+    if loose:
+        paths = shortest(lattice, chain, {first: last - first + 1 for first, last in loose})
+    mirrored = shortest(lattice, back, {n - 1 - last: last - first + 1 for first, last in loose})
+    unit = lattice.link * math.sinh(lattice.log_decay)
+    touching = paths.value + mirrored.value[::-1] - unit * chain.depth**2
+    free = np.concatenate([[0], (ends + np.array([0, 1])).ravel(), [n]]).reshape(-1, 2)
+    others = [_elsewhere(lattice, chain, touching, start, stop) for start, stop in free]
+    for first, last in loose:
+        core = first + int(np.argmin(chain.depth[first : last + 1]))
+        left = without_adhesion(lattice, chain, paths, first, core)
+        right = without_adhesion(lattice, back, mirrored, n - 1 - last, n - 1 - core)
+        others.append(left[0] + right[0] - unit * float(chain.depth[core]) ** 2)
+        others.append(_over(lattice, left[1], right[1], int(chain.node[core])))
+    return max(0.0, min(others) - paths.least)
+
+
+def _elsewhere(lattice: Lattice, chain: Chain, touching: Array, start: int, stop: int) -> float:
+    """Least energy that touches one of the free nodes start..stop-1, shielded on both sides."""
+    energy, parted = touching[start:stop], np.append(chain.links, 0)[start : stop + 1] == 0
+    if not energy.size:
+        return math.inf
+    left = np.maximum.accumulate(np.where(parted[:-1], math.inf, energy))
+    right = np.maximum.accumulate(np.where(parted[1:], math.inf, energy)[::-1])[::-1]
+    shielded = energy + _RIDGE * lattice.w * lattice.spacing < np.minimum(left, right)
+    return float(energy[shielded].min(initial=math.inf))
+
+
+def _over(lattice: Lattice, left: Starts, right: Starts, x: int) -> float:
+    """Least energy with one span over node x, from a start on its left to one on its right."""
+    mu, unit = lattice.log_decay, lattice.link * math.sinh(lattice.log_decay)
+    p, q = (np.abs(float(x) - side * s.node) for side, s in ((1, left), (-1, right)))
+    p, q = (np.where(links > _ENDLESS, math.inf, links) for links in (p, q))
+    best = math.inf
+    for T, value, depth, slope in zip(p, left.value, left.depth, left.slope, strict=True):
+        drop = -span.excess(lattice, T, q, depth, np.zeros(q.size), right.depth)
+        near = span.stiffness(lattice, T) * (drop - math.exp(-mu * T) * depth) <= slope
+        far = span.stiffness(lattice, q) * (drop - np.exp(-mu * q) * right.depth) <= right.slope
+        rise = right.depth - np.exp(-mu * (T + q)) * depth
+        total = value + right.value - unit * right.depth**2
+        total += span.stiffness(lattice, T + q) * rise**2
+        best = min(best, float(total[near & far].min(initial=math.inf)))
+    return best

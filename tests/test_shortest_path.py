@@ -1,0 +1,303 @@
+"""The global minimum against enumeration, against known limits, and at size."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scenes import adhesive
+
+from discretization import NodalEnergy, fronts
+from discretization.bounds import certain, may_pay
+from discretization.certificate import measured
+from discretization.lattice import Lattice
+from discretization.shortest_path import global_minimum, window
+from energy import FlatPunch, Parabola, PowerLaw, Sampled, Wedge
+
+
+def random_scene(seed, most=14):
+    """Lattice and nodal g of a random profile; decay length, w and depth over decades."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, most + 1))
+    dx, k = 10 ** rng.uniform(-3, 3, 2)
+    ell = dx * 10 ** rng.uniform(-1, 1.5)
+    f = rng.normal(size=n) if rng.random() < 0.6 else np.cumsum(rng.normal(size=n)) / 2
+    f -= f.min()
+    if rng.random() < 0.1:
+        f = np.round(f)
+    delta = rng.choice([0.0, 10 ** rng.uniform(-1, 1)], p=[0.15, 0.85])
+    height, d = 10 ** rng.uniform(-4, 4), rng.normal() * max(1.0, delta) * 0.7
+    w = k * (height * delta) ** 2 / 2
+    return Lattice(dx, 0.0, k, k * ell**2, w), height * (d - f)
+
+
+def enumerated(lattice, g):
+    """Energies of all contact sets whose relaxed displacements stay above g, else inf.
+
+    One dense solve each of the stationarity of `NodalEnergy`, all sets at once.
+    """
+    n = g.size
+    sets = (np.arange(2**n)[:, None] >> np.arange(n) & 1).astype(bool)
+    band = NodalEnergy(lattice, sets[0]).hessian()
+    hessian = np.diag(band[0]) + np.diag(band[1, :-1], 1) + np.diag(band[1, :-1], -1)
+    held = sets[:, :, None]
+    matrix = np.where(held, np.eye(n), hessian / lattice.spring)
+    u = np.linalg.solve(matrix, np.where(sets, g, 0.0)[:, :, None])[:, :, 0]
+    links = np.count_nonzero(sets[:, 1:] & sets[:, :-1], axis=1)
+    energy = np.einsum("si,ij,sj->s", u, hessian, u) / 2 - lattice.w * lattice.spacing * links
+    feasible = (u >= g - 1e-12 * np.abs(g).max()).all(axis=1)
+    return sets, np.where(feasible, energy, math.inf)
+
+
+def roughness(n, longest, shortest, seed=0):
+    """Self-affine heights of unit rms: amplitude q^-(1/2+H), H = 0.8, flat above `longest`."""
+    q = np.fft.rfftfreq(n)
+    amplitude = np.maximum(q, 1 / longest) ** -1.3 * ((q > 0) & (q < 1 / shortest))
+    phase = np.exp(2j * np.pi * np.random.default_rng(seed).random(q.size))
+    f = np.fft.irfft(amplitude * phase, n)
+    return (f - f.min()) / f.std()
+
+
+def other_topology(lattice, g, sets, energy, contacts):
+    """Least energy of the states that `Proof.margin` speaks of, from the enumerated ones."""
+    n, h = g.size, certain(lattice, g)[1]
+    energy = np.where((sets & ~may_pay(lattice, h)).any(axis=1), math.inf, energy)
+    touching = np.where(sets, energy[:, None], math.inf).min(axis=0)
+    best, taken = math.inf, np.zeros(n, bool)
+    for first, last in contacts:
+        taken[first : last + 1] = True
+        if h[first : last + 1].all():
+            own = sets[:, first : last + 1]
+            lost = np.count_nonzero(own[:, 1:] & own[:, :-1], axis=1)
+            best = min(best, (energy + lattice.w * lattice.spacing * lost).min())
+    for j in np.flatnonzero(~taken):
+        left, right = np.flatnonzero(taken[:j]), j + np.flatnonzero(taken[j:])
+        sides = [touching[left[-1] + 1 : j]] if left.size else []
+        sides += [touching[j : right[0]]] if right.size else []
+        if all((side > touching[j] + 1e-9 * lattice.w * lattice.spacing).any() for side in sides):
+            best = min(best, touching[j])
+    return best
+
+
+@pytest.mark.parametrize("start", range(0, 300, 50))
+def test_all_contact_sets_enumerated(start):
+    untied = several = margins = 0
+    for seed in range(start, start + 50):
+        lattice, g = random_scene(seed)
+        sets, energy = enumerated(lattice, g)
+        result = global_minimum(lattice, g)
+        ours = np.flatnonzero((sets == result.in_contact).all(axis=1))[0]
+        model = NodalEnergy(lattice, sets[np.argmin(energy)])
+        u = model.relaxed(g)
+        scale = sum(map(abs, model.terms(u).values())) or lattice.spring * np.max(g**2)
+        least = energy.min()
+        assert abs(model.value(u) - least) <= 1e-11 * scale, seed
+        assert abs(result.energy - least) <= 1e-10 * scale, seed
+        assert abs(energy[ours] - least) <= 1e-10 * scale, seed
+        assert (result.u() >= g - 1e-12 * np.abs(g).max()).all(), seed
+        assert result.proof.violation <= 1e-13, seed
+        if np.count_nonzero(energy <= least + 1e-9 * scale) == 1:
+            untied += 1
+            assert ours == np.argmin(energy), seed
+        other = other_topology(lattice, g, sets, energy, result.contacts)
+        if math.isfinite(other) or math.isfinite(result.proof.margin):
+            assert abs(result.proof.margin - (other - least)) <= 1e-9 * scale, seed
+            margins += 1
+        several += len(result.contacts) > 1
+    assert untied >= 35
+    assert several >= 5
+    assert margins >= 6
+
+
+def unpruned(lattice, g, silent=()):
+    """The same minimum over all admissible pairs (i, j) in u itself: O(n²), nothing left out.
+
+    silent: nodes (counted from 1) whose link to the node before does not adhere.
+    """
+    mu, t, n = lattice.log_decay, lattice.link, g.size
+    x = np.concatenate([[-60 / mu], np.arange(n), [n + 60 / mu]])
+    y = np.concatenate([[0.0], g, [0.0]])
+    least = np.concatenate([[0.0], np.full(n + 1, math.inf)])
+    for j in range(1, n + 2):
+        T = x[j] - x[:j]
+        coupling = t * math.sinh(mu) / np.sinh(mu * T)
+        drop = coupling / 2 * (y[j] - y[:j]) ** 2
+        drop += t * math.sinh(mu) * np.tanh(mu * T / 2) / 2 * (y[j] ** 2 + y[:j] ** 2)
+        drop[T == 1] -= lattice.w * lattice.spacing * (j not in silent)
+        for i in range(j):
+            at = x[i + 1 : j] - x[i]
+            line = np.sinh(mu * (T[i] - at)) * y[i] + np.sinh(mu * at) * y[j]
+            if (line >= y[i + 1 : j] * np.sinh(mu * T[i]) * (1 - 1e-13)).all():
+                least[j] = min(least[j], least[i] + drop[i])
+    return least[-1]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_nothing_is_lost_by_pruning(seed):
+    rng = np.random.default_rng(seed)
+    n, ell, delta = 80, 10 ** rng.uniform(-0.5, 2), 10 ** rng.uniform(-1, 0.5)
+    f = roughness(n, n * rng.uniform(0.3, 1), 10 ** rng.uniform(0.3, 1.5), seed)
+    lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
+    result = global_minimum(lattice, rng.uniform(-0.2, 0.5) * f.max() - f)
+    scale, h = result.proof.scale, certain(lattice, result.g)[1]
+    assert abs(result.energy - unpruned(lattice, result.g)) <= 1e-12 * scale
+    assert result.proof.violation <= 1e-13
+    for first, last in result.contacts.tolist():
+        if h[first : last + 1].all():
+            parted = unpruned(lattice, result.g, range(first + 2, last + 2))
+            assert 0 < result.proof.margin <= parted - result.energy + 1e-12 * scale
+            if len(result.contacts) == 1 and may_pay(lattice, h).sum() < last - first + 4:
+                assert abs(result.proof.margin - (parted - result.energy)) <= 1e-12 * scale
+
+
+@pytest.mark.parametrize("start", range(0, 40, 10))
+def test_plateaus_and_tips(start):
+    """Pulled surfaces under plateaus of different depth: tails and spans blocked by tips."""
+    margins = 0
+    for seed in range(start, start + 10):
+        rng = np.random.default_rng(seed)
+        lattice = Lattice(1.0, 0.0, 1.3, 1.3 * rng.uniform(2, 8) ** 2, 0.65)
+        widths = rng.choice([1, 2, 3, 8, 12], size=9)
+        depths = rng.uniform(0.02, 0.9, size=9) + 3.0 * (np.arange(9) % 2)
+        result = global_minimum(lattice, -np.repeat(depths, widths))
+        g, scale = result.g, result.proof.scale or lattice.w
+        assert abs(result.energy - unpruned(lattice, g)) <= 1e-12 * scale
+        assert (result.u() >= g - 1e-14).all()
+        assert result.proof.violation <= 1e-13
+        for first, last in result.contacts.tolist():
+            parted = unpruned(lattice, g, range(first + 2, last + 2)) - result.energy
+            assert result.proof.margin <= parted + 1e-12 * scale
+            margins += abs(result.proof.margin - parted) <= 1e-12 * scale
+    assert margins >= 3
+
+
+def test_without_adhesion_it_is_the_convex_solution():
+    for seed in range(5):
+        f = roughness(3000, 300, 10, seed)
+        lattice = Lattice(0.1, 0.0, 2.7, 2.7 * 30, 0.0)
+        result = global_minimum(lattice, 0.6 * f.max() - f)
+        u, held = result.u(), result.in_contact
+        force = NodalEnergy(lattice, held).gradient(u)
+        scale = (lattice.spring + 4 * lattice.link) * np.abs(u).max()
+        assert np.abs(force[~held]).max() <= 1e-14 * scale
+        assert force[held].min() >= -1e-14 * scale
+        assert (u - result.g).min() >= -1e-14 * np.abs(u).max()
+        assert 10 < np.count_nonzero(held) < 2900
+        assert result.proof.margin == math.inf or result.proof.margin > 0
+
+
+def test_flat_punch_leaves_where_its_energy_vanishes():
+    """Before the metastable state does at -δ₀, near d = -δ₀ √(a/(a + l))."""
+    scene = adhesive(FlatPunch(0.03))
+    ell, delta = scene.elastocapillary_length, scene.critical_separation
+    lattice = Lattice.of(scene, ell / 100)
+    links = fronts.region(lattice, scene.indenter, 0.0).last
+    pull = lattice.spring * (links + 1) / 2 + lattice.end_stiffness
+    leaves = -math.sqrt(lattice.w * lattice.spacing * links / pull)
+    assert leaves == pytest.approx(-delta * math.sqrt(0.03 / (0.03 + ell)), rel=1e-2, abs=0)
+    for factor, contacts in ((1 - 1e-9, [[0, links]]), (1 + 1e-9, [])):
+        result = global_minimum(lattice, np.full(links + 1, factor * leaves))
+        assert result.contacts.tolist() == contacts
+        assert result.proof.margin <= 1e-8 * lattice.w * lattice.spacing * links
+    tied = global_minimum(lattice, np.full(links + 1, leaves * (1 - 1e-15)))
+    assert tied.contacts.tolist() == [[0, links]]
+
+
+@pytest.mark.parametrize("indenter", [Parabola(0.4), Wedge(0.01), PowerLaw(40.0, 3.0)])
+@pytest.mark.parametrize("depth", [2e-4, 1e-3, 5e-3])
+def test_a_pressed_convex_indenter_has_the_metastable_contact(indenter, depth):
+    scene = adhesive(indenter)
+    lattice = Lattice.of(scene, scene.elastocapillary_length / 50)
+    first, g = window(lattice, indenter, depth)
+    result = global_minimum(lattice, g)
+    where = fronts.region(lattice, indenter, depth)
+    contact = fronts.adhered(lattice, indenter, depth, where)
+    assert (result.contacts + first).tolist() == [list(contact[:2])]
+    sums = measured(lattice, indenter, depth, contact)
+    assert abs(result.energy - sums.energy) <= 1e-13 * sums.energy_scale
+    assert result.proof.margin > 0
+
+
+def wavy(depth, n=801):
+    """A lattice of spacing 1 in a scene with several contacts, and the indenter."""
+    x = np.arange(n) - n // 2 + 0.0
+    f = 1e-4 * x**2 + 1.4 * (1 - np.cos(x / 10)) + 3e-3 * x
+    scene = adhesive(Sampled(x, f - f.min()), k=1.3, gamma1=1.3 * 25.0, w=0.4)
+    return Lattice.of(scene, 1.0, origin=0.0), scene.indenter
+
+
+@pytest.mark.parametrize(("depth", "least"), [(-0.3, 1), (0.3, 3), (2.0, 4)])
+def test_the_window_leaves_nothing_out_and_mirror_images_agree(depth, least):
+    lattice, indenter = wavy(depth)
+    first, g = window(lattice, indenter, depth)
+    result = global_minimum(lattice, g)
+    whole = global_minimum(lattice, depth - indenter.z)
+    scale = result.proof.scale
+    assert g.size < 600
+    assert len(result.contacts) >= least
+    assert (whole.contacts - 400).tolist() == (result.contacts + first).tolist()
+    assert abs(whole.energy - result.energy) <= 1e-13 * scale
+    mirrored = global_minimum(lattice, g[::-1])
+    assert mirrored.contacts.tolist() == (g.size - 1 - result.contacts[::-1, ::-1]).tolist()
+    assert abs(mirrored.energy - result.energy) <= 1e-13 * scale
+    if depth < 1:
+        assert 0 < result.proof.margin < math.inf
+        assert abs(mirrored.proof.margin - result.proof.margin) <= 1e-12 * scale
+
+
+def test_contacts_far_apart_do_not_feel_each_other():
+    lattice = Lattice(1.0, 0.0, 1.7, 1.7 * 9.0, 0.9)
+    i = np.arange(-60, 61)
+    tip, blunt = 1.1 - 0.01 * i**2, -0.6 - 0.002 * i**2
+    far = np.full(30 * 3, -50.0)
+    one, two = (global_minimum(lattice, g) for g in (tip, blunt))
+    both = global_minimum(lattice, np.concatenate([tip, far, blunt]))
+    assert len(one.contacts) == len(two.contacts) == 1
+    shift = tip.size + far.size
+    assert both.contacts.tolist() == [*one.contacts.tolist(), *(two.contacts + shift).tolist()]
+    assert abs(both.energy - one.energy - two.energy) <= 1e-10 * both.proof.scale
+    least = min(one.proof.margin, two.proof.margin)
+    assert both.proof.margin == pytest.approx(least, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e3])
+@pytest.mark.parametrize("force", [1e-6, 1e6])
+def test_no_unit_enters(length, force):
+    f = roughness(800, 200, 6)
+    g = 0.3 * f.max() - f
+    one = global_minimum(Lattice(1.0, 0.0, 1.7, 1.7 * 64, 0.2), g)
+    k, gamma1, w = 1.7 * force / length**3, 1.7 * 64 * force / length, 0.2 * force / length
+    other = global_minimum(Lattice(length, 0.0, k, gamma1, w), g * length)
+    assert len(one.contacts) > 3
+    assert other.contacts.tolist() == one.contacts.tolist()
+    assert abs(other.energy / force - one.energy) <= 1e-12 * one.proof.scale
+    assert abs(other.proof.margin / force - one.proof.margin) <= 1e-10 * one.proof.scale
+
+
+@pytest.mark.parametrize("ell", [1e-3, 1.0, 1e2, 1e4])
+def test_rough_profiles_are_certified(ell):
+    f = roughness(6000, 600, 10)
+    for depth, delta in ((0.4, 0.3), (-0.01, 0.5), (0.2, 1.0)):
+        lattice = Lattice(1.0, 0.0, 1.0, ell**2, delta**2 / 2)
+        result = global_minimum(lattice, depth * f.max() - f)
+        assert result.proof.violation <= 1e-13 * max(1, ell / 1e2)
+        assert (result.u() - result.g).min() >= -1e-13 * f.max()
+        assert result.energy <= 1e-15 * result.proof.scale or depth > 0
+        assert result.proof.margin > 0
+
+
+def test_one_hundred_thousand_nodes():
+    f = roughness(10**5, 2000, 20)
+    result = global_minimum(Lattice(1.0, 0.0, 1.0, 1e4, 0.045), 0.4 * f.max() - f, margin=False)
+    assert len(result.contacts) > 100
+    assert result.proof.violation <= 1e-13
+    assert math.isnan(result.proof.margin)
+
+
+def test_what_it_cannot_answer_is_refused():
+    with pytest.raises(ValueError, match="gamma1"):
+        global_minimum(Lattice(1.0, 0.0, 1.0, 0.0, 0.1), np.zeros(3))
+    for g in (np.zeros(0), np.array([0.0, math.nan]), np.zeros((2, 2))):
+        with pytest.raises(ValueError, match="g of shape"):
+            global_minimum(Lattice(1.0, 0.0, 1.0, 1.0, 0.1), g)
