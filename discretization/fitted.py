@@ -89,7 +89,7 @@ class Problem:
     def refuse_overhang(self, x: float) -> None:
         """ValueError if a line at x would incline the surface by more than π/2."""
         limit = OVERHANG * (1 - _UPRIGHT) * self.scene.elastocapillary_length
-        if self.scene.slopes == "finite" and abs(self.displaced(x)) >= limit:
+        if limit and self.scene.slopes == "finite" and abs(self.displaced(x)) >= limit:
             raise ValueError(
                 f"depth = {self.depth!r}: at the contact line x = {x!r} the surface is displaced "
                 f"by {self.displaced(x)!r}, more than √2 l = {limit!r}; it would turn over and is "

@@ -150,11 +150,15 @@ class _Nodal:
 
 
 def _surface(lengths: tuple[float, ...], u: Array, nodal: _Nodal) -> FreeSurface:
+    """With the reaction dF/du₀ as the sum of all nodes' balances, which leaves ∫u dx.
+
+    That of the first node alone is the same to `residual`, but full of rounding.
+    """
     degree = (u.size - 1) // len(lengths)
     slope = float(rounded(degree)[2][0] @ u[: degree + 1]) * 2 / lengths[0]
-    residual = float(np.abs(nodal.gradient[1:]).max())
-    reaction = float(nodal.gradient[0])
-    return FreeSurface(lengths, u, nodal.energy, reaction, slope, nodal.area, residual)
+    first = abs(float(nodal.gradient[0]) - nodal.area)
+    residual = float(np.abs(nodal.gradient[1:]).max(initial=first))
+    return FreeSurface(lengths, u, nodal.energy, nodal.area, slope, nodal.area, residual)
 
 
 def _newton(u: Array, lengths: tuple[float, ...]) -> tuple[Array, _Nodal]:

@@ -160,7 +160,8 @@ class LatticeBranch:
             return None
         rising = end >= max(found)
         depth = min(found) if rising else max(found)
-        return depth, self._before(state, depth, rising), self.follow(state, depth)
+        after = depth if rising else math.nextafter(depth, -math.inf)  # there links still hold
+        return depth, self._before(state, depth, rising), self.follow(state, after)
 
     def _before(self, state: Nodes, depth: float, rising: bool) -> Nodes:
         """The state just before the links that are crossed at this depth."""

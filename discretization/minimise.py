@@ -52,7 +52,7 @@ def minimise(
     option("branch", branch, BRANCHES)
     if not 0 < finite("rtol", rtol) < 1:
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
-    _refuse_unsupported(scene, branch, method)
+    _refuse_unsupported(scene, branch)
     if method == "lattice":
         if spacing is None:
             raise ValueError("spacing = None: method='lattice' needs the distance of its nodes")
@@ -80,13 +80,7 @@ def _any_length(scene: Scene) -> float:
     return next(length for length in lengths if length > 0)
 
 
-def _refuse_unsupported(scene: Scene, branch: str, method: str) -> None:
-    fits = scene.indenter.convex and scene.gamma1
-    if scene.slopes == "finite" and method != "lattice" and not fits:
-        raise ValueError(
-            f"slopes = 'finite' with method = {method!r} and indenter = {scene.indenter!r}: finite "
-            "slopes need gamma1 > 0 and a convex indenter, or method='lattice'"
-        )
+def _refuse_unsupported(scene: Scene, branch: str) -> None:
     if branch == "global" and scene.gamma1 and scene.work_of_adhesion:
         raise ValueError(
             "branch = 'global' is available for gamma1 = 0 or w = 0 only; use branch='adhered'"

@@ -30,7 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization import fronts, span
 from discretization.bounds import certain, deepest_contact, may_pay
-from discretization.lattice import Lattice, NodalEnergy
+from discretization.lattice import Lattice
+from discretization.nodal_energy import NodalEnergy
 from discretization.recursion import NOWHERE, Chain, Paths, Starts, shortest, without_adhesion
 from energy import Indenter
 

@@ -8,7 +8,15 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-STUDIES = ("verify", "run", "applicability", "contact_angle", "lattice_speed", "fitted_speed")
+STUDIES = (
+    "verify",
+    "run",
+    "applicability",
+    "contact_angle",
+    "tolerance",
+    "lattice_speed",
+    "fitted_speed",
+)
 
 
 def question(name: str) -> str:

@@ -16,7 +16,17 @@ from discretization.fitted_state import certify_lines
 from discretization.free_surface import linear
 from discretization.quadrature import totals
 from discretization.response import DEGREES, chosen, response
-from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
+from energy import (
+    FlatPunch,
+    Parabola,
+    PowerLaw,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+    cards,
+)
 from energy.layer import ElasticLayer
 
 QUANTITIES = ("half_width", "force", "energy")
@@ -308,12 +318,30 @@ def test_an_overhanging_surface_is_refused_with_an_explanation():
     assert near.angle_deficit == pytest.approx(2 * math.asin(1.41 / 2), rel=1e-8, abs=0)
 
 
-def test_what_finite_slopes_cannot_do_yet_is_refused():
-    scene = replace(adhesive(Parabola(0.02)), slopes="finite")
-    with pytest.raises(ValueError, match=r"slopes = 'finite'.*method='lattice'"):
-        minimise(
-            replace(scene, indenter=Sampled([-0.1, 0.0, 0.05, 0.1], [1.0, 0.0, 0.4, 0.7])), 1e-3
-        )
+def test_finite_slopes_of_profiles_that_are_not_convex():
+    ripple, q = 2e-5, 2 * math.pi / 0.004
+    body = Profile(
+        lambda x: x**2 / 0.04 + ripple * (1 - np.cos(q * x)),
+        lambda x: x / 0.02 + ripple * q * np.sin(q * x),
+    )
+    for w in (0.002, 0.02):
+        scene = replace(adhesive(body, w=w), slopes="finite")
+        for depth in (0.0, 5e-3):
+            state = minimise(scene, depth)
+            coarse = minimise(scene, depth, method="lattice", spacing=1e-5)
+            assert abs(state.contact_angle - scene.surfaces.contact_angle) <= 1e-9
+            for name in ("half_width", "force", "energy"):
+                change = abs(getattr(state, name) - getattr(coarse, name))
+                scale = coarse.scales.get(name, coarse.half_width)
+                assert change <= coarse.error_estimate[name] * scale
+
+
+def test_without_tension_there_is_nothing_to_incline():
+    scene = adhesive(Parabola(0.02), gamma1=0.0, w=0.0)
+    for method in ({}, {"method": "lattice", "spacing": 1e-6}):
+        small = minimise(scene, 1e-3, **method)
+        finite = minimise(replace(scene, slopes="finite"), 1e-3, **method)
+        assert finite.force == small.force and finite.half_width == small.half_width
 
 
 def test_near_turning_over_a_state_is_found_or_refused_in_plain_words():
