@@ -139,19 +139,32 @@ def closing_point(branch: Branch, point: Point) -> Point:
 
 def point_of_fold(branch: Branch, control: Control, stable: Point, end: Point) -> Point:
     """Where P' + K changes sign between a stable point and `end`; `end` if it does not."""
-    rate = control.stiffness or 0.0
     size = branch.lift or abs(stable.depth - end.depth)
+    room = abs(stable.depth - end.depth)
 
-    def stiffness(depth: float) -> float:
-        stride = _STRIDE * min(size, abs(depth - end.depth))
-        total = 0.0
+    def rate(depth: float, stride: float) -> float:
+        total = control.stiffness or 0.0
         for count, weight in _STENCIL:
             ahead, behind = (moved(branch, stable, depth + s * count * stride) for s in (1, -1))
             rise = branch.force(ahead.state, ahead.depth) - branch.force(behind.state, behind.depth)
             total += weight * rise / stride
-        return total + rate
+        return total
+
+    def smooth(depth: float) -> float:
+        return rate(depth, _STRIDE * min(size, abs(depth - end.depth)))
 
     first = end.depth + math.copysign(_NEAREST * size, stable.depth - end.depth)
-    if abs(first - end.depth) >= abs(stable.depth - end.depth) or stiffness(first) >= 0:
+    if abs(first - end.depth) >= room or smooth(first) >= 0:
         return end
-    return moved(branch, stable, bracketed(stiffness, first, stable.depth))
+    found = bracketed(smooth, first, stable.depth)
+    for finer in (1e-3, 1e-6):  # where a pinned line comes free P' jumps: seen by short strides
+        stride = finer * _STRIDE * min(size, abs(found - end.depth))
+        reach = math.copysign(4 / finer * stride, stable.depth - end.depth)
+        inner, outer = found - reach, found + reach
+        if abs(outer - end.depth) > room or rate(inner, stride) >= 0 or rate(outer, stride) <= 0:
+            break
+        kink = bracketed(lambda depth: rate(depth, stride), inner, outer)  # noqa: B023
+        if abs(kink - found) <= stride:  # smooth: the long stride is the more accurate
+            break
+        found = kink
+    return moved(branch, stable, found)

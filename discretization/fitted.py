@@ -122,8 +122,12 @@ class Problem:
         scene = self.scene
         if not scene.gamma1:
             return -self.displaced(x) - self.reach
-        held = math.sqrt(scene.work_of_adhesion)
-        return math.sqrt(scene.gamma1 / 2) * self.jump(side, x, aside) - held
+        return math.sqrt(scene.gamma1 / 2) * self.jump(side, x, aside) - self.held
+
+    @property
+    def held(self) -> float:
+        """What the adhesion holds in `drive`: √w, or the reach of springs without tension."""
+        return math.sqrt(self.scene.work_of_adhesion) if self.scene.gamma1 else self.reach
 
     def scale(self, ends: tuple[FittedLine, FittedLine]) -> float:
         """Size of the terms that cancel in `drive`."""
@@ -158,8 +162,10 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     if indenter.convex and outwards.size > _FEW_CORNERS:
         start, outwards = _skipped(problem, side, start, outwards)
     for corner in [*outwards.tolist(), None]:
-        aside = 1e-9 * (abs(corner - start) if corner is not None else size)
-        tie = _TIE * (abs(h(start, aside)) + math.sqrt(problem.scene.work_of_adhesion))
+        aside = 0.0
+        if (corners == start).any():
+            aside = 1e-9 * (abs(corner - start) if corner is not None else size)
+        tie = _TIE * (abs(h(start, aside)) + problem.held)
         if h(start, aside) > tie or (corner is None and h(start, aside) >= 0):
             return FittedLine(start, True, False)
         if corner is None:

@@ -13,6 +13,8 @@ STUDIES = (
     "run",
     "applicability",
     "contact_angle",
+    "hysteresis",
+    "pull_off",
     "tolerance",
     "lattice_speed",
     "fitted_speed",

@@ -272,3 +272,41 @@ def test_indenters_a_path_cannot_follow_are_refused():
             load_path(adhesive(body), depths=[0.001])
     with pytest.raises(ValueError, match="is not a Scene"):
         load_path(Parabola(1.0), depths=[0.001])
+
+
+def test_a_contact_of_nanometres_still_holds():
+    """Letting go does not come early where the last contact is far narrower than l."""
+    k, w, b = ElasticLayer(300.0, 0.4, 1e-5).stiffness, 1e-4, 5e-5
+    delta0 = math.sqrt(2 * w / k)
+    for tension, steps in ((3, 20), (30, 60)):
+        scene = Scene(
+            ElasticLayer(300.0, 0.4, 1e-5),
+            SurfaceEnergies.from_work(k * (tension * b) ** 2, w),
+            Parabola(b * b / delta0),
+        )
+        depths = -delta0 + 3 * delta0 * np.linspace(1, 0, steps) ** 2
+        path = load_path(scene, depths=[*depths, -1.4 * delta0])
+        expected = 2 * w * scene.elastocapillary_length
+        assert path.events[-1].energy_released == pytest.approx(expected, rel=1e-11, abs=0)
+
+
+def test_springs_without_tension_under_a_flat_punch_let_go_at_the_critical_separation():
+    scene = adhesive(FlatPunch(0.03), gamma1=0.0)
+    delta0 = scene.critical_separation
+    full = 2 * scene.stiffness * 0.03 * delta0
+    for given in ({"depths": [0.01 * delta0, -2 * delta0]}, {"forces": [full, -10 * full]}):
+        path = load_path(scene, **given)
+        assert path.events[-1].depth == pytest.approx(-delta0, rel=1e-11, abs=0)
+        assert path.pull_off.force == pytest.approx(-full, rel=1e-11, abs=0)
+
+
+def test_a_line_that_comes_free_can_be_the_pull_off():
+    """Under a dead load, springs without tension: pinned up to d = 0, unstable from there on."""
+    scene = adhesive(Wedge(0.05), gamma1=0.0)
+    delta0, slope, k = scene.critical_separation, math.tan(0.05), scene.stiffness
+    deepest = delta0
+    force = k * deepest**2 / slope
+    path = load_path(scene, forces=[force, -3 * force])
+    assert path.pull_off.depth == pytest.approx(0.0, abs=1e-7 * delta0)
+    assert path.pull_off.force == pytest.approx(-k * delta0**2 / slope, rel=1e-10, abs=0)
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)

@@ -1,0 +1,263 @@
+"""What does a closed loop of touching, pressing and pulling off cost, and where is it lost?
+
+Flat punch, wedge and parabola go through closed load paths, for several surface tensions γ₁ and
+works of adhesion w, under imposed depth, a dead load, and machines of finite stiffness K:
+
+    ∮P dd = Σ energy released in the instabilities.
+
+The left side comes from the forces along the path, the right side from the energies beside the
+events. Jump-in, pull-off, end of the contact and loop area stand beside the closed forms
+(energy.cards); where a closed form is 0 the error is in units of kδ₀(b + l), δ₀ and b, see
+studies.loops. The map is over the two groups on which a loop depends (small slopes): l/b, which is
+√(γ₁/k)/b, or √(γ₁/2w) tan δ for the wedge, and K/(kb).
+
+Output: a line per loop and its worst error, hysteresis.csv with all numbers, figures, and a GIF.
+Exit status 1 if an error exceeds 1e-8 or a ledger is out of balance by more than 1e-9.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.history import History
+from studies import hysteresis_figures, loops
+from studies.loops import INDENTERS, LAYER, SIZE, WORK, Form
+from studies.path_animation import animate
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+BAR, LEDGER = 1e-8, 1e-9
+_NIL = 1e-8  # of the scale, printed as 0
+_COARSE = 18  # steps of a loop of the map
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """γ₁ and w [N/m], machine stiffnesses K/(kb), steps of a loop; grid of the map, frames."""
+
+    tensions: tuple[float, ...] = (0.002, 0.02, 0.1, 0.4)
+    works: tuple[float, ...] = (WORK / 2, WORK)
+    machines: tuple[float, ...] = (0.3, 3.0)
+    steps: int = 60
+    across: tuple[float, ...] = tuple(np.geomspace(0.03, 3, 13).tolist())
+    up: tuple[float, ...] = tuple(np.geomspace(0.1, 10, 9).tolist())
+    frames: int = 60
+
+
+FULL = Parameters()
+QUICK = Parameters(
+    tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36, across=(0.1, 0.4), up=(0.3, 3.0)
+)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One closed path beside its closed forms; work: ∫P dd from the forces."""
+
+    shape: str
+    history: History
+    forms: tuple[Form, ...]
+    work: float
+
+    @property
+    def imbalance(self) -> float:
+        """How far the ledger is out of balance, relative."""
+        return loops.imbalance(self.history, self.work)
+
+    @property
+    def control(self) -> str:
+        """Depth, force, or the stiffness of the machine in units of kb."""
+        K = self.history.machine_stiffness
+        return f"K = {K / (LAYER.stiffness * SIZE):.3g} kb" if K else self.history.control
+
+    @property
+    def error(self) -> float:
+        """The largest of all relative errors."""
+        return max(form.error for form in self.forms)
+
+    @property
+    def passed(self) -> bool:
+        """Whether all errors are within the bars; nan is not."""
+        return self.error <= BAR and self.imbalance <= LEDGER
+
+
+@dataclass(frozen=True)
+class Map:
+    """Loop area over 2wb for l/b (n,) and K/(kb) (m,): simulated (m, n), and its errors."""
+
+    shape: str
+    across: Array
+    up: Array
+    area: Array
+    error: Array
+
+
+@dataclass(frozen=True)
+class Record:
+    """All loops and maps."""
+
+    parameters: Parameters
+    loops: tuple[Loop, ...]
+    maps: tuple[Map, ...]
+
+    @property
+    def error(self) -> float:
+        """The largest relative error, maps included."""
+        areas = [float(found.error.max()) for found in self.maps]
+        return float(np.max([*(loop.error for loop in self.loops), *areas]))
+
+    @property
+    def imbalance(self) -> float:
+        """The largest imbalance of a ledger."""
+        return float(np.max([loop.imbalance for loop in self.loops]))
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything is within the bars."""
+        return self.error <= BAR and all(loop.passed for loop in self.loops)
+
+
+def run(parameters: Parameters = FULL, show: Callable[[str], object] = lambda line: None) -> Record:
+    """Follow all loops; `show` gets a line for each."""
+    show(_columns(*HEADER.split("|")))
+    found = []
+    for shape in INDENTERS:
+        for gamma1 in parameters.tensions:
+            for w in parameters.works:
+                for loop in _controls(parameters, shape, gamma1, w):
+                    found.append(loop)
+                    show(line(loop))
+    maps = []
+    for shape in INDENTERS:
+        maps.append(_map(parameters, shape))
+        show(f"map of the {shape}: {maps[-1].area.size} loops, worst {maps[-1].error.max():.1e}")
+    return Record(parameters, tuple(found), tuple(maps))
+
+
+def _controls(parameters: Parameters, shape: str, gamma1: float, w: float) -> list[Loop]:
+    """The same scene under all controls."""
+    path = loops.depth_loop(loops.scene_of(shape, gamma1, w), parameters.steps)
+    stiffness = LAYER.stiffness * SIZE
+    held = [loops.driven_loop(path, K * stiffness) for K in (0.0, *parameters.machines)]
+    return [Loop(shape, one, tuple(loops.compared(one)), one.work()) for one in (path, *held)]
+
+
+def _map(parameters: Parameters, shape: str) -> Map:
+    """Loop areas under machines, by coarse paths."""
+    across, up = np.array(parameters.across), np.array(parameters.up)
+    area, error = np.zeros((2, up.size, across.size))
+    for j, ratio in enumerate(across):
+        scene = loops.scene_of(shape, LAYER.stiffness * (ratio * SIZE) ** 2)
+        path = loops.depth_loop(scene, _COARSE)
+        for i, K in enumerate(up * LAYER.stiffness * SIZE):
+            form = loops.compared(loops.driven_loop(path, K))[-1]
+            area[i, j] = form.simulated / (2 * scene.work_of_adhesion * SIZE)
+            error[i, j] = form.error
+    return Map(shape, across, up, area, error)
+
+
+HEADER = "indenter|γ₁ N/m|w N/m|control|jump-in a µm|pull-off P N/m|d µm|a µm|area J/m|error|ledger"
+
+
+def line(loop: Loop) -> str:
+    """One line of the table."""
+    scene = loop.history.scene
+    values = {f.name: f.simulated if abs(f.simulated) > _NIL * f.scale else 0 for f in loop.forms}
+    return _columns(
+        loop.shape,
+        f"{scene.gamma1:.3g}",
+        f"{scene.work_of_adhesion:.3g}",
+        loop.control,
+        f"{values['jump-in half-width'] * 1e6:.6g}",
+        f"{values['pull-off force']:.6g}",
+        f"{values['pull-off depth'] * 1e6:.6g}",
+        f"{values['pull-off half-width'] * 1e6:.6g}",
+        f"{values['loop area']:.6g}",
+        f"{loop.error:.0e}",
+        f"{loop.imbalance:.0e}",
+    ) + ("" if loop.passed else "  FAIL")
+
+
+def _columns(*cells: str) -> str:
+    widths = (-10, 6, 6, -12, 12, 14, 9, 9, 12, 6, 6)
+    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
+    return " ".join(texts).rstrip()
+
+
+def summary(record: Record) -> str:
+    """The last lines: errors, and what the loops say."""
+    failed = sum(not loop.passed for loop in record.loops)
+    maps = sum(found.area.size for found in record.maps)
+    return (
+        f"{len(record.loops)} loops and {maps} of the maps: worst error {record.error:.1e} "
+        f"(bar {BAR:.0e}), ledgers out of balance by {record.imbalance:.1e} at most "
+        f"(bar {LEDGER:.0e}); {failed} failed"
+    )
+
+
+def plot(record: Record) -> dict[str, Figure]:
+    """The figures by file name."""
+    return hysteresis_figures.all_of(record, featured(record))
+
+
+def featured(record: Record) -> History:
+    """The loop to look at closely: the parabola at moderate tension, under imposed depth."""
+    return next(
+        loop.history
+        for loop in record.loops
+        if loop.shape == "parabola"
+        and loop.control == "depth"
+        and loop.history.scene.gamma1 >= 0.02
+        and loop.history.scene.work_of_adhesion == WORK
+    )
+
+
+def write_csv(record: Record, path: Path) -> None:
+    """One row per loop: every number simulated, in closed form, and its relative error. SI."""
+    names = [form.name.replace(" ", "_") for form in record.loops[0].forms]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        columns = [f"{name}{end}" for name in names for end in ("", "_closed_form", "_error")]
+        given = ["indenter", "gamma1", "w", "control", "machine_stiffness"]
+        table.writerow([*given, *columns, "work", "dissipated", "imbalance"])
+        for loop in record.loops:
+            history, scene = loop.history, loop.history.scene
+            forms = [v for f in loop.forms for v in (f.simulated, f.closed_form, f.error)]
+            stiffness = history.machine_stiffness or ""
+            at = (scene.gamma1, scene.work_of_adhesion, history.control, stiffness)
+            ledger = (loop.work, history.dissipated, loop.imbalance)
+            table.writerow([loop.shape, *at, *forms, *ledger])
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run, draw, write; 1 if a loop misses a bar."""
+    parser = argparse.ArgumentParser(prog="python -m studies hysteresis", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
+    parser.add_argument("--quick", action="store_true", help="fewer loops, a coarse map")
+    options = parser.parse_args(argv)
+    options.out.mkdir(parents=True, exist_ok=True)
+    preset = QUICK if options.quick else FULL
+    record = run(preset, show=lambda text: print(text, flush=True))
+    write_csv(record, options.out / "hysteresis.csv")
+    for name, figure in plot(record).items():
+        figure.savefig(options.out / name, dpi=130)
+    finer = loops.depth_loop(featured(record).scene, 2 * preset.frames)
+    count = animate(finer, options.out / "hysteresis_loop.gif", preset.frames)
+    print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {options.out}")
+    print(summary(record))
+    return 0 if record.passed else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

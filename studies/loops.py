@@ -1,0 +1,189 @@
+"""What the studies of load paths share: three indenters, closed loops, and their closed forms.
+
+The indenters have the same contact without tension: b = a for the flat punch, δ₀/tan δ for the
+wedge, √(Rδ₀) for the parabola, at the work of adhesion WORK. With small slopes a loop then depends
+on l/b and on the control only, in units of kδ₀b for forces and 2wb for energies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.events import Event
+from discretization.history import History
+from discretization.loading import load_path
+from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
+
+Array = NDArray[np.float64]
+LAYER = ElasticLayer(E=300.0, nu=0.4, h=10e-6)  # Pa, 1, m: a very soft gel
+WORK = 1e-4  # N/m
+SIZE = 50e-6  # m
+LIFT = float(cards.plane.critical_separation(LAYER.stiffness, WORK))
+INDENTERS: dict[str, Indenter] = {
+    "flat punch": FlatPunch(SIZE),
+    "wedge": Wedge(math.atan(LIFT / SIZE)),
+    "parabola": Parabola(SIZE**2 / LIFT),
+}
+CONTROLS = {
+    "depth": cards.displacement_control,
+    "force": cards.load_control,
+    "drive": cards.machine_control,
+}
+_DEEPEST, _BEYOND = 2.0, 0.4
+
+
+def scene_of(shape: str, gamma1: float, w: float = WORK) -> Scene:
+    """The scene of one of the INDENTERS."""
+    return Scene(LAYER, SurfaceEnergies.from_work(gamma1, w), INDENTERS[shape])
+
+
+def size(scene: Scene) -> float:
+    """b, the half-width of the contact without tension at which it bears the largest pull."""
+    indenter, lift = scene.indenter, scene.critical_separation
+    if isinstance(indenter, FlatPunch):
+        return indenter.half_width
+    if isinstance(indenter, Wedge):
+        return lift / math.tan(indenter.delta)
+    if isinstance(indenter, Parabola):
+        return math.sqrt(indenter.R * lift)
+    raise ValueError(f"indenter = {indenter!r} must be a FlatPunch, Wedge or Parabola")
+
+
+def force_scale(scene: Scene) -> float:
+    """k δ₀ (b + l) [N/m]."""
+    width = size(scene) + scene.elastocapillary_length
+    return scene.stiffness * scene.critical_separation * width
+
+
+def depth_loop(scene: Scene, steps: int) -> History:
+    """Imposed depth from out of contact down to 2δ₀ and back, in steps that shrink at its end."""
+    lift = scene.critical_separation
+    down = np.linspace(-0.3 * lift, _DEEPEST * lift, max(steps // 3, 2))
+    part = np.linspace(1, 0, max(steps - down.size, 2))
+    up = (_DEEPEST + 1) * lift * part**2 - lift
+    return load_path(scene, depths=[*down, *up[1:], -(1 + _BEYOND) * lift])
+
+
+def driven_loop(path: History, K: float) -> History:
+    """The same states as on a loop of imposed depth, held by a machine of stiffness K [N/m²].
+
+    K = 0: a dead load. Values of the control are D = d + P/K, or P, of the states of that loop,
+    as far as they grow on loading and fall on unloading; then down to where nothing holds.
+    """
+    held = ~np.isnan(path.contacts[:, 0])
+    values = (path.depth + path.force / K if K else path.force)[held]
+    turn = int(np.argmax(path.depth[held]))
+    up, down = values[: turn + 1], np.unique(np.minimum.accumulate(values[turn:]))[::-1]
+    force, least = force_scale(path.scene), min(float(down[-1]), 0.0)
+    scale = path.scene.critical_separation + force / K if K else force
+    down = down[down > least + 1e-6 * scale]
+    programme = [*up[up > 0], *down[1:], least - _BEYOND * scale]
+    if K:
+        return load_path(path.scene, drives=programme, machine_stiffness=K)
+    return load_path(path.scene, forces=programme)
+
+
+class Form(NamedTuple):
+    """One number of a loop: simulated, in closed form, and what measures it where that is 0."""
+
+    name: str
+    simulated: float
+    closed_form: float
+    scale: float
+
+    @property
+    def error(self) -> float:
+        """Relative error, of the scale where the closed form is 0 (within rounding)."""
+        zero = abs(self.closed_form) <= 1e-12 * self.scale
+        return abs(self.simulated - self.closed_form) / (
+            self.scale if zero else abs(self.closed_form)
+        )
+
+
+def closed_form(scene: Scene, what: str, control: str = "depth", K: float | None = None) -> Any:
+    """The card `what` (jump_in, detachment, loop_area, ...) of this indenter and control."""
+    shape, own = _parameters(scene.indenter)
+    given: dict[str, float] = {**own, **material(scene)}
+    if control == "drive" and (shape, what) != ("flat_punch", "jump_in"):
+        given["K"] = math.nan if K is None else K
+    card: Callable[..., Any] = getattr(CONTROLS[control], f"{shape}_{what}")
+    return card(**given)
+
+
+def material(scene: Scene) -> dict[str, float]:
+    """k, γ₁ and w as the cards take them."""
+    return {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+
+
+def _parameters(indenter: Indenter) -> tuple[str, dict[str, float]]:
+    if isinstance(indenter, FlatPunch):
+        return "flat_punch", {"a": indenter.half_width}
+    if isinstance(indenter, Wedge):
+        return "wedge", {"delta": indenter.delta}
+    if isinstance(indenter, Parabola):
+        return "parabola", {"R": indenter.R}
+    raise ValueError(f"indenter = {indenter!r} has no closed forms of loops")
+
+
+def pull_off_card(scene: Scene) -> cards.PullOff:
+    """The most tensile state of the adhered branch: behind Eqs. (23), (30) and the parabola's."""
+    shape, own = _parameters(scene.indenter)
+    if shape == "flat_punch":
+        return cards.PullOff(*closed_form(scene, "detachment")[:3])
+    found: cards.PullOff = getattr(cards, shape).pull_off(**own, **material(scene))
+    return found
+
+
+def formula_30(scene: Scene) -> float:
+    """2w/tan δ - γ₁ tan δ, Eq. (30), also where it does not hold."""
+    slope = scene.critical_separation / size(scene)
+    return 2 * scene.work_of_adhesion / slope - scene.gamma1 * slope
+
+
+def most_tensile(history: History) -> tuple[float, float, float]:
+    """(P, d, a) of `History.pull_off`; zeros for a path that never pulls."""
+    least = min([0.0, *history.force, *(event.force for event in history.events)])
+    if least > -1e-12 * force_scale(history.scene):
+        return 0.0, 0.0, 0.0
+    found = history.pull_off
+    return found.force, found.depth, found.half_width
+
+
+def compared(history: History) -> list[Form]:
+    """Jump-in, end of the contact, pull-off and loop area beside their closed forms."""
+    scene, control, K = history.scene, history.control, history.machine_stiffness
+    jump, end, area = (
+        closed_form(scene, what, control, K) for what in ("jump_in", "detachment", "loop_area")
+    )
+    first, last = history.events[0], history.events[-1]
+    force, lift, width = force_scale(scene), scene.critical_separation, size(scene)
+    work = force * lift
+    pulled = zip(most_tensile(history), pull_off_card(scene), strict=True)
+    (P, P_card), (d, d_card), (a, a_card) = pulled
+    return [
+        Form("jump-in force", first.after.force, float(jump.force), force),
+        Form("jump-in half-width", first.after.half_width, float(jump.half_width), width),
+        Form("jump-in energy", first.energy_released, float(jump.energy_released), work),
+        Form("pull-off force", P, float(P_card), force),
+        Form("pull-off depth", d, float(d_card), lift),
+        Form("pull-off half-width", a, float(a_card), width),
+        Form("end depth", last.depth, float(end.depth), lift),
+        Form("end energy", _released_at_the_end(last), float(end.energy_released), work),
+        Form("loop area", history.dissipated, float(area), work),
+    ]
+
+
+def _released_at_the_end(last: Event) -> float:
+    return last.energy_released if last.kind in ("detachment", "pull-off") else math.nan
+
+
+def imbalance(history: History, work: float) -> float:
+    """|∫P dd - energy released| over the latter, or over the scale where nothing is released."""
+    scale = force_scale(history.scene) * history.scene.critical_separation
+    released = history.dissipated if abs(history.dissipated) > 1e-12 * scale else scale
+    return abs(work - history.dissipated) / abs(released)

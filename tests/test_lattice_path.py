@@ -1,0 +1,133 @@
+"""Load paths on the lattice: the same events, an exact ledger, no lattice hysteresis."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import adhesive
+
+from discretization import History, load_path, on_lattice
+from energy import FlatPunch, Parabola, Profile, Sampled, SurfaceEnergies, Wedge
+
+SPACING = 1e-5
+BODIES = [Parabola(0.02), Wedge(0.05).shifted(0.0123), Parabola(0.02).tilted(0.05), FlatPunch(0.03)]
+
+
+def programme(scene, top=3.0, bottom=-2.0):
+    return np.r_[np.linspace(-1, top, 40), np.linspace(top, bottom, 60)] * scene.critical_separation
+
+
+def rippled(height=1e-5):
+    q = 2 * np.pi / 0.002
+    return Profile(
+        lambda x: x**2 / 0.04 + height * (1 - np.cos(q * x)),
+        lambda x: x / 0.02 + height * q * np.sin(q * x),
+    )
+
+
+@pytest.mark.parametrize("body", BODIES, ids=lambda body: type(body).__name__)
+def test_the_lattice_walks_the_fitted_path(body):
+    scene = adhesive(body)
+    depths = programme(scene)
+    fine = load_path(scene, depths=depths)
+    path = load_path(scene, depths=depths, method="lattice", spacing=SPACING)
+    assert [e.kind for e in path.events] == [e.kind for e in fine.events]
+    for ours, theirs in zip(path.events, fine.events, strict=True):
+        assert abs(ours.depth - theirs.depth) <= 0.02 * scene.critical_separation
+        assert abs(ours.energy_released - theirs.energy_released) <= 0.02 * fine.dissipated
+    held = (path.half_width > 10 * SPACING) & (fine.half_width > 0)
+    assert held.sum() >= 60
+    assert np.abs(path.half_width - fine.half_width)[held].max() <= 0.02 * SPACING
+    assert np.abs(path.force - fine.force)[held].max() <= 1e-5 * np.abs(fine.force).max()
+    assert np.abs(path.energy - fine.energy)[held].max() <= 1e-5 * np.abs(fine.energy).max()
+
+
+@pytest.mark.parametrize("body", [*BODIES, rippled()], ids=lambda body: type(body).__name__)
+def test_the_ledger_is_exact(body):
+    scene = adhesive(body)
+    path = load_path(scene, depths=programme(scene), method="lattice", spacing=SPACING)
+    assert path.dissipated > 0
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("body", BODIES[:3], ids=lambda body: type(body).__name__)
+def test_a_branch_walked_there_and_back_costs_nothing(body):
+    scene = adhesive(body)
+    there = np.linspace(-0.5, 3, 50) * scene.critical_separation
+    once = load_path(scene, depths=[0.0, there[0]], method="lattice", spacing=SPACING)
+    twice = load_path(
+        scene, depths=[*there, *there[::-1]], method="lattice", spacing=SPACING, after=once
+    )
+    assert twice.events == once.events
+    scale = scene.stiffness * scene.critical_separation**2 * scene.elastocapillary_length
+    assert abs(twice.work() - once.work()) <= 1e-12 * scale
+    assert np.ptp(twice.contacts[2:52] - twice.contacts[:1:-1][:50], axis=None) == 0
+
+
+def test_states_are_those_of_on_lattice():
+    scene = adhesive(Parabola(0.02))
+    depths = np.array([0.5, 1.7, 2.9, 1.1, -0.4]) * scene.critical_separation
+    path = load_path(scene, depths=depths, method="lattice", spacing=SPACING)
+    for step, depth in enumerate(depths):
+        state = on_lattice(scene, depth, SPACING)
+        assert abs(path.half_width[step] - state.half_width) <= 0.01 * SPACING
+        assert abs(path.force[step] - state.force) <= 1e-6 * state.scales["force"]
+        assert abs(path.energy[step] - state.energy) <= 1e-6 * state.scales["energy"]
+
+
+def test_a_rippled_indenter_advances_and_recedes_by_avalanches():
+    scene = adhesive(rippled())
+    path = load_path(scene, depths=programme(scene), method="lattice", spacing=SPACING)
+    jumps = [event for event in path.events if event.kind == "jump"]
+    rising = [event for event in jumps if event.after.half_width > event.before.half_width]
+    assert len(rising) >= 3 and len(jumps) - len(rising) >= 3
+    least = 1e-6 * scene.work_of_adhesion * 0.002
+    assert min(event.energy_released for event in jumps) > least
+    widths = [event.after.half_width - event.before.half_width for event in rising]
+    assert max(widths) <= 0.0021  # at most one wavelength at once, on each side
+    smooth = load_path(
+        adhesive(rippled(1e-8)), depths=programme(scene), method="lattice", spacing=SPACING
+    )
+    assert [e for e in smooth.events if e.kind == "jump"] == []
+
+
+def test_adhesion_hysteresis_on_the_lattice():
+    fine = replace(
+        adhesive(Parabola(0.02), w=0.001), opening=SurfaceEnergies.from_work(0.07, 0.003)
+    )
+    depths = programme(fine, 2.0, -3.0)
+    reference = load_path(fine, depths=depths)
+    path = load_path(fine, depths=depths, method="lattice", spacing=2e-6)
+    assert path.friction == pytest.approx(reference.friction, rel=1e-3, abs=0)
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
+
+
+def test_a_lattice_path_is_saved_and_continued_to_the_last_bit(tmp_path):
+    scene = adhesive(Sampled([-0.03, -0.01, 0.0, 0.02, 0.03], [0.01, 0.001, 0.0, 0.004, 0.02]))
+    depths = programme(scene, 1.5)
+    whole = load_path(scene, depths=depths, method="lattice", spacing=SPACING)
+    save = tmp_path / "path.csv"
+    load_path(scene, depths=depths[:55], method="lattice", spacing=SPACING, save=save)
+    again = load_path(scene, depths=depths, method="lattice", spacing=SPACING, save=save)
+    assert again.contacts.tobytes() == whole.contacts.tobytes()
+    assert again.force.tobytes() == whole.force.tobytes()
+    assert History.from_csv(save).energy.tobytes() == whole.energy.tobytes()
+    assert len(again.events) == len(whole.events)
+
+
+def test_what_the_lattice_cannot_do_is_refused():
+    scene = adhesive(Parabola(0.02))
+    for given, message in (
+        ({"depths": [0.1], "method": "lattice"}, "spacing = None with method = 'lattice'"),
+        ({"depths": [0.1], "spacing": 1e-5}, "spacing = 1e-05 with method = 'fitted'"),
+        ({"depths": [0.1], "method": "mesh"}, "method = 'mesh'"),
+        ({"forces": [0.1], "method": "lattice", "spacing": 1e-5}, "follows imposed depths"),
+        ({"depths": [0.1], "method": "lattice", "spacing": -1.0}, "spacing = -1.0"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            load_path(scene, **given)
+    with pytest.raises(ValueError, match="needs small slopes and gamma1 > 0"):
+        load_path(replace(scene, slopes="finite"), depths=[1e-3], method="lattice", spacing=SPACING)
+    narrow = adhesive(Sampled([-0.01, 0.0, 0.01], [0.0025, 0.0, 0.0025]))
+    with pytest.raises(ValueError, match="whole known profile"):
+        load_path(narrow, depths=[0.1], method="lattice", spacing=SPACING)
