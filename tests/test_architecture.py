@@ -111,10 +111,15 @@ def test_the_readme_commands_exist_and_ci_runs_the_second():
     assert "README.md" in (ROOT / ".ci" / "run").read_text("utf-8")
 
 
-def test_the_readme_example_runs(capsys):
+def test_the_readme_examples_run(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
     text = (ROOT / "README.md").read_text("utf-8")
-    (example,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    exec(compile(example, "README.md", "exec"), {})
+    one, path = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(one, "README.md", "exec"), {})
     printed = capsys.readouterr().out
     assert "VIOLATED" not in printed
     assert "\nTrue " in printed
+    exec(compile(path, "README.md", "exec"), {})
+    printed = capsys.readouterr().out
+    assert printed.startswith("jump-in 0.0") and "\ndetachment -" in printed
+    assert (tmp_path / "path.csv").exists()
