@@ -155,14 +155,24 @@ def _inside(state: Equilibrium) -> tuple[tuple[float, float], float]:
     return (left + reach, right - reach), float(state.scene.indenter.height(x).min())
 
 
+def _distinct(
+    problem: Problem, ends: tuple[FittedLine, FittedLine]
+) -> tuple[tuple[int, FittedLine, int], ...]:
+    """(side, line, how many like it): of a mirrored contact one line speaks for both."""
+    indenter, (left, right) = problem.scene.indenter, ends
+    if indenter.symmetric and left == right._replace(x=mirrored(indenter, right.x)):
+        return ((1, right, 2),)
+    return (-1, left, 1), (1, right, 1)
+
+
 def certify_lines(
     problem: Problem, ends: tuple[FittedLine, FittedLine], found: Interval
 ) -> Certificate:
     """The same conditions as on the lattice, for lines that move continuously."""
-    penetration = neighbours = 0.0
+    penetration = neighbours = stationarity = 0.0
     scale = problem.scale(ends)
     step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * (problem.scene.elastocapillary_length or 1.0))
-    for side, end in ((-1, ends[0]), (1, ends[1])):
+    for side, end, _ in _distinct(problem, ends):
         if ends[0].x < ends[1].x:
             neighbours = max(neighbours, problem.drive(side, end.x - side * step, 0.0) / scale)
         if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
@@ -170,10 +180,10 @@ def certify_lines(
             neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)
             through = math.sqrt(problem.scene.gamma1 / 2) * problem.jump(side, beyond, 0.0)
             penetration = max(penetration, -through / scale)
+        if problem.scene.gamma1:
+            stationarity = max(stationarity, _imbalance(problem, end.x))
     force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
     pulled = 0.0 if problem.scene.work_of_adhesion else max(0.0, -found.weakest)
-    lines = {problem.displaced(end.x): end.x for end in ends} if problem.scene.gamma1 else {}
-    stationarity = max((_imbalance(problem, x) for x in lines.values()), default=0.0)
     return Certificate(penetration, stationarity, pulled / problem.lift, neighbours, force)
 
 
@@ -190,14 +200,14 @@ def _errors(
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
     surface = _ROUNDING + (problem.response.error if problem.scene.gamma1 else 0.0)
-    for side, end in ((-1, ends[0]), (1, ends[1])):
+    scale = problem.scale(ends)
+    for side, end, count in _distinct(problem, ends):
         if end.pinned:
             continue
         step = 1e-4 * width
-        gain = (
-            problem.drive(side, end.x, 0.0) - problem.drive(side, end.x - side * step, 0.0)
-        ) / step
-        error = surface * (problem.scale(ends) / gain if gain > 0 else width)
+        inner = problem.drive(side, end.x - side * step, 0.0)
+        gain = (problem.drive(side, end.x, 0.0) - inner) / step
+        error = count * surface * (scale / gain if gain > 0 else width)
         move += error
         push += error * abs(problem.force_rate(side, end.x))
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0

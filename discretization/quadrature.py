@@ -66,25 +66,38 @@ def _rule(order: int) -> tuple[Array, Array]:
     return np.concatenate([near, 1 - near]), np.concatenate([weights, weights])
 
 
-def _points(ends: Array, order: int) -> tuple[Array, Array]:
-    """Points and weights (n, ·) on the panels between ends (n, m + 1)."""
-    at, weights = _rule(order)
-    span = (ends[:, 1:] - ends[:, :-1])[..., None]
-    points = ends[:, :-1, None] + span * at
-    return points.reshape(len(ends), -1), (span * weights).reshape(len(ends), -1)
+@functools.lru_cache(maxsize=16)
+def _pair(few: int, many: int) -> tuple[Array, Array]:
+    """Both rules at once: all their points (p,), and their weights (2, p)."""
+    (points, weights), (more, heavier) = _rule(few), _rule(many)
+    both = np.zeros((2, points.size + more.size))
+    both[0, : points.size], both[1, points.size :] = weights, heavier
+    return np.concatenate([points, more]), both
+
+
+def _points(ends: Array, at: Array, weights: Array) -> tuple[Array, Array]:
+    """Points (n, ·) and weights (..., n, ·) of a rule on the panels between ends (n, m + 1)."""
+    span = ends[:, 1:] - ends[:, :-1]
+    points = (ends[:, :-1, None] + span[..., None] * at).reshape(len(ends), -1)
+    spread = span[..., None] * weights[..., None, None, :]
+    return points, spread.reshape(*weights.shape[:-1], *points.shape)
 
 
 def integrate(
-    scene: Scene, response: Response, depth: Array, lines: Array, ends: Array, order: int
-) -> Intervals:
-    """Energy and force of contacts with lines (n, 2) at depths (n,) on panels between ends."""
+    scene: Scene, response: Response, depth: Array, lines: Array, ends: Array
+) -> tuple[Intervals, Intervals]:
+    """Energy and force of contacts at depths (n,), by fewer and by more points.
+
+    lines (n, 2); panels lie between ends (n, m + 1).
+    """
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-    x, span = _points(ends, order)
+    x, span = _points(ends, *_pair(*_orders(ends)))
     g, slope = depth[:, None] - scene.indenter.height(x), scene.indenter.slope(x)
     stretch = terms.surface(slope, gamma1=gamma1, slopes=scene.slopes).value
     bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=scene.slopes)
-    densities = (terms.spring(g, k=k).value, stretch, bound, k * g, np.abs(k * g))
-    springs, tension, adhesion, force, size = (np.einsum("ij,ij->i", span, y) for y in densities)
+    pressure = k * g
+    densities = np.array([terms.spring(g, k=k).value, stretch, bound, pressure, np.abs(pressure)])
+    sums = np.einsum("rij,dij->rdi", span, densities)
     energy, pull, area, pulls = np.zeros((4, depth.size))
     for u in (depth[:, None] - scene.indenter.height(lines)).T if gamma1 else ():
         u0 = (u / scene.elastocapillary_length).tolist()
@@ -92,14 +105,19 @@ def integrate(
         reaction = gamma1 * np.array([*map(response.reaction, u0)])
         pull, pulls = pull + reaction, pulls + np.abs(reaction)
         area += gamma1 * np.array([*map(response.area, u0)])
-    return Intervals(
-        springs + tension + energy - adhesion,
-        force + pull,
-        force + area,
-        springs + tension + energy + adhesion,
-        size + pulls,
-        g.min(axis=1, initial=0.0),
+    weakest = g.min(axis=1, initial=0.0)
+    few, many = (
+        Intervals(
+            springs + tension + energy - adhesion,
+            force + pull,
+            force + area,
+            springs + tension + energy + adhesion,
+            size + pulls,
+            weakest,
+        )
+        for springs, tension, adhesion, force, size in sums
     )
+    return few, many
 
 
 def _ends(indenter: Indenter, lines: Array) -> Array:
@@ -122,7 +140,7 @@ def totals(
     lines, at = np.array([[left, right]]), np.array([depth])
     ends = np.unique(_ends(scene.indenter, lines))[None]
     for _ in range(_HALVINGS):
-        coarse, fine = (integrate(scene, response, at, lines, ends, n) for n in _orders(ends))
+        coarse, fine = integrate(scene, response, at, lines, ends)
         if fine.change(coarse) <= _PART * rtol or ends.size > _MOST_PANELS:
             break
         ends = np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2]))
@@ -136,9 +154,7 @@ def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple
     step = max(1, _CHUNK // (40 * 2 * ends.shape[1]))
     for start in range(0, len(depth), step):
         own = slice(start, start + step)
-        coarse, fine = (
-            integrate(scene, response, depth[own], lines[own], ends[own], n) for n in _orders(ends)
-        )
+        coarse, fine = integrate(scene, response, depth[own], lines[own], ends[own])
         change = max(change, fine.change(coarse))
         parts.append(fine)
     return Intervals(*(np.concatenate(part) for part in zip(*parts, strict=True))), change
@@ -173,5 +189,5 @@ def _contact(indenter: Indenter, left: float, right: float) -> tuple[Array, Arra
         if len(places):
             cuts += np.asarray(places).tolist()
     ends = np.array([[left, *sorted({x for x in cuts if left < x < right}), right]])
-    x, span = _points(ends, _orders(ends)[1])
+    x, span = _points(ends, *_rule(_orders(ends)[1]))
     return x[0], span[0]

@@ -118,9 +118,10 @@ class Sampled(Indenter):
 
     def _locate(self, x: Array) -> tuple[NDArray[np.intp], Array, Array]:
         """Interval of each x, its length and the position inside it from 0 to 1."""
-        i = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, self.x.size - 2)
-        h = self.x[i + 1] - self.x[i]
-        return i, h, (np.clip(x, self.x[0], self.x[-1]) - self.x[i]) / h
+        i = np.minimum(np.maximum(self.x.searchsorted(x, side="right") - 1, 0), self.x.size - 2)
+        near = self.x[i]
+        h = self.x[i + 1] - near
+        return i, h, (np.minimum(np.maximum(x, self.x[0]), self.x[-1]) - near) / h
 
 
 def _spline_slopes(x: Array, z: Array) -> Array:
