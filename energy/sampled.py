@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import bisect
 import functools
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -92,26 +94,43 @@ class Sampled(Indenter):
         root = math.sqrt(max(bend * bend / 4 - curl * m[i], 0.0))
         return float(self.x[i] - h * m[i] / (bend / 2 + root))  # m + bend s + curl s² = 0
 
-    def height(self, x: ArrayLike) -> Array:
+    def height(self, x: ArrayLike | float) -> Array:
+        if type(x) is float:  # a line search asks for one position at a time
+            return np.asarray(self._one(x)[0])
         x = np.asarray(x, float)
         if self.kind == "linear":
             return np.interp(x, self.x, self.z, left=math.inf, right=math.inf)
         i, h, s = self._locate(x)
-        m0, m1, step = self._slopes[i], self._slopes[i + 1], self.z[i + 1] - self.z[i]
-        f = self.z[i] + s * (
-            h * m0 + s * (3 * step - h * (2 * m0 + m1) + s * (h * (m0 + m1) - 2 * step))
-        )
+        step = self.z[i + 1] - self.z[i]
+        f, _ = _cubic(self.z[i], step, self._slopes[i], self._slopes[i + 1], h, s)
         return np.where(self._inside(x), f, math.inf)
 
-    def slope(self, x: ArrayLike) -> Array:
+    def slope(self, x: ArrayLike | float) -> Array:
+        if type(x) is float:
+            return np.asarray(self._one(x)[1])
         x = np.asarray(x, float)
         i, h, s = self._locate(x)
-        if self.kind == "linear":
-            f1 = self._slopes[i]
-        else:
-            m0, m1, step = self._slopes[i], self._slopes[i + 1], self.z[i + 1] - self.z[i]
-            f1 = m0 + s * (2 * (3 * step / h - 2 * m0 - m1) + 3 * s * (m0 + m1 - 2 * step / h))
+        f1 = self._slopes[i]
+        if self.kind == "smooth":
+            step = self.z[i + 1] - self.z[i]
+            _, f1 = _cubic(self.z[i], step, self._slopes[i], self._slopes[i + 1], h, s)
         return np.where(self._inside(x), f1, math.nan)
+
+    def _one(self, at: float) -> tuple[float, float]:
+        """Height and slope at one position."""
+        x, z, m = self._lists
+        if not x[0] <= at <= x[-1]:
+            return math.inf, math.nan
+        i = min(bisect.bisect_right(x, at) - 1, len(x) - 2)
+        h = x[i + 1] - x[i]
+        s = (at - x[i]) / h
+        if self.kind == "linear":
+            return z[i] + m[i] * (at - x[i]), m[i]
+        return _cubic(z[i], z[i + 1] - z[i], m[i], m[i + 1], h, s)
+
+    @functools.cached_property
+    def _lists(self) -> tuple[list[float], list[float], list[float]]:
+        return self.x.tolist(), self.z.tolist(), self._slopes.tolist()
 
     def _inside(self, x: Array) -> NDArray[np.bool_]:
         return (x >= self.x[0]) & (x <= self.x[-1])
@@ -122,6 +141,13 @@ class Sampled(Indenter):
         near = self.x[i]
         h = self.x[i + 1] - near
         return i, h, (np.minimum(np.maximum(x, self.x[0]), self.x[-1]) - near) / h
+
+
+def _cubic(z: Any, step: Any, m0: Any, m1: Any, h: Any, s: Any) -> tuple[Any, Any]:
+    """Height and slope at s = 0..1 between samples of heights z, z + step and slopes m0, m1."""
+    f = z + s * (h * m0 + s * (3 * step - h * (2 * m0 + m1) + s * (h * (m0 + m1) - 2 * step)))
+    f1 = m0 + s * (2 * (3 * step / h - 2 * m0 - m1) + 3 * s * (m0 + m1 - 2 * step / h))
+    return f, f1
 
 
 def _spline_slopes(x: Array, z: Array) -> Array:

@@ -187,3 +187,28 @@ def test_bad_input_is_refused_with_name_value_and_remedy(build, says):
 def test_scene_helper_uses_no_unit_parameter():
     scene = adhesive(Parabola(0.02))
     assert 1.0 not in (scene.stiffness, scene.gamma1, scene.layer.h, scene.work_of_adhesion)
+
+
+@pytest.mark.parametrize("kind", ["linear", "smooth"])
+def test_one_position_of_a_sampled_profile_is_the_same_as_many(kind):
+    rng = np.random.default_rng(5)
+    x = np.sort(rng.uniform(-1, 1, 30))
+    body = Sampled(x, rng.normal(size=30), kind)
+    at = np.concatenate([x, rng.uniform(-1.2, 1.2, 200)])
+    for many, one in ((body.height(at), body.height), (body.slope(at), body.slope)):
+        single = np.array([one(position) for position in at.tolist()])
+        assert np.array_equal(np.isfinite(many), np.isfinite(single))
+        inside = np.isfinite(many)
+        assert np.abs(many[inside] - single[inside]).max() <= 1e-13 * np.abs(many[inside]).max()
+
+
+def test_a_sampled_profile_knows_whether_it_is_convex_and_where_it_is_lowest():
+    x = np.linspace(-1, 1.5, 41)
+    for kind in ("linear", "smooth"):
+        parabola = Sampled(x, (x - 0.23) ** 2, kind)
+        assert parabola.convex
+        assert parabola.apex == pytest.approx(0.23, abs=1e-12 if kind == "smooth" else 0.04)
+        bump = Sampled(x, (x - 0.23) ** 2 + 0.05 * np.cos(9 * x), kind)
+        assert not bump.convex and bump.apex is None
+    falling = Sampled(x, -x, "smooth")
+    assert falling.convex and falling.apex == 1.5
