@@ -25,14 +25,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError, certify, measured
-from discretization.fronts import Contact, Region, blocks, region
+from discretization.fronts import Contact, Region, region
 from discretization.lattice import Lattice
+from discretization.lattice_side import Side, build
 from energy import Scene
 
 Array = NDArray[np.float64]
 _INTERIOR = 0.499
-_SPARE = 4
-_BLOCK = 16
+_OF_ADHESION = ("opening", "neighbours")  # judged with one work of adhesion only
 
 
 class Nodes(NamedTuple):
@@ -46,47 +46,6 @@ class Nodes(NamedTuple):
 State = Nodes | None
 
 
-class _Side(NamedTuple):
-    """One side, outwards from the node that touches first (n nodes, n - 1 links).
-
-    x, f of the nodes; the depths at which each link closes and opens; running sums over the nodes
-    of f and f², over the links of (Δf)², that of node 0 left out.
-    """
-
-    x: Array
-    f: Array
-    closes: Array
-    opens: Array
-    sum_f: Array
-    sum_f2: Array
-    sum_df2: Array
-
-    def moved(self, links: int, depth: float) -> int:
-        """Links in contact at this depth after there were `links`."""
-        size = _BLOCK
-        while self.closes[links] <= depth:
-            resists = self.closes[links : links + size] > depth
-            links += int(np.argmax(resists)) if resists.any() else resists.size
-            size *= 2
-        size = _BLOCK
-        while links and self.opens[links - 1] > depth:
-            holds = self.opens[max(links - size, 0) : links][::-1] <= depth
-            links -= int(np.argmax(holds)) if holds.any() else holds.size
-            size *= 2
-        return links
-
-    def crossed(self, links: int, depth: float) -> tuple[Array, Array]:
-        """Depths at which the line crosses links on the way here, and whether by a jump."""
-        there = self.moved(links, depth)
-        if there >= links:
-            own = self.closes[links:there]
-            at = np.maximum.accumulate(own)
-        else:
-            own = self.opens[there:links][::-1]
-            at = np.minimum.accumulate(own)
-        return at, own != at
-
-
 @dataclass(frozen=True, eq=False)
 class LatticeBranch:
     """States of one contact on fixed nodes under a prescribed depth; None: detached."""
@@ -94,8 +53,8 @@ class LatticeBranch:
     scene: Scene
     lattice: Lattice
     where: Region
-    left: _Side
-    right: _Side
+    left: Side
+    right: Side
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, deepest: float) -> LatticeBranch:
@@ -110,7 +69,7 @@ class LatticeBranch:
             )
         lattice = Lattice.of(scene, spacing)
         where = region(lattice, scene.indenter, deepest)
-        left, right = (_side(scene, lattice, where, side, deepest) for side in (-1, 1))
+        left, right = (build(scene, lattice, where, side, deepest) for side in (-1, 1))
         return cls(scene, lattice, where, left, right)
 
     @property
@@ -193,7 +152,7 @@ class LatticeBranch:
             for side, links in ((self.left, state.left), (self.right, state.right))
         )
 
-    def _pull(self, side: _Side, links: Array | int, depth: Array | float) -> Array:
+    def _pull(self, side: Side, links: Array | int, depth: Array | float) -> Array:
         """Force of one side without the middle node."""
         springs = self.lattice.spring * (links * depth - side.sum_f[links])
         return np.asarray(springs + self.lattice.tail_force(depth - side.f[links]))
@@ -208,18 +167,26 @@ class LatticeBranch:
             for side, links in ((self.left, state.left), (self.right, state.right))
         )
 
-    def _stored(self, side: _Side, links: Array | int, depth: Array | float) -> Array:
+    def _stored(self, side: Side, links: Array | int, depth: Array | float) -> Array:
         """Energy of one side without the middle node."""
         lat = self.lattice
         squares = links * depth**2 - 2 * depth * side.sum_f[links] + side.sum_f2[links]
         stretch = lat.link * side.sum_df2[links] + lat.end_stiffness * (depth - side.f[links]) ** 2
-        return np.asarray((lat.spring * squares + stretch) / 2 - lat.w * lat.spacing * links)
+        return np.asarray(
+            (lat.spring * squares + stretch) / 2 - lat.w * lat.spacing * side.bonds[links]
+        )
 
     def friction(self, before: State, after: State) -> float:
         """(w_opening - w) for every link that opened without a jump."""
         if before is None or after is None or self.scene.opening is None:
             return 0.0
-        opened = max(before.left - after.left, 0) + max(before.right - after.right, 0)
+        opened = sum(
+            float(side.bonds[max(old, new)] - side.bonds[new])
+            for side, old, new in (
+                (self.left, before.left, after.left),
+                (self.right, before.right, after.right),
+            )
+        )
         more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
         return opened * self.lattice.spacing * more
 
@@ -251,7 +218,7 @@ class LatticeBranch:
                 total += own + np.abs(zeta) * (part(side, beside, depths) - own)
         return x, force, energy
 
-    def _between(self, side: _Side, links: Array, depths: Array) -> Array:
+    def _between(self, side: Side, links: Array, depths: Array) -> Array:
         """Where the depth of closing equals d, in links from the last contact node: -1/2..1/2."""
         outer = side.closes[np.minimum(links, side.closes.size - 1)]
         inner = side.opens[np.maximum(links - 1, 0)]
@@ -262,48 +229,22 @@ class LatticeBranch:
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError unless the contact set is in equilibrium."""
-        if state is None or self.scene.opening is not None:
+        if state is None:
             return
-        lowest = self.where.lowest
+        lowest, uniform = (
+            self.where.lowest,
+            self.scene.opening is None and self.scene.pattern is None,
+        )
         nodes = Contact(lowest - state.left, lowest + state.right, self.lattice.critical_gap)
         sums = measured(self.lattice, self.scene.indenter, depth, nodes)
         judged = certify(self.lattice, self.scene.indenter, depth, self.where, nodes, sums)
-        if not judged.ok:
+        failures = [name for name in judged.failures if uniform or name not in _OF_ADHESION]
+        for side, links in ((self.left, state.left), (self.right, state.right)):
+            below = side.moved(links, math.nextafter(depth, -math.inf))
+            if links not in (side.moved(links, depth), below):
+                failures.append("neighbours")
+        if failures:
             raise NotCertifiedError(
-                f"the state at depth = {depth!r} violates {', '.join(judged.failures)} ({judged}); "
-                "the path stops before it"
+                f"the state at depth = {depth!r} violates {', '.join(failures)} ({judged}); the "
+                "path stops before it"
             )
-
-
-def _side(scene: Scene, lattice: Lattice, where: Region, side: int, deepest: float) -> _Side:
-    """Nodes outwards to the first link that resists at the largest depth, and two more."""
-    limit = where.first if side < 0 else where.last
-    parts: list[Array] = []
-    for _, f in blocks(lattice, scene.indenter, where.lowest, limit):
-        parts.append(f if not parts else f[1:])
-        whole = np.concatenate(parts)
-        closes = whole[:-1] + (np.diff(whole) - lattice.critical_gap) / lattice.loss
-        resists = np.flatnonzero(closes > deepest)
-        if resists.size and resists[0] + _SPARE < closes.size:
-            whole = whole[: resists[0] + 1 + _SPARE]
-            break
-    else:
-        end = scene.indenter.extent[0 if side < 0 else 1]
-        if end not in scene.indenter.walls:
-            raise ValueError(
-                f"depth = {deepest!r} spreads the contact over the whole known profile, to x = "
-                f"{end!r}; give a wider profile or smaller depths"
-            )
-    f, steps = whole, np.diff(whole)
-    gap = Lattice.of(scene.opened, lattice.spacing, lattice.origin).critical_gap
-    x = lattice.x(where.lowest + side * np.arange(f.size))
-    beyond = [math.inf]
-    return _Side(
-        np.clip(x, *scene.indenter.extent),
-        f,
-        np.concatenate([f[:-1] + (steps - lattice.critical_gap) / lattice.loss, beyond]),
-        f[:-1] + (steps - gap) / lattice.loss,
-        np.concatenate([[0.0], np.cumsum(f[1:])]),
-        np.concatenate([[0.0], np.cumsum(f[1:] ** 2)]),
-        np.concatenate([[0.0], np.cumsum(steps**2)]),
-    )

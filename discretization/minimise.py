@@ -47,6 +47,11 @@ def minimise(
             f"opening = {scene.opening!r}: with adhesion hysteresis the state depends on the path; "
             "use load_path, or a Scene without opening"
         )
+    if scene.pattern is not None:
+        raise ValueError(
+            f"pattern = {scene.pattern!r}: where the line rests depends on the path; use "
+            "load_path(..., method='lattice'), or a Scene without pattern"
+        )
     finite("depth", depth)
     option("method", method, METHODS)
     option("branch", branch, BRANCHES)

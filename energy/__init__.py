@@ -26,6 +26,7 @@ from energy import cards
 from energy.indenter import Indenter, Profile
 from energy.indenters import FlatPunch, Parabola, Plane, PowerLaw, Wedge
 from energy.layer import ElasticLayer
+from energy.pattern import Patches
 from energy.sampled import Sampled
 from energy.scene import Assumption, Scene
 from energy.surfaces import SurfaceEnergies
@@ -36,6 +37,7 @@ __all__ = [
     "FlatPunch",
     "Indenter",
     "Parabola",
+    "Patches",
     "Plane",
     "PowerLaw",
     "Profile",

@@ -10,12 +10,13 @@ import numpy as np
 from energy.indenter import Profile, Shifted, Sum, Tilted
 from energy.indenters import FlatPunch, Parabola, Plane, PowerLaw, Wedge
 from energy.layer import ElasticLayer
+from energy.pattern import Patches
 from energy.sampled import Sampled
 from energy.scene import Scene
 from energy.surfaces import SurfaceEnergies
 
 _BODIES = (Plane, FlatPunch, Wedge, Parabola, PowerLaw, Sampled, Shifted, Tilted, Sum)
-KINDS = {kind.__name__: kind for kind in (Scene, ElasticLayer, SurfaceEnergies, *_BODIES)}
+KINDS = {kind.__name__: kind for kind in (Scene, ElasticLayer, SurfaceEnergies, Patches, *_BODIES)}
 
 
 def described(thing: Any) -> Any:
@@ -25,6 +26,8 @@ def described(thing: Any) -> Any:
     """
     if isinstance(thing, np.ndarray):
         return thing.tolist()
+    if isinstance(thing, (tuple, list)):
+        return [described(part) for part in thing]
     if isinstance(thing, (np.floating, float, int)) and not isinstance(thing, bool):
         return float(thing)
     if not is_dataclass(thing) or isinstance(thing, type):

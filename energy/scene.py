@@ -10,6 +10,7 @@ from typing import NamedTuple
 from energy.checks import option
 from energy.indenter import Indenter, as_indenter
 from energy.layer import ElasticLayer
+from energy.pattern import Patches
 from energy.surfaces import SurfaceEnergies
 from energy.terms import SLOPES
 
@@ -38,6 +39,8 @@ class Scene:
     opening: surface energies of a contact that is being opened, where they differ from those of
     one being closed (adhesion hysteresis); with the same γ₁ and no smaller work of adhesion.
 
+    pattern: factor on the work of adhesion along the surface.
+
     ValueError for wrong types, an unknown `slopes`, an `opening` that does not fit, and w > 2γ₁
     with finite slopes (no Young angle: the layer would spread over the whole indenter).
     """
@@ -47,6 +50,7 @@ class Scene:
     indenter: Indenter
     slopes: str = "small"
     opening: SurfaceEnergies | None = None
+    pattern: Patches | None = None
 
     def __post_init__(self) -> None:
         for name, kind in (("layer", ElasticLayer), ("surfaces", SurfaceEnergies)):
@@ -56,6 +60,8 @@ class Scene:
         object.__setattr__(self, "indenter", as_indenter(self.indenter))
         if self.opening is not None:
             self._check_opening(self.opening)
+        if self.pattern is not None and not isinstance(self.pattern, Patches):
+            raise ValueError(f"pattern = {self.pattern!r} must be Patches or None")
         w = self.opened.work_of_adhesion
         if self.slopes == "finite" and w > 2 * self.gamma1:
             raise ValueError(

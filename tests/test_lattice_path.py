@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import History, load_path, on_lattice
-from energy import FlatPunch, Parabola, Profile, Sampled, SurfaceEnergies, Wedge
+from discretization import History, load_path, minimise, on_lattice
+from energy import FlatPunch, Parabola, Patches, Profile, Sampled, SurfaceEnergies, Wedge
 
 SPACING = 1e-5
 BODIES = [Parabola(0.02), Wedge(0.05).shifted(0.0123), Parabola(0.02).tilted(0.05), FlatPunch(0.03)]
@@ -131,3 +131,76 @@ def test_what_the_lattice_cannot_do_is_refused():
     narrow = adhesive(Sampled([-0.01, 0.0, 0.01], [0.0025, 0.0, 0.0025]))
     with pytest.raises(ValueError, match="whole known profile"):
         load_path(narrow, depths=[0.1], method="lattice", spacing=SPACING)
+
+
+def test_stripes_pin_the_line_and_release_it_by_avalanches():
+    period, low, high = 0.004, 0.25, 1.0
+    plain = adhesive(Parabola(0.05))
+    scene = replace(plain, pattern=Patches.stripes(period, low, high, 0.1))
+    depths = programme(scene, 3.0, -2.0)
+    path = load_path(scene, depths=depths, method="lattice", spacing=SPACING)
+    bare = load_path(plain, depths=depths, method="lattice", spacing=SPACING)
+    jumps = [event for event in path.events if event.kind == "jump"]
+    assert len(jumps) >= 4 and not [event for event in bare.events if event.kind == "jump"]
+    assert min(event.energy_released for event in jumps) > 0
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
+    # a line rests at the border of a strong stripe, or between the lines of both works
+    strong, weak = (
+        load_path(
+            replace(plain, surfaces=SurfaceEnergies.from_work(plain.gamma1, factor * 0.002)),
+            depths=depths,
+            method="lattice",
+            spacing=SPACING,
+        ).half_width
+        for factor in (high, low)
+    )
+    rising = slice(int(np.argmax(path.half_width > 0)), 40)
+    assert (path.half_width[rising] >= weak[rising] - 2 * SPACING).all()
+    assert (path.half_width[rising] <= strong[rising] + 2 * SPACING).all()
+
+
+def test_a_defect_holds_the_line_until_it_tears_off():
+    """A strong patch to the right holds the line on retraction until it tears off its inner border."""
+    plain = adhesive(Parabola(0.02))
+    scene = replace(plain, pattern=Patches([0.006, 0.0066], [1.0, 4.0, 1.0]))
+    f, slope, alpha = 0.006**2 / 0.04, 0.006 / 0.02, np.sqrt(2 * 4 * 0.002 / plain.gamma1)
+    torn = f + plain.elastocapillary_length * (slope - alpha)  # Eq. (16) of the patch there
+    there = np.linspace(-0.8, 2, 60) * scene.critical_separation
+    path = load_path(scene, depths=[0.0, *there, *there[::-1]], method="lattice", spacing=SPACING)
+    pulled = [e for e in path.events if e.kind == "jump" and e.after.right < e.before.right]
+    assert len(pulled) == 1
+    assert pulled[0].before.right == pytest.approx(0.006, abs=2 * SPACING)
+    assert pulled[0].before.left == pulled[0].after.left  # the other side has no defect
+    assert pulled[0].depth == pytest.approx(torn, abs=0.01 * abs(torn))
+    again = load_path(plain, depths=[0.0, *there, *there[::-1]], method="lattice", spacing=SPACING)
+    assert [e.kind for e in again.events] == ["jump-in"]
+
+
+def test_patterns_are_checked_and_refused_where_they_cannot_be_followed():
+    scene = replace(adhesive(Parabola(0.02)), pattern=Patches([0.0], [1.0, 2.0]))
+    with pytest.raises(ValueError, match=r"load_path\(..., method='lattice'\)"):
+        minimise(scene, 1e-3)
+    with pytest.raises(ValueError, match="use method='lattice' with a spacing"):
+        load_path(scene, depths=[1e-3])
+    for edges, factors, message in (
+        ([1.0, 0.0], [1, 1, 1], "sort them"),
+        ([0.0], [1.0], "one more than"),
+        ([0.0], [1.0, -1.0], "not negative"),
+        ([np.nan], [1.0, 1.0], "finite numbers"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            Patches(edges, factors)
+    with pytest.raises(ValueError, match="must be Patches"):
+        replace(scene, pattern=3.0)
+
+
+def test_a_uniform_pattern_is_no_pattern(tmp_path):
+    plain = adhesive(Parabola(0.02), w=0.001)
+    doubled = replace(plain, pattern=Patches([-0.003, 0.002], [2.0, 2.0, 2.0]))
+    given = {"depths": programme(plain), "method": "lattice", "spacing": SPACING}
+    path = load_path(doubled, **given)
+    twice = load_path(adhesive(Parabola(0.02), w=0.002), **given)
+    assert path.half_width == pytest.approx(twice.half_width, rel=1e-12, abs=1e-15)
+    assert path.dissipated == pytest.approx(twice.dissipated, rel=1e-12, abs=0)
+    path.to_csv(tmp_path / "path.csv")
+    assert History.from_csv(tmp_path / "path.csv").scene.pattern == doubled.pattern

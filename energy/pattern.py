@@ -1,0 +1,53 @@
+"""Adhesion that varies along the surface: chemical patterns and defects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Patches:
+    """Piecewise constant factor c(x) >= 0 on the work of adhesion: w(x) = c(x) w.
+
+    edges (n,): increasing x [length] at which the factor changes; factors (n + 1,): from left to
+    right. ValueError for unsorted edges, another number of factors, negative ones or NaN.
+    """
+
+    edges: Sequence[float]
+    factors: Sequence[float]
+
+    def __post_init__(self) -> None:
+        edges, factors = np.asarray(self.edges, float), np.asarray(self.factors, float)
+        if edges.ndim != 1 or not np.isfinite(edges).all() or (np.diff(edges) <= 0).any():
+            raise ValueError(f"edges = {self.edges!r} must be increasing finite numbers; sort them")
+        if factors.shape != (edges.size + 1,):
+            raise ValueError(
+                f"factors has {factors.size} values for {edges.size} edges; give one more than "
+                "edges"
+            )
+        if not (np.isfinite(factors) & (factors >= 0)).all():
+            raise ValueError(f"factors = {self.factors!r} must be finite and not negative")
+        object.__setattr__(self, "edges", tuple(edges.tolist()))
+        object.__setattr__(self, "factors", tuple(factors.tolist()))
+
+    @classmethod
+    def stripes(cls, period: float, low: float, high: float, extent: float) -> Patches:
+        """Stripes of width period/2 of both factors from -extent to extent, `high` at x = 0."""
+        if not 0 < period <= extent:
+            raise ValueError(
+                f"period = {period!r} must be positive and at most extent = {extent!r}"
+            )
+        count = int(extent / period)
+        edges = period / 2 * (np.arange(-2 * count, 2 * count) + 0.5)
+        factors = np.where(np.arange(edges.size + 1) % 2, low, high)
+        return cls(edges.tolist(), factors.tolist())
+
+    def factor(self, x: ArrayLike) -> Array:
+        """c(x)."""
+        return np.asarray(self.factors)[np.searchsorted(self.edges, x, side="right")]
