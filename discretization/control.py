@@ -56,14 +56,14 @@ class Unstable(NamedTuple):
 
 
 def settled(
-    branch: Branch, control: Control, point: Point, value: float, rate: float
+    branch: Branch, control: Control, point: Point, old: float, value: float, rate: float
 ) -> Point | Unstable:
-    """The equilibrium that a stable contact moves to under a new value of the control.
+    """The equilibrium that a stable contact moves to as the control goes from `old` to `value`.
 
     By secants from where it was; rate: a guess of P' + K, 0 for none.
     """
     excess = _excess(branch, control, value)
-    here, r = point, excess(point)
+    here, r = point, control.load(point.depth, old) - control.load(point.depth, value)
     side, scale = (-1.0 if r > 0 else 1.0), abs(point.depth) + branch.lift
     guess = abs(r) / rate if rate > 0 else _NUDGE * scale
     there = moved(branch, here, here.depth + side * guess)

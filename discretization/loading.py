@@ -75,6 +75,7 @@ def load_path(
         history, path.step = after, len(after.values)
         last = after.at(-1)
         path.point = Point(last.depth, branch.contact(last.left, last.right))
+        path.value = float(after.values[-1])
         path.trail = [*zip(after.values[-2:].tolist(), after.depth[-2:].tolist(), strict=True)]
     for start in range(0, values.size, every if save is not None else values.size):
         part = values[start : start + every] if save is not None else values

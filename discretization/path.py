@@ -18,16 +18,25 @@ _TINY = 4e-16
 
 @dataclass(eq=False)
 class LoadPath:
-    """A path under way: where it is, and what has been recorded."""
+    """A path under way: where it is, and what has been recorded.
+
+    value: of the control, at which the point is in equilibrium.
+    """
 
     branch: Branch
     control: Control
     point: Point
+    value: float = 0.0
     step: int = 0
     friction: float = 0.0
     points: list[Point] = field(default_factory=list)
     trail: list[tuple[float, float]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
+
+    @property
+    def hysteretic(self) -> bool:
+        """Whether a line that moves without a jump loses energy."""
+        return self.branch.scene.opening is not None or not self.branch.scene.gamma1
 
     def go(self, value: float) -> None:
         """To the next value of the control."""
@@ -71,7 +80,7 @@ class LoadPath:
             after = self._pulled_in(touching, free)
         before = Point(self.branch.touch, None)
         self._record("touch", free, before, after)
-        self.point = after
+        self.point, self.value = after, free
 
     def _pulled_in(self, touching: Point, value: float) -> Point:
         """From touching at zero load to where the adhesion has pulled the indenter in."""
@@ -96,9 +105,13 @@ class LoadPath:
 
     def _settle(self, value: float) -> None:
         """Under force or machine control: follow equilibria; jump where there is none."""
-        found = settled(self.branch, self.control, self.point, value, self._rate())
+        found = settled(self.branch, self.control, self.point, self.value, value, self._rate())
+        self.value = value
         if isinstance(found, Point):
-            self._move(found.depth)
+            if self._held(found) == self._held(self.point):
+                self._slide(found)
+            else:
+                self._move(found.depth)
             return
         if self._held(found.point) == self._held(self.point):
             self._slide(found.point)
@@ -109,7 +122,7 @@ class LoadPath:
         after = jumped(self.branch, self.control, before, at, closes.depth)
         if after is not None and abs(after.depth - before.depth) > 1e-6 * self.branch.lift:
             self._record("jump", at, before, after)
-            self.point = after
+            self.point, self.value = after, at
             self._settle(value)
             return
         free = closes.depth if self.control.stiffness == 0 else at
@@ -141,8 +154,8 @@ class LoadPath:
                 return
 
     def _slide(self, there: Point) -> None:
-        here = self.point
-        self.friction += self.branch.friction(here.state, there.state)
+        if self.hysteretic:
+            self.friction += self.branch.friction(self.point.state, there.state)
         self.point = there
 
     def _held(self, point: Point) -> tuple[bool, tuple[str, str]]:

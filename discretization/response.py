@@ -49,6 +49,8 @@ class Response:
 
     def reaction(self, u0: float) -> float:
         """S = dF/du₀ [γ₁]."""
+        if self.slopes == "small":
+            return u0 * self.reactions[0]
         if self._alone(u0):
             return steep(u0, self.degree).reaction
         return u0 * _horner(self.reactions, u0)

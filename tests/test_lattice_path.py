@@ -160,7 +160,7 @@ def test_stripes_pin_the_line_and_release_it_by_avalanches():
 
 
 def test_a_defect_holds_the_line_until_it_tears_off():
-    """A strong patch to the right holds the line on retraction until it tears off its inner border."""
+    """On retraction a strong patch holds the right line until it tears off the inner border."""
     plain = adhesive(Parabola(0.02))
     scene = replace(plain, pattern=Patches([0.006, 0.0066], [1.0, 4.0, 1.0]))
     f, slope, alpha = 0.006**2 / 0.04, 0.006 / 0.02, np.sqrt(2 * 4 * 0.002 / plain.gamma1)
