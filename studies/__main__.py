@@ -18,6 +18,7 @@ STUDIES = (
     "tolerance",
     "lattice_speed",
     "fitted_speed",
+    "path_speed",
 )
 
 

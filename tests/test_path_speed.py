@@ -1,0 +1,46 @@
+"""The study of loop times: accurate loops, and few states per step."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from discretization import load_path
+from discretization.fitted_branch import FittedBranch
+from studies import path_speed
+
+
+def test_loops_are_accurate_and_written(tmp_path, capsys):
+    assert path_speed.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert "MISSED" not in capsys.readouterr().out
+    rows = list(csv.DictReader((tmp_path / "path_speed.csv").read_text("utf-8").splitlines()))
+    assert [row["name"] for row in rows][:3] == ["imposed depth", "dead load", "machine"]
+    assert all(float(row["ratio"]) > 0 for row in rows)
+
+
+def test_a_wrong_loop_fails():
+    row = path_speed.Row("x", 1.0, 2e-8, 0.0, 1e-8)
+    assert not row.accurate
+    assert not row._replace(error=0.0, ledger=1e-8).accurate
+    assert row._replace(error=0.0).accurate
+
+
+@pytest.mark.parametrize(("name", "states"), [("imposed depth", 1.0), ("dead load", 3.2)])
+def test_states_per_step(name, states, monkeypatch):
+    """Counts, not seconds: a smooth step looks for one state, under a load for three."""
+    params = path_speed.Parameters(steps=1000, nodes=100)
+    arguments, _, _ = path_speed.loops(params)[name]
+    (key, values), *_ = arguments.items()
+    start, more = values[250:251], values[250:500]
+    path = load_path(params.scene, **{key: start})
+    count = 0
+    follow = FittedBranch.follow
+
+    def counted(self, before, depth):
+        nonlocal count
+        count += 1
+        return follow(self, before, depth)
+
+    monkeypatch.setattr(FittedBranch, "follow", counted)
+    load_path(params.scene, **{key: more}, after=path)
+    assert count <= states * np.size(more)
