@@ -243,9 +243,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     preset = Parameters()
     parser.add_argument("--scenes", type=int, default=preset.small, help="per indenter, small")
     parser.add_argument("--steep", type=int, default=preset.finite, help="per indenter, finite")
+    parser.add_argument("--quick", action="store_true", help="10 and 5 scenes per indenter")
     parser.add_argument("--strict", action="store_true", help="a missed time bar fails too")
     parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
     options = parser.parse_args(argv)
+    if options.quick:
+        options.scenes, options.steep = 10, 5
     for name in ("scenes", "steep"):
         if getattr(options, name) < 1:
             parser.error(f"--{name} {getattr(options, name)} is no sample; give at least 1")

@@ -10,12 +10,14 @@ against Eqs. (33) and (11); peak memory in arrays of n doubles; and the time of
 from __future__ import annotations
 
 import argparse
+import csv
 import statistics
 import subprocess
 import sys
 import time
 import tracemalloc
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -116,17 +118,27 @@ def run(sizes: Sequence[int] = (10**3, 10**4, 10**5, 10**6)) -> list[Row]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the table; exit status 1 if the largest size misses a bar."""
+    """Print the table; 1 if a state is not certified, with --strict also if a bar is missed."""
     parser = argparse.ArgumentParser(prog="python -m studies lattice_speed", description=__doc__)
     parser.add_argument("--nodes", type=int, nargs="+", default=[10**3, 10**4, 10**5, 10**6])
-    sizes = parser.parse_args(argv).nodes
+    parser.add_argument("--quick", action="store_true", help="up to 10⁵ nodes")
+    parser.add_argument("--strict", action="store_true", help="a missed bar fails too")
+    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
+    options = parser.parse_args(argv)
+    sizes = [10**3, 10**5] if options.quick else options.nodes
     if min(sizes) < 100:
         parser.error(f"--nodes {min(sizes)} is too small to resolve the contact; give at least 100")
-    largest = run(sizes)[-1]
+    rows = run(sizes)
+    largest = rows[-1]
+    options.out.mkdir(parents=True, exist_ok=True)
+    with (options.out / "lattice_speed.csv").open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(Row._fields)
+        table.writerows(rows)
     imports = import_ratio()
     results = {"time": largest.ratio, "arrays": largest.arrays, "import": imports}
     for name, value in results.items():
         verdict = "pass" if value <= BARS[name] else "FAIL"
         print(f"{name:>7}: {value:.2f} (bar {BARS[name]:g}) {verdict}")
-    passed = largest.certified and all(v <= BARS[name] for name, v in results.items())
-    return 0 if passed else 1
+    slow = options.strict and any(v > BARS[name] for name, v in results.items())
+    return 0 if largest.certified and not slow else 1

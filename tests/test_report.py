@@ -1,0 +1,70 @@
+"""The report: one page that holds everything and says what failed."""
+
+import re
+
+import pytest
+
+from studies import __main__ as command
+from studies import report
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    out = tmp_path_factory.mktemp("report")
+    only = ["--only", "tolerance", "path_speed"]
+    assert report.main(["--preset", "quick", *only, "--out", str(out)]) == 0
+    return (out / "report.html").read_text("utf-8")
+
+
+def test_the_page_needs_nothing_else(made):
+    assert "data:image/png;base64," in made
+    sources = re.findall(r"(?:src|href)=\"?([^\"> ]{0,20})", made)
+    assert sources and all(source.startswith("data:image/") for source in sources)
+
+
+def test_the_page_says_where_it_comes_from_and_what_was_found(made):
+    assert "numpy" in made and "python -m studies report --preset quick" in made
+    assert "Is rtol honoured" in made and "honoured" in made
+    assert "all studies passed" in made
+
+
+def test_a_failing_study_is_shown_and_counts(tmp_path, monkeypatch, capsys):
+    from studies import tolerance
+
+    monkeypatch.setattr(tolerance, "passed", lambda trials: False)
+    assert report.main(["--quick", "--only", "tolerance", "--out", str(tmp_path)]) == 1
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert "failed: tolerance" in page and "<h2 class=bad>tolerance" in page
+    assert "FAILED" in capsys.readouterr().out
+
+    def broken(params, show=None):
+        raise ValueError("depth = nan <is> wrong")
+
+    monkeypatch.setattr(tolerance, "run", broken)
+    assert report.main(["--quick", "--only", "tolerance", "--out", str(tmp_path)]) == 1
+    assert "depth = nan &lt;is&gt; wrong" in (tmp_path / "report.html").read_text("utf-8")
+
+
+def test_the_verification_table_shows_a_failure(tmp_path):
+    table = tmp_path / "verify.csv"
+    table.write_text(
+        "equation,what,error,order,fitted_error,passed\n"
+        "16,line,1.234e-9,2.01,3e-15,True\n8,angle,1e-2,exact,nan,False\n",
+        "utf-8",
+    )
+    shown = report.verification(table)
+    assert "<td>1.2e-09</td>" in shown and "<td>exact</td>" in shown
+    assert shown.count("class=bad") == 1 and "FAILED" in shown
+    assert "not run" in report.verification(tmp_path / "none.csv")
+
+
+def test_every_study_but_one_scene_s_is_in_the_report():
+    assert set(report.ORDER) == set(command.STUDIES) - {"run", "report"}
+
+
+def test_presets_are_the_same_everywhere(tmp_path, capsys):
+    arguments = ["tolerance", "--preset", "quick", "--out", str(tmp_path)]
+    assert command.main(arguments) == 0
+    assert len((tmp_path / "tolerance.csv").read_text("utf-8").splitlines()) == 181
+    assert command.main(["tolerance", "--preset", "tiny"]) == 2
+    assert "give quick or full" in capsys.readouterr().err
