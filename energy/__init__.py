@@ -27,6 +27,7 @@ from energy.indenter import Indenter, Profile
 from energy.indenters import FlatPunch, Parabola, Plane, PowerLaw, Wedge
 from energy.layer import ElasticLayer
 from energy.pattern import Patches
+from energy.profile_file import read_profile
 from energy.sampled import Sampled
 from energy.scene import Assumption, Scene
 from energy.surfaces import SurfaceEnergies
@@ -46,4 +47,5 @@ __all__ = [
     "SurfaceEnergies",
     "Wedge",
     "cards",
+    "read_profile",
 ]
