@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -45,8 +46,8 @@ class Branch(Protocol):
     def jump(self, state: State, end: float) -> tuple[float, State, State] | None:
         """First depth on the way to `end` at which a line jumps, and the states beside it."""
 
-    def contact(self, left: float, right: float) -> State:
-        """The state whose lines are here; nan: detached."""
+    def contact(self, *lines: float) -> State:
+        """The state whose lines are here, two for every contact; nan: detached."""
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds each line: "edge", "tip" or "" where it is free."""
@@ -63,8 +64,8 @@ class Branch(Protocol):
     def work(self, before: State, start: float, end: float) -> float:
         """∫P dd from one depth to another without a jump on the way."""
 
-    def observed(self, depths: Array, lines: Array) -> tuple[Array, Array, Array]:
-        """Lines (n, 2), P and U (n,) to report of states with lines here."""
+    def observed(self, depths: Array, states: Sequence[State]) -> tuple[Array, Array, Array]:
+        """Outermost lines (n, 2), P and U (n,) to report of states in contact."""
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError unless the state is in equilibrium."""

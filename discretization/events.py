@@ -3,22 +3,37 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 
+def half_length(lines: Sequence[float]) -> float:
+    """Half the total length of contacts with these lines."""
+    return sum(right - left for left, right in zip(lines[::2], lines[1::2], strict=True)) / 2
+
+
 class Snapshot(NamedTuple):
-    """A state beside an event: depth, force P, energy U, contact lines (nan when detached)."""
+    """A state beside an event: depth, force P, energy U, contact lines (nan when detached).
+
+    left, right: the outermost lines; inner: those in between, where there are several contacts.
+    """
 
     depth: float
     force: float
     energy: float
     left: float
     right: float
+    inner: tuple[float, ...] = ()
+
+    @property
+    def lines(self) -> tuple[float, ...]:
+        """All contact lines from left to right."""
+        return self.left, *self.inner, self.right
 
     @property
     def half_width(self) -> float:
-        """a, 0 when detached."""
-        return 0.0 if math.isnan(self.left) else (self.right - self.left) / 2
+        """Half the total contact length a, 0 when detached."""
+        return 0.0 if math.isnan(self.left) else half_length(self.lines)
 
 
 class Event(NamedTuple):
@@ -26,7 +41,8 @@ class Event(NamedTuple):
 
     kind: "touch" or "jump-in" (contact begins, without or with energy released), "tip depinning",
     "edge depinning" and their opposites "... pinning", "detachment" (the contact has closed up),
-    "pull-off" (unstable under force or machine control) or "jump" (unstable, still in contact).
+    "pull-off" (unstable under force or machine control), "jump" (unstable, still in contact),
+    "nucleation", "splitting" (another contact), "coalescence" or "closing" (one contact less).
     control: the value at which it happens; before, after: the states; energy_released: the drop
     of U at fixed depth, of U - F d at fixed force, of U + K/2 (D - d)² at a fixed drive. Under
     force control a pull-off ends where the contact closes up under the dead load.

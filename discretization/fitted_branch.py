@@ -9,6 +9,7 @@ stays. With one work of adhesion both change sign at the same place. Springs wit
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -122,12 +123,12 @@ class FittedBranch:
         inner = find_line(opening, side, self.apex)
         return inner if side * (inner.x - line.x) <= 0 else line
 
-    def contact(self, left: float, right: float) -> State:
+    def contact(self, *lines: float) -> State:
         """The state with lines at these positions; nan: detached."""
-        if math.isnan(left):
+        if math.isnan(lines[0]):
             return None
         corners = self.scene.indenter.corners
-        ends = (FittedLine(x, bool(np.any(np.equal(corners, x))), False) for x in (left, right))
+        ends = (FittedLine(x, bool(np.any(np.equal(corners, x))), False) for x in lines)
         return Contact(*ends)
 
     def jump(self, state: State, end: float) -> None:
@@ -196,8 +197,9 @@ class FittedBranch:
                 parts += [(lo, middle), (middle, hi)]
         return done
 
-    def observed(self, depths: Array, lines: Array) -> tuple[Array, Array, Array]:
+    def observed(self, depths: Array, states: Sequence[Contact]) -> tuple[Array, Array, Array]:
         """Lines (n, 2), P and U (n,)."""
+        lines = np.array([state.ends for state in states])
         found, _ = along(self.scene, self.response, depths, lines)
         return lines, found.force, found.energy
 

@@ -8,16 +8,19 @@ import math
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization import ledger
-from discretization.branch import Branch
+from discretization.branch import Branch, State
 from discretization.control import Control
-from discretization.events import Event, PullOff, Snapshot
+from discretization.events import Event, PullOff, Snapshot, half_length
 from discretization.fitted_branch import FittedBranch
 from discretization.lattice_branch import LatticeBranch
+from discretization.many_contacts import ManyContacts
+from discretization.path import inner_lines
 from energy import Scene
 from energy.description import described, rebuilt
 
@@ -27,9 +30,9 @@ _NOTES = (
     "per unit length of the line contact, in the units of the scene: control [length or force],",
     "depth d [length] > 0 into the layer, force P [force] > 0 compressive, energy U [energy],",
     "lines left, right [length], nan: detached. event: kind, control, before, after (depth,",
-    "force, energy, left, right), energy released, step",
+    "force, energy, left, right, inner lines), energy released, step",
 )
-_COLUMNS = ("control", "depth", "force", "energy", "left", "right")
+_COLUMNS = ("control", "depth", "force", "energy", "left", "right", "inner")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +42,9 @@ class History:
     control: "depth", "force" or "drive"; values (n,): the programme; machine_stiffness K of a
     drive. depth, force (P > 0 compressive), half_width, energy U (n,); contacts (n, 2): lines, nan
     when detached. friction: lost by lines that moved without a jump under adhesion hysteresis.
-    spacing: of the nodes, None on the fitted mesh. A detached indenter under a tensile dead load
-    is at depth -inf.
+    spacing: of the nodes, None on the fitted mesh. inner (n,): the lines between the outermost
+    ones, where there are several contacts. A detached indenter under a tensile dead load is at
+    depth -inf.
     """
 
     scene: Scene
@@ -55,6 +59,7 @@ class History:
     friction: float
     rtol: float
     spacing: float | None = None
+    inner: tuple[tuple[float, ...], ...] = ()
 
     @classmethod
     def empty(
@@ -76,15 +81,15 @@ class History:
         branch: Branch,
         values: Array,
         depths: Array,
-        lines: Array,
+        states: list[State],
         events: list[Event],
         friction: float,
     ) -> History:
         """This path and further steps along the branch."""
-        force, energy = np.zeros((2, depths.size))
-        held = ~np.isnan(lines[:, 0])
+        lines, (force, energy) = np.full((depths.size, 2), math.nan), np.zeros((2, depths.size))
+        held = np.array([state is not None for state in states])
         if held.any():
-            found = branch.observed(depths[held], lines[held])
+            found = branch.observed(depths[held], [s for s in states if s is not None])
             lines[held], force[held], energy[held] = found
         return replace(
             self,
@@ -95,13 +100,15 @@ class History:
             contacts=np.concatenate([self.contacts, lines]),
             events=(*self.events, *events),
             friction=self.friction + friction,
+            inner=(*self.inner, *map(inner_lines, states)),
         )
 
     @property
     def half_width(self) -> Array:
-        """a (n,), 0 when detached."""
+        """Half the total contact length a (n,), 0 when detached."""
         width = self.contacts[:, 1] - self.contacts[:, 0]
-        return np.where(np.isnan(width), 0.0, width / 2)
+        gaps = [-half_length(lines) if lines else 0.0 for lines in self.inner]
+        return np.where(np.isnan(width), 0.0, width / 2 + np.array(gaps))
 
     @property
     def dissipated(self) -> float:
@@ -126,7 +133,8 @@ class History:
     def at(self, step: int) -> Snapshot:
         """The state at a step."""
         columns = (self.depth, self.force, self.energy, *self.contacts.T)
-        return Snapshot(*(float(column[step]) for column in columns))
+        depth, force, energy, left, right = (float(column[step]) for column in columns)
+        return Snapshot(depth, force, energy, left, right, self.inner[step])
 
     def work(self) -> float:
         """∫P dd of the path from the forces alone, where the state jumps that of the applied load.
@@ -155,9 +163,8 @@ class History:
             lines.append(f"# event {json.dumps(event)}")
         lines.append(",".join(_COLUMNS))
         columns = (self.values, self.depth, self.force, self.energy, *self.contacts.T)
-        lines += [
-            ",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True)
-        ]
+        for *row, inner in zip(*(column.tolist() for column in columns), self.inner, strict=True):
+            lines.append(",".join([*map(repr, row), " ".join(map(repr, inner))]))
         beside = path.with_name(path.name + ".part")
         beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
         os.replace(beside, path)
@@ -176,7 +183,8 @@ class History:
         if scene is not None and described(scene) != header["scene"]:
             raise ValueError(f"scene = {scene!r} is not the scene of {str(path)!r}; pass that one")
         rows = [line.split(",") for line in lines if not line.startswith("#")][1:]
-        values, depth, force, energy, left, right = np.array(rows, float).reshape(-1, 6).T
+        numbers = np.array([row[:6] for row in rows], float).reshape(-1, 6)
+        values, depth, force, energy, left, right = numbers.T
         events = [json.loads(note[6:]) for note in notes if note.startswith("event ")]
         return cls(
             scene=rebuilt(header["scene"]) if scene is None else scene,
@@ -188,9 +196,10 @@ class History:
             energy=energy,
             contacts=np.stack([left, right], axis=1),
             events=tuple(
-                Event(kind, value, Snapshot(*before), Snapshot(*after), *rest)
+                Event(kind, value, _snapshot(before), _snapshot(after), *rest)
                 for kind, value, before, after, *rest in events
             ),
+            inner=tuple(tuple(map(float, row[6].split())) for row in rows),
             friction=header["friction"],
             rtol=header["rtol"],
             spacing=header["spacing"],
@@ -208,4 +217,16 @@ class History:
     def _branch(self) -> Branch:
         if self.spacing is None:
             return FittedBranch.of(self.scene, self.rtol)
-        return LatticeBranch.of(self.scene, self.spacing, float(self.depth.max()))
+        return on_nodes(self.scene, self.spacing, float(self.depth.max()))
+
+
+def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:
+    """The lattice's branch: of one contact where there can be no other, else of many."""
+    if scene.indenter.convex or scene.pattern is not None:
+        return LatticeBranch.of(scene, spacing, deepest)
+    return ManyContacts.of(scene, spacing, deepest)
+
+
+def _snapshot(parts: list[Any]) -> Snapshot:
+    depth, force, energy, left, right, inner = parts
+    return Snapshot(depth, force, energy, left, right, tuple(inner))

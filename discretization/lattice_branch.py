@@ -18,6 +18,7 @@ contact sets.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -90,11 +91,11 @@ class LatticeBranch:
     def _nodes(self, left: int, right: int) -> Nodes:
         return Nodes(left, right, (float(self.left.x[left]), float(self.right.x[right])))
 
-    def contact(self, left: float, right: float) -> State:
+    def contact(self, *lines: float) -> State:
         """The state whose lines are less than half a link from these positions; nan: detached."""
-        if math.isnan(left):
+        if math.isnan(lines[0]):
             return None
-        sides = ((self.left, left), (self.right, right))
+        sides = zip((self.left, self.right), lines, strict=True)
         return self._nodes(*(round(abs(x - side.x[0]) / self.lattice.spacing) for side, x in sides))
 
     def follow(self, before: State, depth: float) -> State:
@@ -203,8 +204,9 @@ class LatticeBranch:
             done += float(np.diff(cuts) @ self._pull(side, count.astype(int), middles))
         return done
 
-    def observed(self, depths: Array, lines: Array) -> tuple[Array, Array, Array]:
+    def observed(self, depths: Array, states: Sequence[Nodes]) -> tuple[Array, Array, Array]:
         """Lines (n, 2), P and U (n,) of states, interpolated between the nodes."""
+        lines = np.array([state.ends for state in states])
         spacing = self.lattice.spacing
         middle = self.lattice.spring * (depths - self.touch)
         force, energy, x = middle, middle * (depths - self.touch) / 2, np.empty_like(lines)

@@ -20,7 +20,7 @@ def work(
     """∫P dd over the segments, and of the load `hold` while the state jumped."""
     total = 0.0
     for start, end in segments:
-        state = branch.contact(start.left, start.right)
+        state = branch.contact(*start.lines)
         total += branch.work(state, start.depth, end.depth)
     for event in events:
         depths = event.before.depth, event.after.depth
@@ -69,7 +69,7 @@ def _middle(branch: Branch, a: Snapshot, b: Snapshot) -> Snapshot:
 
 
 def _point(branch: Branch, state: Snapshot) -> Point:
-    return Point(state.depth, branch.contact(state.left, state.right))
+    return Point(state.depth, branch.contact(*state.lines))
 
 
 def _snapshot(branch: Branch, point: Point) -> Snapshot:

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from discretization.branch import Branch, Point
 from discretization.control import Control
 from discretization.fitted_branch import FittedBranch
-from discretization.history import History
-from discretization.lattice_branch import LatticeBranch
+from discretization.history import History, on_nodes
 from discretization.path import LoadPath
 from energy import Scene
 from energy.checks import option, positive
@@ -74,7 +73,7 @@ def load_path(
         _same(after, history)
         history, path.step = after, len(after.values)
         last = after.at(-1)
-        path.point = Point(last.depth, branch.contact(last.left, last.right))
+        path.point = Point(last.depth, branch.contact(*last.lines))
         path.value = float(after.values[-1])
         path.trail = [*zip(after.values[-2:].tolist(), after.depth[-2:].tolist(), strict=True)]
     for start in range(0, values.size, every if save is not None else values.size):
@@ -102,7 +101,7 @@ def _branch(
         return FittedBranch.of(scene, rtol)
     if control.stiffness is not None:
         raise ValueError("method = 'lattice' follows imposed depths; use method='fitted'")
-    return LatticeBranch.of(scene, positive("spacing", spacing), deepest)
+    return on_nodes(scene, positive("spacing", spacing), deepest)
 
 
 def _begun(saved: History, values: Array, save: str | Path) -> History:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.branch import Branch, Point
+from discretization.branch import Branch, Point, State
 from discretization.control import Control, jumped, moved, settled
 from discretization.events import Event, Snapshot
 
@@ -57,11 +57,10 @@ class LoadPath:
         self.trail = [*self.trail[-1:], (value, self.point.depth)]
         self.step += 1
 
-    def recorded(self) -> tuple[Array, Array, list[Event], float]:
-        """Depths, lines, events and friction since the last call."""
+    def recorded(self) -> tuple[Array, list[State], list[Event], float]:
+        """Depths, states, events and friction since the last call."""
         depths = np.array([point.depth for point in self.points])
-        lines = [(math.nan, math.nan) if p.state is None else p.state.ends for p in self.points]
-        found = depths, np.array(lines), list(self.events), self.friction
+        found = depths, [p.state for p in self.points], list(self.events), self.friction
         self.points.clear()
         self.events.clear()
         self.friction = 0.0
@@ -137,8 +136,11 @@ class LoadPath:
             if jump is not None:
                 at, inside, outside = (jump[0], *(Point(jump[0], state) for state in jump[1:]))
                 self._slide(inside)
-                self._record("jump", at, inside, outside)
+                self._record(_kind(inside.state, outside.state, depth > at), at, inside, outside)
                 self.point = outside
+                if outside.state is None:
+                    self.point = Point(min(depth, at), None)
+                    return
                 continue
             there = moved(self.branch, self.point, depth)
             if self._held(there) == self._held(self.point):
@@ -206,4 +208,21 @@ class LoadPath:
         depth, state = point
         left, right = (math.nan, math.nan) if state is None else state.ends
         force, energy = self.branch.force(state, depth), self.branch.energy(state, depth)
-        return Snapshot(depth, force, energy, left, right)
+        return Snapshot(depth, force, energy, left, right, inner_lines(state))
+
+
+def inner_lines(state: State) -> tuple[float, ...]:
+    """The lines between the outermost ones, where there are several contacts."""
+    return tuple(getattr(state, "lines", ())[1:-1])
+
+
+def _kind(before: State, after: State, rising: bool) -> str:
+    """What a jump does to the number of contacts."""
+    if after is None:
+        return "detachment"
+    more = len(inner_lines(after)) - len(inner_lines(before))
+    if more == 0:
+        return "jump"
+    if more > 0:
+        return "nucleation" if rising else "splitting"
+    return "coalescence" if rising else "closing"

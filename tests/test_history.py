@@ -37,7 +37,8 @@ def identical(a: History, b: History) -> bool:
 def plain(event):
     """An event as nested tuples of Python numbers; repr tells every bit, and nan equals nan."""
     kind, control, before, after, released, step = event
-    return kind, float(control), *map(float, (*before, *after)), float(released), int(step)
+    states = (*before.lines, *before[:3], *after.lines, *after[:3])
+    return kind, float(control), *map(float, states), float(released), int(step)
 
 
 SCENES = [
