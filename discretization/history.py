@@ -221,8 +221,12 @@ class History:
 
 
 def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:
-    """The lattice's branch: of one contact where there can be no other, else of many."""
-    if scene.indenter.convex or scene.pattern is not None:
+    """The lattice's branch: of one contact where there can be no other, else of many.
+
+    With a pattern or separate works of adhesion only one contact can be followed.
+    """
+    single = scene.pattern is not None or scene.opening is not None
+    if scene.indenter.convex or single:
         return LatticeBranch.of(scene, spacing, deepest)
     return ManyContacts.of(scene, spacing, deepest)
 

@@ -1,24 +1,12 @@
 """The metastable branch of several contacts on the lattice, from change to change.
 
-A state is a list of contacts, node intervals first..last. Between two of them lies a free span of T
-links, whose first free node is displaced by A g_i + B g_j, with μ = -ln λ,
-
-    A = sinh μ(T-1)/sinh μT,   B = sinh μ/sinh μT,
-    1 - A - B = 2 sinh(μ(T-1)/2) sinh(μ/2)/cosh(μT/2),
-
-and outside two tails, A = λ, B = 0. As d changes, four things can happen, each at a depth that
-follows from the heights f of the nodes involved:
-
-    a line passes the next link (n = 1), or closes the last two (n = 2: coalescence), or opens one,
-        d = f_i + (f_1 - f_i + B (f_i - f_j) - G)/(1 - A - B),   G = √(2 n wΔx/c),
-        c = kΔx + t + t(1 - A(T-1)), the stiffness of the first free node;
-    a free node touches:  d = (f_m - a f_i - b f_j)/(1 - a - b), a and b the shape of the span;
-    a node inside a contact is torn open (n = 2, both neighbours in contact);
-    a lone node, which has no adhesion, is pulled and lets go.
-
-Every change lowers the re-equilibrated energy or leaves it equal; where one calls for others at the
-same depth, the state jumps. Forces and energies are those of the contact sets, without
-interpolation between the nodes.
+A state is a list of contacts, node intervals first..last. As the depth changes, a line passes the
+next link or closes the last two (coalescence), a free node touches, a node inside a contact is torn
+open, a lone node lets go, each at a depth of its own (`Rules`). Every change lowers the
+re-equilibrated energy or leaves it equal; where one calls for others at the same depth, the state
+jumps. Forces and energies are those of the contact sets, without interpolation between the nodes.
+Facing lines of neighbouring contacts feel each other: they move in avalanches of one link each,
+which release O(Δx²).
 """
 
 from __future__ import annotations
@@ -35,6 +23,7 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fronts import heights, region
 from discretization.lattice import Lattice
+from discretization.rules import Rules
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -72,17 +61,14 @@ class Change(NamedTuple):
 class ManyContacts:
     """States of any number of contacts on fixed nodes under a prescribed depth; None: detached.
 
-    f (n,): heights of the nodes of the window; running sums of f and f² over the nodes, of (Δf)²
-    over the links.
+    f (n,): heights of the nodes of the window, which starts with node `first` of the lattice.
     """
 
     scene: Scene
     lattice: Lattice
     first: int
     f: Array
-    sum_f: Array
-    sum_f2: Array
-    sum_df2: Array
+    rules: Rules
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, deepest: float) -> ManyContacts:
@@ -96,6 +82,11 @@ class ManyContacts:
                 f"slopes = {scene.slopes!r} with gamma1 = {scene.gamma1!r}: a load path on the "
                 "lattice needs small slopes and gamma1 > 0"
             )
+        if not scene.work_of_adhesion:
+            raise ValueError(
+                "w = 0 with an indenter that may have several contacts: the state does not depend "
+                "on the path; use minimise at every depth"
+            )
         where = region(lattice, scene.indenter, deepest)
         if where.last - where.first > _MANY:
             raise ValueError(
@@ -103,8 +94,7 @@ class ManyContacts:
                 "give it a finite extent, or a larger spacing"
             )
         f = heights(lattice, scene.indenter, np.arange(where.first, where.last + 1, dtype=float))
-        sums = [np.concatenate([[0.0], np.cumsum(part)]) for part in (f, f * f, np.diff(f) ** 2)]
-        return cls(scene, lattice, where.first, f, sums[0], sums[1], sums[2])
+        return cls(scene, lattice, where.first, f, Rules(lattice, f))
 
     @property
     def smooth(self) -> bool:
@@ -135,58 +125,6 @@ class ManyContacts:
         at = [round((x - lat.origin) / lat.spacing) - self.first for x in lines]
         return self._state(tuple(zip(at[::2], at[1::2], strict=True)))
 
-    # the free span of `links` links; None: a tail
-
-    def _shares(self, links: int | None) -> tuple[float, float, float]:
-        """A, B and 1 - A - B."""
-        lat, mu = self.lattice, self.lattice.log_decay
-        if links is None:
-            return lat.decay, 0.0, lat.loss
-        whole = -math.expm1(-2 * links * mu)
-        near = lat.decay * -math.expm1(-2 * (links - 1) * mu) / whole
-        far = math.exp(-(links - 1) * mu) * -math.expm1(-2 * mu) / whole
-        both = -math.expm1(-(links - 1) * mu) * -math.expm1(-mu) / (1 + math.exp(-links * mu))
-        return near, far, both
-
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _passes(self, node: int, side: int, other: int | None) -> float:
-        """Depth at which a line at `node` passes the link to the next node, on this side."""
-        lat, after = self.lattice, node + side
-        links = None if other is None else abs(other - node)
-        _, far, both = self._shares(links)
-        rest = lat.loss if links is None else 1 - self._shares(links - 1)[0]
-        bonds = 2 if links == 2 else 1
-        stiffness = lat.spring + lat.link + lat.link * rest
-        gap = math.sqrt(2 * bonds * lat.w * lat.spacing / stiffness)
-        rise = float(self.f[after] - self.f[node])
-        if other is not None:
-            rise += far * float(self.f[node] - self.f[other])
-        return float(self.f[node]) + (rise - gap) / both
-
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _touches(self, left: int | None, right: int | None) -> tuple[float, int]:
-        """Depth at which a free node between two contacts (None: none there) touches, and which."""
-        mu, n = self.lattice.log_decay, self.f.size
-        lo, hi = -1 if left is None else left, n if right is None else right
-        m = np.arange(lo + 1, hi)
-        if not m.size:
-            return math.inf, -1
-        if left is not None and right is not None:
-            whole = -np.expm1(-2 * mu * (right - left))
-            a = np.exp(-mu * (m - left)) * -np.expm1(-2 * mu * (right - m)) / whole
-            b = np.exp(-mu * (right - m)) * -np.expm1(-2 * mu * (m - left)) / whole
-            half = np.expm1(-mu * (m - left)) * np.expm1(-mu * (right - m))
-            rest, shape = half / (1 + math.exp(-mu * (right - left))), a * self.f[left]
-            shape = shape + b * self.f[right]
-        else:
-            from_end = m - left if left is not None else hi - m
-            end = left if left is not None else right
-            a = np.exp(-mu * from_end)
-            rest, shape = -np.expm1(-mu * from_end), a * self.f[end]
-        depths = (self.f[m] - shape) / rest
-        best = int(np.argmin(depths))
-        return float(depths[best]), int(m[best])
-
     def _spans(self, nodes: Nodes) -> Iterator[tuple[int | None, int | None]]:
         """Last and first contact node on the left and on the right of every free part."""
         ends = [None, *(node for pair in nodes for node in pair), None]
@@ -203,11 +141,11 @@ class ManyContacts:
         for i, side, other in self._lines(nodes):
             node = nodes[i][side > 0]
             if 0 <= node + side < self.f.size:
-                depth = self._passes(node, side, other)
+                depth = self.rules.passes(node, side, other)
                 closing = other is not None and abs(other - node) == 2
                 yield Change(depth, _moved(nodes, i, side, 1), closing)
         for left, right in self._spans(nodes) if nodes else ():
-            depth, node = self._touches(left, right)
+            depth, node = self.rules.touches(left, right)
             if node >= 0:
                 yield Change(depth, _joined((*nodes, (node, node))), True)
         if not nodes:
@@ -220,37 +158,18 @@ class ManyContacts:
             first, last = nodes[i]
             if first < last:
                 node = nodes[i][side > 0]
-                depth = self._passes(node - side, side, other)
+                depth = self.rules.passes(node - side, side, other)
                 yield Change(depth, _moved(nodes, i, side, -1), False)
             elif side > 0:
-                yield Change(self._pulled(nodes, i), nodes[:i] + nodes[i + 1 :], True)
+                left = nodes[i - 1][1] if i else None
+                right = nodes[i + 1][0] if i + 1 < len(nodes) else None
+                depth = self.rules.pulled(left, first, right)
+                yield Change(depth, nodes[:i] + nodes[i + 1 :], True)
         for i, (first, last) in enumerate(nodes):
             if last - first >= 2:
-                m = np.arange(first + 1, last)
-                near, _, both = self._shares(2)
-                gap = math.sqrt(4 * self.lattice.w * self.lattice.spacing / self._alone)
-                torn = (self.f[m] - near * (self.f[m - 1] + self.f[m + 1]) - gap) / both
-                best = int(np.argmax(torn))
-                node = int(m[best])
+                depth, node = self.rules.tears(first, last)
                 parts = (first, node - 1), (node + 1, last)
-                yield Change(float(torn[best]), (*nodes[:i], *parts, *nodes[i + 1 :]), True)
-
-    @property
-    def _alone(self) -> float:
-        return self.lattice.spring + 2 * self.lattice.link
-
-    def _pulled(self, nodes: Nodes, i: int) -> float:
-        """Depth below which a lone node is pulled."""
-        lat, node = self.lattice, nodes[i][0]
-        left = nodes[i - 1][1] if i else None
-        right = nodes[i + 1][0] if i + 1 < len(nodes) else None
-        rate, load = lat.spring, lat.spring * float(self.f[node])
-        for other in (left, right):
-            near, far, both = self._shares(None if other is None else abs(other - node))
-            rate += lat.link * both
-            beyond = 0.0 if other is None else float(self.f[other])
-            load += lat.link * ((1 - near) * float(self.f[node]) - far * beyond)
-        return load / rate
+                yield Change(depth, (*nodes[:i], *parts, *nodes[i + 1 :]), True)
 
     def _next(self, nodes: Nodes, end: float) -> Change | None:
         """The first change on the way to a depth; at that very depth, what still has to happen."""
@@ -258,11 +177,17 @@ class ManyContacts:
         if rising.depth <= end:
             return rising
         falling = max(self._recedes(nodes), key=lambda change: change.depth, default=None)
-        return falling if falling is not None and falling.depth > end else None
+        tie = _TIE * (abs(end) + self._height)  # what has just closed does not open by rounding
+        return falling if falling is not None and falling.depth > end + tie else None
+
+    @functools.cached_property
+    def _height(self) -> float:
+        """A length to which rounding of depths is relative."""
+        return float(np.abs(self.f).max())
 
     def _relaxed(self, nodes: Nodes, depth: float) -> Nodes:
         """Contacts once everything that lowers the energy at a fixed depth has happened."""
-        for _ in range(_MANY):
+        for _ in range(20 * self.f.size):
             change = self._next(nodes, depth)
             if change is None:
                 return nodes
@@ -332,7 +257,7 @@ class ManyContacts:
         for i, side, other in self._lines(nodes):
             node = nodes[i][side > 0]
             g = depth - float(self.f[node])
-            _, far, both = self._shares(None if other is None else abs(other - node))
+            _, far, both = self.rules.shares(None if other is None else abs(other - node))
             # t (g - A g - B g') without cancellation
             apart = 0.0 if other is None else float(self.f[other] - self.f[node])
             yield g, self.lattice.link * (both * g + far * apart)
@@ -343,8 +268,7 @@ class ManyContacts:
             return 0.0
         total = sum(pull for _, pull in self._reactions(state.nodes, depth))
         for first, last in state.nodes:
-            own = float(self.sum_f[last + 1] - self.sum_f[first])
-            total += self.lattice.spring * ((last + 1 - first) * depth - own)
+            total += self.lattice.spring * float(np.sum(depth - self.f[first : last + 1]))
         return total
 
     def energy(self, state: State, depth: float) -> float:
@@ -354,11 +278,9 @@ class ManyContacts:
         lat = self.lattice
         total = sum(g * pull / 2 for g, pull in self._reactions(state.nodes, depth))
         for first, last in state.nodes:
-            f = float(self.sum_f[last + 1] - self.sum_f[first])
-            f2 = float(self.sum_f2[last + 1] - self.sum_f2[first])
-            squares = (last + 1 - first) * depth**2 - 2 * depth * f + f2
-            stretch = float(self.sum_df2[last] - self.sum_df2[first])
-            total += (lat.spring * squares + lat.link * stretch) / 2
+            f = self.f[first : last + 1]
+            g, steps = depth - f, np.diff(f)
+            total += (lat.spring * float(g @ g) + lat.link * float(steps @ steps)) / 2
             total -= lat.w * lat.spacing * (last - first)
         return total
 

@@ -159,6 +159,18 @@ def test_stripes_pin_the_line_and_release_it_by_avalanches():
     assert (path.half_width[rising] <= strong[rising] + 2 * SPACING).all()
 
 
+def test_stripes_and_hysteresis_together_keep_the_ledger():
+    scene = replace(
+        adhesive(Parabola(0.05), w=0.001),
+        pattern=Patches.stripes(0.004, 0.25, 1.0, 0.1),
+        opening=SurfaceEnergies.from_work(0.07, 0.002),
+    )
+    path = load_path(scene, depths=programme(scene, 4.0, -4.0), method="lattice", spacing=SPACING)
+    assert [event for event in path.events if event.kind == "jump"]
+    assert path.friction > 0
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
+
+
 def test_a_defect_holds_the_line_until_it_tears_off():
     """On retraction a strong patch holds the right line until it tears off the inner border."""
     plain = adhesive(Parabola(0.02))

@@ -1,0 +1,109 @@
+"""At which depths something happens to contacts on the lattice.
+
+Between two contacts lies a free span of T links, whose first free node is displaced by
+A g_i + B g_j, with μ = -ln λ,
+
+    A = sinh μ(T-1)/sinh μT,   B = sinh μ/sinh μT,
+    1 - A - B = 2 sinh(μ(T-1)/2) sinh(μ/2)/cosh(μT/2),
+
+and outside two tails, A = λ, B = 0. By the heights f of the nodes involved,
+
+    a line passes the next link (n = 1), or closes the last two (n = 2), or opens one, at
+        d = f_i + (f_1 - f_i + B (f_i - f_j) - G)/(1 - A - B),   G = √(2 n wΔx/c),
+        c = kΔx + t + t(1 - A(T-1)), the stiffness of the first free node;
+    a free node touches at  d = (f_m - a f_i - b f_j)/(1 - a - b), a and b the shape of the span;
+    a node inside a contact is torn open as a line that opens two links (n = 2, T = 2);
+    a lone node, which has no adhesion, lets go where it begins to be pulled.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice import Lattice
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Rules:
+    """The depths of changes for nodes of heights f (n,)."""
+
+    lattice: Lattice
+    f: Array
+
+    def shares(self, links: int | None) -> tuple[float, float, float]:
+        """A, B and 1 - A - B."""
+        lat, mu = self.lattice, self.lattice.log_decay
+        if links is None:
+            return lat.decay, 0.0, lat.loss
+        whole = -math.expm1(-2 * links * mu)
+        near = lat.decay * -math.expm1(-2 * (links - 1) * mu) / whole
+        far = math.exp(-(links - 1) * mu) * -math.expm1(-2 * mu) / whole
+        both = -math.expm1(-(links - 1) * mu) * -math.expm1(-mu) / (1 + math.exp(-links * mu))
+        return near, far, both
+
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
+    def passes(self, node: int, side: int, other: int | None) -> float:
+        """Depth at which a line at `node` passes the link to the next node, on this side."""
+        lat, after = self.lattice, node + side
+        links = None if other is None else abs(other - node)
+        _, far, both = self.shares(links)
+        rest = lat.loss if links is None else 1 - self.shares(links - 1)[0]
+        bonds = 2 if links == 2 else 1
+        stiffness = lat.spring + lat.link + lat.link * rest
+        gap = math.sqrt(2 * bonds * lat.w * lat.spacing / stiffness)
+        rise = float(self.f[after] - self.f[node])
+        if other is not None:
+            rise += far * float(self.f[node] - self.f[other])
+        return float(self.f[node]) + (rise - gap) / both
+
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
+    def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
+        """Depth at which a free node between two contacts (None: none there) touches, and which."""
+        mu, n = self.lattice.log_decay, self.f.size
+        lo, hi = -1 if left is None else left, n if right is None else right
+        m = np.arange(lo + 1, hi)
+        if not m.size:
+            return math.inf, -1
+        if left is not None and right is not None:
+            whole = -np.expm1(-2 * mu * (right - left))
+            a = np.exp(-mu * (m - left)) * -np.expm1(-2 * mu * (right - m)) / whole
+            b = np.exp(-mu * (right - m)) * -np.expm1(-2 * mu * (m - left)) / whole
+            half = np.expm1(-mu * (m - left)) * np.expm1(-mu * (right - m))
+            rest, shape = half / (1 + math.exp(-mu * (right - left))), a * self.f[left]
+            shape = shape + b * self.f[right]
+        else:
+            from_end = m - left if left is not None else hi - m
+            end = left if left is not None else right
+            a = np.exp(-mu * from_end)
+            rest, shape = -np.expm1(-mu * from_end), a * self.f[end]
+        depths = (self.f[m] - shape) / rest
+        best = int(np.argmin(depths))
+        return float(depths[best]), int(m[best])
+
+    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
+    def tears(self, first: int, last: int) -> tuple[float, int]:
+        """Depth below which a node inside a contact is torn open, and which."""
+        lat, m = self.lattice, np.arange(first + 1, last)
+        near, _, both = self.shares(2)
+        gap = math.sqrt(4 * lat.w * lat.spacing / (lat.spring + 2 * lat.link))
+        torn = (self.f[m] - near * (self.f[m - 1] + self.f[m + 1]) - gap) / both
+        best = int(np.argmax(torn))
+        return float(torn[best]), int(m[best])
+
+    def pulled(self, left: int | None, node: int, right: int | None) -> float:
+        """Depth below which a lone node between two contacts (None: none there) is pulled."""
+        lat = self.lattice
+        rate, load = lat.spring, lat.spring * float(self.f[node])
+        for other in (left, right):
+            near, far, both = self.shares(None if other is None else abs(other - node))
+            rate += lat.link * both
+            beyond = 0.0 if other is None else float(self.f[other])
+            load += lat.link * ((1 - near) * float(self.f[node]) - far * beyond)
+        return load / rate

@@ -1,0 +1,162 @@
+"""Several contacts on the lattice: every state an equilibrium, every change an event."""
+
+import numpy as np
+import pytest
+from scenes import adhesive
+
+from discretization import History, NodalEnergy, load_path
+from discretization.lattice_branch import LatticeBranch
+from discretization.many_contacts import ManyContacts
+from energy import Parabola, Sampled
+
+SPACING = 4e-5
+
+
+def bumps(heights, wavelength=0.008, amplitude=1e-3, bowl=2.0):
+    """A wavy bowl whose crests reach down to different levels, steep at both ends."""
+    reach = wavelength * (len(heights) + 2) / 2
+    x = np.linspace(-reach, reach, 2001)
+    level = np.interp(x, wavelength * (np.arange(len(heights)) - (len(heights) - 1) / 2), heights)
+    phase = 2 * np.pi * (x / wavelength + (len(heights) - 1) / 2)
+    z = level + amplitude * (1 - np.cos(phase)) + bowl * x**2
+    beyond = np.maximum(np.abs(x) - wavelength * len(heights) / 2, 0)
+    return Sampled(x, z - z.min() + 300 * beyond**2)
+
+
+def programme(scene, top=8.0, steps=25):
+    delta0 = scene.critical_separation
+    return np.r_[np.linspace(-0.2, top, steps), np.linspace(top, -3, 2 * steps)] * delta0
+
+
+SCENES = {
+    "two": adhesive(bumps([0.0, 0.0]), w=2e-4),
+    "three": adhesive(bumps([0.0, 3e-4, 1e-4]), w=2e-4),
+    "soft": adhesive(bumps([0.0, 2e-4, 1e-4, 0.0]), k=1300.0, w=2e-4),
+    "merging": adhesive(bumps([0.0, 5e-5, 0.0], amplitude=1e-4), k=5000.0, w=2e-5),
+}
+KINDS = {
+    "two": {"jump-in", "detachment"},
+    "three": {"jump-in", "nucleation", "detachment"},
+    "soft": {"jump-in", "nucleation", "closing", "detachment"},
+    "merging": {"jump-in", "nucleation", "coalescence", "jump", "detachment"},
+}
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def path(request):
+    scene = SCENES[request.param]
+    return load_path(scene, depths=programme(scene), method="lattice", spacing=SPACING)
+
+
+def test_contacts_begin_meet_and_end(path):
+    (name,) = [name for name, scene in SCENES.items() if scene is path.scene]
+    assert KINDS[name] <= {event.kind for event in path.events}
+    assert max(len(inner) for inner in path.inner) >= 2
+    assert min(event.energy_released for event in path.events) >= -1e-15 * abs(path.energy).max()
+    for event in path.events:
+        change = len(event.after.inner) - len(event.before.inner)
+        if event.kind in ("nucleation", "splitting"):
+            assert change > 0
+        if event.kind in ("coalescence", "closing"):
+            assert change < 0
+
+
+def test_the_ledger_is_exact(path):
+    assert np.isnan(path.contacts[-1]).all()
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-11, abs=0)
+
+
+def relaxed(branch, nodes, depth):
+    held = np.zeros(branch.f.size, bool)
+    for first, last in nodes:
+        held[first : last + 1] = True
+    model = NodalEnergy(branch.lattice, held)
+    u = model.relaxed(depth - branch.f)
+    return model, u, held
+
+
+def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
+    branch = ManyContacts.of(path.scene, SPACING, path.depth.max())
+    for step in range(0, len(path.depth), 3):
+        state = branch.contact(*path.at(step).lines)
+        if state is None:
+            continue
+        depth = float(path.depth[step])
+        model, u, held = relaxed(branch, state.nodes, depth)
+        energy, size = model.value(u), sum(map(abs, model.terms(u).values()))
+        assert abs(energy - path.energy[step]) <= 1e-9 * size
+        assert abs(model.gradient(u)[held].sum() - path.force[step]) <= 1e-8 * size / SPACING
+        assert (u - (depth - branch.f)).min() >= -1e-12 * abs(depth)
+        for i, (first, last) in enumerate(state.nodes):
+            for moved in (
+                (first - 1, last),
+                (first + 1, last),
+                (first, last - 1),
+                (first, last + 1),
+            ):
+                if moved[0] > moved[1]:
+                    continue
+                others = [*state.nodes[:i], moved, *state.nodes[i + 1 :]]
+                near, other, _ = relaxed(branch, others, depth)
+                if (other - (depth - branch.f)).min() >= -1e-12:  # else no admissible state
+                    assert near.value(other) >= energy - 1e-9 * size
+
+
+def test_one_contact_is_the_one_of_the_faster_branch():
+    x = np.linspace(-0.03, 0.03, 3001)
+    scene = adhesive(Sampled(x, x**2 / 0.04))
+    delta0 = scene.critical_separation
+    many, one = ManyContacts.of(scene, 2e-5, 3 * delta0), LatticeBranch.of(scene, 2e-5, 3 * delta0)
+    a, b = many.follow(None, many.touch), one.follow(None, one.touch)
+    for depth in np.array([1, 2, 0, -0.5, -0.9]) * delta0:
+        a, b = many.follow(a, depth), one.follow(b, depth)
+        assert a.ends == b.ends
+        assert many.force(a, depth) == pytest.approx(one.force(b, depth), rel=1e-12, abs=0)
+        assert many.energy(a, depth) == pytest.approx(one.energy(b, depth), rel=1e-12, abs=0)
+    assert many.follow(a, -1.1 * delta0) is None
+
+
+def test_contacts_many_decay_lengths_apart_are_single_ones():
+    """Two parabolas 60 l apart: forces and energies add up."""
+    length = adhesive(Parabola(0.02), k=13000.0, w=2e-4).elastocapillary_length
+    far, h = 30 * length, 1e-5
+    x = np.arange(-round((far + 0.02) / h), round((far + 0.02) / h) + 1) * h
+    far = round(far / h) * h
+    pair = np.minimum((x - far) ** 2, (x + far) ** 2) / 0.04
+    single = np.arange(-2000, 2001) * h
+    given = {"k": 13000.0, "w": 2e-4}
+    two = adhesive(Sampled(x, pair), **given)
+    one = adhesive(Sampled(single, single**2 / 0.04), **given)
+    depths = np.array([0.0, 1.5, 0.7, -0.5]) * one.critical_separation
+    both = load_path(two, depths=depths, method="lattice", spacing=h)
+    alone = ManyContacts.of(one, h, depths.max())
+    state = None
+    for step, depth in enumerate(depths.tolist()):
+        state = alone.follow(state, depth)
+        assert both.force[step] == pytest.approx(2 * alone.force(state, depth), rel=1e-10, abs=0)
+        assert both.energy[step] == pytest.approx(2 * alone.energy(state, depth), rel=1e-10, abs=0)
+
+
+def test_the_mirror_image_walks_the_mirror_image(path):
+    scene = path.scene
+    body = scene.indenter
+    mirrored = adhesive(
+        Sampled(-body.x[::-1], body.z[::-1]), k=scene.stiffness, w=scene.work_of_adhesion
+    )
+    other = load_path(mirrored, depths=path.values, method="lattice", spacing=SPACING)
+    assert other.dissipated == pytest.approx(path.dissipated, rel=1e-9, abs=0)
+    assert [e.kind for e in other.events] == [e.kind for e in path.events]
+    assert other.contacts[:, ::-1] == pytest.approx(-path.contacts, abs=1e-9, nan_ok=True)
+
+
+def test_a_path_of_many_contacts_is_saved_and_continued(path, tmp_path):
+    cut = int(np.argmax([len(inner) for inner in path.inner])) + 1
+    given = {"method": "lattice", "spacing": SPACING}
+    first = load_path(path.scene, depths=path.values[:cut], **given)
+    first.to_csv(tmp_path / "path.csv")
+    read = History.from_csv(tmp_path / "path.csv")
+    again = load_path(path.scene, depths=path.values[cut:], after=read, **given)
+    assert again.inner == path.inner
+    assert again.force.tobytes() == path.force.tobytes()
+    assert again.half_width.tobytes() == path.half_width.tobytes()
+    assert len(again.events) == len(path.events)
