@@ -1,0 +1,218 @@
+"""How does a rough indenter touch: spots or all over, and what does surface tension change?
+
+A cylinder of radius R with self-affine roughness (seeded random phases, spectrum of the amplitudes
+~ q^-(H + 1/2) between the longest and the shortest wavelength, rms height stated) is pressed into
+the layer and pulled off, for several elastocapillary lengths l = √(γ₁/k) at the same k and w. Each
+loop is followed on the lattice with all its contacts (`load_path`), and at a few depths the state
+of lowest energy of all is found (`branch="global"`). Reported: number of contacts, contact fraction
+(contact length over the width between the outermost lines), force, loop area; energy and contact
+length of the global state against the metastable one. Expected: tension smooths the surface at
+wavelengths below l, so that a contact that follows the roughness for l below the shortest
+wavelength breaks up into spots for l above.
+
+Output: a line per l, rough.csv, rough.png.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization import Equilibrium, History, load_path, minimise
+from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
+from studies.units import prefixed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Layer, adhesion, cylinder and roughness [SI]; depths in units of the rms height."""
+
+    E: float = 300.0
+    nu: float = 0.45
+    h: float = 50e-6
+    w: float = 1e-5
+    R: float = 20e-3
+    length: float = 2e-3
+    nodes: int = 2001
+    hurst: float = 0.8
+    shortest: float = 40e-6
+    rms: float = 0.5e-6
+    seed: int = 1
+    tensions: tuple[float, ...] = (0.25, 1.0, 4.0)  # l over the shortest wavelength
+    top: float = 4.0
+    bottom: float = -12.0
+    steps: int = 40
+    compared: int = 5
+
+    @property
+    def spacing(self) -> float:
+        """Distance of the samples and of the lattice's nodes."""
+        return self.length / (self.nodes - 1)
+
+    @property
+    def indenter(self) -> Sampled:
+        """The rough cylinder."""
+        x = self.spacing * (np.arange(self.nodes) - self.nodes // 2)
+        rng, z = np.random.default_rng(self.seed), np.zeros_like(x)
+        for count in range(2, int(self.length / self.shortest) + 1):
+            q = 2 * np.pi * count / self.length
+            z += q ** -(self.hurst + 0.5) * np.cos(q * x + rng.uniform(0, 2 * np.pi))
+        z = z * self.rms / z.std() + x**2 / (2 * self.R)
+        return Sampled(x, z - z.min())
+
+    def scene(self, tension: float) -> Scene:
+        """The scene with l = tension times the shortest wavelength."""
+        layer = ElasticLayer(self.E, self.nu, self.h)
+        gamma1 = layer.stiffness * (tension * self.shortest) ** 2
+        return Scene(layer, SurfaceEnergies.from_work(gamma1, self.w), self.indenter)
+
+    @property
+    def programme(self) -> Array:
+        """Depths: in to the top, out until the contact is lost."""
+        down = np.linspace(self.top, self.bottom, 3 * self.steps)
+        return np.r_[np.linspace(0, self.top, self.steps), down] * self.rms
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """One tension: its path and the states of lowest energy at some steps of it."""
+
+    tension: float
+    path: History
+    lowest: dict[int, Equilibrium]
+
+    @property
+    def contacts(self) -> NDArray[np.int_]:
+        """Number of contacts at every step."""
+        held = ~np.isnan(self.path.contacts[:, 0])
+        return np.where(held, [len(inner) // 2 + 1 for inner in self.path.inner], 0)
+
+    @property
+    def fraction(self) -> Array:
+        """Contact length over the width between the outermost lines; 0 when detached."""
+        width = self.path.contacts[:, 1] - self.path.contacts[:, 0]
+        return np.where(width > 0, 2 * self.path.half_width / np.where(width > 0, width, 1), 0.0)
+
+
+def run(params: Parameters, show: Callable[[str], object] = lambda line: None) -> list[Loop]:
+    """A loop per tension; `show` is told a line when it is done."""
+    loops = []
+    for tension in params.tensions:
+        scene = params.scene(tension)
+        path = load_path(scene, depths=params.programme, method="lattice", spacing=params.spacing)
+        steps = np.linspace(0, params.programme.size - 1, params.compared + 1).astype(int)[1:]
+        lowest = {
+            int(step): minimise(
+                scene,
+                float(path.depth[step]),
+                method="shortest_path",
+                branch="global",
+                spacing=params.spacing,
+            )
+            for step in steps
+        }
+        loops.append(Loop(tension, path, lowest))
+        show(line(loops[-1]))
+    return loops
+
+
+def heading() -> str:
+    """Names of the columns of `line`."""
+    return (
+        "l/shortest  contacts  fraction  pull-off [N/m]  loop area [J/m]  ledger"
+        "  global below metastable"
+    )
+
+
+def line(loop: Loop) -> str:
+    """Most contacts, fraction and pull at the deepest, loop area, and the lowest energies."""
+    path, deepest = loop.path, int(np.argmax(loop.path.depth))
+    ledger = abs(path.work() / path.dissipated - 1)
+    below = sum(state.energy < path.energy[step] for step, state in loop.lowest.items())
+    return (
+        f"{loop.tension:10.3g}  {loop.contacts.max():8d}  {loop.fraction[deepest]:8.3f}  "
+        f"{path.pull_off.force:14.6g}  {path.dissipated:15.6g}  {ledger:.0e}   "
+        f"{below} of {len(loop.lowest)}"
+    )
+
+
+def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
+    """Force, number of contacts and contact fraction against depth."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 4.2), layout="constrained")
+    axes: Any = figure.subplots(1, 3)
+    depth = prefixed(params.programme, "m")
+    force = prefixed(np.concatenate([loop.path.force for loop in loops]), "N/m")
+    for colour, loop in zip(COLOURS, loops, strict=False):
+        label = f"l = {loop.tension:g} × shortest wavelength"
+        x = loop.path.depth / depth.size
+        for panel, values in zip(
+            axes, (loop.path.force / force.size, loop.contacts, loop.fraction), strict=True
+        ):
+            panel.plot(x[: params.steps], values[: params.steps], color=colour, lw=1, ls="--")
+            panel.plot(x[params.steps :], values[params.steps :], color=colour, lw=1.5, label=label)
+        at = list(loop.lowest)
+        states = loop.lowest.values()
+        found = (
+            [state.force / force.size for state in states],
+            [len(state.contacts) for state in states],
+        )
+        for panel, values in zip(axes, found, strict=False):
+            panel.plot(x[at], values, "o", color=colour, mfc="none", ms=7)
+    for panel, name in zip(
+        axes, (f"force P in {force.symbol}", "number of contacts", "contact fraction"), strict=True
+    ):
+        panel.set(xlabel=f"depth d in {depth.symbol}", ylabel=name)
+        panel.grid(alpha=0.3)
+    axes[0].legend(fontsize=8)
+    figure.suptitle("Rough cylinder: loading dashed, unloading solid, lowest energy of all circled")
+    return figure
+
+
+def write_csv(loops: Sequence[Loop], path: Path) -> None:
+    """A row per step."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        out.writerow(["l/shortest", "depth", "force", "energy", "contacts", "fraction", "global"])
+        for loop in loops:
+            for step, depth in enumerate(loop.path.depth.tolist()):
+                lowest = loop.lowest[step].energy if step in loop.lowest else ""
+                row = loop.path.force[step], loop.path.energy[step], loop.contacts[step]
+                out.writerow([loop.tension, depth, *row, loop.fraction[step], lowest])
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line of the study; 1 if a global state has more energy than the metastable one."""
+    parser = argparse.ArgumentParser(prog="python -m studies rough", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="a shorter profile")
+    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
+    options = parser.parse_args(argv)
+    params = Parameters(nodes=1001, steps=15, compared=3) if options.quick else Parameters()
+    print(heading())
+    loops = run(params, lambda text: print(text, flush=True))
+    options.out.mkdir(parents=True, exist_ok=True)
+    write_csv(loops, options.out / "rough.csv")
+    plot(params, loops).savefig(options.out / "rough.png", dpi=150)
+    return int(not all(lowest_is_lowest(loop) for loop in loops))
+
+
+def lowest_is_lowest(loop: Loop) -> bool:
+    """Whether no metastable state lies below the global one."""
+    scale = np.abs(loop.path.energy).max()
+    return all(
+        state.energy <= loop.path.energy[step] + 1e-9 * scale for step, state in loop.lowest.items()
+    )
