@@ -11,6 +11,8 @@
 
 On the lattice: Scene -> Lattice (lattice.py, tails.py) -> contact set (fronts.py) -> sums and
 certificate (certificate.py) -> line between nodes (line.py) -> Equilibrium, by lattice_state.py.
+Several contacts, lowest energy: window -> contact set (obstacle.py, shortest_path.py, oracle.py) ->
+free spans (span.py), sums and certificate (contact_set.py) -> lines -> Equilibrium, by lowest.py.
 Fitted: free surface (spectral.py, free_surface.py) -> what a line feels of it (response.py) ->
 contact lines (fitted.py) -> integrals (quadrature.py) -> certificate and error estimate ->
 Equilibrium, by fitted_state.py. minimise.py picks; equilibrium.py is the result.

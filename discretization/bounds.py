@@ -36,6 +36,9 @@ def certain(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
     held, before = span.majorant(lattice, g), -1
     while held.size > before:
         h = _heights(lattice, g, held)
+        if (h < 0).any():  # two lines came down upon a node between them
+            h = _heights(lattice, g, _pressing(lattice, g, held, h))
+        h = np.maximum(h, 0.0)
         held = np.flatnonzero(h == 0)
         before = held.size
         if lattice.w:
@@ -61,8 +64,20 @@ def _heights(lattice: Lattice, g: Array, held: Nodes) -> Array:
     h, free = np.zeros(g.size), np.ones(g.size, bool)
     free[held] = False
     at = np.flatnonzero(free)
-    h[at] = np.maximum(-span.above(lattice, g, held, at, g[at]), 0.0)
+    h[at] = -span.above(lattice, g, held, at, g[at])
     return h
+
+
+def _pressing(lattice: Lattice, g: Array, held: Nodes, h: Array) -> Nodes:
+    """The held nodes, and those of the nodes with h < 0 that then hold the surface."""
+    nodes, keep = np.flatnonzero(h <= 0), np.zeros(1, bool)
+    while not keep.all():
+        x = np.concatenate([[-math.inf], nodes, [math.inf]])
+        y = np.concatenate([[0.0], g[nodes], [0.0]])
+        above = span.excess(lattice, nodes - x[:-2], x[2:] - nodes, y[:-2], y[1:-1], y[2:])
+        keep = (above >= 0) | np.isin(nodes, held)
+        nodes = nodes[keep]
+    return nodes
 
 
 def _steps(lattice: Lattice, h: Array, far: float) -> int:
@@ -80,7 +95,9 @@ def _steps(lattice: Lattice, h: Array, far: float) -> int:
 
 
 def deepest_contact(lattice: Lattice) -> float:
-    """D [length]: contact deeper below ū never pays; at nearly the best r."""
+    """D [length]: contact deeper below ū never pays; at nearly the best r. γ₁ = 0: δ₀."""
+    if not lattice.gamma1:
+        return lattice.critical_gap
     mu, wdx = lattice.log_decay, lattice.w * lattice.spacing
     r = max(1, round(2.4 / mu))
     rise = 1 - 1 / math.cosh(min(mu * r, _FAR))

@@ -186,7 +186,7 @@ def certify(
     for (node, side, limit), u in zip(ends, u_ends, strict=True):
         deepest = _penetration(lat, indenter, depth, node, side, limit, float(u))
         penetration = max(penetration, deepest / delta)
-        excess = _imbalance(lat, float(u)) - _rounding(lat, delta)
+        excess = _imbalance(lat, float(u)) - rounding(lat, delta)
         stationarity = max(stationarity, excess / (lat.spring * delta))
     force = abs(sums.force - sums.force_by_reactions) / (sums.force_scale or 1.0)
     return Certificate(
@@ -221,7 +221,7 @@ def _imbalance(lat: Lattice, u: float) -> float:
     return float(np.abs(gradient[1:]).max())
 
 
-def _rounding(lat: Lattice, delta: float) -> float:
+def rounding(lat: Lattice, delta: float) -> float:
     """What a nodal force of displacements of size δ can be off by in double precision."""
     return 32 * float(np.finfo(float).eps) * (lat.spring + 4 * lat.link) * delta
 
@@ -234,7 +234,7 @@ def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:
     if lone and lat.gamma1:
         adhesive = 0
     held = math.sqrt(2 * (lat.spring + 2 * sums.stiffness) * adhesive * lat.w * lat.spacing)
-    return max(0.0, -weakest - held - _rounding(lat, delta)) / (lat.spring * delta)
+    return max(0.0, -weakest - held - rounding(lat, delta)) / (lat.spring * delta)
 
 
 def _descent(

@@ -9,7 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from discretization import span
 from discretization.certificate import Certificate
+from discretization.shortest_path import Proof
 from energy import Assumption, Scene
 
 Array = NDArray[np.float64]
@@ -18,7 +20,14 @@ QUANTITIES = ("half_width", "force", "energy")
 
 
 class Tail(Protocol):
-    """The free surface beyond a contact line at which the displacement is u_line."""
+    """The free surface beyond a contact line at which the displacement is u_line.
+
+    rate: that of its decay; between two contacts (small slopes only) the surface is a sum of both
+    directions.
+    """
+
+    @property
+    def rate(self) -> float: ...
 
     def displacement(self, distance: Array, u_line: float) -> Array:
         """u at these distances >= 0 from the line."""
@@ -35,7 +44,8 @@ class Equilibrium:
     themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
     without contact; label "global", "metastable", "neutral" or "detached"; tail: the free surface;
     error_estimate: relative errors of half_width, force and energy, the last two relative to
-    `scales`, the sums of their terms' absolute values; spacing: nan where there are no nodes.
+    `scales`, the sums of their terms' absolute values; spacing: nan where there are no nodes;
+    proof: why no state on these nodes has a lower energy, where `shortest_path` has found it.
     """
 
     scene: Scene
@@ -53,6 +63,7 @@ class Equilibrium:
     method: str
     branch: str
     spacing: float
+    proof: Proof | None = None
 
     @property
     def half_width(self) -> float:
@@ -69,9 +80,15 @@ class Equilibrium:
         width = self.contacts[:, 1:] - self.contacts[:, :1]
         inward = np.where(self.pinned & (width > 0), -sides, np.where(self.pinned, sides, 0.0))
         reach = np.where(width > 0, width, abs(self.depth))
-        f1 = self.scene.indenter.slope(self.contacts + _ONE_SIDED * reach * inward)
+        aside = np.clip(self.contacts + _ONE_SIDED * reach * inward, *self.scene.indenter.extent)
+        f1 = self.scene.indenter.slope(aside)
         u = self.depth - self.scene.indenter.height(self.contacts)
-        return sides * f1, self.tail.slope(u)
+        outwards = self.tail.slope(u)
+        if len(u) > 1:
+            width, right, left = self.contacts[1:, 0] - self.contacts[:-1, 1], u[:-1, 1], u[1:, 0]
+            outwards[:-1, 1] = span.slope(self.tail.rate, width, right, left)
+            outwards[1:, 0] = span.slope(self.tail.rate, width, left, right)
+        return sides * f1, outwards
 
     @property
     def angle_deficits(self) -> Array:
@@ -100,17 +117,32 @@ class Equilibrium:
     def displacement(self, x: ArrayLike) -> Array:
         """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside."""
         x = np.asarray(x, float)
-        u = np.zeros_like(x)
-        for left, right in self.contacts:
-            inside = (x >= left) & (x <= right)
-            u[inside] = self.depth - self.scene.indenter.height(x[inside])
-            if not self.scene.gamma1:
-                continue
-            for side, end in ((-1, left), (1, right)):
-                free = side * (x - end) > 0
-                u_end = self.depth - float(self.scene.indenter.height(end))
-                u[free] = self.tail.displacement(side * (x[free] - end), u_end)
+        u, inside = np.zeros_like(x), self._inside(x)
+        u[inside] = self.depth - self.scene.indenter.height(x[inside])
+        if not (self.scene.gamma1 and self.contacts.size):
+            return u
+        for side, end in ((-1, self.contacts[0, 0]), (1, self.contacts[-1, 1])):
+            free = side * (x - end) > 0
+            u_end = self.depth - float(self.scene.indenter.height(end))
+            u[free] = self.tail.displacement(side * (x[free] - end), u_end)
+        if len(self.contacts) > 1:
+            within = (x > self.contacts[0, 0]) & (x < self.contacts[-1, 1]) & ~inside
+            u[within] = self._between(x[within])
         return u
+
+    def _inside(self, x: Array) -> NDArray[np.bool_]:
+        """Whether x is in contact."""
+        if not self.contacts.size:
+            return np.zeros(x.shape, bool)
+        left = np.searchsorted(self.contacts[:, 0], x, side="right") - 1
+        return (left >= 0) & (x <= self.contacts[left, 1])
+
+    def _between(self, x: Array) -> Array:
+        """u of the free surface between two contacts."""
+        i = np.searchsorted(self.contacts[:, 0], x) - 1
+        left, right = self.contacts[i, 1], self.contacts[i + 1, 0]
+        ends = (self.depth - self.scene.indenter.height(end) for end in (left, right))
+        return span.between(self.tail.rate, x - left, right - x, *ends)
 
     def pressure(self, x: ArrayLike) -> Array:
         """Elastic stress k u(x) of the layer on the indenter, the integrand of Eq. (9).
@@ -118,10 +150,7 @@ class Equilibrium:
         Zero outside the contact. The surface tension adds line forces at the contact lines (10).
         """
         x = np.asarray(x, float)
-        inside = np.zeros(x.shape, bool)
-        for left, right in self.contacts:
-            inside |= (x >= left) & (x <= right)
-        return np.where(inside, self.scene.stiffness * self.displacement(x), 0.0)
+        return np.where(self._inside(x), self.scene.stiffness * self.displacement(x), 0.0)
 
     @property
     def validity(self) -> tuple[Assumption, ...]:

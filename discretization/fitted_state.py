@@ -36,6 +36,11 @@ class FittedTail:
     length: float
     response: Response
 
+    @property
+    def rate(self) -> float:
+        """1/l, Eq. (6)."""
+        return 1 / self.length
+
     def displacement(self, distance: Array, u_line: float) -> Array:
         """The elements' polynomials, then the far field."""
         surface = self.response.surface(u_line / self.length)
@@ -54,7 +59,11 @@ def on_fitted_mesh(
 
     The elements have the least degree whose a-posteriori error meets rtol; where the condition of
     the state turns that into a larger error, they get the next one.
+    branch "global" of a convex indenter: this state or, before it touches, the detached one,
+    whichever has less energy. There is no other: the force on each line grows outwards.
+    ValueError for several contacts, and for "global" with w > 0 and another profile.
     """
+    _refuse(scene, branch)
     response = chosen(scene.slopes, rtol)
     indenter, length = scene.indenter, scene.elastocapillary_length or 1.0
     if indenter.convex:
@@ -67,6 +76,11 @@ def on_fitted_mesh(
         if not coarse.contacts.size:
             tail = FittedTail(length, response)
             return replace(coarse, tail=tail, method="fitted", spacing=math.nan)
+        if len(coarse.contacts) > 1:
+            raise ValueError(
+                f"depth = {depth!r} has {len(coarse.contacts)} contacts: use method='lattice' with "
+                "a spacing"
+            )
         starts, touch = _inside(coarse)
     state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
     while max(state.error_estimate.values()) > rtol and response.error > _ROUNDING:
@@ -75,7 +89,27 @@ def on_fitted_mesh(
             break
         response = better
         state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
+    if branch == "global" and state.energy > 0 and depth <= touch:
+        return _detached(Problem.of(scene, depth, touch, branch, response), branch)
     return state
+
+
+def _refuse(scene: Scene, branch: str) -> None:
+    several = scene.gamma1 and scene.work_of_adhesion and not scene.indenter.convex
+    if branch == "global" and several:
+        raise ValueError(
+            "branch = 'global' of an indenter that is not convex is searched on a lattice: give a "
+            "spacing and method='shortest_path'"
+        )
+
+
+def _detached(problem: Problem, branch: str) -> Equilibrium:
+    """The flat surface without contact."""
+    tail = FittedTail(problem.scene.elastocapillary_length or 1.0, problem.response)
+    pressed = max(0.0, problem.depth - problem.touch) / problem.lift
+    certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
+    state = detached(problem.scene, problem.depth, branch, tail, certificate)
+    return replace(state, method="fitted")
 
 
 def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: float) -> Equilibrium:
@@ -84,9 +118,7 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
     tail = FittedTail(scene.elastocapillary_length or 1.0, problem.response)
     ends = _lines(problem, starts)
     if ends is None:
-        pressed = max(0.0, depth - problem.touch) / problem.lift
-        certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
-        return replace(detached(scene, depth, branch, tail, certificate), method="fitted")
+        return _detached(problem, branch)
     for end in ends:
         problem.refuse_overhang(end.x)
     coarse, fine = totals(scene, problem.response, depth, ends[0].x, ends[1].x, rtol)

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.bounds import deepest_contact
 from discretization.lattice import Lattice
 from energy import Indenter
 
@@ -121,7 +122,7 @@ def _searched(lattice: Lattice, indenter: Indenter, depth: float, first: int, la
         lo, hi = max(first, -half), min(last, half)
         node, least = _lowest(lattice, indenter, lo, hi)
         ends = heights(lattice, indenter, np.array([lo, hi], float))
-        clear = max(depth, least) + math.sqrt(2 * lattice.w / lattice.k)
+        clear = max(depth, least) + deepest_contact(lattice)
         if abs(node) <= half // 2 and ends.min() > clear:
             return Region(lo, hi, node)
         half *= 2
@@ -171,8 +172,13 @@ def _advance(lattice: Lattice, indenter: Indenter, depth: float, start: int, lim
     end = indenter.extent[0 if side < 0 else 1]
     if end in indenter.walls:
         return limit
-    raise ValueError(
-        f"depth = {depth!r} spreads the contact to x = {lattice.x(limit)!r}, where the profile "
+    raise ValueError(unknown(lattice, depth, limit))
+
+
+def unknown(lattice: Lattice, depth: float, node: int) -> str:
+    """What to say of a contact that reaches the last node of a profile that may go on."""
+    return (
+        f"depth = {depth!r} spreads the contact to x = {lattice.x(node)!r}, where the profile "
         "is not known any more; give a wider profile, a smaller depth, or add a FlatPunch whose "
         "edge ends the indenter there"
     )

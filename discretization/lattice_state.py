@@ -12,7 +12,8 @@ from discretization import fronts
 from discretization.certificate import Certificate, NotCertifiedError, Sums, certify, measured
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import Lattice
-from discretization.line import Line, recover
+from discretization.line import Line, outer
+from discretization.lowest import on_lowest
 from energy import Plane, Scene
 
 Array = NDArray[np.float64]
@@ -26,19 +27,29 @@ def on_lattice(
     *,
     branch: str = "adhered",
     origin: float | None = None,
+    method: str = "lattice",
+    margin: bool = True,
 ) -> Equilibrium:
-    """Certified equilibrium on one lattice, a node on `origin`; without an error estimate."""
+    """Certified equilibrium on one lattice, a node on `origin`; without an error estimate.
+
+    method: "lattice", or for the lowest energy of all "shortest_path" or "oracle"; margin: whether
+    its proof says how far above the next topology lies.
+    """
     lattice = Lattice.of(scene, spacing, origin)
     if isinstance(scene.indenter, Plane):
+        if method != "lattice":
+            raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
     where = fronts.region(lattice, scene.indenter, depth)
+    if method != "lattice" or _several(scene, branch):
+        return on_lowest(scene, depth, branch, lattice, where, method, margin)
     lowest_energy = branch == "global" and not scene.gamma1
     find = fronts.held if lowest_energy else fronts.adhered
     contact = find(lattice, scene.indenter, depth, where)
     if contact is None:
         certificate = certify(lattice, scene.indenter, depth, where, None, None)
         return replace(detached(scene, depth, branch, lattice.tail, certificate), spacing=spacing)
-    ends = _lines(scene, depth, lattice, where, contact)
+    ends = outer(lattice, scene.indenter, depth, where, contact)
     _refuse_overhang(lattice, scene, depth, contact, ends)
     sums = measured(lattice, scene.indenter, depth, contact)
     certificate = certify(lattice, scene.indenter, depth, where, contact, sums)
@@ -51,20 +62,17 @@ def on_lattice(
     return _state(scene, depth, branch, lattice, contact, sums, ends, certificate)
 
 
-def _lines(
-    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region, contact: fronts.Contact
-) -> list[Line]:
-    """Both contact lines between the nodes, left and right."""
-    indenter, (first, last, reach) = scene.indenter, contact
-    right = recover(lattice, indenter, depth, where, last, 1, reach)
-    axis = fronts.mirror_axis(lattice, indenter, first, last)
-    if axis is not None:
-        return [right._replace(x=max(2 * axis - right.x, indenter.extent[0])), right]
-    return [recover(lattice, indenter, depth, where, first, -1, reach), right]
+def _several(scene: Scene, branch: str) -> bool:
+    """Whether the answer is the lowest energy of all contact sets, and not of one contact."""
+    if not scene.gamma1:
+        return False
+    if scene.work_of_adhesion:
+        return branch == "global"
+    return scene.slopes == "small" and not scene.indenter.convex
 
 
 def _refuse_overhang(
-    lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact, ends: list[Line]
+    lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact, ends: tuple[Line, Line]
 ) -> None:
     """ValueError for lines at which the surface would all but turn over (finite slopes)."""
     limit = lattice.greatest_displacement
@@ -91,7 +99,7 @@ def _state(
     lattice: Lattice,
     contact: fronts.Contact,
     sums: Sums,
-    ends: list[Line],
+    ends: tuple[Line, Line],
     certificate: Certificate,
 ) -> Equilibrium:
     x = np.array([[ends[0].x, ends[1].x]])
@@ -141,6 +149,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         raise ValueError(_overhang(lattice, depth, "", depth))
     cost = float(lattice.advance_energy(0.0, 0.0, depth))
     gain = max(0.0, cost) / (lattice.w * lattice.spacing) if gap > 0 else 0.0
+    lowest = depth >= 0 or branch == "global"
     balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
     neutral = gap > 0 and balanced
     everywhere = np.array([[-math.inf, math.inf]])
@@ -151,7 +160,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         pinned=np.zeros((1, 2), bool),
         force=math.copysign(math.inf, depth) if depth else 0.0,
         energy=0.0 if balanced else math.copysign(math.inf, cost),
-        label="neutral" if neutral else "metastable" if depth < 0 else "global",
+        label="neutral" if neutral else "global" if lowest else "metastable",
         certificate=Certificate(0.0, 0.0, 0.0, gain, 0.0),
     )
 
@@ -160,20 +169,29 @@ def coarser(fine: Equilibrium) -> Equilibrium | None:
     """The same question on every other node, for the error estimate; None if it has no answer."""
     if not np.isfinite(fine.contacts).all():
         return fine
+    scene, branch = fine.scene, fine.branch
     try:
-        return on_lattice(fine.scene, fine.depth, 2 * fine.spacing, branch=fine.branch)
+        return on_lattice(scene, fine.depth, 2 * fine.spacing, branch=branch, margin=False)
     except (ValueError, NotCertifiedError):
         return None
 
 
 def with_estimate(fine: Equilibrium, coarse: Equilibrium | None) -> Equilibrium:
-    """Errors of the fine state from a coarse one with twice the spacing: O(Δx²) leaves a third."""
+    """Errors of the fine state from a coarse one with twice the spacing: O(Δx²) leaves a third.
+
+    Where the coarse one has another number of contacts all of the change counts; a contact of one
+    node among several may be as wide as a link.
+    """
     if fine.label == "detached" or not np.isfinite(fine.contacts).all():
         return fine
     errors = dict.fromkeys(QUANTITIES, math.inf)
-    if coarse is not None and coarse.contacts.shape == fine.contacts.shape:
+    if coarse is not None and coarse.contacts.size:
+        alike = coarse.contacts.shape == fine.contacts.shape
         scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
         for name, scale in scales.items():
             change = abs(getattr(fine, name) - getattr(coarse, name)) / (scale or 1.0)
-            errors[name] = float(_SAFETY * change / 3 + 4 * np.finfo(float).eps)
+            errors[name] = float(_SAFETY * change / (3 if alike else 1) + 4 * np.finfo(float).eps)
+        if len(fine.contacts) > 1:
+            lone = np.count_nonzero(fine.nodes[:, 0] == fine.nodes[:, 1])
+            errors["half_width"] += float(lone) * fine.spacing / scales["half_width"]
     return replace(fine, error_estimate=errors)

@@ -10,7 +10,9 @@ from discretization.lattice_state import coarser, on_lattice, with_estimate
 from energy import Plane, Scene
 from energy.checks import finite, option, positive
 
-METHODS = ("auto", "lattice", "fitted")
+METHODS = ("auto", "lattice", "fitted", "shortest_path", "oracle")
+ON_NODES = ("lattice", "shortest_path", "oracle")
+LOWEST = ("shortest_path", "oracle")
 BRANCHES = ("adhered", "global")
 
 
@@ -30,11 +32,15 @@ def minimise(
     """Equilibrium of the scene at an imposed depth: min U[u] s.t. u >= d - f.
 
     branch "adhered": the metastable state of the quasi-static path that touches first and then
-    moves to this depth. "global": the lowest energy of all; here for γ₁ = 0 and for w = 0, where
-    the problem is convex.
-    method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²). "fitted" and "auto": a
-    mesh anchored at the contact lines, accurate to rounding times the problem's condition; the
-    lattice only finds the topology where the profile is not convex.
+    moves to this depth; for w = 0, where the problem is convex, any number of contacts. "global":
+    the lowest energy of all states, detached included, with any number of contacts.
+    method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
+    minimum over all contact sets of these nodes (small slopes). "fitted": a mesh anchored at the
+    contact lines, accurate to rounding times the problem's condition; single contacts only, and
+    "global" of convex indenters; the lattice only finds the topology where the profile is not
+    convex. "auto": "fitted", or "lattice" for "global" with a spacing. "shortest_path": "global" on
+    the lattice with its `proof`. "oracle": the same by solvers of cvxpy, for checking; with w > 0
+    for at most 100 nodes, and with the test extra.
 
     ValueError for an unusable argument or a depth at which the contact would leave the profile;
     NotCertifiedError if the state found is no equilibrium (several contacts, for instance);
@@ -57,12 +63,17 @@ def minimise(
     option("branch", branch, BRANCHES)
     if not 0 < finite("rtol", rtol) < 1:
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
-    _refuse_unsupported(scene, branch)
-    if method == "lattice":
+    if method == "auto" and branch == "global" and spacing is not None:
+        method = "lattice"
+    if method in LOWEST and branch != "global" and scene.work_of_adhesion:
+        raise ValueError(
+            f"branch = {branch!r} is not what method={method!r} finds: use branch='global'"
+        )
+    if method in ON_NODES:
         if spacing is None:
-            raise ValueError("spacing = None: method='lattice' needs the distance of its nodes")
+            raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
         positive("spacing", spacing)
-        fine = on_lattice(scene, float(depth), float(spacing), branch=branch)
+        fine = on_lattice(scene, float(depth), float(spacing), branch=branch, method=method)
         return with_estimate(fine, coarser(fine))
     if spacing is not None:
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
@@ -83,10 +94,3 @@ def _any_length(scene: Scene) -> float:
     """A length of the scene, for the endless plane: every spacing gives the same answer."""
     lengths = (scene.elastocapillary_length, scene.critical_separation, scene.layer.h)
     return next(length for length in lengths if length > 0)
-
-
-def _refuse_unsupported(scene: Scene, branch: str) -> None:
-    if branch == "global" and scene.gamma1 and scene.work_of_adhesion:
-        raise ValueError(
-            "branch = 'global' is available for gamma1 = 0 or w = 0 only; use branch='adhered'"
-        )

@@ -86,6 +86,8 @@ def obstacle(lattice: Lattice, g: ArrayLike) -> ObstacleSolution:
 
 def _checked(lattice: Lattice, g: ArrayLike) -> Array:
     g = np.asarray(g, float)
+    if lattice.slopes != "small":
+        raise ValueError(f"slopes = {lattice.slopes!r} is no obstacle problem: use slopes='small'")
     if lattice.w:
         raise ValueError(f"w = {lattice.w!r} must be 0 for an obstacle: use minimise")
     if g.ndim != 1 or not g.size:

@@ -81,7 +81,7 @@ class GlobalMinimum:
     @property
     def in_contact(self) -> Mask:
         """(n,) whether a node is in contact."""
-        return _mask(self.g.size, self.contacts)
+        return mask_of(self.g.size, self.contacts)
 
     def u(self) -> Array:
         """Displacements (n,): g in contact, free spans and tails elsewhere."""
@@ -105,7 +105,7 @@ def global_minimum(lattice: Lattice, g: ArrayLike, *, margin: bool = True) -> Gl
     chain = _chain(lattice, h)
     paths = shortest(lattice, chain)
     contacts = _contacts(chain, paths)
-    mask = _mask(g.size, contacts)
+    mask = mask_of(g.size, contacts)
     terms = NodalEnergy(lattice, mask).terms(span.displacement(lattice, g, mask)).values()
     proof = Proof(
         bound=span.energy(lattice, g, held) + paths.least,
@@ -166,7 +166,7 @@ def _contacts(chain: Chain, paths: Paths) -> Nodes:
     return chain.node[np.stack([at[ends[:-1]], at[ends[1:]]], axis=1)]
 
 
-def _mask(n: int, contacts: Nodes) -> Mask:
+def mask_of(n: int, contacts: Nodes) -> Mask:
     """(n,) whether a node is in one of the contacts."""
     step = np.zeros(n + 1, np.int64)
     step[contacts[:, 0]] += 1

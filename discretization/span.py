@@ -31,6 +31,41 @@ def excess(lattice: Lattice, p: Array, q: Array, left: Array, own: Array, right:
     return result + np.expm1(-mu * p) * np.expm1(-mu * q) / (1 + ep * eq) * own
 
 
+def between(rate: float, p: Array, q: Array, left: Array, right: Array) -> Array:
+    """Free surface p from a line at u = left and q from the next one at u = right.
+
+    [left sinh(rate·q) + right sinh(rate·p)]/sinh(rate·(p+q)): a tail from a lone line decays by
+    exp(-rate) per length, on the lattice rate = μ/Δx.
+    """
+    both = np.expm1(-2 * rate * (p + q))
+    near = np.exp(-rate * p) * np.expm1(-2 * rate * q) / both * left
+    return near + np.exp(-rate * q) * np.expm1(-2 * rate * p) / both * right
+
+
+def slope(rate: float, width: Array, own: Array, other: Array) -> Array:
+    """Slope of the free surface at a line with u = own towards the next one, `width` away."""
+    once, twice = np.exp(-rate * width), np.expm1(-2 * rate * width)
+    return rate * ((2 + twice) * own - 2 * once * other) / twice
+
+
+def advance(lattice: Lattice, g: Array, links: Array, facing: float) -> tuple[Array, Array, Array]:
+    """`Lattice.gap`, `advance_energy` and `advance_force` of a line that faces another one.
+
+    g: (n+1,) at the line's successive nodes; links: (n,) from the first n of them to the facing
+    line, where u = facing; they need not be whole. Advancing lifts the next node out of the span,
+
+        ΔE = (K_1 + K_{T-1} - t sinh μ) gap² - wΔx,
+
+    and the gap returned is scaled so that ΔE has the form of `Lattice.advance_cost`.
+    """
+    one, unit = np.ones_like(links), lattice.link * math.sinh(lattice.log_decay)
+    half = lattice.link_over_decay / 2 + (stiffness(lattice, links - 1) - unit)
+    gap = -excess(lattice, one, links - 1, g[:-1], g[1:], facing * one)
+    energy = half * gap * gap - lattice.w * lattice.spacing
+    force = -2 * half * gap * excess(lattice, one, links - 1, one, one, one)
+    return gap * np.sqrt(2 * half / lattice.link_over_decay), energy, force
+
+
 def above(lattice: Lattice, y: Array, held: Nodes, at: Nodes, own: Array) -> Array:
     """Excess of `own` at the nodes `at` over the spans through y at the held nodes."""
     k = np.searchsorted(held, at)

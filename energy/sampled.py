@@ -98,9 +98,10 @@ class Sampled(Indenter):
         if type(x) is float:  # a line search asks for one position at a time
             return np.asarray(self._one(x)[0])
         x = np.asarray(x, float)
-        if self.kind == "linear":
-            return np.interp(x, self.x, self.z, left=math.inf, right=math.inf)
         i, h, s = self._locate(x)
+        if self.kind == "linear":  # np.interp would copy all samples, as they are read-only
+            f = self._slopes[i] * (x - self.x[i]) + self.z[i]
+            return np.where(self._inside(x), np.where(x == self.x[-1], self.z[-1], f), math.inf)
         step = self.z[i + 1] - self.z[i]
         f, _ = _cubic(self.z[i], step, self._slopes[i], self._slopes[i + 1], h, s)
         return np.where(self._inside(x), f, math.inf)

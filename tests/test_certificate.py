@@ -14,6 +14,7 @@ from energy import FlatPunch, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
 SCENE, DEPTH = adhesive(Parabola(0.02)), 2e-3
 DX = SCENE.elastocapillary_length / 100
+ROUGH = adhesive(Sampled([-1.0, 0.0, 1.0, 2.0], [3.0, 0.0, 1.0, 0.5]))
 
 
 def judged(scene, depth, change=(0, 0), sums_change=None, dx=DX):
@@ -95,7 +96,9 @@ def test_a_height_that_is_not_a_number_is_refused():
         ({"depth": "1 mm"}, "depth = '1 mm'"),
         ({"method": "magic"}, "'auto', 'lattice'"),
         ({"branch": "lucky"}, "'adhered', 'global'"),
-        ({"branch": "global"}, "branch = 'global'"),
+        ({"scene": ROUGH, "branch": "global"}, "give a spacing"),
+        ({"method": "oracle", "spacing": DX}, "branch = 'adhered'"),
+        ({"method": "shortest_path", "branch": "global"}, "spacing = None"),
         ({"method": "lattice"}, "spacing = None"),
         ({"method": "lattice", "spacing": 0.0}, "spacing = 0.0"),
         ({"spacing": 1e-4}, "method='lattice'"),
