@@ -19,6 +19,7 @@ STUDIES = (
     "lattice_speed",
     "fitted_speed",
     "path_speed",
+    "rough",
     "report",
 )
 

@@ -29,6 +29,7 @@ ORDER = (
     "applicability",
     "hysteresis",
     "pull_off",
+    "rough",
     "tolerance",
     "fitted_speed",
     "path_speed",

@@ -43,13 +43,13 @@ class Parameters:
     E: float = 300.0
     nu: float = 0.45
     h: float = 50e-6
-    w: float = 1e-5
+    w: float = 1e-6
     R: float = 20e-3
     length: float = 2e-3
     nodes: int = 2001
     hurst: float = 0.8
-    shortest: float = 40e-6
-    rms: float = 0.5e-6
+    shortest: float = 20e-6
+    rms: float = 1e-6
     seed: int = 1
     tensions: tuple[float, ...] = (0.25, 1.0, 4.0)  # l over the shortest wavelength
     top: float = 4.0
@@ -71,7 +71,7 @@ class Parameters:
             q = 2 * np.pi * count / self.length
             z += q ** -(self.hurst + 0.5) * np.cos(q * x + rng.uniform(0, 2 * np.pi))
         z = z * self.rms / z.std() + x**2 / (2 * self.R)
-        return Sampled(x, z - z.min())
+        return Sampled(np.asarray(x, float), np.asarray(z - z.min(), float))
 
     def scene(self, tension: float) -> Scene:
         """The scene with l = tension times the shortest wavelength."""
@@ -167,12 +167,10 @@ def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
             panel.plot(x[params.steps :], values[params.steps :], color=colour, lw=1.5, label=label)
         at = list(loop.lowest)
         states = loop.lowest.values()
-        found = (
-            [state.force / force.size for state in states],
-            [len(state.contacts) for state in states],
-        )
-        for panel, values in zip(axes, found, strict=False):
-            panel.plot(x[at], values, "o", color=colour, mfc="none", ms=7)
+        pulls = [state.force / force.size for state in states]
+        counts = [len(state.contacts) for state in states]
+        for panel, found in ((axes[0], pulls), (axes[1], counts)):
+            panel.plot(x[at], found, "o", color=colour, mfc="none", ms=7)
     for panel, name in zip(
         axes, (f"force P in {force.symbol}", "number of contacts", "contact fraction"), strict=True
     ):
