@@ -22,7 +22,8 @@ _NEAREST = 1e-5
 _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
 _STRIDE = 0.006  # ε^(1/7)
 _SAMPLES = 32
-_CLOSE = 1e-8  # a secant step from here leaves its square
+_LOCAL = 1e-2
+_CLOSE = 1e-14  # error of a secant step: itself times the distance of the points it is drawn by
 
 
 @dataclass(frozen=True)
@@ -74,10 +75,14 @@ def settled(
         slope = (q - r) / (there.depth - here.depth)
         if not slope > 0:
             break
-        step = -q / slope
+        step, gap = -q / slope, abs(there.depth - here.depth)
         here, r = there, q
         there = moved(branch, here, here.depth + step)
-        if abs(step) <= _CLOSE * scale and there.state is not None:
+        if (
+            abs(step) * gap <= _CLOSE * scale**2
+            and gap <= _LOCAL * scale
+            and there.state is not None
+        ):
             return there
     closes = closing_point(branch, point) if side < 0 else there
     fold = point_of_fold(branch, control, point, closes if there.state is None else there)

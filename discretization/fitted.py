@@ -153,7 +153,7 @@ class Problem:
 def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     """First contact line outwards from `start`; at `start` itself where nothing beyond holds."""
     indenter = problem.scene.indenter
-    size = problem.scene.elastocapillary_length or abs(problem.depth) or 1.0
+    size = problem.scene.elastocapillary_length or problem.lift
     h = functools.partial(problem.drive, side)
     if start in indenter.walls and start == indenter.extent[0 if side < 0 else 1]:
         return FittedLine(start, True, False)

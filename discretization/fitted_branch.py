@@ -28,6 +28,7 @@ _SECANTS = 12
 _NUDGE = 1e-6
 _CLOSED = 1e-15
 _STALLED = 1e-12
+_LOCAL = 1e-3
 _FEW, _MORE = 6, 10  # Gauss points to compare
 _WORK = 1e-12
 
@@ -234,7 +235,8 @@ def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedL
         if not (h1 - h0) * side * (x1 - x0) > 0:
             return None
         step = -h1 * (x1 - x0) / (h1 - h0)
-        if abs(step) <= _CLOSED * size or last / 2 <= abs(step) <= _STALLED * size:
+        local = abs(x1 - x0) <= _LOCAL * size  # else a steep far end makes any step look small
+        if local and (abs(step) <= _CLOSED * size or last / 2 <= abs(step) <= _STALLED * size):
             return FittedLine(x1 + step, False, False)
         x0, h0, x1, last = x1, h1, x1 + step, abs(step)
         if not inner < side * x1 < outer:

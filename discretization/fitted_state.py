@@ -234,7 +234,7 @@ def _errors(
     surface = _ROUNDING + (problem.response.error if problem.scene.gamma1 else 0.0)
     scale = problem.scale(ends)
     for side, end, count in _distinct(problem, ends):
-        if end.pinned:
+        if end.pinned or not width:
             continue
         step = 1e-4 * width
         inner = problem.drive(side, end.x - side * step, 0.0)

@@ -96,6 +96,8 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
     last = math.floor(min((hi - lattice.origin) / dx + 1e-9, bound))
     if first > last:
         raise ValueError(f"spacing = {dx!r} leaves no node on the indenter; give a smaller one")
+    if first == last and lattice.gamma1:
+        raise ValueError(f"spacing = {dx!r} leaves one node on the indenter; give a smaller one")
     if indenter.apex is not None:
         beside = math.floor((indenter.apex - lattice.origin) / dx + 1e-9)
         pair = np.clip([beside, beside + 1], first, last)

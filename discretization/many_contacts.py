@@ -200,6 +200,8 @@ class ManyContacts:
             rising = change.depth <= end
             at = change.depth if rising else math.nextafter(change.depth, -math.inf)
             after = self._relaxed(change.nodes, at)
+            if after == nodes:
+                raise NotCertifiedError(f"the contacts at depth = {at!r} do not come to rest")
             abrupt = change.abrupt or self._released(nodes, after, change) > self._least
             yield change.depth, nodes, after, abrupt
             nodes = after

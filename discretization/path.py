@@ -14,6 +14,7 @@ from discretization.events import Event, Snapshot
 
 Array = NDArray[np.float64]
 _TINY = 4e-16
+_LEAST = 1e-18  # for events at depth 0
 
 
 @dataclass(eq=False)
@@ -166,10 +167,11 @@ class LoadPath:
     def _change(self, there: Point) -> tuple[Point, Point]:
         """The last point held as here and the first one held otherwise."""
         inside, outside, held = self.point, there, self._held(self.point)
+        size = abs(inside.depth) + abs(outside.depth) + self.branch.lift
         while True:
             depth = (inside.depth + outside.depth) / 2
-            size = abs(inside.depth) + abs(outside.depth) + self.branch.lift
-            if abs(inside.depth - outside.depth) <= _TINY * size:
+            close = abs(inside.depth - outside.depth) <= _TINY * min(size, 4 * abs(depth))
+            if close or abs(inside.depth - outside.depth) <= _LEAST * size:
                 return inside, outside
             middle = moved(self.branch, self.point, depth)
             if self._held(middle) == held:

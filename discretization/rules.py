@@ -28,6 +28,8 @@ from numpy.typing import NDArray
 from discretization.lattice import Lattice
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.int_]
+_ROUNDING = 256 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,26 +68,29 @@ class Rules:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
         """Depth at which a free node between two contacts (None: none there) touches, and which."""
-        mu, n = self.lattice.log_decay, self.f.size
-        lo, hi = -1 if left is None else left, n if right is None else right
+        lo, hi = -1 if left is None else left, self.f.size if right is None else right
         m = np.arange(lo + 1, hi)
         if not m.size:
             return math.inf, -1
-        if left is not None and right is not None:
-            whole = -np.expm1(-2 * mu * (right - left))
-            a = np.exp(-mu * (m - left)) * -np.expm1(-2 * mu * (right - m)) / whole
-            b = np.exp(-mu * (right - m)) * -np.expm1(-2 * mu * (m - left)) / whole
-            half = np.expm1(-mu * (m - left)) * np.expm1(-mu * (right - m))
-            rest, shape = half / (1 + math.exp(-mu * (right - left))), a * self.f[left]
-            shape = shape + b * self.f[right]
-        else:
-            from_end = m - left if left is not None else hi - m
-            end = left if left is not None else right
-            a = np.exp(-mu * from_end)
-            rest, shape = -np.expm1(-mu * from_end), a * self.f[end]
+        rest, shape = self._surface(left, right, m)
         depths = (self.f[m] - shape) / rest
         best = int(np.argmin(depths))
         return float(depths[best]), int(m[best])
+
+    def _surface(self, left: int | None, right: int | None, m: Nodes) -> tuple[Array, Array]:
+        """1 - a - b and a f_i + b f_j at free nodes m between two contacts (None: none there)."""
+        mu, f = self.lattice.log_decay, self.f
+        if left is not None and right is not None:
+            whole = -math.expm1(-2 * mu * (right - left))
+            a = np.exp(-mu * (m - left)) * -np.expm1(-2 * mu * (right - m)) / whole
+            b = np.exp(-mu * (right - m)) * -np.expm1(-2 * mu * (m - left)) / whole
+            half = np.expm1(-mu * (m - left)) * np.expm1(-mu * (right - m))
+            return half / (1 + math.exp(-mu * (right - left))), a * f[left] + b * f[right]
+        if left is not None:
+            return -np.expm1(-mu * (m - left)), np.exp(-mu * (m - left)) * f[left]
+        if right is not None:
+            return -np.expm1(-mu * (right - m)), np.exp(-mu * (right - m)) * f[right]
+        return np.ones(m.size), np.zeros(m.size)
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def tears(self, first: int, last: int) -> tuple[float, int]:
@@ -98,12 +103,12 @@ class Rules:
         return float(torn[best]), int(m[best])
 
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
-        """Depth below which a lone node between two contacts (None: none there) is pulled."""
-        lat = self.lattice
-        rate, load = lat.spring, lat.spring * float(self.f[node])
-        for other in (left, right):
-            near, far, both = self.shares(None if other is None else abs(other - node))
-            rate += lat.link * both
-            beyond = 0.0 if other is None else float(self.f[other])
-            load += lat.link * ((1 - near) * float(self.f[node]) - far * beyond)
-        return load / rate
+        """Depth below which a lone node between two contacts (None: none there) is pulled.
+
+        It is where the node would touch; less what rounding makes of that, so that a node that
+        has just touched stays.
+        """
+        rest, shape = self._surface(left, right, np.array([node]))
+        height = float(self.f[node])
+        rounding = _ROUNDING * (abs(height) + abs(float(shape[0])))
+        return (height - float(shape[0]) - rounding) / float(rest[0])

@@ -20,6 +20,8 @@ STUDIES = (
     "fitted_speed",
     "path_speed",
     "rough",
+    "runtime_vs_error",
+    "stress",
     "report",
 )
 
@@ -32,7 +34,7 @@ def question(name: str) -> str:
 
 def listing() -> str:
     """One line for each study."""
-    lines = [f"  {name:14s} {question(name)}" for name in STUDIES]
+    lines = [f"  {name:16s} {question(name)}" for name in STUDIES]
     return "\n".join(["python -m studies NAME [options]    (NAME -h for the options)", *lines])
 
 

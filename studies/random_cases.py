@@ -100,7 +100,7 @@ def random_steep_case(rng: np.random.Generator, shape: str) -> Case:
     else:
         f, slope = indenter.height(a), indenter.slope(a)
         d = float(cards.finite.depth(f, slope, k=k, gamma1=gamma1, w=w))
-    return Case(scene, d, a, *_steep_totals(scene, d, a), shape)
+    return Case(scene, d, a, *steep_totals(scene, d, a), shape)
 
 
 def _steep(shape: str, a: float, rise: float, n: float) -> Indenter:
@@ -114,7 +114,7 @@ def _steep(shape: str, a: float, rise: float, n: float) -> Indenter:
     return made[shape]()
 
 
-def _steep_totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
+def steep_totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
     """P = 2k ∫₀ᵃ g dx + 2γ₁ sin φ and U = 2 ∫₀ᵃ [k/2 g² + (γ₁-w)√(1+f'²) - γ₁] dx + 2F."""
     k, gamma1, w, f = scene.stiffness, scene.gamma1, scene.work_of_adhesion, scene.indenter
     spring = {"k": k, "gamma1": gamma1}

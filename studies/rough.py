@@ -53,7 +53,7 @@ class Parameters:
     seed: int = 1
     tensions: tuple[float, ...] = (0.25, 1.0, 4.0)  # l over the shortest wavelength
     top: float = 4.0
-    bottom: float = -12.0
+    bottom: float = -2.0
     steps: int = 40
     compared: int = 5
 

@@ -1,0 +1,132 @@
+"""The w = 0 programme given to general solvers: through cvxpy, and directly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from studies.rivals.problem import Answer, Grid, package
+
+SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "HIGHS", "PROXQP", "DAQP")
+Prepare = Callable[[Grid], Callable[[], Answer]]
+
+
+def cvxpy_solvers() -> list[str]:
+    """The open quadratic solvers cvxpy finds."""
+    import cvxpy
+
+    found = cvxpy.installed_solvers()
+    return [name for name in SOLVERS if name in found]
+
+
+def _modelled(grid: Grid, parametrised: bool) -> tuple[Any, Any, Any]:
+    """Problem, variable, floor: as the energy reads."""
+    import cvxpy as cp
+
+    lat, u = grid.lattice, cp.Variable(grid.nodes)
+    floor = cp.Parameter(grid.nodes) if parametrised else grid.g
+    springs = lat.spring / 2 * cp.sum_squares(u)
+    links = lat.link / 2 * cp.sum_squares(cp.diff(u))
+    ends = lat.end_stiffness / 2 * (cp.square(u[0]) + cp.square(u[-1]))
+    return cp.Problem(cp.Minimize(springs + links + ends), [u >= floor]), u, floor
+
+
+def cold(grid: Grid, solver: str) -> Callable[[], Answer]:
+    """cvxpy as people write it: model and solve, default tolerances."""
+
+    def solve() -> Answer:
+        problem, u, _ = _modelled(grid, False)
+        problem.solve(solver=solver)
+        return _read(grid, problem, u)
+
+    return solve
+
+
+def parametrised(grid: Grid, solver: str) -> Callable[[], Answer]:
+    """The obstacle as a parameter: modelled and solved once before, then solved again."""
+    problem, u, floor = _modelled(grid, True)
+    floor.value = grid.g
+    problem.solve(solver=solver)
+
+    def solve() -> Answer:
+        floor.value = grid.g.copy()
+        problem.solve(solver=solver)
+        return _read(grid, problem, u)
+
+    return solve
+
+
+def _read(grid: Grid, problem: Any, u: Any) -> Answer:
+    if u.value is None:
+        raise RuntimeError(f"status {problem.status}")
+    multipliers = problem.constraints[0].dual_value
+    return grid.read(u.value, multipliers, problem.status == "optimal")
+
+
+def clarabel(grid: Grid) -> Callable[[], Answer]:
+    """Clarabel called directly, default tolerances."""
+    made = package("clarabel")
+    upper, n = sparse.triu(grid.matrix(), format="csc"), grid.nodes
+    settings = made.DefaultSettings()
+    settings.verbose = False
+    rows = -sparse.eye_array(n, format="csc")
+    cones = [made.NonnegativeConeT(n)]
+
+    def solve() -> Answer:
+        model = (upper, np.zeros(n), rows, -grid.g, cones)
+        found = made.DefaultSolver(*model, settings).solve()
+        done = str(found.status) == "Solved"
+        return grid.read(np.array(found.x), np.array(found.z), done)
+
+    return solve
+
+
+def osqp(grid: Grid, tolerance: float | None = None) -> Callable[[], Answer]:
+    """OSQP called directly, with default tolerances or with this one."""
+    made, n = package("osqp"), grid.nodes
+    upper, rows = sparse.triu(grid.matrix(), format="csc"), sparse.eye_array(n, format="csc")
+    tight = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 100_000}
+
+    def solve() -> Answer:
+        model = made.OSQP()
+        options = tight if tolerance else {}
+        model.setup(
+            sparse.csc_matrix(upper),
+            np.zeros(n),
+            sparse.csc_matrix(rows),
+            grid.g,
+            np.full(n, np.inf),
+            verbose=False,
+            **options,
+        )
+        found = model.solve(raise_error=False)
+        return grid.read(found.x, -found.y, found.info.status == "solved")
+
+    return solve
+
+
+def piqp(grid: Grid) -> Callable[[], Answer]:
+    """PIQP called directly, default tolerances."""
+    made, n, matrix = package("piqp"), grid.nodes, sparse.csc_matrix(grid.matrix())
+
+    def solve() -> Answer:
+        solver = made.SparseSolver()
+        solver.settings.verbose = False
+        solver.setup(matrix, np.zeros(n), x_l=grid.g)
+        done = solver.solve() == made.PIQP_SOLVED
+        return grid.read(solver.result.x, grid.pushed(solver.result.x), done)
+
+    return solve
+
+
+def through_cvxpy() -> dict[str, Prepare]:
+    """Both ways for every solver cvxpy finds."""
+    ways: dict[str, Prepare] = {}
+    for solver in cvxpy_solvers():
+        ways[f"cvxpy {solver}"] = partial(cold, solver=solver)
+        ways[f"cvxpy {solver}, parametrised"] = partial(parametrised, solver=solver)
+    return ways

@@ -1,0 +1,329 @@
+"""The tasks of runtime_vs_error: scenes with known answers, and who takes part in each."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from discretization import AccuracyWarning, Equilibrium, Lattice, load_path, minimise
+from discretization.obstacle import obstacle
+from discretization.oracle import Oracle
+from discretization.shortest_path import global_minimum
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+from studies.lattice_speed import tridiagonal_seconds
+from studies.random_cases import steep_totals
+from studies.rivals import active_set, conic, descent, elements, one_line
+from studies.rivals.problem import Answer, Array, Grid
+
+TASKS = ("nonadhesive", "adhesive", "finite", "loop", "rough")
+RADIUS, DEPTH, WORK = 10.0, 5.0, 0.02  # k = γ₁ = 1
+STEEP_RADIUS, STEEP_WIDTH, STEEP_WORK = 5.0, 2.0, 0.3
+MARGIN = 15.0  # elastocapillary lengths of free surface that a rival's grid covers on each side
+TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+FEW = 20  # steps of the loop given to slow methods
+Solve = Callable[[], Answer]
+
+
+@dataclass(frozen=True)
+class Method:
+    """Name, how to prepare it for a size (number of nodes, or rtol), packages it needs.
+
+    largest: size; only: sizes of a method that can do few; tolerances: it is given rtol, not nodes;
+    few: it is given FEW steps of a loop.
+    """
+
+    name: str
+    make: Callable[[Task, float], tuple[Solve, int]]
+    largest: float = math.inf
+    packages: tuple[str, ...] = ()
+    only: tuple[int, ...] = ()
+    tolerances: bool = False
+    few: bool = False
+
+    def prepare(self, task: Task, size: float) -> tuple[Solve, int]:
+        """A call that solves it, and the number of unknowns."""
+        return self.make(task, size)
+
+    def sizes(self, given: Sequence[int]) -> Sequence[float]:
+        """The sizes, or the tolerances of a method without nodes."""
+        if self.tolerances:
+            return TOLERANCES
+        return self.only or [n for n in given if n <= self.largest]
+
+    def steps(self, task: Task) -> int:
+        """Steps of a loop over which its time is shared out."""
+        return min(FEW, task.depths.size) if self.few else task.depths.size
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A scene, its depths and what is exact there: columns a, P, U, θ."""
+
+    name: str
+    scene: Scene
+    depths: Array
+    exact: Array
+    methods: tuple[Method, ...] = field(repr=False)
+
+    @classmethod
+    def named(cls, name: str, steps: int) -> Task:
+        """One of TASKS."""
+        made: dict[str, Callable[[], Task]] = {
+            "nonadhesive": partial(_parabola, "nonadhesive", 0.0),
+            "adhesive": partial(_parabola, "adhesive", WORK),
+            "finite": _finite,
+            "loop": partial(_loop, steps),
+            "rough": _rough,
+        }
+        return made[name]()
+
+    @property
+    def depth(self) -> float:
+        """The last depth."""
+        return float(self.depths[-1])
+
+    def errors(self, answer: Any) -> tuple[float, float, float, float]:
+        """Largest relative errors of a, P, U and θ; for the rough profile of U alone."""
+        found = np.array([np.asarray(part, float).T for part in answer[:4]]).reshape(4, -1)
+        exact = self.exact if found.shape[1] == self.exact.shape[1] else self.few
+        size = np.abs(exact).max(axis=1)
+        a, force, energy, angle = np.abs(found - exact).max(axis=1) / size
+        return float(a), float(force), float(energy), float(angle)
+
+    @property
+    def chosen(self) -> Array:
+        """Indices of the few steps a slow method is given."""
+        return np.linspace(0, self.depths.size - 1, min(FEW, self.depths.size)).astype(int)
+
+    @property
+    def few(self) -> Array:
+        """What is exact at these."""
+        return self.exact[:, self.chosen]
+
+
+def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
+    """A parabola on a layer with k = γ₁ = 1."""
+    surfaces = SurfaceEnergies.from_work(1.0, w)
+    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes=slopes)
+
+
+def _grid(task: Task, size: float, depth: float | None = None) -> Grid:
+    n = int(size) // 2 * 2 + 1
+    reach = float(task.exact[0].max()) + MARGIN * task.scene.elastocapillary_length
+    return Grid(task.scene, task.depth if depth is None else depth, n, reach)
+
+
+def _on_grid(prepare: Callable[[Grid], Solve]) -> Callable[[Task, float], tuple[Solve, int]]:
+    def make(task: Task, size: float) -> tuple[Solve, int]:
+        grid = _grid(task, size)
+        return prepare(grid), grid.nodes
+
+    return make
+
+
+def _answer(state: Equilibrium) -> Answer:
+    done = state.certificate.ok
+    return Answer(state.half_width, state.force, state.energy, state.contact_angle, done)
+
+
+def _ours(task: Task, rtol: float) -> tuple[Solve, int]:
+    def solve() -> Answer:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)
+            return _answer(minimise(task.scene, task.depth, rtol=rtol))
+
+    return solve, 50_000
+
+
+def _lattice(task: Task, size: float) -> tuple[Solve, int]:
+    """As many nodes in contact as asked for."""
+    dx = 2 * float(task.exact[0, -1]) / size
+    return lambda: _answer(minimise(task.scene, task.depth, method="lattice", spacing=dx)), int(
+        size
+    )
+
+
+def _hull(grid: Grid) -> Solve:
+    def solve() -> Answer:
+        found = obstacle(grid.lattice, grid.g)
+        read = grid.read(found.u, found.multipliers)
+        return read._replace(force=found.force, energy=found.energy)
+
+    return solve
+
+
+def _bvp(task: Task, rtol: float) -> tuple[Solve, int]:
+    guess = 1.1 * float(task.exact[0, -1])
+    return one_line.boundary_value(task.scene, task.depth, rtol, guess), 50_000
+
+
+def _parabola(name: str, w: float) -> Task:
+    m = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
+    card = cards.parabola
+    values = [f(DEPTH, **m) for f in (card.half_width, card.force, card.energy)]
+    exact = np.array([[*values, math.pi - math.sqrt(2 * w)]], float).T
+    convex = (
+        Method("ours, obstacle (lattice)", _on_grid(_hull)),
+        Method("active set, nested grids", _on_grid(active_set.nested)),
+        Method("active set, plain", _on_grid(active_set.plain), 10**4),
+        Method("Clarabel, direct", _on_grid(conic.clarabel), 10**5),
+        Method("OSQP, direct", _on_grid(conic.osqp), 10**5),
+        Method("OSQP 1e-9, direct", _on_grid(partial(conic.osqp, tolerance=1e-9)), 10**4),
+        Method("PIQP, direct", _on_grid(conic.piqp), 10**6, ("piqp",)),
+        *(Method(n, _on_grid(p), 10**5) for n, p in conic.through_cvxpy().items()),
+        Method("scipy L-BFGS-B", _on_grid(descent.bounded), 10**4),
+        Method("scipy trust-constr", _on_grid(descent.trust_region), only=(50, 100, 200, 400)),
+        Method("scikit-fem, nested", _on_grid(elements.scikit_fem), 10**6, ("skfem",)),
+    )
+    return Task(name, elastic(w, RADIUS), np.array([DEPTH]), exact, (*_both(), *_rivals(w, convex)))
+
+
+def _both() -> tuple[Method, ...]:
+    return (
+        Method("ours, default", _ours, tolerances=True),
+        Method("ours, lattice", _lattice),
+    )
+
+
+def _rivals(w: float, convex: tuple[Method, ...]) -> tuple[Method, ...]:
+    if not w:
+        return convex
+    return (
+        Method("one line by hand, dptsv", _on_grid(one_line.bisection), 10**6),
+        Method("scipy solve_bvp (angle put in)", _bvp, tolerances=True),
+        Method("L-BFGS-B, smoothed adhesion", _on_grid(descent.smoothed), only=(200, 1000, 4000)),
+    )
+
+
+def _finite() -> Task:
+    a, w = STEEP_WIDTH, STEEP_WORK
+    scene = elastic(w, STEEP_RADIUS, "finite")
+    d = float(
+        cards.finite.depth(a * a / 2 / STEEP_RADIUS, a / STEEP_RADIUS, k=1.0, gamma1=1.0, w=w)
+    )
+    exact = np.array([[a, *steep_totals(scene, d, a), scene.surfaces.contact_angle]]).T
+    hand = Method("one line by hand, Newton", _on_grid(one_line.bisection), 10**5)
+    others = (hand, *_rivals(w, ())[1:])
+    return Task("finite", scene, np.array([d]), exact, (*_both(), *others))
+
+
+def _loop(steps: int) -> Task:
+    """0 -> DEPTH -> just above -δ₀."""
+    m = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": WORK}
+    low, half = -0.99 * math.sqrt(2 * WORK), steps // 2
+    depths = np.concatenate([np.linspace(0, DEPTH, half), np.linspace(DEPTH, low, steps - half)])
+    card = cards.parabola
+    values = [f(depths, **m) for f in (card.half_width, card.force, card.energy)]
+    exact = np.array([*values, np.full(steps, math.pi - math.sqrt(2 * WORK))])
+    methods = (
+        Method("ours, load_path", _path, tolerances=True),
+        Method("ours, load_path on the lattice", _lattice_path),
+        Method("ours, minimise at each step", _each, tolerances=True),
+        Method("one line by hand, from the last", _by_hand, 10**5, few=True),
+    )
+    return Task("loop", elastic(WORK, RADIUS), depths, exact, methods)
+
+
+def _followed(task: Task, **options: Any) -> Solve:
+    def solve() -> Answer:
+        path = load_path(task.scene, depths=task.depths, **options)
+        angle = np.full(task.depths.size, math.nan)
+        return Answer(path.half_width, path.force, path.energy, angle)
+
+    return solve
+
+
+def _path(task: Task, rtol: float) -> tuple[Solve, int]:
+    return _followed(task, rtol=rtol), 50_000
+
+
+def _lattice_path(task: Task, size: float) -> tuple[Solve, int]:
+    dx = 2 * float(task.exact[0].max()) / size
+    return _followed(task, method="lattice", spacing=dx), int(size)
+
+
+def _each(task: Task, rtol: float) -> tuple[Solve, int]:
+    def solve() -> Answer:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)
+            found = [_answer(minimise(task.scene, d, rtol=rtol)) for d in task.depths.tolist()]
+        return Answer(*np.array([answer[:4] for answer in found]).T)
+
+    return solve, 50_000
+
+
+def _by_hand(task: Task, size: float) -> tuple[Solve, int]:
+    """Each of a few steps from its predecessor's line, which is taken as known."""
+    chosen = task.chosen
+    grids = [_grid(task, size, float(task.depths[i])) for i in chosen]
+    before = [max(1, round(task.exact[0, max(i - 1, 0)] / grids[0].spacing)) for i in chosen]
+
+    def solve() -> Answer:
+        pairs = zip(grids, before, strict=True)
+        found = [one_line.bisection(grid, m)()[:4] for grid, m in pairs]
+        return Answer(*np.array(found).T)
+
+    return solve, grids[0].nodes
+
+
+def _rough() -> Task:
+    """The lowest energy of all; exact is what each size proves itself, so that only U counts."""
+    nothing = np.array([[1.0, 1.0, 1.0, 1.0]]).T
+    methods = (
+        Method("ours, shortest path (lattice)", _shortest, 10**5),
+        Method("cvxpy SCIP, mixed integer", _integers, packages=("pyscipopt",), only=(30, 60)),
+    )
+    return Task("rough", elastic(0.05, RADIUS), np.array([0.5]), nothing, methods)
+
+
+def _rough_g(n: int) -> tuple[Lattice, Array]:
+    """d - f for a parabola with four waves of random phase, n nodes over 16 l."""
+    scene, rng = elastic(0.05, RADIUS), np.random.default_rng(5)
+    x = np.linspace(-8, 8, n)
+    waves = sum(
+        0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6)) for j in (1, 2, 3, 5)
+    )
+    return Lattice.of(scene, 16 / (n - 1), 0.0), 0.5 - x * x / (2 * RADIUS) + waves
+
+
+def _shortest(task: Task, size: float) -> tuple[Solve, int]:
+    lattice, g = _rough_g(int(size))
+
+    def solve() -> Answer:
+        found = global_minimum(lattice, g, margin=False)
+        return Answer(math.nan, math.nan, 1 + found.proof.violation, math.nan)
+
+    return solve, int(size)
+
+
+def _integers(task: Task, size: float) -> tuple[Solve, int]:
+    lattice, g = _rough_g(int(size))
+    proven, oracle = global_minimum(lattice, g).energy, Oracle(lattice, int(size), "integer")
+    return lambda: Answer(math.nan, math.nan, oracle.solve(g).energy / proven, math.nan), int(size)
+
+
+def guarded() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
+    """What may not become slower, and what it is measured against."""
+    flat, sticky = Task.named("nonadhesive", 1), Task.named("adhesive", 1)
+    steep, loop = Task.named("finite", 1), Task.named("loop", 100)
+    grid = _grid(flat, 10**5)
+
+    def dptsv(n: int, times: int = 1) -> Callable[[], object]:
+        return lambda: [tridiagonal_seconds(n, 1) for _ in range(times)]
+
+    return {
+        "adhesive, default / dptsv(50000)": (_ours(sticky, 1e-8)[0], dptsv(50_000)),
+        "finite, default / dptsv(50000)": (_ours(steep, 1e-8)[0], dptsv(50_000)),
+        "adhesive, lattice 1e5 / dptsv(1e5)": (_lattice(sticky, 1e5)[0], dptsv(10**5)),
+        "adhesive, lattice 1e6 / dptsv(1e6)": (_lattice(sticky, 1e6)[0], dptsv(10**6)),
+        "nonadhesive, obstacle 1e5 / active set 1e5": (_hull(grid), active_set.nested(grid)),
+        "loop of 100, load_path / dptsv(1e6)": (_path(loop, 1e-8)[0], dptsv(10**6)),
+        "loop of 100, lattice 1e4 / dptsv(1e6)": (_lattice_path(loop, 1e4)[0], dptsv(10**6)),
+        "rough, shortest path 1e3 / dptsv(1e6)": (_shortest(sticky, 1e3)[0], dptsv(10**6)),
+    }

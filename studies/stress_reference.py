@@ -1,0 +1,189 @@
+"""The closed forms in 60-digit decimal arithmetic, and how an input's rounding is passed on.
+
+Stdlib only. The inputs are the floats of the scene, taken as exact: k = Ẽ/h from (2), (3), w from
+(1), f = c|x|ⁿ with whole n, or a flat face. Small slopes:
+
+    f(a) + l f'(a) = d + δ₀ (16),   P = 2k ∫₀ᵃ g dx + 2kl g(a) (11),
+    U = 2 ∫₀ᵃ (k/2 g² + γ₁/2 f'² - w) dx + kl g(a)²,   g = d - f;
+
+finite slopes (n = 2): energy.cards.finite with every angle written in square roots. On the lattice:
+the sums over a contact of nodes -m..m and the rule by which its line advances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from decimal import Decimal, localcontext
+from typing import NamedTuple
+
+from energy import FlatPunch, Parabola, PowerLaw, Scene
+
+DIGITS = 60
+_STEP = Decimal("1e-22")
+Inputs = Mapping[str, Decimal]
+
+
+class Exact(NamedTuple):
+    """Half-width, force, energy."""
+
+    half_width: Decimal
+    force: Decimal
+    energy: Decimal
+
+
+def inputs(scene: Scene, depth: float) -> dict[str, Decimal]:
+    """k, γ₁, w, d and what the indenter is given by."""
+    E, nu, h = map(Decimal, (scene.layer.E, scene.layer.nu, scene.layer.h))
+    s = scene.surfaces
+    w = (Decimal(s.gamma1) - Decimal(s.gamma12)) + Decimal(s.gamma2)
+    k = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) / h
+    given = {"k": k, "gamma1": Decimal(s.gamma1), "w": w, "d": Decimal(depth)}
+    body = scene.indenter
+    if isinstance(body, FlatPunch):
+        return given | {"a": Decimal(body.half_width)}
+    if isinstance(body, Parabola):
+        return given | {"c": 1 / (2 * Decimal(body.R)), "n": Decimal(2)}
+    if isinstance(body, PowerLaw) and body.n == int(body.n):
+        return given | {"c": Decimal(body.c), "n": Decimal(body.n)}
+    raise ValueError(f"indenter = {body!r} has no closed form here; use f = c|x|ⁿ with whole n")
+
+
+def answer(given: Inputs, slopes: str) -> Exact | None:
+    """a, P, U of the adhered branch; None where it has let go."""
+    if slopes == "finite" and "a" not in given:
+        return _finite(given)
+    k, w, d = given["k"], given["w"], given["d"]
+    if d < -(2 * w / k).sqrt():
+        return None
+    return _flat(given) if "a" in given else _power(given)
+
+
+def _flat(v: Inputs) -> Exact:
+    k, d, a, ell = v["k"], v["d"], v["a"], (v["gamma1"] / v["k"]).sqrt()
+    return Exact(a, 2 * k * d * (a + ell), k * d * d * (a + ell) - 2 * v["w"] * a)
+
+
+def _power(v: Inputs) -> Exact | None:
+    k, w, d, c, n = v["k"], v["w"], v["d"], v["c"], v["n"]
+    gamma1, ell = v["gamma1"], (v["gamma1"] / k).sqrt()
+    excess = d + (2 * w / k).sqrt()
+    a = _root(lambda x: c * x**n + ell * _slope(c, n, x) - excess)
+    if a is None and d > 0:  # a sharp wedge, pinned at its tip
+        a = Decimal(0)
+    if a is None:
+        return None
+    f = c * a**n
+    force = 2 * k * (d * a - f * a / (n + 1)) + 2 * k * ell * (d - f)
+    squares = d * d * a - 2 * d * f * a / (n + 1) + f * f * a / (2 * n + 1)
+    bent = _slope(c, n, a) ** 2 * a / (2 * n - 1)
+    energy = k * squares + gamma1 * bent - 2 * w * a + k * ell * (d - f) ** 2
+    return Exact(a, force, energy)
+
+
+def _slope(c: Decimal, n: Decimal, x: Decimal) -> Decimal:
+    return c if n == 1 else n * c * x ** (n - 1)
+
+
+def _finite(v: Inputs) -> Exact | None:
+    """Parabola with true lengths."""
+    k, gamma1, w, d, R = v["k"], v["gamma1"], v["w"], v["d"], 1 / (2 * v["c"])
+    ell, young = (gamma1 / k).sqrt(), (w / (2 * gamma1)).sqrt()
+
+    def lift(x: Decimal) -> Decimal:
+        """-u(a)/2l = sin((π - θ - β)/2), tan β = x/R."""
+        t = x / R
+        cosine = Decimal(1) / (1 + t * t).sqrt()
+        half = t * cosine / (2 * (1 + cosine)).sqrt()  # sin(β/2)
+        return young * ((1 + cosine) / 2).sqrt() - (1 - young * young).sqrt() * half
+
+    a = _root(lambda x: x * x / (2 * R) - d - 2 * ell * lift(x))
+    if a is None:
+        return None
+    t, s = a / R, -lift(a)
+    c = (1 - s * s).sqrt()
+    force = 2 * k * (d * a - a**3 / (6 * R)) + 4 * gamma1 * s * c
+    arc = R / 2 * (t * (1 + t * t).sqrt() + (t + (1 + t * t).sqrt()).ln())
+    squares = d * d * a - d * a**3 / (3 * R) + a**5 / (20 * R * R)
+    tails = 8 * gamma1 * ell * (1 - c**3) / 3
+    return Exact(a, force, k * squares + 2 * (gamma1 - w) * arc - 2 * gamma1 * a + tails)
+
+
+def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
+    """Zero of an increasing function on x >= 0: halving in the exponent, then regula falsi."""
+    zero = Decimal(0)
+    if h(zero) > 0:
+        return None
+    if h(zero) == 0:
+        return zero
+    high = Decimal(1)
+    while h(high) <= 0:
+        high *= 1024
+    while high > Decimal("1e-200") and h(high / 1024) > 0:
+        high /= 1024
+    low = high / 1024
+    for _ in range(30):
+        middle = (low + high) / 2
+        low, high = (middle, high) if h(middle) <= 0 else (low, middle)
+    x0, x1 = low, high
+    for _ in range(12):
+        h0, h1 = h(x0), h(x1)
+        if h0 == h1:
+            break
+        x0, x1 = x1, x1 - h1 * (x1 - x0) / (h1 - h0)
+    return x1
+
+
+def conditions(given: Inputs, slopes: str, scales: Exact) -> tuple[float, float, float]:
+    """Σ |p ∂Q/∂p|/scale over the inputs p: by what an input's rounding is magnified."""
+    with localcontext(prec=DIGITS):
+        base, total = answer(given, slopes), [Decimal(0)] * 3
+        assert base is not None
+        for name in given:
+            if name == "n":
+                continue
+            moved = answer({**given, name: given[name] * (1 + _STEP)}, slopes)
+            if moved is None:
+                moved = answer({**given, name: given[name] * (1 - _STEP)}, slopes)
+            if moved is None:
+                return (float("inf"),) * 3
+            for i, (there, here, scale) in enumerate(zip(moved, base, scales, strict=True)):
+                total[i] += abs(there - here) / _STEP / abs(scale or Decimal(1))
+        a, force, energy = map(float, total)
+        return a, force, energy
+
+
+class LatticeSums(NamedTuple):
+    """Energy and force of the contact set -m..m of a parabola, and where its line would stop."""
+
+    energy: Decimal
+    force: Decimal
+
+
+def on_nodes(v: Inputs, spacing: float, m: int) -> LatticeSums:
+    """Sums over the nodes -m..m, with exact tails."""
+    k, gamma1, w, d, dx, c = v["k"], v["gamma1"], v["w"], v["d"], Decimal(spacing), v["c"]
+    lam, N = _decay(v, dx), Decimal(m)
+    squares = N * (N + 1) * (2 * N + 1) / 3
+    fourths = N * (N + 1) * (2 * N + 1) * (3 * N * N + 3 * N - 1) / 15
+    b = c * dx * dx
+    total = (2 * N + 1) * d - b * squares
+    quadratic = (2 * N + 1) * d * d - 2 * d * b * squares + b * b * fourths
+    odd = 2 * N * (4 * N * N - 1) / 3  # Σ (2i+1)² over the 2m links
+    g = d - b * N * N
+    energy = k * dx * quadratic / 2 + gamma1 / dx / 2 * b * b * odd - 2 * N * w * dx
+    energy += gamma1 / dx * (1 - lam) * g * g
+    return LatticeSums(energy, k * dx * total + 2 * k * dx * lam / (1 - lam) * g)
+
+
+def _decay(v: Inputs, dx: Decimal) -> Decimal:
+    kappa = v["k"] * dx * dx / v["gamma1"]
+    return 1 / (1 + kappa / 2 + (kappa + kappa * kappa / 4).sqrt())
+
+
+def resistance(v: Inputs, spacing: float, m: int) -> float:
+    """gap/critical gap - 1 of the link m -> m+1: the line advances over it iff that is <= 0."""
+    d, dx, c = v["d"], Decimal(spacing), v["c"]
+    lam = _decay(v, dx)
+    f, beyond = c * (m * dx) ** 2, c * ((m + 1) * dx) ** 2
+    gap = beyond - f + (1 - lam) * (f - d)
+    return float(gap / (dx * (2 * v["w"] * lam / v["gamma1"]).sqrt()) - 1)

@@ -1,0 +1,126 @@
+"""What one answer costs, in counts that no machine changes: a guard against doing more work.
+
+Heights and slopes of the profile asked for (points), drives of a contact line, solves of a free
+surface. Bars are a quarter above what was counted when they were set.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from discretization import Lattice, free_surface, load_path, minimise, shortest_path
+from discretization.fitted import Problem
+from discretization.obstacle import obstacle
+from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies, Wedge
+
+counted: Counter[str] = Counter()
+
+
+@dataclass(frozen=True)
+class Counted(Parabola):
+    """A parabola that counts the points it is asked for."""
+
+    def height(self, x):
+        counted["heights"] += np.size(x)
+        return super().height(x)
+
+    def slope(self, x):
+        counted["slopes"] += np.size(x)
+        return super().slope(x)
+
+
+@pytest.fixture(autouse=True)
+def _counting(monkeypatch):
+    counted.clear()
+
+    def counting(name, work):
+        def counted_work(*args):
+            counted[name] += 1
+            return work(*args)
+
+        return counted_work
+
+    monkeypatch.setattr(Problem, "drive", counting("drives", Problem.drive))
+    monkeypatch.setattr(free_surface, "_newton", counting("solves", free_surface._newton))
+
+
+def scene(indenter, *, w=0.02, slopes="small"):
+    surfaces = SurfaceEnergies.from_work(1.0, w)
+    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, indenter, slopes=slopes)
+
+
+@pytest.mark.parametrize(
+    ("slopes", "w", "solves"), [("small", 0.02, 0), ("small", 0.0, 0), ("finite", 0.3, 1)]
+)
+def test_one_equilibrium(slopes, w, solves):
+    question = scene(Counted(10.0), w=w, slopes=slopes)
+    minimise(question, 1.0)  # tables that are kept
+    counted.clear()
+    minimise(question, 1.5)
+    assert counted["drives"] <= 31
+    assert counted["heights"] <= 405
+    assert counted["slopes"] <= 385
+    assert counted["solves"] == solves
+
+
+def test_a_flat_punch_looks_for_no_line():
+    minimise(scene(FlatPunch(1.0)), 0.1)
+    assert counted["drives"] <= 6
+
+
+def test_a_step_of_a_load_path():
+    question = scene(Counted(10.0))
+    load_path(question, depths=[1.0])
+    counted.clear()
+    load_path(question, depths=np.linspace(0, 3, 100))
+    assert counted["drives"] <= 100 * 8
+    assert counted["heights"] <= 100 * 680
+    assert counted["solves"] == 0
+
+
+@pytest.mark.parametrize("nodes", [100, 1000, 10_000])
+def test_the_lattice_visits_each_node_a_few_times(nodes):
+    """Symmetric: half of the contact, on the lattice and on the one with half as many nodes."""
+    question = scene(Counted(10.0))
+    a = minimise(question, 1.5).half_width
+    counted.clear()
+    minimise(question, 1.5, method="lattice", spacing=2 * a / nodes)
+    assert counted["heights"] <= 2.3 * nodes + 800
+
+
+def test_a_path_on_the_lattice_reads_the_profile_once():
+    question, depths = scene(Counted(10.0)), np.linspace(1.0, 1.1, 101)
+    load_path(question, depths=depths[-1:], method="lattice", spacing=1e-3)
+    one_step = counted["heights"]
+    counted.clear()
+    load_path(question, depths=depths, method="lattice", spacing=1e-3)
+    assert 0 < counted["heights"] <= 1.25 * one_step
+
+
+@pytest.mark.parametrize(("nodes", "most"), [(10**3, 11), (10**4, 19), (10**5, 26)])
+def test_rounds_of_the_obstacle(nodes, most):
+    x = np.linspace(-10, 10, nodes)
+    lattice = Lattice.of(scene(Parabola(10.0), w=0.0), float(x[1] - x[0]))
+    assert obstacle(lattice, 1.0 - x**2 / 20).rounds <= most
+
+
+def test_nodes_visited_by_the_shortest_path(monkeypatch):
+    """Only where contact may pay."""
+    visited, x = [], np.linspace(-10, 10, 2001)
+    whole = shortest_path.shortest
+
+    def watched(lattice, chain, *stops):
+        visited.append(chain.node.size)
+        return whole(lattice, chain, *stops)
+
+    monkeypatch.setattr(shortest_path, "shortest", watched)
+    lattice = Lattice.of(scene(Wedge(math.atan(0.05))), 0.01)
+    g = 0.2 - 0.05 * abs(x) + 0.02 * np.sin(7 * x)
+    shortest_path.global_minimum(lattice, g, margin=False)
+    assert len(visited) == 1
+    assert visited[0] <= 1675

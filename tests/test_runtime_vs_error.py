@@ -1,0 +1,107 @@
+"""The work-precision study: its rivals solve the problem, its guard notices a loss."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from studies import runtime_vs_error as study
+from studies.rivals import problem
+from studies.rivals.tasks import TASKS, Task
+
+TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
+WIDTH = {  # relative error of a that each rival must reach with 400 nodes
+    "ours": 1e-4,
+    "active set": 1e-3,
+    "Clarabel": 1e-3,
+    "PIQP": 1e-3,
+    "OSQP 1e-9": 1e-3,
+    "cvxpy": 5e-3,
+    "scipy L-BFGS-B": 1e-3,
+    "scikit-fem": 1e-3,
+    "one line by hand": 3e-3,
+    "scipy solve_bvp": 1e-3,
+}
+
+
+@pytest.fixture(scope="module")
+def points():
+    return study.run(TINY)
+
+
+def test_every_method_of_every_task_was_measured_or_says_why_not(points):
+    for name in TASKS:
+        methods = {p.method for p in points if p.task == name}
+        assert methods == {m.name for m in Task.named(name, 10).methods}
+    for p in points:
+        assert p.note or (p.seconds > 0 and p.ratio > 0 and p.unknowns > 0 and p.spread >= 0)
+        assert "not installed" in p.note or not p.note
+
+
+def test_rivals_solve_the_same_problem(points):
+    checked = 0
+    for p in points:
+        for start, bar in WIDTH.items():
+            if p.method.startswith(start) and not p.note and p.task != "rough":
+                rtol = p.size if p.size < 1 else 0.0
+                lone = 3e-3 if p.task == "loop" else 0.0  # contacts of less than a link
+                assert p.errors[0] <= max(bar, rtol, lone), p
+                checked += 1
+    assert checked > 20
+
+
+def test_the_default_method_reaches_its_digits(points):
+    best = [p for p in points if p.method == "ours, default" and p.size <= 1e-10]
+    assert all(max(p.errors) <= 1e-10 for p in best)
+
+
+def test_a_nested_active_set_is_of_second_order():
+    task = Task.named("nonadhesive", 1)
+    (method,) = (m for m in task.methods if m.name == "active set, nested grids")
+    errors = [task.errors(method.prepare(task, n)[0]())[0] for n in (500, 1000, 2000, 4000, 8000)]
+    slope = np.polyfit(np.log([500, 1000, 2000, 4000, 8000]), np.log(errors), 1)[0]
+    assert -2.6 < slope < -1.4
+    assert errors[-1] < 2e-6
+
+
+def test_absent_packages_are_skipped_with_a_word(monkeypatch):
+    monkeypatch.setattr(study, "installed", lambda name: name != "pyscipopt")
+    found = study.run(TINY, ["rough"])
+    (absent,) = (p for p in found if p.note)
+    assert absent.note == "pyscipopt not installed"
+    assert not absent.success and math.isnan(absent.seconds)
+    assert not problem.installed("a_package_nobody_has")
+
+
+def test_the_guard_fails_on_a_loss_of_half_again_only():
+    stored = {"a": 1.0, "b": 2.0}
+    assert study.losses({"a": 1.49, "b": 0.1}, stored) == []
+    assert [line[0] for line in study.losses({"a": 1.51, "b": 2.0}, stored)] == ["a"]
+    assert [line[0] for line in study.losses({"a": math.nan, "b": 2.0}, stored)] == ["a"]
+    assert [line[0] for line in study.losses({"a": 1.0}, stored)] == ["b"]
+
+
+def test_the_baseline_names_what_is_guarded():
+    import json
+
+    stored = json.loads(study.BASELINE.read_text("utf-8"))
+    assert set(stored) == set(study.guarded())
+
+
+def test_exponents_are_those_of_a_power_law():
+    blank = study.Point.failed("t", "ours, lattice", 0, "")
+    made = [blank._replace(unknowns=n, seconds=3e-9 * n**1.1) for n in (10**4, 10**5, 10**6)]
+    assert study.exponents(made)["t, ours, lattice"] == pytest.approx(1.1, rel=1e-9, abs=0)
+
+
+def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(study, "QUICK", TINY)
+    assert study.main(["--quick", "--tasks", "finite", "--out", str(tmp_path)]) == 0
+    text = (tmp_path / "runtime_vs_error.md").read_text("utf-8")
+    assert text in capsys.readouterr().out
+    assert "cores" in text and "### floors" in text
+    rows = (tmp_path / "runtime_vs_error.csv").read_text("utf-8").splitlines()
+    assert len({row.count(",") for row in rows if '"' not in row}) == 1
+    assert (tmp_path / "runtime_vs_error_finite.png").stat().st_size > 20_000
