@@ -56,6 +56,7 @@ class FittedBranch:
     response: Response
     apex: float
     touch: float
+    rtol: float
 
     @classmethod
     def of(cls, scene: Scene, rtol: float) -> FittedBranch:
@@ -74,7 +75,7 @@ class FittedBranch:
         apex = indenter.apex
         if apex is None:
             apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
-        return cls(scene, chosen(scene.slopes, rtol), apex, float(indenter.height(apex)))
+        return cls(scene, chosen(scene.slopes, rtol), apex, float(indenter.height(apex)), rtol)
 
     @property
     def smooth(self) -> bool:
@@ -201,8 +202,14 @@ class FittedBranch:
     def observed(self, depths: Array, states: Sequence[Contact]) -> tuple[Array, Array, Array]:
         """Lines (n, 2), P and U (n,)."""
         lines = np.array([state.ends for state in states])
-        found, _ = along(self.scene, self.response, depths, lines)
-        return lines, found.force, found.energy
+        found, change = along(self.scene, self.response, depths, lines)
+        if change <= self.rtol / 10:
+            return lines, found.force, found.energy
+        finer = [
+            totals(self.scene, self.response, depth, left, right, self.rtol)[1]
+            for depth, (left, right) in zip(depths.tolist(), lines.tolist(), strict=True)
+        ]
+        return lines, *np.array([(one.force, one.energy) for one in finer]).T
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError unless the state is in equilibrium."""

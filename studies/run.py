@@ -1,9 +1,12 @@
-"""What are the equilibria of the scene in this file?
+"""What are the equilibria of the scene in this file, what is its response along a load path?
 
 At each depth the energy U[u] is minimised (discretization.minimise); the table, SCENE.csv and
 SCENE.png tell the half-width a, the force P (11), the energy U, the contact angle θ (12) and the
 surface u(x) with the error estimate of each state, and how far the model's assumptions hold there.
-Every depth is the end of a path of its own: touch first, then move to this depth.
+Every depth is the end of a path of its own: touch first, then move to this depth. A [path] in the
+file is followed by discretization.load_path: its events, SCENE_path.csv (exact, History.from_csv
+reads it) and SCENE_path.png. A file with a list or range for any other number is a sweep: see
+`python -m studies sweep -h`. `python -m studies new FILE` writes a scene file to start from.
 """
 
 from __future__ import annotations
@@ -22,7 +25,9 @@ from numpy.typing import NDArray
 
 from discretization import Equilibrium, minimise
 from energy import Assumption
-from studies.scene_file import SceneFile, load
+from studies import scene_path, sweep
+from studies.scene_file import SceneFile, built, read
+from studies.scene_grid import axes
 from studies.units import prefixed
 
 Array = NDArray[np.float64]
@@ -229,18 +234,47 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("scene", type=Path, help="scene file, for instance studies/scenes/*.toml")
     parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
     options = parser.parse_args(argv)
-    given = load(options.scene)
-    command = ["python", "-m", "studies", "run", str(options.scene), "--out", str(options.out)]
+    content = read(options.scene)
+    if any(axis.key != "depth" for axis in axes(options.scene, content)):
+        return sweep.main([str(options.scene), "--out", str(options.out)])
+    given = built(options.scene, content)
+    command = shlex.join(
+        ["python", "-m", "studies", "run", str(given.path), "--out", str(options.out)]
+    )
     print(given.title)
+    written = equilibria(given, options.out, command) if given.depths.size else []
+    if given.programme is not None:
+        written += response(given, options.out, command)
+    print(f"written: {', '.join(map(str, written))}")
+    return 0
+
+
+def equilibria(given: SceneFile, out: Path, command: str) -> list[Path]:
+    """Solve, print and write the states at the depths of the file; the files written."""
     if given.depths.size == 1:
         record = run(given, show=print)
     else:
         print(heading())
         record = run(given, show=lambda state: print(row(state), flush=True))
         print(summary(record))
-    options.out.mkdir(parents=True, exist_ok=True)
-    table, picture = (options.out / f"{given.path.stem}.{ending}" for ending in ("csv", "png"))
-    write_csv(record, table, shlex.join(command))
+    table, picture = files(given, out, "")
+    write_csv(record, table, command)
     plot(record).savefig(picture, dpi=130)
-    print(f"written: {table}, {picture}")
-    return 0
+    return [table, picture]
+
+
+def response(given: SceneFile, out: Path, command: str) -> list[Path]:
+    """Follow, print and write the load path of the file; the files written."""
+    history = scene_path.follow(given)
+    print(scene_path.told(history))
+    table, picture = files(given, out, "_path")
+    notes = [f"title: {given.title}", f"source: {given.source}", f"command: {command}"]
+    scene_path.write_csv(history, table, notes)
+    scene_path.plot(given, history).savefig(picture, dpi=130)
+    return [table, picture]
+
+
+def files(given: SceneFile, out: Path, kind: str) -> list[Path]:
+    """Where table and figure go; the folder is made."""
+    out.mkdir(parents=True, exist_ok=True)
+    return [out / f"{given.path.stem}{kind}.{ending}" for ending in ("csv", "png")]

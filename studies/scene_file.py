@@ -1,4 +1,4 @@
-"""Scene files (TOML, SI units): one scene, one or several depths.
+"""Scene files (TOML, SI units): one scene, and what is asked of it: depths, a load path, or both.
 
     title = "..."                 # optional, as is source: where the parameters come from
     source = "..."
@@ -14,11 +14,19 @@
     gamma2 = 0.03                 # gamma2 and gamma12, or w instead of both
     gamma12 = 0.0997
 
+    [opening]                     # optional: of a contact that opens, with the same gamma1;
+    w = 6e-4                      # gamma2 and gamma12, or w; needs [path] in place of depth
+
     [indenter]
     shape = "parabola"            # plane | flat_punch half_width | wedge delta (rad) or
     R = 0.1                       # delta_degrees | parabola R | power_law c, n | sampled x, z, kind
     tilted = 0.0                  # optional slope, applied first
     shifted = 0.0                 # optional distance in m
+
+    [path]                        # optional: a load path
+    depths = [-1e-6, 2e-6, -1e-6] # m, turning points; or forces in N/m; or drives in m, the far end
+    machine_stiffness = 1e4       # drives only, Pa: of the spring between drive and indenter
+    steps = 50                    # between turning points; a range has its own
 
     [options]                     # optional, as in discretization.minimise and energy.Scene
     slopes = "small"
@@ -28,18 +36,19 @@
     rtol = 1e-8
 
 title, source and depth stand above the first [section], as TOML has it. Unknown keys, missing keys
-and values of a wrong type are refused by file and key.
+and values of a wrong type are refused by file and key. A list or a range for any other number
+makes a sweep (studies/scene_grid.py). `python -m studies new FILE` writes a commented file.
 """
 
 from __future__ import annotations
 
 import math
-import sys
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,8 +65,8 @@ from energy import (
     SurfaceEnergies,
     Wedge,
 )
+from studies.scene_table import TOP, Table
 
-T = TypeVar("T")
 SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "plane": (Plane, ()),
     "flat_punch": (FlatPunch, ("half_width",)),
@@ -67,12 +76,22 @@ SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "sampled": (Sampled, ("x", "z")),
 }
 OPTIONS = {"slopes": str, "method": str, "branch": str, "spacing": float, "rtol": float}
-SECTIONS = ("title", "source", "depth", "layer", "surfaces", "indenter", "options")
+CONTROLS = ("depths", "forces", "drives")
+STEPS = 50
+
+
+@dataclass(frozen=True)
+class Programme:
+    """A load path's control ("depths", "forces" or "drives"), its values (n,) and the machine."""
+
+    control: str
+    values: NDArray[np.float64]
+    machine_stiffness: float | None
 
 
 @dataclass(frozen=True)
 class SceneFile:
-    """What a scene file says: the scene, the depths (n,) and the options of `minimise`."""
+    """What a scene file says: the scene, depths (n,), options of `minimise`, a load path."""
 
     path: Path
     title: str
@@ -80,111 +99,70 @@ class SceneFile:
     scene: Scene
     depths: NDArray[np.float64]
     options: dict[str, Any]
-
-
-class _Table:
-    """One table of the file; every complaint names the file, the key and what is known."""
-
-    def __init__(self, path: Path, name: str, table: Any, known: tuple[str, ...]) -> None:
-        self.path, self.name, self.known = path, name, known
-        if not isinstance(table, Mapping):
-            self.refuse(name, table, f"must be a table: [{name}]")
-        self.table = table
-        for key in table:
-            if key not in known:
-                misplaced = self.name != "file" and key in SECTIONS
-                hint = " here: write it above the first [section]" if misplaced else ""
-                self.refuse(key, table[key], f"is unknown{hint}")
-
-    def refuse(self, key: str, value: Any, why: str) -> NoReturn:
-        raise self.error(f"{key} = {value!r} {why}")
-
-    def error(self, problem: str) -> ValueError:
-        name = "" if self.name == "file" or problem.startswith(f"{self.name} ") else f"{self.name}."
-        known = f"; known keys: {', '.join(self.known)}" if self.known else ""
-        return ValueError(f"{self.path}: {name}{problem}{known}")
-
-    def number(self, key: str) -> float:
-        return self._finite(key, self.get(key))
-
-    def numbers(self, key: str) -> list[float]:
-        values = self.get(key)
-        if not isinstance(values, list) or not values:
-            self.refuse(key, values, "must be a list of at least one number")
-        return [self._finite(f"{key}[{i}]", value) for i, value in enumerate(values)]
-
-    def _finite(self, key: str, value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            self.refuse(key, value, "must be a number in SI units, without quotes and unit")
-        if not abs(value) <= sys.float_info.max:
-            self.refuse(key, value, "must be finite")
-        return float(value)
-
-    def text(self, key: str, default: str | None = None) -> str:
-        value = self.get(key) if default is None else self.table.get(key, default)
-        if not isinstance(value, str):
-            self.refuse(key, value, "must be a text in quotes")
-        return str(value)
-
-    def get(self, key: str) -> Any:
-        if key not in self.table:
-            raise self.error(f"{key} is missing")
-        return self.table[key]
-
-    def build(self, kind: Callable[..., T], *values: Any) -> T:
-        """kind(*values); what it refuses is told with the name of this table."""
-        try:
-            return kind(*values)
-        except ValueError as error:
-            raise ValueError(f"{self.path}: {self.name}.{error}") from None
+    programme: Programme | None = None
 
 
 def load(path: str | Path) -> SceneFile:
     """Read and check a scene file. ValueError naming file, key, value and the known keys."""
     path = Path(path)
+    return built(path, read(path))
+
+
+def read(path: Path) -> dict[str, Any]:
+    """The tables of a file, unchecked. ValueError for a file that cannot be read as TOML."""
     try:
-        content = tomllib.loads(path.read_text("utf-8"))
+        return tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}; give the path of a scene file") from None
     except ValueError as error:
         raise ValueError(f"{path}: cannot be read as TOML: {error}") from None
-    file = _Table(path, "file", content, SECTIONS)
+
+
+def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
+    """The scene these tables describe; `path` is named in errors."""
+    file = Table(path, "file", content, TOP)
     options = _options(path, content.get("options", {}))
     slopes = options.pop("slopes", "small")
     layer = _layer(path, file.get("layer"))
     surfaces = _surfaces(path, file.get("surfaces"))
+    opening = _opening(path, content["opening"], surfaces) if "opening" in content else None
     indenter = _indenter(path, file.get("indenter"))
     try:
-        scene = Scene(layer, surfaces, indenter, slopes)
+        scene = Scene(layer, surfaces, indenter, slopes, opening)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    return SceneFile(
-        path,
-        file.text("title", path.stem),
-        file.text("source", "not stated"),
-        scene,
-        _depths(file),
-        options,
-    )
+    programme = _programme(path, content["path"], options) if "path" in content else None
+    title, source = file.text("title", path.stem), file.text("source", "not stated")
+    return SceneFile(path, title, source, scene, _depths(file), options, programme)
 
 
 def _layer(path: Path, content: Any) -> ElasticLayer:
-    table = _Table(path, "layer", content, ("E", "nu", "h"))
+    table = Table(path, "layer", content, ("E", "nu", "h"))
     return table.build(ElasticLayer, *(table.number(key) for key in table.known))
 
 
 def _surfaces(path: Path, content: Any) -> SurfaceEnergies:
-    table = _Table(path, "surfaces", content, ("gamma1", "gamma2", "gamma12", "w"))
+    table = Table(path, "surfaces", content, ("gamma1", "gamma2", "gamma12", "w"))
+    return _energies(table, table.number("gamma1"))
+
+
+def _opening(path: Path, content: Any, surfaces: SurfaceEnergies) -> SurfaceEnergies:
+    return _energies(Table(path, "opening", content, ("gamma2", "gamma12", "w")), surfaces.gamma1)
+
+
+def _energies(table: Table, gamma1: float) -> SurfaceEnergies:
     if "w" not in table.table:
-        return table.build(SurfaceEnergies, *(table.number(key) for key in table.known[:3]))
+        others = (table.number(key) for key in ("gamma2", "gamma12"))
+        return table.build(SurfaceEnergies, gamma1, *others)
     for key in ("gamma2", "gamma12"):
         if key in table.table:
             table.refuse(key, table.table[key], "contradicts w: give w, or gamma2 and gamma12")
-    return table.build(SurfaceEnergies.from_work, table.number("gamma1"), table.number("w"))
+    return table.build(SurfaceEnergies.from_work, gamma1, table.number("w"))
 
 
 def _indenter(path: Path, content: Any) -> Indenter:
-    shape = _Table(path, "indenter", content, tuple(content)).text("shape")
+    keys_given = tuple(content) if isinstance(content, Mapping) else ()
+    shape = Table(path, "indenter", content, keys_given).text("shape")
     if shape not in SHAPES:
         raise ValueError(
             f"{path}: indenter.shape = {shape!r} is unknown; known shapes: {', '.join(SHAPES)}"
@@ -192,7 +170,7 @@ def _indenter(path: Path, content: Any) -> Indenter:
     kind, keys = SHAPES[shape]
     extra = ("kind",) if shape == "sampled" else ()
     known = ("shape", *keys, *extra, "shifted", "tilted")
-    table = _Table(path, "indenter", content, known)
+    table = Table(path, "indenter", content, known)
     arguments: list[Any]
     if shape == "wedge":
         arguments = [_wedge_angle(table)]
@@ -206,7 +184,7 @@ def _indenter(path: Path, content: Any) -> Indenter:
     return indenter.shifted(table.number("shifted")) if "shifted" in table.table else indenter
 
 
-def _wedge_angle(table: _Table) -> float:
+def _wedge_angle(table: Table) -> float:
     """δ in rad from delta or delta_degrees, one of the two."""
     if {"delta", "delta_degrees"} <= set(table.table):
         raise table.error("delta_degrees stands beside delta: give one of the two")
@@ -218,23 +196,53 @@ def _wedge_angle(table: _Table) -> float:
 
 
 def _options(path: Path, content: Any) -> dict[str, Any]:
-    table = _Table(path, "options", content, tuple(OPTIONS))
+    table = Table(path, "options", content, tuple(OPTIONS))
     return {
         key: table.text(key) if OPTIONS[key] is str else table.number(key) for key in table.table
     }
 
 
-def _depths(file: _Table) -> NDArray[np.float64]:
-    depth = file.get("depth")
-    if isinstance(depth, Mapping):
-        steps = _Table(file.path, "depth", depth, ("from", "to", "steps"))
-        count = steps.get("steps")
-        if isinstance(count, bool) or not isinstance(count, int) or count < 2:
-            steps.refuse("steps", count, "must be a whole number of at least 2")
-        depths = np.linspace(steps.number("from"), steps.number("to"), count)
-    elif isinstance(depth, list):
-        depths = np.array(file.numbers("depth"))
-    else:
-        depths = np.array([file.number("depth")])
-    depths.flags.writeable = False
-    return depths
+def _depths(file: Table) -> NDArray[np.float64]:
+    if "depth" not in file.table and "path" in file.table:
+        return np.empty(0)
+    if "opening" in file.table:
+        depth = file.get("depth")
+        why = "cannot stand beside [opening]: the state depends on the path; write a [path] instead"
+        file.refuse("depth", depth, why)
+    return _frozen(file.spread("depth"))
+
+
+def _programme(path: Path, content: Any, options: Mapping[str, Any]) -> Programme:
+    table = Table(path, "path", content, (*CONTROLS, "machine_stiffness", "steps"))
+    given = [name for name in CONTROLS if name in table.table]
+    if len(given) != 1:
+        found = " and ".join(given) or "none"
+        raise table.error(f"path needs exactly one of {', '.join(CONTROLS)}; got {found}")
+    (control,) = given
+    stiffness = table.number("machine_stiffness") if "machine_stiffness" in table.table else None
+    if (control == "drives") != (stiffness is not None):
+        why = "does not fit: drives need machine_stiffness > 0, other controls have none"
+        table.refuse("machine_stiffness", stiffness, f"with {control} {why}")
+    for key, known in (("method", ("auto", "fitted", "lattice")), ("branch", ("adhered",))):
+        if options.get(key, known[0]) not in known:
+            why = f"cannot be honoured on a [path]; it takes {', '.join(known)}"
+            raise ValueError(f"{path}: options.{key} = {options[key]!r} {why}")
+    return Programme(control, _legs(table, control), stiffness)
+
+
+def _legs(table: Table, control: str) -> NDArray[np.float64]:
+    """The turning points joined by `steps` steps each; a range as it is."""
+    values = table.spread(control)
+    if isinstance(table.table[control], Mapping):
+        if "steps" in table.table:
+            table.refuse("steps", table.table["steps"], f"stands beside the steps of {control}")
+        return _frozen(values)
+    steps = table.whole("steps", 1) if "steps" in table.table else STEPS
+    legs = [np.linspace(start, end, steps + 1)[1:] for start, end in pairwise(values)]
+    return _frozen(np.concatenate([values[:1], *legs]))
+
+
+def _frozen(values: Any) -> NDArray[np.float64]:
+    array = np.array(values, float)
+    array.flags.writeable = False
+    return array

@@ -264,11 +264,9 @@ def test_minimise_answers_rightly_or_refuses(dice):
 @given(dice)
 def test_load_path_answers_rightly_or_refuses(dice):
     scene, unit = scene_and_depth(dice)
-    if scene is None or "n=20" in repr(scene.indenter):
-        return  # KNOWN: wrong lines
+    if scene is None:
+        return
     programme = [depth_of(dice, scene, unit) for _ in range(dice.rng.integers(1, 7))]
-    if not scene.work_of_adhesion:
-        programme = np.abs(programme) + 1e-3 * unit  # KNOWN: endless below touching
     name, options = dice.one_of("depths", "depths", "forces", "drives"), {}
     stiffness = scene.stiffness * (scene.elastocapillary_length or unit)
     hard = not scene.gamma1 or scene.slopes == "finite" or isinstance(scene.indenter, Tilted)
@@ -368,14 +366,12 @@ def steps(indenter, *, w=0.02, gamma1=1.0, **programme):
         return load_path(scene, **programme).half_width
 
 
-@broken("secants that have overshot are taken for converged: a is 62 % too small")
 def test_a_load_path_follows_a_blunt_profile():
     scene = replace(plain(PowerLaw(1.0, 12)), surfaces=SurfaceEnergies.from_work(1.0, 0.0))
     found = load_path(scene, depths=[0.0018386, 71.8]).half_width[-1]
     assert found == pytest.approx(minimise(scene, 71.8).half_width, rel=1e-9, abs=0)
 
 
-@broken("no end below touching without adhesion")
 def test_a_path_without_adhesion_ends_below_touching():
     assert steps(Parabola(10.0), w=0.0, depths=[0.0, -1.0])[-1] == 0
 
@@ -385,7 +381,6 @@ def test_a_path_under_force_without_tension_ends():
     assert steps(PowerLaw(0.1, 20) + FlatPunch(1.0), gamma1=0.0, forces=[-0.1])[-1] >= 0
 
 
-@broken("the certificate reads the profile beyond its wall: inf - inf")
 def test_a_tilted_punch_under_force_raises_no_warning():
     assert np.isfinite(steps(FlatPunch(1.0).tilted(-1.29), w=1.9, forces=[5.0, -0.1, 1.0])).all()
 
@@ -405,7 +400,6 @@ def test_the_estimate_is_honest_close_to_letting_go():
     assert abs(state.half_width / true - 1) <= 10 * state.error_estimate["half_width"]
 
 
-@broken("ZeroDivisionError for a contact without width")
 def test_springs_without_tension_touch_at_depth_zero():
     surfaces = SurfaceEnergies.from_work(0.0, 0.02)
     body = Parabola(10.0) + FlatPunch(1.0)
@@ -422,7 +416,6 @@ def test_springs_without_tension_on_a_lattice_print_without_warning():
         assert str(state)
 
 
-@broken("IndexError for a body with fewer nodes than the interpolation needs")
 def test_a_lattice_too_coarse_for_the_body_is_refused():
     question = minimise, (plain(FlatPunch(1.0)), 0.1), {"method": "lattice", "spacing": 4.6}
     assert answered(lambda: question[0](*question[1], **question[2])) is None

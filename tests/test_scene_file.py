@@ -151,8 +151,8 @@ def test_finite_slopes_reach_the_scene(written):
     assert given.options == {}
 
 
-TOP = "title, source, depth, layer, surfaces, indenter, options"
-LAYER, STEPS = "E, nu, h", "from, to, steps"
+TOP = "title, source, depth, layer, surfaces, opening, indenter, path, options"
+LAYER, STEPS = "E, nu, h", "from, to, steps, spacing"
 ENERGIES = "gamma1, gamma2, gamma12, w"
 PARABOLA = "shape, R, shifted, tilted"
 WEDGE = "shape, delta, delta_degrees, shifted, tilted"

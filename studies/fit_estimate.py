@@ -1,0 +1,177 @@
+"""Estimates of surface energies from a measured curve, their intervals, and what stays open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult, brentq
+from scipy.special import stdtrit
+
+from energy import Scene
+from studies.fit_model import FAR, Model, conditioning, minimum
+from studies.force_curve import Curve, in_contact
+
+Array = NDArray[np.float64]
+UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m"}
+CONFIDENCE = 0.95
+LOOSE, CONDITION = 1.0, 100.0
+STEPS = (1.25, 2.5, 5.0, 10.0, 20.0)  # outwards, in half-widths of the linearised interval
+
+
+class Estimate(NamedTuple):
+    """A parameter, its linearised and profile intervals, and whether it is identifiable."""
+
+    name: str
+    value: float
+    interval: tuple[float, float]
+    profile: tuple[float, float]
+    identifiable: bool
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A finished fit: the curve, which points are used (n,), the model, the estimates.
+
+    best: what least_squares returned; condition: of the Jacobian with columns of unit length;
+    combination: coefficients of the coordinates that the data fix least.
+    """
+
+    curve: Curve
+    used: NDArray[np.bool_]
+    model: Model
+    best: OptimizeResult
+    estimates: tuple[Estimate, ...]
+    condition: float
+    combination: tuple[float, ...]
+
+    @property
+    def fitted(self) -> Array:
+        """Fitted forces in contact."""
+        return self.model.measured + np.asarray(self.best.fun)[: self.model.measured.size]
+
+    @property
+    def residual_noise(self) -> float:
+        """s = √(Σr²/(n - m))."""
+        return math.sqrt(2 * self.best.cost / _spare(self.best))
+
+    def inside_profile(self, i: int, value: float) -> bool:
+        """Whether a value of parameter i lies in its profile interval."""
+        at = self.model.coordinate(self.model.names[i], value)
+        return profiled(self.model, self.best, i, at) <= _limit(self.best)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the data do not fix, in plain words."""
+        found = [
+            f"{e.name} is not identifiable from this curve: its interval is wider than a factor e; "
+            "set it in the scene and leave it out of --parameters, or measure up to the letting go"
+            for e in self.estimates
+            if not e.identifiable
+        ]
+        if self.condition > CONDITION:
+            terms = zip(self.combination, self.model.names, strict=True)
+            text = " ".join(f"{c:+.2f} log {name}" for c, name in terms)
+            text = text.replace("log offset", "offset/range")
+            found.append(f"ill-conditioned ({self.condition:.2g}): the curve hardly fixes {text}")
+        return tuple(found)
+
+    def __str__(self) -> str:
+        rows = [f"{'parameter':12s}{'estimate':>13s}{'95 % linearised':>29s}{'95 % profile':>29s}"]
+        for e in self.estimates:
+            spans = (f"[{low:.5g}, {high:.5g}]" for low, high in (e.interval, e.profile))
+            cells = "".join(f"{span:>29s}" for span in spans)
+            rows.append(f"{e.name:12s}{e.value:>13.5g}{cells} {UNITS[e.name]}")
+        count = f"{self.used.sum()} of {self.used.size} points in contact"
+        ends = ", ".join(mark.kind for mark in self.model.ends) or "no end of contact"
+        rows.append(f"{count}, {ends} used; residual noise {self.residual_noise:.3g} N/m")
+        return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
+
+
+def fit(
+    scene: Scene,
+    curve: Curve,
+    names: Sequence[str] = ("w", "gamma1"),
+    *,
+    profiles: bool = True,
+) -> Fit:
+    """Least squares on the simulator, starting from the scene; names out of fit_model.NAMES.
+
+    profiles: find the profile intervals too (nan without), which costs ten times as much.
+    ValueError for too few points in contact or a start at which there is no equilibrium.
+    """
+    model = Model.of(scene, names, curve)
+    best = minimum(model, np.zeros(len(names)))
+    condition, weakest, spread = conditioning(best.jac)
+    reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
+    estimates = tuple(
+        _estimate(model, best, i, float(reach[i]), profiles) for i in range(len(names))
+    )
+    combination = tuple(weakest.tolist())
+    return Fit(curve, in_contact(curve), model, best, estimates, condition, combination)
+
+
+def _spare(best: OptimizeResult) -> int:
+    return int(best.fun.size - best.x.size)
+
+
+def _quantile(best: OptimizeResult) -> float:
+    """t of Student's distribution."""
+    return float(stdtrit(_spare(best), 0.5 + CONFIDENCE / 2))
+
+
+def _limit(best: OptimizeResult) -> float:
+    """Sum of squares over the least at the ends of a profile interval."""
+    return 1 + _quantile(best) ** 2 / _spare(best)
+
+
+def profiled(model: Model, best: OptimizeResult, i: int, at: float) -> float:
+    """The least sum of squares with coordinate i at a value, over that of the fit."""
+    direction = np.zeros(best.x.size)
+    direction[i] = 1.0
+    others = [j for j in range(best.x.size) if j != i]
+    slope = np.linalg.lstsq(best.jac[:, others], -best.jac[:, i], rcond=None)[0]
+    direction[others] = slope
+    start = best.x + (at - best.x[i]) * direction
+    start[others] = np.clip(start[others], -FAR, FAR)
+    residuals = model.residuals(start)
+    if not np.isfinite(residuals).all():
+        return math.inf
+    if not others:
+        return float(np.sum(residuals**2) / (2 * best.cost))
+    return float(minimum(model, start, fixed=i, ftol=1e-4).cost / best.cost)
+
+
+def _estimate(model: Model, best: OptimizeResult, i: int, reach: float, profiles: bool) -> Estimate:
+    """Estimate and intervals of one parameter; reach: half-width of the linearised interval."""
+    x, name = float(best.x[i]), model.names[i]
+    ends = (-math.inf, math.inf) if name == "offset" else (0.0, math.inf)
+    if math.isfinite(reach):
+        ends = model.value(name, x - reach), model.value(name, x + reach)
+    identifiable = math.isfinite(reach) and (name == "offset" or reach <= LOOSE)
+    profile = (math.nan, math.nan)
+    if identifiable and profiles:
+        low, high = (_profile_end(model, best, i, side * reach) for side in (-1, 1))
+        identifiable = math.isfinite(high - low) and (name == "offset" or high - low <= 2 * LOOSE)
+        profile = model.value(name, x + low), model.value(name, x + high)
+    return Estimate(name, model.value(name, x), ends, profile, identifiable)
+
+
+def _profile_end(model: Model, best: OptimizeResult, i: int, reach: float) -> float:
+    """Distance from the fit at which the profile crosses min (1 + t²/(n - m)), to 2 %."""
+    limit = math.sqrt(_limit(best) - 1)
+
+    def excess(times: float) -> float:
+        ratio = profiled(model, best, i, float(best.x[i]) + times * reach) if times else 1.0
+        return min(math.sqrt(max(ratio - 1, 0)), 10 * limit) - limit  # nearly linear
+
+    near = 0.0
+    for far in STEPS:
+        if excess(far) > 0:
+            return float(brentq(excess, near, far, xtol=0.02)) * reach
+        near = far
+    return math.copysign(math.inf, reach)

@@ -1,0 +1,84 @@
+"""The figures of `fit`: measured and fitted force with residuals; estimates of the self-test."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from studies.units import prefixed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from studies.fit import Fit
+    from studies.fit_trials import Record
+
+BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#888888"
+
+
+def plot(found: Fit, title: str) -> Figure:
+    """P(d) above, residuals with ± 2s below, both branches."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 7.5), layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    depth, force = found.curve
+    x, y = prefixed(depth, "m"), prefixed(force, "N/m")
+    z = prefixed(force[found.used] - found.fitted, "N/m")
+    free, turn = ~found.used, np.argmax(depth)
+    top.plot(depth[free] / x.size, force[free] / y.size, "x", color=GREY, label="out of contact")
+    unloading = np.flatnonzero(found.used) > turn
+    order = np.argsort(depth[found.used])
+    d, p = depth[found.used], force[found.used]
+    top.plot(d[order] / x.size, found.fitted[order] / y.size, "k-", lw=1.2, label="fit", zorder=3)
+    for chosen, colour, marker, name in (
+        (~unloading, BLUE, "o", "loading"),
+        (unloading, ORANGE, "s", "unloading"),
+    ):
+        style = {"ls": "", "color": colour, "marker": marker, "ms": 4, "label": name}
+        top.plot(d[chosen] / x.size, p[chosen] / y.size, **style)
+        residual = (p - found.fitted)[chosen] / z.size
+        bottom.plot(d[chosen] / x.size, residual, **style)
+    s = 2 * found.residual_noise / z.size
+    bottom.axhspan(-s, s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
+    for axes in (top, bottom):
+        axes.axhline(0, color=GREY, lw=0.8)
+        axes.grid(alpha=0.25)
+    top.set_ylabel(f"force per length P [{y.symbol}]")
+    bottom.set(xlabel=f"indentation depth d [{x.symbol}]", ylabel=f"residual [{z.symbol}]")
+    bottom.margins(y=0.25)
+    top.legend()
+    bottom.legend(loc="upper left", ncols=3, fontsize=8)
+    figure.suptitle(title)
+    return figure
+
+
+def plot_trials(record: Record) -> Figure:
+    """Each estimate over the truth with its linearised interval, a panel per parameter."""
+    from matplotlib.figure import Figure
+
+    names = record.parameters.names
+    figure = Figure(figsize=(10, 2.6 * len(names) + 0.5), layout="constrained")
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
+        truth = record.truth[name]
+        for holds, colour, marker in ((True, BLUE, "o"), (False, ORANGE, "s")):
+            rows = [(k, t[i]) for k, t in enumerate(record.trials, 1) if t[i].holds == holds]
+            if not rows:
+                continue
+            scale = truth or 1.0
+            middle = np.array([trial.value for _, trial in rows]) / scale
+            ends = np.array([trial.interval for _, trial in rows]).T / scale
+            number = [k for k, _ in rows]
+            label = f"{len(rows)} intervals {'with' if holds else 'without'} the truth"
+            style = {"ls": "", "color": colour, "marker": marker, "ms": 3, "lw": 1}
+            axes.errorbar(number, middle, np.abs(ends - middle), label=label, **style)
+        axes.axhline(1.0 if truth else 0.0, color="black", lw=0.8)
+        axes.set_ylabel(f"{name} / truth" if truth else f"{name} [m]")
+        axes.margins(y=0.25)
+        axes.legend(fontsize=8, ncols=2, loc="upper right")
+    panels[-1].set_xlabel("trial")
+    noise = record.parameters.noise
+    figure.suptitle(f"95 % intervals from synthetic curves, noise {noise:.1%} of the largest force")
+    return figure

@@ -1,0 +1,136 @@
+"""The grid of a scene file: every key whose value is a list or a range is an axis of a sweep.
+
+    [layer]
+    h = [10e-6, 20e-6]                                          # a list
+    [surfaces]
+    w = { from = 1e-5, to = 1e-3, steps = 40, spacing = "log" } # a range; spacing: or "linear"
+
+Any number in a section can be an axis, and so can the texts of [options]. A list or range for
+`depth` is the last axis; the turning points of [path] and the samples of a profile are no axes.
+Points are numbered with the last axis running fastest.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from discretization import AccuracyWarning, History, minimise
+from energy import Scene
+from studies.scene_file import CONTROLS, built
+from studies.scene_path import follow, most_tensile
+from studies.scene_table import TOP, Table
+
+Value = float | str
+NO_AXES = {f"path.{name}" for name in CONTROLS} | {"indenter.x", "indenter.z"}
+UNITS = {
+    "depth": "m",
+    "layer.E": "Pa",
+    "layer.h": "m",
+    "indenter.R": "m",
+    "indenter.half_width": "m",
+    "indenter.shifted": "m",
+    "indenter.delta": "rad",
+    "indenter.delta_degrees": "°",
+    "path.machine_stiffness": "Pa",
+    "options.spacing": "m",
+} | {
+    f"{section}.{key}": "J/m²"
+    for section in ("surfaces", "opening")
+    for key in ("gamma1", "gamma2", "gamma12", "w")
+}
+
+
+class Axis(NamedTuple):
+    """A key of the file ("layer.h") and the values it takes."""
+
+    key: str
+    values: tuple[Value, ...]
+
+
+def axes(path: Path, content: Mapping[str, Any]) -> tuple[Axis, ...]:
+    """The axes of these tables, in their order, depth last. ValueError for an unusable list."""
+    found = []
+    for name, table in content.items():
+        if name in TOP and isinstance(table, Mapping) and name != "depth":
+            known = Table(path, name, table, tuple(table))
+            swept = [key for key in table if f"{name}.{key}" not in NO_AXES]
+            found += [_axis(known, key) for key in swept if isinstance(table[key], list | Mapping)]
+    if isinstance(content.get("depth"), list | Mapping):
+        found.append(_axis(Table(path, "file", content, TOP), "depth"))
+    return tuple(found)
+
+
+def _axis(table: Table, key: str) -> Axis:
+    name = key if table.name == "file" else f"{table.name}.{key}"
+    raw = table.table[key]
+    if isinstance(raw, list) and raw and all(isinstance(value, str) for value in raw):
+        return Axis(name, tuple(raw))
+    values = tuple(table.spread(key))
+    if len(set(values)) < len(values):
+        table.refuse(key, raw, "has a value twice; give each once")
+    return Axis(name, values)
+
+
+def placed(content: Mapping[str, Any], point: Mapping[str, Value]) -> dict[str, Any]:
+    """The tables of one point of the grid."""
+    tables = {name: dict(t) if isinstance(t, Mapping) else t for name, t in content.items()}
+    for key, value in point.items():
+        section, _, name = key.rpartition(".")
+        (tables[section] if section else tables)[name] = value
+    return tables
+
+
+@dataclass(frozen=True)
+class SolvedScene:
+    """What the file says at one point of the grid, as a function of the swept keys."""
+
+    path: Path
+    content: Mapping[str, Any]
+
+    def __call__(self, point: Mapping[str, Value]) -> dict[str, Value]:
+        """Observables of the equilibrium, or of the load path where the file has one."""
+        given = built(self.path, placed(self.content, point))
+        if given.programme is not None:
+            return of_path(follow(given))
+        (depth,) = given.depths.tolist()
+        return of_state(given.scene, depth, given.options)
+
+    def identity(self, keys: Sequence[str]) -> Any:
+        """What besides the axes determines the numbers, as plain data."""
+        blank = placed(self.content, dict.fromkeys(keys, "swept"))
+        return {name: table for name, table in blank.items() if name not in ("title", "source")}
+
+
+def of_state(scene: Scene, depth: float, options: Mapping[str, Any]) -> dict[str, Value]:
+    """Half-width, force, energy with relative errors, angle [rad], label, violated assumptions."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # the errors are among the results
+        state = minimise(scene, depth, **options)
+    error, in_contact = state.error_estimate, state.label != "detached"
+    broken = [one.name for one in state.validity if not one.holds and in_contact]
+    return {
+        "half_width": float(state.half_width),
+        "force": float(state.force),
+        "energy": float(state.energy),
+        "contact_angle": float(state.contact_angle),
+        **{f"error_{name}": float(value) for name, value in error.items()},
+        "label": state.label,
+        "violated": "; ".join(broken),
+    }
+
+
+def of_path(history: History) -> dict[str, Value]:
+    """The most tensile state, energy dissipated, and the kinds of events in their order."""
+    force, depth, half_width = most_tensile(history) or (math.nan,) * 3
+    return {
+        "pull_off_force": float(force),
+        "pull_off_depth": float(depth),
+        "pull_off_half_width": float(half_width),
+        "dissipated": float(history.dissipated),
+        "events": "; ".join(event.kind for event in history.events),
+    }

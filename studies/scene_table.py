@@ -1,0 +1,102 @@
+"""A table of a scene file, read key by key; complaints name the file, the key and a remedy."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar
+
+import numpy as np
+
+T = TypeVar("T")
+TOP = (
+    *("title", "source", "depth", "layer", "surfaces", "opening", "indenter"),
+    *("path", "options"),
+)
+RANGE = ("from", "to", "steps", "spacing")
+
+
+class Table:
+    """One table of the file; every complaint names the file, the key and what is known."""
+
+    def __init__(self, path: Path, name: str, table: Any, known: tuple[str, ...]) -> None:
+        self.path, self.name, self.known = path, name, known
+        if not isinstance(table, Mapping):
+            self.refuse(name, table, f"must be a table: [{name}]")
+        self.table = table
+        for key in table:
+            if key not in known:
+                misplaced = self.name != "file" and key in TOP
+                hint = " here: write it above the first [section]" if misplaced else ""
+                self.refuse(key, table[key], f"is unknown{hint}")
+
+    def refuse(self, key: str, value: Any, why: str) -> NoReturn:
+        raise self.error(f"{key} = {value!r} {why}")
+
+    def error(self, problem: str) -> ValueError:
+        name = "" if self.name == "file" or problem.startswith(f"{self.name} ") else f"{self.name}."
+        known = f"; known keys: {', '.join(self.known)}" if self.known else ""
+        return ValueError(f"{self.path}: {name}{problem}{known}")
+
+    def number(self, key: str) -> float:
+        return self._finite(key, self.get(key))
+
+    def whole(self, key: str, least: int) -> int:
+        value = self.get(key)
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            self.refuse(key, value, f"must be a whole number of at least {least}")
+        return int(value)
+
+    def numbers(self, key: str) -> list[float]:
+        values = self.get(key)
+        if not isinstance(values, list) or not values:
+            self.refuse(key, values, "must be a list of at least one number")
+        return [self._finite(f"{key}[{i}]", value) for i, value in enumerate(values)]
+
+    def spread(self, key: str) -> list[float]:
+        """The number, the numbers of a list, or those of a range."""
+        value = self.get(key)
+        if isinstance(value, Mapping):
+            name = key if self.name == "file" else f"{self.name}.{key}"
+            return Table(self.path, name, value, RANGE).range()
+        return self.numbers(key) if isinstance(value, list) else [self.number(key)]
+
+    def range(self) -> list[float]:
+        """{ from, to, steps, spacing }: `steps` values, evenly spaced, or so in their logarithm."""
+        first, last, count = self.number("from"), self.number("to"), self.whole("steps", 2)
+        spacing = self.text("spacing", "linear")
+        if spacing not in ("linear", "log"):
+            self.refuse("spacing", spacing, 'must be "linear" or "log"')
+        if spacing == "linear":
+            return [float(value) for value in np.linspace(first, last, count)]
+        if not first * last > 0:
+            self.refuse("from", first, f"to {last!r} crosses zero: a log range needs one sign")
+        return [float(value) for value in np.geomspace(first, last, count)]
+
+    def _finite(self, key: str, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            swept = isinstance(value, list | Mapping)
+            hint = "; a list or a range makes a sweep: python -m studies sweep" if swept else ""
+            self.refuse(key, value, f"must be a number in SI units, without quotes and unit{hint}")
+        if not abs(value) <= sys.float_info.max:
+            self.refuse(key, value, "must be finite")
+        return float(value)
+
+    def text(self, key: str, default: str | None = None) -> str:
+        value = self.get(key) if default is None else self.table.get(key, default)
+        if not isinstance(value, str):
+            self.refuse(key, value, "must be a text in quotes")
+        return str(value)
+
+    def get(self, key: str) -> Any:
+        if key not in self.table:
+            raise self.error(f"{key} is missing")
+        return self.table[key]
+
+    def build(self, kind: Callable[..., T], *values: Any) -> T:
+        """kind(*values); what it refuses is told with the name of this table."""
+        try:
+            return kind(*values)
+        except ValueError as error:
+            raise ValueError(f"{self.path}: {self.name}.{error}") from None

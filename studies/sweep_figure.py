@@ -1,0 +1,114 @@
+"""The figure of a sweep of a scene: two observables along one or two axes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.scene_grid import UNITS, Value
+from studies.units import Unit, prefixed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from studies.sweep import Record
+
+Array = NDArray[np.float64]
+CONVENTIONS = (
+    "units: SI, per unit length of the line contact: lengths in m, forces in N/m, energies in J/m, "
+    "angles in rad; error_* are estimated relative errors; nan: detached or not defined"
+)
+STATE = (("force", "force per length P", "N/m"), ("half_width", "contact half-width a", "m"))
+PATH = (
+    ("pull_off_force", "most tensile force per length", "N/m"),
+    ("dissipated", "energy lost on the path", "J/m"),
+)
+LINES = 6  # of the second axis; more become a map
+STYLES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
+
+
+def plot(record: Record, title: str) -> Figure:
+    """Over the longest axis, a line per value of the second, or a map; other axes at the first."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 4.8), layout="constrained")
+    shape = [len(axis.values) for axis in record.grid.axes]
+    order = sorted(range(len(shape)), key=lambda i: -shape[i])
+    first, second = order[0], order[1] if len(order) > 1 else None
+    path = any("pull_off_force" in result.get("found", {}) for result in record.results)
+    for axes, (name, label, unit) in zip(
+        figure.subplots(1, 2), PATH if path else STATE, strict=True
+    ):
+        values = record.column(name).reshape(shape)
+        keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
+        table = values[keep] if second is None or first < second else values[keep].T
+        size = prefixed(table, unit)
+        quantity = f"{label} [{size.symbol}]"
+        _draw(axes, record, (first, second), table / size.size, quantity)
+    fixed = ", ".join(_named(record, i, record.grid.axes[i].values[0]) for i in order[2:])
+    failed = f"{record.failed} of {len(record.results)} points failed" if record.failed else ""
+    figure.suptitle("\n".join(filter(None, (title, fixed, failed))), fontsize=13)
+    return figure
+
+
+def _draw(
+    axes: Any, record: Record, chosen: tuple[int, int | None], table: Array, quantity: str
+) -> None:
+    """table (n,) or (n, m) over the axes chosen."""
+    x, label, log = _coordinate(record, chosen[0])
+    axes.set_xscale("log" if log else "linear")
+    axes.set_xlabel(label)
+    if chosen[1] is None:
+        axes.plot(x, table, "o-", color="#0072b2", ms=3)
+    elif table.shape[1] <= LINES:
+        _lines(axes, x, table, record, chosen[1])
+    else:
+        y, label, log = _coordinate(record, chosen[1])
+        axes.set_yscale("log" if log else "linear")
+        axes.set_ylabel(label)
+        colours = axes.pcolormesh(x, y, table.T, cmap="cividis", shading="nearest")
+        axes.figure.colorbar(colours, ax=axes, label=quantity)
+        return
+    axes.set_ylabel(quantity)
+    axes.grid(alpha=0.25)
+
+
+def _lines(axes: Any, x: Array, table: Array, record: Record, second: int) -> None:
+    from matplotlib import colormaps
+
+    axis = record.grid.axes[second]
+    for i, value in enumerate(axis.values):
+        name = _named(record, second, value)
+        colour = colormaps["cividis"](0.9 * i / max(1, len(axis.values) - 1))
+        style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name}
+        axes.plot(x, table[:, i], **style)
+    axes.legend(fontsize=8)
+
+
+def _named(record: Record, i: int, value: Value) -> str:
+    """The key of an axis and one of its values with its unit."""
+    unit = _unit(record, i)
+    text = value if isinstance(value, str) else f"{value / unit.size:.4g} {unit.symbol}"
+    return f"{record.grid.axes[i].key} = {text}".rstrip()
+
+
+def _unit(record: Record, i: int) -> Unit:
+    axis = record.grid.axes[i]
+    unit = UNITS.get(axis.key, "")
+    if not unit or unit in ("°", "rad") or isinstance(axis.values[0], str):
+        return Unit(1.0, unit)
+    return prefixed(axis.values, unit)
+
+
+def _coordinate(record: Record, i: int) -> tuple[Array, str, bool]:
+    """Positions, label and whether they are spaced by a factor; texts by their number."""
+    axis, unit = record.grid.axes[i], _unit(record, i)
+    if isinstance(axis.values[0], str):
+        return np.arange(len(axis.values), dtype=float), f"{axis.key}: {axis.values}", False
+    values = np.array(axis.values, float)
+    symbol = f" [{unit.symbol}]" if unit.symbol else ""
+    far = bool((values > 0).all()) and float(values.max() / values.min()) > 30
+    log = far and bool(np.ptp(np.diff(np.log(values))) < np.ptp(np.diff(values)) / values.min())
+    return values / unit.size, f"{axis.key}{symbol}", log

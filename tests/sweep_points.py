@@ -1,0 +1,26 @@
+"""Functions of module level for the sweeps of the tests."""
+
+from __future__ import annotations
+
+import math
+import time
+
+
+def cheap(point):
+    """Numbers that need all their digits; one point fails."""
+    x, y = point["x"], point["y"]
+    if (x, y) == (2.0, 3.0):
+        raise ValueError("no state\nhere")
+    return {"sum": math.sqrt(x) + y / 3, "none": math.nan, "label": "µ"}
+
+
+def slow(point):
+    """cheap in 20 ms."""
+    time.sleep(0.02)
+    return cheap(point)
+
+
+def nap(point):
+    """4 ms without work."""
+    time.sleep(4e-3)
+    return {"x": point["x"]}

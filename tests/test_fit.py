@@ -1,0 +1,291 @@
+"""Fits of measured curves: synthetic data, intervals, what is not identifiable, files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from discretization import load_path
+from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
+from studies import __main__ as command_line
+from studies import fit as study
+from studies import fit_figure, fit_trials
+from studies.fit_estimate import fit
+from studies.fit_model import Model, conditioning, parameters_of
+from studies.force_curve import Curve, in_contact, marks, noise, read_curve
+from studies.scene_file import load
+
+FEW = fit_trials.Parameters(trials=5, steps=14, noise=0.01)
+
+
+def curve_of(scene, steps=12, share=0.0, seed=5):
+    """A synthetic curve with noise of a share of its largest force."""
+    params = fit_trials.Parameters(scene, steps=steps)
+    depth, force = fit_trials.clean_curve(params)
+    sigma = share * np.abs(force).max()
+    return Curve(depth, force + sigma * np.random.default_rng(seed).standard_normal(force.size))
+
+
+def in_millimetres(scene):
+    """The same scene with lengths in mm and forces in µN; energies per area come out in µN/mm."""
+    layer, surfaces = scene.layer, scene.surfaces
+    return Scene(
+        ElasticLayer(layer.E, layer.nu, 1e3 * layer.h),  # 1 Pa = 1 µN/mm²
+        SurfaceEnergies.from_work(1e3 * surfaces.gamma1, 1e3 * surfaces.work_of_adhesion),
+        Parabola(1e3 * scene.indenter.R),
+    )
+
+
+def test_the_intervals_hold_the_truth():
+    record = fit_trials.run(FEW)
+    for i, name in enumerate(FEW.names):
+        values = np.array([trial[i].value for trial in record.trials])
+        assert record.share(i) >= (4 / 5, 4 / 5)
+        error = abs(values.mean() / record.truth[name] - 1)
+        spread = values.std(ddof=1) / record.truth[name]
+        assert error < 3 * spread / math.sqrt(len(values))
+        assert 0 < spread < {"w": 0.01, "gamma1": 0.05}[name]
+        widths = [np.ptp(trial[i].interval) / record.truth[name] for trial in record.trials]
+        assert 1.5 < np.mean(widths) / spread < 10  # 2 · 2.03 in the mean of many
+    assert "100%" in fit_trials.told(record)
+
+
+def test_clean_data_in_contact_give_the_parameters_back():
+    names = ("w", "gamma1", "stiffness")
+    params = fit_trials.Parameters(names=names, steps=12)
+    clean = fit_trials.clean_curve(params)
+    held = np.abs(clean.force) > 0
+    curve = Curve(clean.depth[held], clean.force[held])
+    found = fit(fit_trials.wrong_start(params), curve, names, profiles=False)
+    for estimate in found.estimates:
+        true = parameters_of(params.scene)[estimate.name]
+        assert estimate.value == pytest.approx(true, rel=1e-5, abs=0)
+    assert fit_trials.wrong_start(params).gamma1 == 1.5 * params.scene.gamma1
+
+
+def test_an_offset_of_the_depth_is_found():
+    params = fit_trials.Parameters(names=("w", "offset"), steps=16, trials=1)
+    record = fit_trials.run(params)
+    offset = record.trials[0][1]
+    assert record.truth["offset"] == 0.05 * params.scene.critical_separation
+    assert offset.holds and offset.profile_holds
+    assert np.ptp(offset.interval) < 0.5 * record.truth["offset"]
+
+
+def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_nearly_linear():
+    scene = fit_trials.SCENE
+    found = fit(scene, curve_of(scene, share=0.005))
+    for i, estimate in enumerate(found.estimates):
+        assert estimate.identifiable
+        width = np.ptp(estimate.interval)
+        assert estimate.profile == pytest.approx(estimate.interval, abs=0.05 * width)
+        inside, outside = (estimate.value + share * width for share in (0.4, 0.6))
+        assert found.inside_profile(i, inside) and not found.inside_profile(i, outside)
+    assert found.warnings == ()
+    assert "touch, letting go used" in str(found)
+
+
+def test_the_fit_does_not_depend_on_units():
+    scene, wrong = fit_trials.SCENE, fit_trials.wrong_start(FEW)
+    depth, force = curve_of(scene, share=0.01)
+    here = fit(wrong, Curve(depth, force), profiles=False)
+    # P per length: 1 N/m = 1e3 µN/mm
+    there = fit(in_millimetres(wrong), Curve(1e3 * depth, 1e3 * force), profiles=False)
+    for a, b in zip(here.estimates, there.estimates, strict=True):
+        assert b.value == pytest.approx(1e3 * a.value, rel=1e-6, abs=0)
+
+
+PUNCH = Scene(
+    ElasticLayer(50.0, 0.45, 5e-6), SurfaceEnergies.from_work(0.07, 2e-6), FlatPunch(1e-4)
+)
+
+
+def test_a_pinned_line_does_not_feel_w_without_the_letting_go():
+    depth, force = curve_of(PUNCH, share=0.005)
+    pressed = depth > -0.5 * PUNCH.critical_separation  # cut before the letting go
+    found = fit(PUNCH, Curve(depth[pressed], force[pressed]))
+    w, gamma1 = found.estimates
+    assert (w.identifiable, w.interval) == (False, (0.0, math.inf))
+    assert gamma1.identifiable
+    assert math.isinf(found.condition)
+    assert "w is not identifiable" in found.warnings[0]
+    assert "hardly fixes +1.00 log w" in found.warnings[1]
+    assert str(found).count("WARNING") == 2
+
+
+def test_the_letting_go_of_a_punch_tells_w():
+    found = fit(PUNCH, curve_of(PUNCH, share=0.005))
+    w, gamma1 = found.estimates
+    assert w.identifiable and gamma1.identifiable
+    for estimate, true in ((w, 2e-6), (gamma1, 0.07)):
+        assert estimate.profile[0] < true < estimate.profile[1]
+
+
+def test_a_tension_that_is_not_felt_is_not_identifiable():
+    wide = replace(fit_trials.SCENE, indenter=Parabola(500.0))  # a = 300 l
+    found = fit(wide, curve_of(wide, share=0.02), ("w", "gamma1"))
+    assert [e.identifiable for e in found.estimates] == [True, False]
+    assert "gamma1 is not identifiable" in found.warnings[0]
+
+
+def test_conditioning_of_known_matrices():
+    angle = 0.01
+    columns = np.array([[1.0, math.cos(angle)], [0.0, math.sin(angle)]]) * [2.0, 5.0]
+    condition, weakest, spread = conditioning(columns)
+    assert condition == pytest.approx(1 / math.tan(angle / 2), rel=1e-9, abs=0)
+    assert abs(weakest @ [5, 2]) == pytest.approx(0.0, abs=1e-9) or abs(weakest[0]) > 0
+    assert spread == pytest.approx(np.sqrt(np.diag(np.linalg.inv(columns.T @ columns))), abs=1e-9)
+
+
+def test_the_model_follows_the_load_path_and_goes_on_smoothly():
+    scene = fit_trials.SCENE
+    delta = scene.critical_separation
+    depth = np.concatenate([np.linspace(0, delta, 8), np.linspace(delta, -0.99 * delta, 30)])
+    force = load_path(scene, depths=depth).force
+    model = Model.of(scene, ("w", "gamma1"), Curve(depth, force))
+    assert np.abs(model.residuals(np.zeros(2))).max() < 1e-12 * np.abs(force).max()
+    x, first = np.array([math.log(0.9), 0.0]), np.array([1.0, 0.0])
+    # lets go at -0.949 δ₀, before the last points
+    below = np.array([model.residuals(x + t * first)[-1] for t in np.linspace(0, 0.12, 41)])
+    bends = np.abs(np.diff(below, 2)).max() / np.abs(np.diff(below)).max()
+    assert bends < 0.1  # no jump where the model lets go of the last point
+
+
+def test_noise_contact_and_marks_are_read_from_the_curve():
+    scene = fit_trials.SCENE
+    clean, noisy = curve_of(scene, steps=60), curve_of(scene, steps=60, share=0.01)
+    sigma = 0.01 * np.abs(clean.force).max()
+    assert noise(noisy.force) == pytest.approx(sigma, rel=0.35, abs=0)
+    held = ~np.isnan(load_path(scene, depths=clean.depth).contacts[:, 0])
+    assert np.array_equal(in_contact(noisy), held)
+    touch, letting_go = marks(noisy)
+    step = noisy.depth[1] - noisy.depth[0]
+    assert (touch.kind, letting_go.kind) == ("touch", "letting go")
+    assert abs(touch.depth) <= step / 2
+    assert abs(letting_go.depth + scene.critical_separation) <= step / 2
+    assert touch.error == pytest.approx(step / math.sqrt(12), rel=1e-9, abs=0)
+    assert marks(Curve(noisy.depth[held], noisy.force[held])) == ()
+
+
+@pytest.mark.parametrize(
+    ("header", "depth", "force"),
+    [
+        ("depth [µm], force [mN/m]", 1e-6, 1e-3),
+        ("Force (N/m); Depth (m)", 2.0, 1.0),
+        ("depth [um]\tforce [µN/mm]", 1e-6, 1e-3),
+        ("time [s], depth [nm], force [kN/m]", 2e-9, 3e3),
+    ],
+)
+def test_curves_are_read_in_their_units(tmp_path, header, depth, force):
+    path = tmp_path / "curve.csv"
+    separator = next(c for c in "\t;," if c in header)
+    rows = separator.join(["1", "2", "3"][: header.count(separator) + 1])
+    path.write_text(f"# from the lab\n{header}\n{rows}\n\n{rows}\n", "utf-8")
+    found = read_curve(path)
+    swapped = header.startswith("Force")
+    assert found.depth == pytest.approx([depth] * 2, rel=1e-14, abs=0)
+    expected = force if swapped or "time" in header else 2 * force
+    assert found.force == pytest.approx([expected] * 2, rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("depth [µm], force [mN/m]\n1, x\n", "line 2: force = 'x' must be a finite number"),
+        ("depth [µm], force [mN/m]\n1\n", "line 2: force = '' must be a finite number"),
+        ("depth, force\n1, 2\n", "must have one column depth with its unit; write it like: depth"),
+        ("depth [µm], force [mN]\n1, 2\n", "has an unknown unit of force; write it like: depth"),
+        ("depth [inch], force [N/m]\n1, 2\n", "has an unknown unit of depth"),
+        ("# nothing\n", "has no data; give a header and rows"),
+    ],
+)
+def test_an_unusable_file_is_refused(tmp_path, text, told):
+    path = tmp_path / "curve.csv"
+    path.write_text(text, "utf-8")
+    with pytest.raises(ValueError, match="curve") as caught:
+        read_curve(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert told in str(caught.value)
+
+
+def test_unusable_parameters_scenes_and_curves_are_refused():
+    scene, curve = fit_trials.SCENE, curve_of(fit_trials.SCENE)
+    with pytest.raises(ValueError, match="must be among w, gamma1, stiffness, offset"):
+        fit(scene, curve, ("w", "nu"))
+    with pytest.raises(ValueError, match="each once"):
+        fit(scene, curve, ("w", "w"))
+    dry = replace(scene, surfaces=SurfaceEnergies.from_work(0.07, 0.0))
+    with pytest.raises(ValueError, match=r"w = 0\.0 in the scene: start from a value > 0"):
+        fit(dry, curve)
+    two = replace(scene, opening=SurfaceEnergies.from_work(0.07, 3e-6))
+    with pytest.raises(ValueError, match="a fit has one w"):
+        fit(two, curve)
+    with pytest.raises(ValueError, match="2 points with a force above the noise are too few"):
+        fit(scene, Curve(curve.depth[[11, 12]], curve.force[[11, 12]]))
+
+
+SCENE_FILE = """
+depth = 0
+[layer]
+E = 50.0
+nu = 0.45
+h = 5e-6
+[surfaces]
+gamma1 = 0.1
+w = 1.5e-6
+[indenter]
+shape = "parabola"
+R = 0.05
+"""
+
+
+def test_a_file_is_fitted_from_the_command_line(tmp_path, capsys):
+    scene, data = tmp_path / "scene.toml", tmp_path / "curve.csv"
+    scene.write_text(SCENE_FILE)
+    depth, force = curve_of(fit_trials.SCENE, share=0.01)
+    rows = [f"{1e6 * d:.9g}, {1e3 * p:.9g}" for d, p in zip(depth, force, strict=True)]
+    data.write_text("\n".join(["depth [µm], force [mN/m]", *rows]), "utf-8")
+    arguments = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path)]
+    assert command_line.main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "95 % profile" in said and "WARNING" not in said
+    again = fit(load(scene).scene, Curve(depth, force), profiles=False)
+    text = (tmp_path / "curve_fit.csv").read_text("utf-8")
+    table = [line.split(",") for line in text.splitlines() if not line.startswith("#")]
+    assert table[0] == ["depth [m]", "force [N/m]", "fitted [N/m]", "residual [N/m]"]
+    fitted = np.array(table[1:], float)[:, 2]
+    assert fitted[in_contact(Curve(depth, force))] == pytest.approx(again.fitted, rel=1e-5, abs=0)
+    assert said.splitlines()[1] in text.replace("# ", "")
+    assert (tmp_path / "curve_fit.png").stat().st_size > 10_000
+    with pytest.raises(SystemExit):
+        study.main([str(data)])
+    assert "--scene are needed" in capsys.readouterr().err
+
+
+def test_the_self_test_reports_and_fails_where_intervals_miss(tmp_path, capsys, monkeypatch):
+    params = replace(FEW, trials=2, profile=False)
+    assert fit_trials.report(params, tmp_path) == 0
+    assert "2 of 2 trials" in capsys.readouterr().out
+    assert (tmp_path / "fit_self_test.png").stat().st_size > 10_000
+    record = fit_trials.run(params)
+    missed = tuple(tuple(t._replace(holds=False) for t in trial) for trial in record.trials)
+    assert record.passed and not replace(record, trials=missed).passed
+    with pytest.raises(ValueError, match="trials = 0 must be at least 1"):
+        study.main(["--self-test", "--trials", "0", "--out", str(tmp_path)])
+    monkeypatch.setattr(fit_trials, "run", lambda p, show: replace(record, trials=missed))
+    assert fit_trials.report(params, tmp_path) == 1
+
+
+def test_the_figure_shows_both_branches_and_what_took_no_part():
+    scene = fit_trials.SCENE
+    found = fit(scene, curve_of(scene, share=0.01), profiles=False)
+    top, bottom = fit_figure.plot(found, "a title").axes
+    names = [text.get_text() for text in top.get_legend().get_texts()]
+    assert names == ["out of contact", "fit", "loading", "unloading"]
+    assert top.get_ylabel() == "force per length P [mN/m]"
+    assert bottom.get_xlabel() == "indentation depth d [nm]"
+    drawn = sum(line.get_xdata().size for line in bottom.lines[:2])
+    assert drawn == found.used.sum()

@@ -1,0 +1,193 @@
+"""Load paths and hysteresis in scene files, and the file that `new` writes."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+from discretization import History, load_path, minimise
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from studies import __main__ as command_line
+from studies import new, scene_path
+from studies import run as study
+from studies.scene_file import load
+
+TEXT = """
+title = "A loop"
+[layer]
+E = 2e3
+nu = 0.31
+h = 60e-6
+[surfaces]
+gamma1 = 0.05
+w = 4e-4
+[indenter]
+shape = "parabola"
+R = 0.017
+[path]
+depths = [-1e-6, 2e-6, -6e-6]
+steps = 4
+"""
+DEPTHS = "depths = [-1e-6, 2e-6, -6e-6]"
+SCENE = Scene(
+    ElasticLayer(2e3, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 4e-4), Parabola(0.017)
+)
+LEGS = [-1e-6, -0.25e-6, 0.5e-6, 1.25e-6, 2e-6, 0, -2e-6, -4e-6, -6e-6]
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(*changes):
+        text = TEXT
+        for old, new_text in changes:
+            assert text.count(old) == 1, old
+            text = text.replace(old, new_text)
+        path = tmp_path / "loop.toml"
+        path.write_text(text, "utf-8")
+        return path
+
+    return write
+
+
+def test_turning_points_are_joined_by_steps(written):
+    given = load(written())
+    assert given.depths.size == 0
+    assert given.programme.control == "depths"
+    assert given.programme.values == pytest.approx(LEGS, rel=0, abs=1e-20)
+
+
+@pytest.mark.parametrize(
+    ("text", "control", "size", "stiffness"),
+    [
+        ("depths = [0.0, 1e-6]", "depths", 51, None),
+        ("depths = { from = 0.0, to = 1e-6, steps = 7 }", "depths", 7, None),
+        ("forces = [0.1, -1.0]\nsteps = 2", "forces", 3, None),
+        ("drives = 1e-6\nmachine_stiffness = 5.0", "drives", 1, 5.0),
+    ],
+)
+def test_every_control_is_read(written, text, control, size, stiffness):
+    programme = load(written((f"{DEPTHS}\nsteps = 4", text))).programme
+    found = programme.control, programme.values.size, programme.machine_stiffness
+    assert found == (control, size, stiffness)
+
+
+def test_a_path_is_followed_told_and_written(written, tmp_path, capsys):
+    path = written((TEXT, "depth = 1e-6\n" + TEXT))
+    assert study.main([str(path), "--out", str(tmp_path)]) == 0
+    wanted = load_path(SCENE, depths=load(path).programme.values)
+    read = History.from_csv(tmp_path / "loop_path.csv", SCENE)
+    assert np.array_equal(read.force, wanted.force)
+    assert repr(read.events) == repr(wanted.events)  # nan is not itself
+    said = capsys.readouterr().out
+    assert str(minimise(SCENE, 1e-6)) in said
+    assert [event.kind for event in wanted.events] == ["jump-in", "detachment"]
+    for event in wanted.events:
+        assert f"{event.force:.6g}" in said and f"{event.energy_released:.6g}" in said
+    assert f"P = {wanted.pull_off.force:.6g} N/m" in said
+    assert "# title: A loop" in (tmp_path / "loop_path.csv").read_text("utf-8")
+    for name in ("loop.csv", "loop.png", "loop_path.png"):
+        assert (tmp_path / name).exists()
+
+
+def test_hysteresis_slopes_and_lattice_reach_the_path(written):
+    text = '[opening]\nw = 9e-4\n[options]\nslopes = "finite"\n[indenter]'
+    given = load(written(("[indenter]", text)))
+    opened = SurfaceEnergies.from_work(0.05, 9e-4)
+    assert given.scene == Scene(SCENE.layer, SCENE.surfaces, SCENE.indenter, "finite", opened)
+    assert scene_path.follow(given).friction > 0
+    text = '[options]\nmethod = "lattice"\nspacing = 4e-6\n[indenter]'
+    assert scene_path.follow(load(written(("[indenter]", text)))).spacing == 4e-6
+
+
+@pytest.mark.parametrize(
+    ("old", "new_text", "told"),
+    [
+        (DEPTHS, "", "path needs exactly one of depths, forces, drives; got none"),
+        (DEPTHS, f"{DEPTHS}\nforces = 1.0", "path needs exactly one of .*; got depths and forces"),
+        (DEPTHS, "drives = [0.0, 1.0]", "path.machine_stiffness = None with drives does not fit"),
+        (DEPTHS, f"{DEPTHS}\nmachine_stiffness = 2", r"path.machine_stiffness = 2.0 with depths"),
+        ("steps = 4", "steps = 0", "path.steps = 0 must be a whole number of at least 1"),
+        (DEPTHS, "depths = {from = 0, to = 1, steps = 3}", "path.steps = 4 stands beside"),
+        (DEPTHS, 'depths = ["a"]', r"path.depths\[0\] = 'a' must be a number"),
+        ("steps = 4", "steps = 4\nspeed = 1", "path.speed = 1 is unknown; known keys: depths"),
+        ("[path]", '[options]\nbranch = "global"\n[path]', "options.branch = 'global' cannot be"),
+        ("[path]", '[options]\nmethod = "magic"\n[path]', "options.method = 'magic' cannot be"),
+        ("[path]", "[opening]\nw = 1e-5\n[path]", "opening = .* work of adhesion not below"),
+        ("[path]", "[opening]\ngamma1 = 1\nw = 1\n[path]", "opening.gamma1 = 1 is unknown"),
+        ("[layer]", "depth = 0\n[opening]\nw = 1\n[layer]", "depth = 0 cannot stand beside"),
+        ('[indenter]\nshape = "parabola"\nR = 0.017', "", "indenter is missing"),
+        (TEXT[: TEXT.index("[path]")], "indenter = 3\n[layer]\n", "layer.E is missing"),
+    ],
+)
+def test_an_unusable_path_is_refused_by_file_and_key(written, old, new_text, told):
+    path = written((old, new_text))
+    with pytest.raises(ValueError, match=told) as caught:
+        load(path)
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_an_indenter_that_is_no_table_is_refused(written):
+    text = TEXT[TEXT.index("[indenter]") : TEXT.index("[path]")]
+    path = written((text, ""), ("[layer]", "indenter = 3\n[layer]"))
+    with pytest.raises(ValueError, match=r"indenter = 3 must be a table: \[indenter\]"):
+        load(path)
+
+
+def test_what_the_path_refuses_names_the_file(written):
+    path = written((DEPTHS, "forces = [-1e3]"))
+    with pytest.raises(ValueError, match="path under force control") as caught:
+        scene_path.follow(load(path))
+    assert str(caught.value).startswith(f"{path}: [path]: ")
+
+
+@pytest.mark.parametrize(
+    ("text", "panels"),
+    [(DEPTHS, 2), ("forces = [0.1, -5.0]", 3), ("drives = [0, 1e-6]\nmachine_stiffness = 1e5", 3)],
+)
+def test_the_figure_of_a_path(written, text, panels):
+    given = load(written((DEPTHS, text)))
+    figure = scene_path.plot(given, scene_path.follow(given))
+    figure.draw_without_rendering()
+    assert len(figure.axes) == panels
+    kinds = [entry.get_text() for entry in figure.axes[0].get_legend().get_texts()]
+    assert kinds[0] == "jump-in"
+    assert figure.axes[0].get_ylabel().startswith("force per length P [")
+
+
+def test_a_new_file_runs_unchanged_and_is_not_overwritten(tmp_path, capsys):
+    path = tmp_path / "folder" / "mine.toml"
+    assert command_line.main(["new", str(path)]) == 0
+    assert command_line.main(["run", str(path), "--out", str(tmp_path)]) == 0
+    assert "all assumptions hold in" in capsys.readouterr().out
+    assert command_line.main(["new", str(path)]) == 2
+    assert "exists; give another name" in capsys.readouterr().err
+    assert command_line.main(["new", str(tmp_path / "mine.txt")]) == 2
+
+
+def test_the_defaults_that_a_new_file_shows_are_the_defaults(tmp_path):
+    options = re.sub("(?m)^# ", "", new.TEMPLATE[new.TEMPLATE.index("[options]") :])
+    shown = tomllib.loads(options)["options"]
+    shown.pop("spacing")
+    signature = inspect.signature(minimise).parameters
+    slopes = inspect.signature(Scene).parameters["slopes"].default
+    assert shown.pop("slopes") == slopes
+    assert shown == {name: signature[name].default for name in shown}
+
+
+@pytest.mark.parametrize("control", ["depths", "forces", "drives"])
+def test_what_a_new_file_shows_in_comments_can_be_used(tmp_path, control):
+    text = new.TEMPLATE.replace("# [path]", "[path]").replace(f"# {control} =", f"{control} =")
+    text = text.replace("\ndepth = {", "\n# depth = {").replace("# steps = 50", "steps = 5")
+    text = text.replace("# [opening]\n# w", "[opening]\nw").replace("# tilted", "tilted")
+    if control == "drives":
+        text = text.replace("# machine_stiffness", "machine_stiffness")
+    path = tmp_path / "mine.toml"
+    path.write_text(text, "utf-8")
+    history = scene_path.follow(load(path))
+    kinds = {event.kind for event in history.events}
+    assert kinds & {"detachment", "pull-off"}
+    assert history.half_width[-1] == 0
