@@ -23,6 +23,7 @@ _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
 _STRIDE = 0.006  # ε^(1/7)
 _SAMPLES = 32
 _LOCAL = 1e-2
+_REDUCED = 1e-10  # of the first imbalance: one more secant step makes it rounding
 _CLOSE = 1e-14  # error of a secant step: itself times the distance of the points it is drawn by
 
 
@@ -65,7 +66,7 @@ def settled(
     """
     excess = _excess(branch, control, value)
     here, r = point, control.load(point.depth, old) - control.load(point.depth, value)
-    side, scale = (-1.0 if r > 0 else 1.0), abs(point.depth) + branch.lift
+    side, scale, first = (-1.0 if r > 0 else 1.0), abs(point.depth) + branch.lift, abs(r)
     guess = abs(r) / rate if rate > 0 else _NUDGE * scale
     there = moved(branch, here, here.depth + side * guess)
     for _ in range(_MARCH):
@@ -76,13 +77,10 @@ def settled(
         if not slope > 0:
             break
         step, gap = -q / slope, abs(there.depth - here.depth)
-        here, r = there, q
+        near = gap <= _LOCAL * scale and abs(step) * gap <= _CLOSE * scale**2
+        here, r, done = there, q, near or abs(q) <= _REDUCED * first
         there = moved(branch, here, here.depth + step)
-        if (
-            abs(step) * gap <= _CLOSE * scale**2
-            and gap <= _LOCAL * scale
-            and there.state is not None
-        ):
+        if done and there.state is not None:
             return there
     closes = closing_point(branch, point) if side < 0 else there
     fold = point_of_fold(branch, control, point, closes if there.state is None else there)

@@ -29,6 +29,7 @@ _NUDGE = 1e-6
 _CLOSED = 1e-15
 _STALLED = 1e-12
 _LOCAL = 1e-3
+_REDUCED = 1e-10
 _FEW, _MORE = 6, 10  # Gauss points to compare
 _WORK = 1e-12
 
@@ -238,11 +239,13 @@ def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedL
     size = abs(line.x - apex)
     x0, x1 = line.x, line.x - side * _NUDGE * size
     h0, h1, last = problem.drive(side, x0, 0.0), problem.drive(side, x1, 0.0), math.inf
+    least = _REDUCED * abs(h0)
     for _ in range(_SECANTS):
         if not (h1 - h0) * side * (x1 - x0) > 0:
             return None
         step = -h1 * (x1 - x0) / (h1 - h0)
-        local = abs(x1 - x0) <= _LOCAL * size  # else a steep far end makes any step look small
+        # a steep far end makes any step look small
+        local = abs(x1 - x0) <= _LOCAL * size or abs(h1) <= least
         if local and (abs(step) <= _CLOSED * size or last / 2 <= abs(step) <= _STALLED * size):
             return FittedLine(x1 + step, False, False)
         x0, h0, x1, last = x1, h1, x1 + step, abs(step)
