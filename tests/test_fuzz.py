@@ -385,11 +385,14 @@ def test_a_tilted_punch_under_force_raises_no_warning():
     assert np.isfinite(steps(FlatPunch(1.0).tilted(-1.29), w=1.9, forces=[5.0, -0.1, 1.0])).all()
 
 
-@broken("a line less than 1e-9 l from a smooth apex counts as none: force 0 instead of -0.28")
 def test_a_tiny_contact_is_held():
     scene = plain(Parabola(10.0))
-    state = minimise(scene, -scene.critical_separation * (1 - 1e-11))
+    delta0 = scene.critical_separation
+    with pytest.warns(AccuracyWarning, match="rtol = 1e-08 not reached"):  # of a, not of P
+        state = minimise(scene, -delta0 * (1 - 1e-11))
     assert state.label != "detached"
+    pull = 2 * scene.stiffness * scene.elastocapillary_length * delta0
+    assert state.force == pytest.approx(-pull, rel=1e-10, abs=0)
 
 
 @broken("error_estimate 1e-7 for a half-width that is 69 % off")
