@@ -46,23 +46,7 @@ def minimise(
     NotCertifiedError if the state found is no equilibrium (several contacts, for instance);
     AccuracyWarning if the error estimate stays above rtol.
     """
-    if not isinstance(scene, Scene):
-        raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
-    if scene.opening is not None:
-        raise ValueError(
-            f"opening = {scene.opening!r}: with adhesion hysteresis the state depends on the path; "
-            "use load_path, or a Scene without opening"
-        )
-    if scene.pattern is not None:
-        raise ValueError(
-            f"pattern = {scene.pattern!r}: where the line rests depends on the path; use "
-            "load_path(..., method='lattice'), or a Scene without pattern"
-        )
-    finite("depth", depth)
-    option("method", method, METHODS)
-    option("branch", branch, BRANCHES)
-    if not 0 < finite("rtol", rtol) < 1:
-        raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
+    _check(scene, depth, method, branch, rtol)
     if method == "auto" and branch == "global" and spacing is not None:
         method = "lattice"
     if method in LOWEST and branch != "global" and scene.work_of_adhesion:
@@ -88,6 +72,26 @@ def minimise(
             stacklevel=2,
         )
     return state
+
+
+def _check(scene: Scene, depth: float, method: str, branch: str, rtol: float) -> None:
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
+    if scene.opening is not None:
+        raise ValueError(
+            f"opening = {scene.opening!r}: with adhesion hysteresis the state depends on the path; "
+            "use load_path, or a Scene without opening"
+        )
+    if scene.pattern is not None:
+        raise ValueError(
+            f"pattern = {scene.pattern!r}: where the line rests depends on the path; use "
+            "load_path(..., method='lattice'), or a Scene without pattern"
+        )
+    finite("depth", depth)
+    option("method", method, METHODS)
+    option("branch", branch, BRANCHES)
+    if not 0 < finite("rtol", rtol) < 1:
+        raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
 
 
 def _any_length(scene: Scene) -> float:
