@@ -217,14 +217,13 @@ class FittedBranch:
         if state is None:
             return
         closing, opening = self._problems(depth)
-        if closing is opening:
-            found = totals(self.scene, self.response, depth, *state.ends, 1e-15)[1]
-            certificate = certify_lines(closing, state, found)
-            if not certificate.ok:
-                raise NotCertifiedError(
-                    f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
-                    f"({certificate}); the path stops before it"
-                )
+        found = totals(self.scene, self.response, depth, *state.ends, 1e-15)[1]
+        certificate = certify_lines(closing, state, found, opening)
+        if not certificate.ok:
+            raise NotCertifiedError(
+                f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
+                f"({certificate}); the path stops before it"
+            )
 
 
 def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedLine | None:

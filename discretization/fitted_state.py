@@ -198,15 +198,22 @@ def _distinct(
 
 
 def certify_lines(
-    problem: Problem, ends: tuple[FittedLine, FittedLine], found: Interval
+    problem: Problem,
+    ends: tuple[FittedLine, FittedLine],
+    found: Interval,
+    opening: Problem | None = None,
 ) -> Certificate:
-    """The same conditions as on the lattice, for lines that move continuously."""
+    """The same conditions as on the lattice, for lines that move continuously.
+
+    opening: the problem of a contact that opens, where it is another one.
+    """
     penetration = neighbours = stationarity = 0.0
     scale = problem.scale(ends)
     step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * (problem.scene.elastocapillary_length or 1.0))
     for side, end, _ in _distinct(problem, ends):
         if ends[0].x < ends[1].x:
-            neighbours = max(neighbours, problem.drive(side, end.x - side * step, 0.0) / scale)
+            inner = (opening or problem).drive(side, end.x - side * step, 0.0)
+            neighbours = max(neighbours, inner / scale)
         if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
             beyond = end.x + side * step
             neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)

@@ -18,7 +18,7 @@ from discretization.fitted_branch import FittedBranch
 from discretization.history import History, on_nodes
 from discretization.path import LoadPath
 from energy import Scene
-from energy.checks import option, positive
+from energy.checks import finite, option, positive
 from energy.description import described
 
 Array = NDArray[np.float64]
@@ -62,6 +62,10 @@ def load_path(
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
     name, values = _programme(depths=depths, forces=forces, drives=drives)
     control = _control(name, machine_stiffness)
+    if not 0 < finite("rtol", rtol) < 1:
+        raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
+    if every != int(finite("every", every)) or every < 1:
+        raise ValueError(f"every = {every!r} is no number of steps; give at least 1")
     if save is not None and Path(save).exists():
         after = _begun(History.from_csv(save, scene), values, save)
         values = values[len(after.values) :]
@@ -80,6 +84,7 @@ def load_path(
         part = values[start : start + every] if save is not None else values
         for value in part.tolist():
             path.go(value)
+        branch.certify(path.point.state, path.point.depth)
         history = history.extended(branch, part, *path.recorded())
         if save is not None:
             history.to_csv(save)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scenes import adhesive, random_case
 
-from discretization import minimise
+from discretization import NotCertifiedError, minimise
+from discretization.fitted_branch import Contact, FittedBranch
 from discretization.loading import load_path
 from energy import (
     ElasticLayer,
@@ -255,6 +256,9 @@ def test_a_path_does_not_know_the_units():
         ({"depths": [0.1, math.nan]}, "at least one finite"),
         ({"depths": 0.1}, "must be a list"),
         ({"forces": [-1e9]}, r"forces\[0\] = -1000000000.0 is below the pull-off force"),
+        ({"depths": [0.1], "rtol": math.nan}, "rtol = nan"),
+        ({"depths": [0.1], "rtol": 2.0}, "rtol = 2.0 is outside"),
+        ({"depths": [0.1], "every": 0}, "every = 0 is no number of steps"),
         ({"drives": [0.1]}, "machine_stiffness = None with drives"),
         ({"drives": [0.1], "machine_stiffness": 0.0}, "machine_stiffness = 0.0 must be positive"),
         ({"depths": [0.1], "machine_stiffness": 3.0}, "machine_stiffness = 3.0 with depths"),
@@ -310,3 +314,28 @@ def test_a_line_that_comes_free_can_be_the_pull_off():
     assert path.pull_off.depth == pytest.approx(0.0, abs=1e-7 * delta0)
     assert path.pull_off.force == pytest.approx(-k * delta0**2 / slope, rel=1e-10, abs=0)
     assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)
+
+
+def test_a_path_does_not_continue_from_a_wrong_state(monkeypatch):
+    """A line out of place is noticed, with one work of adhesion and with two."""
+    plain = adhesive(Parabola(0.02), w=0.001)
+    hysteretic = replace(plain, opening=SurfaceEnergies.from_work(0.07, 0.003))
+    follow = FittedBranch.follow
+    for scene, factor in ((plain, 0.999), (plain, 1.001), (hysteretic, 0.999), (hysteretic, 1.5)):
+
+        def wrong(self, before, depth, factor=factor):
+            left, right = follow(self, before, depth)
+            return Contact(left._replace(x=factor * left.x), right._replace(x=factor * right.x))
+
+        monkeypatch.setattr(FittedBranch, "follow", wrong)
+        with pytest.raises(NotCertifiedError, match="neighbours"):
+            load_path(scene, depths=[0.001])
+        monkeypatch.setattr(FittedBranch, "follow", follow)
+        assert load_path(scene, depths=[0.001, -0.001, 0.001]).half_width[0] > 0
+
+
+def test_an_opening_that_does_not_fit_is_refused():
+    scene = adhesive(Parabola(0.02), w=0.001)
+    for gamma1, w in ((0.07, 0.0009), (0.08, 0.002)):
+        with pytest.raises(ValueError, match=r"opening = .* must have the gamma1"):
+            replace(scene, opening=SurfaceEnergies.from_work(gamma1, w))
