@@ -18,7 +18,7 @@ from discretization.fitted_branch import FittedBranch
 from discretization.history import History, on_nodes
 from discretization.path import LoadPath
 from energy import Scene
-from energy.checks import finite, option, positive
+from energy.checks import array, finite, option, positive
 from energy.description import described
 
 Array = NDArray[np.float64]
@@ -137,7 +137,7 @@ def _programme(**given: ArrayLike | None) -> tuple[str, Array]:
             f"a load path needs exactly one of {', '.join(given)}; got {', '.join(named) or 'none'}"
         )
     (name, raw), *_ = named.items()
-    values = np.array(raw, float)
+    values = array(name, raw)
     if values.ndim != 1 or not values.size or not np.isfinite(values).all():
         raise ValueError(f"{name} = {raw!r} must be a list of at least one finite number")
     return name, values

@@ -4,17 +4,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+LARGEST = 1e60  # products of a few such numbers still have a float; no unit system needs more
 
 
-def finite(name: str, value: float) -> float:
+def real(name: str, value: float) -> float:
     """Return value as a float; ValueError unless it is one finite real number."""
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{name} = {value!r} is not a number; give one finite number") from None
     if isinstance(value, (bool, str)) or not math.isfinite(number):
         raise ValueError(f"{name} = {value!r} is not finite; give one finite number")
     return number
+
+
+def finite(name: str, value: float) -> float:
+    """Return value as a float; ValueError unless it is real, finite and not beyond computing."""
+    number = real(name, value)
+    if abs(number) > LARGEST:
+        raise ValueError(f"{name} = {value!r} is too large to compute with; choose other units")
+    return number
+
+
+def array(name: str, values: Any) -> NDArray[np.float64]:
+    """Return values as a new array of floats; ValueError unless real and not beyond computing."""
+    try:
+        raw = np.asarray(values)
+        numbers = raw.astype(float) if raw.dtype.kind in "iufO" else None
+    except (TypeError, ValueError):
+        numbers = None
+    if numbers is None:
+        raise ValueError(f"{name} = {values!r} must be a sequence of real numbers")
+    if (np.abs(numbers[np.isfinite(numbers)]) > LARGEST).any():
+        raise ValueError(f"{name} = {values!r} is too large to compute with; choose other units")
+    return numbers
 
 
 def positive(name: str, value: float) -> float:
@@ -22,7 +50,7 @@ def positive(name: str, value: float) -> float:
     number = finite(name, value)
     if number <= 0:
         raise ValueError(f"{name} = {value!r} must be positive; give a value > 0")
-    return number
+    return _large_enough(name, number)
 
 
 def not_negative(name: str, value: float) -> float:
@@ -30,6 +58,12 @@ def not_negative(name: str, value: float) -> float:
     number = finite(name, value)
     if number < 0:
         raise ValueError(f"{name} = {value!r} must not be negative; give a value >= 0")
+    return _large_enough(name, number) if number else number
+
+
+def _large_enough(name: str, number: float) -> float:
+    if number < 1 / LARGEST:
+        raise ValueError(f"{name} = {number!r} is too small to compute with; choose other units")
     return number
 
 

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energy.checks import finite
+from energy.checks import array, finite
 
 Array = NDArray[np.float64]
 UNBOUNDED = (-math.inf, math.inf)
@@ -84,10 +84,11 @@ class Profile(Indenter):
         for name in ("height", "slope"):
             if not callable(getattr(self, name)):
                 raise ValueError(f"{name} = {getattr(self, name)!r} must be a function of x")
-        lo, hi = self.extent
-        if not lo < hi:
+        ends = array("extent", self.extent)
+        if ends.shape != (2,) or not ends[0] < ends[1]:
             raise ValueError(f"extent = {self.extent!r} must be (lo, hi) with lo < hi")
-        if np.any(np.diff(np.asarray(self.corners, float)) <= 0):
+        corners = array("corners", self.corners)
+        if corners.ndim != 1 or not (np.diff(corners) > 0).all() or np.isnan(corners).any():
             raise ValueError(f"corners = {self.corners!r} must increase; sort them")
 
 

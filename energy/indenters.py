@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energy.checks import finite, positive
+from energy.checks import finite, positive, real
 from energy.indenter import Array, Indenter
 
 
@@ -103,7 +103,7 @@ class Parabola(Indenter):
 
 @dataclass(frozen=True)
 class PowerLaw(Indenter):
-    """Power law f = c |x|ⁿ with c > 0 and n >= 1 (n = 1 wedge, 2 parabola, ∞ flat punch)."""
+    """Power law f = c |x|ⁿ with c > 0, 1 <= n <= 100 (n = 1 wedge, 2 parabola, ∞ flat punch)."""
 
     c: float
     n: float
@@ -112,9 +112,12 @@ class PowerLaw(Indenter):
     convex = True
 
     def __post_init__(self) -> None:
-        positive("c", self.c)
+        if not real("c", self.c) > 0:
+            raise ValueError(f"c = {self.c!r} must be positive; give a value > 0")
         if finite("n", self.n) < 1:
             raise ValueError(f"n = {self.n!r} makes a cusp with a vertical tip; give n >= 1")
+        if self.n > 100:
+            raise ValueError(f"n = {self.n!r} is a punch in all but name; use FlatPunch")
 
     @property
     def corners(self) -> tuple[float, ...]:  # type: ignore[override]

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from energy.checks import array, positive
+
 Array = NDArray[np.float64]
 
 
@@ -23,7 +25,7 @@ class Patches:
     factors: Sequence[float]
 
     def __post_init__(self) -> None:
-        edges, factors = np.asarray(self.edges, float), np.asarray(self.factors, float)
+        edges, factors = array("edges", self.edges), array("factors", self.factors)
         if edges.ndim != 1 or not np.isfinite(edges).all() or (np.diff(edges) <= 0).any():
             raise ValueError(f"edges = {self.edges!r} must be increasing finite numbers; sort them")
         if factors.shape != (edges.size + 1,):
@@ -39,7 +41,7 @@ class Patches:
     @classmethod
     def stripes(cls, period: float, low: float, high: float, extent: float) -> Patches:
         """Stripes of width period/2 of both factors from -extent to extent, `high` at x = 0."""
-        if not 0 < period <= extent:
+        if not 0 < positive("period", period) <= positive("extent", extent):
             raise ValueError(
                 f"period = {period!r} must be positive and at most extent = {extent!r}"
             )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_banded
 
-from energy.checks import option
+from energy.checks import array, option
 from energy.indenter import Array, Indenter
 
 _ROUNDING = 1e-12
@@ -35,7 +35,7 @@ class Sampled(Indenter):
 
     def __post_init__(self) -> None:
         option("kind", self.kind, ("linear", "smooth"))
-        x, z = (np.array(getattr(self, name), float) for name in ("x", "z"))
+        x, z = (array(name, getattr(self, name)) for name in ("x", "z"))
         least = 2 if self.kind == "linear" else 3
         if x.ndim != 1 or x.shape != z.shape or x.size < least:
             raise ValueError(

@@ -48,7 +48,7 @@ fuzz = settings(
 SECONDS = 10
 HOUSE_STYLE = re.compile(r" = |\] |has the attributes|exactly one of|have shapes")
 HOSTILE = (math.nan, math.inf, -math.inf, 0.0, -1.0, 1e-300, 1e300, "1", None, True, [1.0], 1j)
-NUMBERS = HOSTILE[:5]  # KNOWN: 1e±300 overflows, lists and complex numbers reach the arithmetic
+NUMBERS = HOSTILE
 CLOSE = 1e-9  # KNOWN: so close to letting go, in δ₀, half-width and contact are not to be trusted
 MOST = 10**5  # KNOWN: with many more nodes to walk over nothing ends
 
@@ -442,7 +442,6 @@ def test_a_fine_lattice_is_certified():
     assert minimise(scene, depth, method="lattice", spacing=1e-7).certificate.ok
 
 
-@broken("TypeError or OverflowError instead of a ValueError that says what to do")
 @pytest.mark.parametrize(
     "question",
     [
