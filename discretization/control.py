@@ -64,12 +64,16 @@ def settled(
 
     By secants from where it was; rate: a guess of P' + K, 0 for none.
     """
-    excess = _excess(branch, control, value)
+    excess, remembers = _excess(branch, control, value), branch.scene.hysteretic
     here, r = point, control.load(point.depth, old) - control.load(point.depth, value)
-    side, scale, first = (-1.0 if r > 0 else 1.0), abs(point.depth) + branch.lift, abs(r)
-    guess = abs(r) / rate if rate > 0 else _NUDGE * scale
+    if r == 0:
+        return point
+    side, first = (-1.0 if r > 0 else 1.0), abs(r)
+    guess = abs(r) / rate if rate > 0 else _NUDGE * (abs(point.depth) + branch.lift)
+    guess = guess or abs(r) / branch.scene.layer.modulus
     there = moved(branch, here, here.depth + side * guess)
     for _ in range(_MARCH):
+        scale = max(abs(point.depth), abs(there.depth)) + branch.lift
         q = excess(there) if there.state is not None else math.nan
         if q == 0 or there.depth == here.depth:
             return there
@@ -79,7 +83,7 @@ def settled(
         step, gap = -q / slope, abs(there.depth - here.depth)
         near = gap <= _LOCAL * scale and abs(step) * gap <= _CLOSE * scale**2
         here, r, done = there, q, near or abs(q) <= _REDUCED * first
-        there = moved(branch, here, here.depth + step)
+        there = moved(branch, point if remembers else here, here.depth + step)
         if done and there.state is not None:
             return there
     closes = closing_point(branch, point) if side < 0 else there

@@ -83,7 +83,7 @@ class Equilibrium:
         aside = np.clip(self.contacts + _ONE_SIDED * reach * inward, *self.scene.indenter.extent)
         f1 = self.scene.indenter.slope(aside)
         u = self.depth - self.scene.indenter.height(self.contacts)
-        outwards = self.tail.slope(u)
+        outwards = self.tail.slope(u) if self.scene.gamma1 else np.zeros_like(u)
         if len(u) > 1:
             width, right, left = self.contacts[1:, 0] - self.contacts[:-1, 1], u[:-1, 1], u[1:, 0]
             outwards[:-1, 1] = span.slope(self.tail.rate, width, right, left)
@@ -157,8 +157,7 @@ class Equilibrium:
         """How far the assumptions of the model hold here; see Scene.validity."""
         steepest = 0.0
         if self.contacts.size and np.isfinite(self.contacts).all():
-            f1, u1 = self.line_slopes
-            steepest = float(np.max(np.abs([f1, u1 if self.scene.gamma1 else 0 * f1])))
+            steepest = float(np.max(np.abs(self.line_slopes)))
         return self.scene.validity(self.depth, self.half_width, steepest)
 
     @property

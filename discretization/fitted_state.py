@@ -209,7 +209,7 @@ def certify_lines(
     """
     penetration = neighbours = stationarity = 0.0
     scale = problem.scale(ends)
-    step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * (problem.scene.elastocapillary_length or 1.0))
+    step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * problem.scene.elastocapillary_length)
     for side, end, _ in _distinct(problem, ends):
         if ends[0].x < ends[1].x:
             inner = (opening or problem).drive(side, end.x - side * step, 0.0)
@@ -233,6 +233,16 @@ def _imbalance(problem: Problem, x: float) -> float:
     return apart / (abs(u0) or 1.0)
 
 
+def _yield(problem: Problem, side: int, x: float, width: float, scale: float) -> float:
+    """How far a line moves per change of its drive, from a step inwards that rounding leaves."""
+    at = problem.drive(side, x, 0.0)
+    for step in (1e-4 * width, width / 2):
+        rise = at - problem.drive(side, x - side * step, 0.0)
+        if rise > 100 * _ROUNDING * scale:
+            return step / rise
+    return width / (_ROUNDING * scale)
+
+
 def _errors(
     problem: Problem, ends: tuple[FittedLine, FittedLine], coarse: Interval, fine: Interval
 ) -> dict[str, float]:
@@ -243,10 +253,7 @@ def _errors(
     for side, end, count in _distinct(problem, ends):
         if end.pinned or not width:
             continue
-        step = 1e-4 * width
-        inner = problem.drive(side, end.x - side * step, 0.0)
-        gain = (problem.drive(side, end.x, 0.0) - inner) / step
-        error = count * surface * (scale / gain if gain > 0 else width)
+        error = count * surface * scale * _yield(problem, side, end.x, width, scale)
         move += error
         push += error * abs(problem.force_rate(side, end.x))
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0

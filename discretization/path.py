@@ -34,11 +34,6 @@ class LoadPath:
     trail: list[tuple[float, float]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
-    @property
-    def hysteretic(self) -> bool:
-        """Whether a line that moves without a jump loses energy."""
-        return self.branch.scene.opening is not None or not self.branch.scene.gamma1
-
     def go(self, value: float) -> None:
         """To the next value of the control."""
         dead = self.control.stiffness == 0
@@ -157,7 +152,7 @@ class LoadPath:
                 return
 
     def _slide(self, there: Point) -> None:
-        if self.hysteretic:
+        if self.branch.scene.hysteretic:
             self.friction += self.branch.friction(self.point.state, there.state)
         self.point = there
 

@@ -108,6 +108,11 @@ class Scene:
         """δ₀ = √(2w/k), Eq. (20)."""
         return math.sqrt(2 * self.work_of_adhesion / self.stiffness)
 
+    @functools.cached_property
+    def hysteretic(self) -> bool:
+        """Whether a contact line resists both ways: two works of adhesion, or springs alone."""
+        return self.opening is not None or not self.gamma1
+
     def validity(self, depth: float, half_width: float, slope: float) -> tuple[Assumption, ...]:
         """How far the assumptions of the model hold at an equilibrium.
 

@@ -1,0 +1,64 @@
+"""A path under a load or a machine is the path at imposed depths: same depths, same states."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from discretization import load_path
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    PowerLaw,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
+
+BODIES = {
+    "parabola": Parabola(9.0),
+    "punch": FlatPunch(0.7),
+    "wedge": Wedge(0.12),
+    "power": PowerLaw(0.1, 20) + FlatPunch(1.0),
+    "tilted": Parabola(3.0).tilted(0.1),
+}
+SURFACES = {  # γ₁, w, w of opening
+    "tension": (1.3, 0.0, None),
+    "springs": (0.0, 0.0, None),
+    "adhesion": (1.3, 0.02, None),
+    "adhesive springs": (0.0, 0.02, None),
+    "two works": (1.3, 0.02, 0.1),
+}
+
+
+def scene_of(body, surfaces):
+    gamma1, w, opening = SURFACES[surfaces]
+    scene = Scene(
+        ElasticLayer(1.7, 0.0, 0.9), SurfaceEnergies.from_work(gamma1, w), BODIES[body]
+    )
+    return replace(scene, opening=opening and SurfaceEnergies.from_work(gamma1, opening))
+
+
+@pytest.mark.parametrize("surfaces", SURFACES)
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("stiffness", [0.0, 0.6])
+def test_every_step_balances_its_load_and_is_a_state_of_the_depth_path(body, surfaces, stiffness):
+    scene, values = scene_of(body, surfaces), np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
+    if stiffness:
+        path = load_path(scene, drives=values, machine_stiffness=stiffness)
+        load = stiffness * (values - path.depth)
+    else:
+        path, load = load_path(scene, forces=values), values
+    assert path.force == pytest.approx(load, rel=0, abs=1e-9 * np.abs(load).max())
+    again = load_path(scene, depths=path.depth)
+    assert again.half_width == pytest.approx(path.half_width, rel=1e-8, abs=0)
+    assert again.force == pytest.approx(path.force, rel=0, abs=1e-9 * np.abs(load).max())
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_nothing_holds_a_contact_without_adhesion(body):
+    path = load_path(scene_of(body, "tension"), forces=[0.1, -1e-6])
+    assert [event.kind for event in path.events] == ["touch", "pull-off"]
+    assert path.half_width[-1] == path.force[-1] == 0.0
+    assert path.events[-1].force == pytest.approx(0.0, abs=1e-12)
