@@ -22,6 +22,7 @@ _NEAREST = 1e-5
 _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
 _STRIDE = 0.006  # ε^(1/7)
 _SAMPLES = 32
+_LEAST = 1e-18  # of the depths, where it closes at depth 0
 _LOCAL = 1e-2
 _REDUCED = 1e-10  # of the first imbalance: one more secant step makes it rounding
 _CLOSE = 1e-14  # error of a secant step: itself times the distance of the points it is drawn by
@@ -133,9 +134,10 @@ def _between(branch: Branch, excess: Callable[[Point], float], here: Point, ther
 def closing_point(branch: Branch, point: Point) -> Point:
     """The last depth of a retraction from `point` at which there still is a contact."""
     held, gone = point, branch.touch - (1 + _NUDGE) * branch.lift - _NUDGE * abs(point.depth)
+    least = _LEAST * (abs(point.depth) + branch.lift)
     while True:
         middle = (held.depth + gone) / 2
-        if not gone < middle < held.depth:
+        if not gone < middle < held.depth or held.depth - gone <= least:
             return held
         state = branch.follow(point.state, middle)
         if state is None:
@@ -161,7 +163,7 @@ def point_of_fold(branch: Branch, control: Control, stable: Point, end: Point) -
         return rate(depth, _STRIDE * min(size, abs(depth - end.depth)))
 
     first = end.depth + math.copysign(_NEAREST * size, stable.depth - end.depth)
-    if abs(first - end.depth) >= room or smooth(first) >= 0:
+    if first == end.depth or abs(first - end.depth) >= room or smooth(first) >= 0:
         return end
     found = bracketed(smooth, first, stable.depth)
     for finer in (1e-3, 1e-6):  # where a pinned line comes free P' jumps: seen by short strides

@@ -269,16 +269,19 @@ def test_load_path_answers_rightly_or_refuses(dice):
     programme = [depth_of(dice, scene, unit) for _ in range(dice.rng.integers(1, 7))]
     name, options = dice.one_of("depths", "depths", "forces", "drives"), {}
     stiffness = scene.stiffness * (scene.elastocapillary_length or unit)
-    hard = not scene.gamma1 or scene.slopes == "finite" or isinstance(scene.indenter, Tilted)
-    if name != "depths" and hard:
-        return  # KNOWN: endless, or nan where a tilted punch has no points
     if name == "forces":
         programme = [stiffness * value for value in programme]
     if name == "drives":
         options["machine_stiffness"] = stiffness * dice.decade(-2, 2)
+    if dice.chance(0.2):
+        w = scene.work_of_adhesion * dice.decade(0, 1)
+        opening = SurfaceEnergies.from_work(scene.gamma1, w)
+        scene = answered(lambda: replace(scene, opening=opening)) or scene
     path = answered(lambda: load_path(scene, **{name: programme}, **options))
     if path is None:
         return
+    if name != "depths":
+        balanced(path, np.array(programme), options, stiffness * unit)
     assert np.isfinite([path.force, path.energy, path.half_width]).all()
     assert not np.isnan(path.depth).any()
     assert (path.half_width >= 0).all()
@@ -286,19 +289,31 @@ def test_load_path_answers_rightly_or_refuses(dice):
     size = max(np.abs(path.energy).max(), sum(map(abs, released)), 1e-300)
     assert min(released, default=0.0) >= -1e-9 * size
     last = path.at(-1)
-    if not math.isnan(last.left) and math.isfinite(last.depth) and scene.gamma1:
-        same_as_minimised(scene, last)
+    if not math.isnan(last.left) and math.isfinite(last.depth) and not scene.hysteretic:
+        same_as_minimised(scene, path)
 
 
-def same_as_minimised(scene, last):
+def balanced(path, programme, options, size):
+    """Where there is a contact, the force is the load."""
+    held = np.isfinite(path.depth) & ((path.half_width > 0) | (path.force != 0))
+    load = programme
+    if options:
+        load = options["machine_stiffness"] * (programme - np.where(held, path.depth, 0.0))
+    assert np.abs(path.force - load)[held].max(initial=0.0) <= 1e-8 * max(np.abs(load).max(), size)
+
+
+def same_as_minimised(scene, path):
     """Where the path ends in contact, `minimise` finds the same state at that depth."""
+    last = path.at(-1)
     state = answered(lambda: minimise(scene, last.depth))
     if state is None or not state.contacts.size:
         return
     estimate = 20 * state.error_estimate["half_width"] + 1e-9
-    assert abs(state.half_width - last.half_width) <= estimate * state.half_width
-    assert abs(state.force - last.force) <= 1e-8 * state.scales["force"]
-    assert abs(state.energy - last.energy) <= 1e-8 * state.scales["energy"]
+    for name, bar in (("half_width", estimate), ("force", 1e-8), ("energy", 1e-8)):
+        size = state.scales.get(name, state.half_width)
+        passed = np.abs(getattr(path, name)).max()  # rounding of where it comes from
+        found = abs(getattr(state, name) - getattr(last, name))
+        assert found <= bar * size + 1e-12 * passed, name
 
 
 def plain(indenter):
@@ -376,9 +391,11 @@ def test_a_path_without_adhesion_ends_below_touching():
     assert steps(Parabola(10.0), w=0.0, depths=[0.0, -1.0])[-1] == 0
 
 
-@broken("no end under force control without tension")
 def test_a_path_under_force_without_tension_ends():
-    assert steps(PowerLaw(0.1, 20) + FlatPunch(1.0), gamma1=0.0, forces=[-0.1])[-1] >= 0
+    body = PowerLaw(0.1, 20) + FlatPunch(1.0)
+    assert steps(body, gamma1=0.0, forces=[0.1, -0.1])[-1] > 0
+    with pytest.raises(ValueError, match="below the pull-off force"):
+        steps(body, gamma1=0.0, forces=[-0.1])
 
 
 def test_a_tilted_punch_under_force_raises_no_warning():
@@ -395,10 +412,10 @@ def test_a_tiny_contact_is_held():
     assert state.force == pytest.approx(-pull, rel=1e-10, abs=0)
 
 
-@broken("error_estimate 1e-7 for a half-width that is 69 % off")
 def test_the_estimate_is_honest_close_to_letting_go():
     scene = plain(PowerLaw(0.1, 3))
-    state = minimise(scene, -0.2 * (1 - 1e-12), rtol=1e-2)
+    with pytest.warns(AccuracyWarning, match="not reached"):
+        state = minimise(scene, -0.2 * (1 - 1e-12), rtol=1e-2)
     true = cards.power_law.half_width(-0.2 * (1 - 1e-12), c=0.1, n=3, k=1.0, gamma1=1.0, w=0.02)
     assert abs(state.half_width / true - 1) <= 10 * state.error_estimate["half_width"]
 
@@ -409,7 +426,6 @@ def test_springs_without_tension_touch_at_depth_zero():
     assert minimise(Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, body), 0.0).half_width == 0
 
 
-@broken("inf times 0 for the slope of a tail that is not there")
 def test_springs_without_tension_on_a_lattice_print_without_warning():
     surfaces = SurfaceEnergies.from_work(0.0, 0.0)
     scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(8.0))
