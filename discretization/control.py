@@ -70,11 +70,12 @@ def settled(
     if r == 0:
         return point
     side, first = (-1.0 if r > 0 else 1.0), abs(r)
-    guess = abs(r) / rate if rate > 0 else _NUDGE * (abs(point.depth) + branch.lift)
+    guess = abs(r) / rate if rate > 0 else _NUDGE * (abs(point.depth - branch.touch) + branch.lift)
     guess = guess or abs(r) / branch.scene.layer.modulus
+    held = branch.lift if branch.scene.gamma1 else 0.0  # springs alone: P is not smooth at touching
     there = moved(branch, here, here.depth + side * guess)
     for _ in range(_MARCH):
-        scale = max(abs(point.depth), abs(there.depth)) + branch.lift
+        scale = held + max(abs(at.depth - branch.touch) for at in (point, there))
         q = excess(there) if there.state is not None else math.nan
         if q == 0 or there.depth == here.depth:
             return there

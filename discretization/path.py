@@ -79,7 +79,7 @@ class LoadPath:
 
     def _pulled_in(self, touching: Point, value: float) -> Point:
         """From touching at zero load to where the adhesion has pulled the indenter in."""
-        if self.branch.force(touching.state, touching.depth) >= 0:
+        if not self.branch.lift or self.branch.force(touching.state, touching.depth) >= 0:
             return touching
         reach = touching.depth + self.branch.lift
         for _ in range(60):

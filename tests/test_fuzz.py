@@ -286,7 +286,8 @@ def test_load_path_answers_rightly_or_refuses(dice):
     assert not np.isnan(path.depth).any()
     assert (path.half_width >= 0).all()
     released = [event.energy_released for event in path.events]
-    size = max(np.abs(path.energy).max(), sum(map(abs, released)), 1e-300)
+    least = 1e-6 * stiffness * unit**2
+    size = max(np.abs(path.energy).max(), sum(map(abs, released)), least)
     assert min(released, default=0.0) >= -1e-9 * size
     last = path.at(-1)
     if not math.isnan(last.left) and math.isfinite(last.depth) and not scene.hysteretic:
