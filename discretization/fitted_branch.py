@@ -152,7 +152,7 @@ class FittedBranch:
         """P."""
         if state is None:
             return 0.0
-        return pressing(self.scene, self.response, depth, *state.ends)
+        return pressing(self.scene, self.response, depth, *state.ends, self.rtol)
 
     def energy(self, state: State, depth: float) -> float:
         """U, with the work of adhesion of `surfaces`."""

@@ -114,8 +114,10 @@ class LoadPath:
             self._move(found.point.depth)
         before, closes = self.point, found.closes
         at = self.control.value(before.depth, self.branch.force(before.state, before.depth))
-        after = jumped(self.branch, self.control, before, at, closes.depth)
-        if after is not None and abs(after.depth - before.depth) > 1e-6 * self.branch.lift:
+        after, lift = None, self.branch.lift
+        if lift:  # without adhesion nothing is in equilibrium beyond
+            after = jumped(self.branch, self.control, before, at, closes.depth)
+        if after is not None and abs(after.depth - before.depth) > 1e-6 * lift:
             self._record("jump", at, before, after)
             self.point, self.value = after, at
             self._settle(value)

@@ -160,17 +160,20 @@ def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple
     return Intervals(*(np.concatenate(part) for part in zip(*parts, strict=True))), change
 
 
-def pressing(scene: Scene, response: Response, depth: float, left: float, right: float) -> float:
-    """The force alone: P = k∫(d - f) dx + S(left) + S(right)."""
-    indenter = scene.indenter
+def pressing(
+    scene: Scene, response: Response, depth: float, left: float, right: float, rtol: float
+) -> float:
+    """The force alone: P = k∫(d - f) dx + S(left) + S(right); panels halved only where needed."""
+    indenter, k, length = scene.indenter, scene.stiffness, scene.elastocapillary_length
     x, span = _contact(indenter, left, right)
-    force = scene.stiffness * (depth * (right - left) - float(span @ indenter.height(x)))
-    if scene.gamma1:
-        length = scene.elastocapillary_length
-        for end in (left, right):
-            u0 = (depth - float(indenter.height(end))) / length
-            force += scene.gamma1 * response.reaction(u0)
-    return force
+    few, many = (span @ indenter.height(x)).tolist()
+    press = k * (depth * (right - left) - many)
+    pull = 0.0
+    for end in (left, right) if scene.gamma1 else ():
+        pull += scene.gamma1 * response.reaction((depth - float(indenter.height(end))) / length)
+    if k * abs(few - many) > _PART * rtol * (abs(press) + abs(pull)):
+        return totals(scene, response, depth, left, right, rtol)[1].force
+    return press + pull
 
 
 def arc_length(scene: Scene, left: float, right: float) -> float:
@@ -179,15 +182,15 @@ def arc_length(scene: Scene, left: float, right: float) -> float:
         return abs(right - left)
     x, span = _contact(scene.indenter, min(left, right), max(left, right))
     slope = scene.indenter.slope(x)
-    return float(span @ np.sqrt(1 + slope * slope))
+    return float(span[1] @ np.sqrt(1 + slope * slope))
 
 
 def _contact(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
-    """Points and weights (·,) of one contact."""
+    """Points (·,) and weights (2, ·) of one contact, by fewer and by more points."""
     cuts = [] if indenter.apex is None else [indenter.apex]
     for places in (indenter.corners, indenter.knots):
         if len(places):
             cuts += np.asarray(places).tolist()
     ends = np.array([[left, *sorted({x for x in cuts if left < x < right}), right]])
-    x, span = _points(ends, *_rule(_orders(ends)[1]))
-    return x[0], span[0]
+    x, span = _points(ends, *_pair(*_orders(ends)))
+    return x[0], span[:, 0]

@@ -34,7 +34,7 @@ from energy import (
     Wedge,
     cards,
 )
-from energy.indenter import Sum, Tilted
+from energy.indenter import Sum
 from studies import stress_reference as reference
 
 ASKED = int(os.environ.get("ELASTOCAP_FUZZ", "0"))

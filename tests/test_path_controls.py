@@ -11,6 +11,8 @@ from energy import (
     FlatPunch,
     Parabola,
     PowerLaw,
+    Profile,
+    Sampled,
     Scene,
     SurfaceEnergies,
     Wedge,
@@ -34,9 +36,7 @@ SURFACES = {  # γ₁, w, w of opening
 
 def scene_of(body, surfaces):
     gamma1, w, opening = SURFACES[surfaces]
-    scene = Scene(
-        ElasticLayer(1.7, 0.0, 0.9), SurfaceEnergies.from_work(gamma1, w), BODIES[body]
-    )
+    scene = Scene(ElasticLayer(1.7, 0.0, 0.9), SurfaceEnergies.from_work(gamma1, w), BODIES[body])
     return replace(scene, opening=opening and SurfaceEnergies.from_work(gamma1, opening))
 
 
@@ -62,3 +62,12 @@ def test_nothing_holds_a_contact_without_adhesion(body):
     assert [event.kind for event in path.events] == ["touch", "pull-off"]
     assert path.half_width[-1] == path.force[-1] == 0.0
     assert path.events[-1].force == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_profile_whose_knots_nobody_told_is_loaded_as_exactly():
+    x = np.array([-24.0, -22.0, -15.0, -14.0, -7.0, 2.0, 6.0, 16.0])
+    spline = Sampled(x, np.abs(x) ** 2.3 / 6, kind="smooth")
+    told = Profile(spline.height, spline.slope, extent=spline.extent, convex=True)
+    scene = scene_of("parabola", "adhesion")
+    force = load_path(replace(scene, indenter=told), forces=[40.0]).force[0]
+    assert force == pytest.approx(40.0, rel=1e-9, abs=0)
