@@ -141,11 +141,12 @@ class Problem:
 
     def force_rate(self, side: int, x: float) -> float:
         """dP/dq of one line at fixed depth, k g - γ₁ S'(g) f'."""
-        scene, step = self.scene, 1e-4
+        scene = self.scene
         f1, g = side * float(scene.indenter.slope(x)), self.displaced(x)
         if not scene.gamma1:
             return scene.stiffness * g
         at = g / scene.elastocapillary_length
+        step = 1e-4 if scene.slopes == "small" else min(1e-4, (OVERHANG - abs(at)) / 2)
         stiffer = self.response.reaction(at + step) - self.response.reaction(at - step)
         return scene.stiffness * (g - scene.elastocapillary_length * stiffer / (2 * step) * f1)
 

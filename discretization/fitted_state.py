@@ -236,9 +236,9 @@ def _imbalance(problem: Problem, x: float) -> float:
 def _yield(problem: Problem, side: int, x: float, width: float, scale: float) -> float:
     """How far a line moves per change of its drive, from a step inwards that rounding leaves."""
     at = problem.drive(side, x, 0.0)
-    for step in (1e-4 * width, width / 2):
+    for step, least in ((1e-4 * width, 100), (width / 2, 4)):
         rise = at - problem.drive(side, x - side * step, 0.0)
-        if rise > 100 * _ROUNDING * scale:
+        if rise > least * _ROUNDING * scale:
             return step / rise
     return width / (_ROUNDING * scale)
 

@@ -6,7 +6,8 @@ read in between: with z = u₀², in units of l and γ₁,
     reaction S = u₀ s(z),   energy F = u₀² e(z),   area ∫u dx = u₀ m(z),   start of u = u₀ n(z),
 
 constant for small slopes, polynomials through Chebyshev points for finite ones. Beyond STEEP, on
-the way to turning over, every surface is solved for itself.
+the way to turning over, the meshes differ: s, e and m have polynomials of their own there, solved
+when first asked for, and n is not read but solved.
 
 A response has two a-posteriori errors: `error`, the relative change of S, F and the area from the
 next lower degree; and `mismatch`, how far the slope of the polynomial at the line is from carrying
@@ -23,20 +24,21 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from discretization.free_surface import FreeSurface, graded, linear, relaxed, steep
+from discretization.free_surface import OVERHANG, FreeSurface, graded, linear, relaxed, steep
 from discretization.spectral import nodes
 
 Array = NDArray[np.float64]
 DEGREES = {"small": (6, 8, 10, 12), "finite": (8, 12, 16, 20)}
 STEEP = 1.3
 _POINTS = 18
+_STEEP_POINTS = 12
 _ANGLE = 1e-4  # part of rtol that the contact angle [rad] may be off by per u₀
 Powers = tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Free surfaces of one degree: coefficients of falling powers of t = 2z/STEEP² - 1."""
+    """Free surfaces of one degree: coefficients of falling powers of t."""
 
     slopes: str
     degree: int
@@ -52,20 +54,20 @@ class Response:
         if self.slopes == "small":
             return u0 * self.reactions[0]
         if self._alone(u0):
-            return steep(u0, self.degree).reaction
-        return u0 * _horner(self.reactions, u0)
+            return u0 * _beyond(self.degree, u0, 0)
+        return u0 * _horner(self.reactions, _along(u0))
 
     def energy(self, u0: float) -> float:
         """F [γ₁ l]."""
         if self._alone(u0):
-            return steep(u0, self.degree).energy
-        return u0 * u0 * _horner(self.energies, u0)
+            return u0 * u0 * _beyond(self.degree, u0, 1)
+        return u0 * u0 * _horner(self.energies, _along(u0))
 
     def area(self, u0: float) -> float:
         """∫u dx [l²]."""
         if self._alone(u0):
-            return steep(u0, self.degree).area
-        return u0 * _horner(self.areas, u0)
+            return u0 * _beyond(self.degree, u0, 2)
+        return u0 * _horner(self.areas, _along(u0))
 
     def surface(self, u0: float) -> FreeSurface:
         """The surface itself, relaxed from what was read."""
@@ -73,18 +75,40 @@ class Response:
             return linear(self.degree).scaled(u0)
         if self._alone(u0):
             return steep(u0, self.degree)
-        t = 2 * u0 * u0 / STEEP**2 - 1
+        t = _along(u0)
         return relaxed(u0 * (t ** np.arange(_POINTS)[::-1] @ self.shapes), graded(STEEP))
 
     def _alone(self, u0: float) -> bool:
         return abs(u0) > STEEP and self.slopes == "finite"
 
 
-def _horner(powers: Powers, u0: float) -> float:
-    t, total = 2 * u0 * u0 / STEEP**2 - 1, 0.0
+def _along(u0: float) -> float:
+    """t, which runs from -1 to 1 up to STEEP."""
+    return 2 * u0 * u0 / STEEP**2 - 1
+
+
+def _horner(powers: Powers, t: float) -> float:
+    total = 0.0
     for power in powers:
         total = total * t + power
     return total
+
+
+def _beyond(degree: int, u0: float, which: int) -> float:
+    """One of s, e, m of a surface between STEEP and turning over."""
+    if abs(u0) >= OVERHANG:
+        steep(u0, degree)  # says why there is none
+    t = 2 * (u0 * u0 - STEEP**2) / (OVERHANG**2 - STEEP**2) - 1
+    return _horner(_steepest(degree)[which], t)
+
+
+@functools.lru_cache(maxsize=16)
+def _steepest(degree: int) -> tuple[Powers, ...]:
+    """Coefficients of s, e, m on the way from STEEP to turning over."""
+    t = np.sort(np.cos(np.pi * (np.arange(_STEEP_POINTS) + 0.5) / _STEEP_POINTS))
+    u0 = np.sqrt(STEEP**2 + (OVERHANG**2 - STEEP**2) * (t + 1) / 2).tolist()
+    rows = np.array([_read(steep(u, degree), u) for u in u0])
+    return tuple(tuple(column) for column in _powers(t, rows).T.tolist())
 
 
 def chosen(slopes: str, rtol: float) -> Response:

@@ -49,7 +49,7 @@ SECONDS = 10
 HOUSE_STYLE = re.compile(r" = |\] |has the attributes|exactly one of|have shapes")
 HOSTILE = (math.nan, math.inf, -math.inf, 0.0, -1.0, 1e-300, 1e300, "1", None, True, [1.0], 1j)
 NUMBERS = HOSTILE
-CLOSE = 1e-9  # KNOWN: so close to letting go, in δ₀, half-width and contact are not to be trusted
+CLOSE = 4e-15  # of letting go, in δ₀: rounding of the depth decides
 MOST = 10**5  # KNOWN: with many more nodes to walk over nothing ends
 
 
@@ -155,8 +155,6 @@ def scene_and_depth(dice):
     indenter = body(dice, ell, rise)
     if not surfaces.gamma1 and (not indenter.convex or isinstance(indenter, Sum)):
         return None, 0.0  # KNOWN: looked at with a spacing of δ₀/16; no width at d = 0
-    if slopes == "finite" and work > 0.9:
-        return None, 0.0  # KNOWN: seconds to minutes for surfaces about to turn over
     scene = answered(lambda: Scene(layer, surfaces, indenter, slopes=slopes))
     return scene, max(scene.critical_separation, rise * ell) if scene else 0.0
 
