@@ -16,6 +16,9 @@ free spans (span.py), sums and certificate (contact_set.py) -> lines -> Equilibr
 Fitted: free surface (spectral.py, free_surface.py) -> what a line feels of it (response.py) ->
 contact lines (fitted.py) -> integrals (quadrature.py) -> certificate and error estimate ->
 Equilibrium, by fitted_state.py. minimise.py picks; equilibrium.py is the result.
+Several contacts, fitted: contact nodes of the lattice (lowest.py, path_state.py), without small
+gaps (bubbles.py) -> surfaces between (gap.py) -> lines (gap_lines.py, fitted_contacts.py) ->
+certificate and error estimate (fitted_judgement.py) -> Equilibrium, by fitted_several.py.
 Load paths: states followed in depth (branch.py; fitted_branch.py, lattice_branch.py with
 lattice_side.py, many_contacts.py with rules.py) -> equilibrium with a load or machine (control.py)
 -> events (path.py, events.py) -> History (loading.py, history.py) -> its ledger (ledger.py).

@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization import span
 from discretization.certificate import Certificate
 from discretization.shortest_path import Proof
 from energy import Assumption, Scene
@@ -22,18 +21,21 @@ QUANTITIES = ("half_width", "force", "energy")
 class Tail(Protocol):
     """The free surface beyond a contact line at which the displacement is u_line.
 
-    rate: that of its decay; between two contacts (small slopes only) the surface is a sum of both
-    directions.
+    Between two contacts, for small slopes only: at distances p from the left line and q from the
+    right one, where the displacements are `left` and `right`.
     """
-
-    @property
-    def rate(self) -> float: ...
 
     def displacement(self, distance: Array, u_line: float) -> Array:
         """u at these distances >= 0 from the line."""
 
     def slope(self, u_line: Array) -> Array:
         """u' outwards at the line, for several lines."""
+
+    def between(self, p: Array, q: Array, width: float, left: float, right: float) -> Array:
+        """u in a gap of this width (n,)."""
+
+    def slope_between(self, width: Array, own: Array, other: Array) -> Array:
+        """u' towards the other line, at lines with u = own (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +88,8 @@ class Equilibrium:
         outwards = self.tail.slope(u) if self.scene.gamma1 else np.zeros_like(u)
         if len(u) > 1:
             width, right, left = self.contacts[1:, 0] - self.contacts[:-1, 1], u[:-1, 1], u[1:, 0]
-            outwards[:-1, 1] = span.slope(self.tail.rate, width, right, left)
-            outwards[1:, 0] = span.slope(self.tail.rate, width, left, right)
+            outwards[:-1, 1] = self.tail.slope_between(width, right, left)
+            outwards[1:, 0] = self.tail.slope_between(width, left, right)
         return sides * f1, outwards
 
     @property
@@ -138,11 +140,15 @@ class Equilibrium:
         return (left >= 0) & (x <= self.contacts[left, 1])
 
     def _between(self, x: Array) -> Array:
-        """u of the free surface between two contacts."""
-        i = np.searchsorted(self.contacts[:, 0], x) - 1
-        left, right = self.contacts[i, 1], self.contacts[i + 1, 0]
-        ends = (self.depth - self.scene.indenter.height(end) for end in (left, right))
-        return span.between(self.tail.rate, x - left, right - x, *ends)
+        """u of the free surfaces between two contacts."""
+        u, gaps = np.empty_like(x), np.searchsorted(self.contacts[:, 0], x) - 1
+        lines = np.column_stack([self.contacts[:-1, 1], self.contacts[1:, 0]])
+        ends = self.depth - self.scene.indenter.height(lines)
+        for i in np.unique(gaps).tolist():
+            own, (left, right) = gaps == i, lines[i].tolist()
+            at = x[own]
+            u[own] = self.tail.between(at - left, right - at, right - left, *ends[i].tolist())
+        return u
 
     def pressure(self, x: ArrayLike) -> Array:
         """Elastic stress k u(x) of the layer on the indenter, the integrand of Eq. (9).

@@ -139,6 +139,12 @@ class Problem:
         slope += 2 * max(g, abs(self.depth)) / scene.elastocapillary_length
         return math.sqrt(scene.gamma1 / 2) * slope + math.sqrt(scene.work_of_adhesion) or 1.0
 
+    def imbalance(self, x: float) -> float:
+        """Residual of the free surface at a line, and how far its reaction is from the response."""
+        surface, u0 = self.surface(x), self.displaced(x) / self.scene.elastocapillary_length
+        apart = max(surface.residual, abs(surface.reaction - self.response.reaction(u0)))
+        return apart / (abs(u0) or 1.0)
+
     def force_rate(self, side: int, x: float) -> float:
         """dP/dq of one line at fixed depth, k g - γ₁ S'(g) f'."""
         scene = self.scene

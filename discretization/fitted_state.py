@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,38 +18,17 @@ from discretization.fitted import (
     lowest_point,
     mirrored,
 )
+from discretization.fitted_several import on_several
+from discretization.fitted_tail import FittedTail
 from discretization.lattice_state import on_lattice
 from discretization.quadrature import Interval, totals
-from discretization.response import Response, chosen, finer
+from discretization.response import chosen, finer
 from energy import Scene
 
 Array = NDArray[np.float64]
 _LEAST_NODES = 32
 _REFINEMENTS = 5
 _ROUNDING = 16 * float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True)
-class FittedTail:
-    """The spectral free surface in the scene's units."""
-
-    length: float
-    response: Response
-
-    @property
-    def rate(self) -> float:
-        """1/l, Eq. (6)."""
-        return 1 / self.length
-
-    def displacement(self, distance: Array, u_line: float) -> Array:
-        """The elements' polynomials, then the far field."""
-        surface = self.response.surface(u_line / self.length)
-        return self.length * surface.displacement(distance / self.length)
-
-    def slope(self, u_line: Array) -> Array:
-        """Derivative of the first element's polynomial at the line."""
-        solved = [self.response.surface(float(u) / self.length) for u in np.ravel(u_line)]
-        return np.reshape([surface.slope for surface in solved], np.shape(u_line))
 
 
 def on_fitted_mesh(
@@ -61,8 +40,11 @@ def on_fitted_mesh(
     the state turns that into a larger error, they get the next one.
     branch "global" of a convex indenter: this state or, before it touches, the detached one,
     whichever has less energy. There is no other: the force on each line grows outwards.
-    ValueError for several contacts, and for "global" with w > 0 and another profile.
+    Profiles that are not convex may have several contacts (fitted_several.py); with finite slopes
+    NotCertifiedError for several, and ValueError for "global" with w > 0.
     """
+    if not scene.indenter.convex and scene.slopes == "small" and scene.gamma1:
+        return on_several(scene, depth, branch=branch, rtol=rtol)
     _refuse(scene, branch)
     response = chosen(scene.slopes, rtol)
     indenter, length = scene.indenter, scene.elastocapillary_length or 1.0
@@ -76,11 +58,6 @@ def on_fitted_mesh(
         if not coarse.contacts.size:
             tail = FittedTail(length, response)
             return replace(coarse, tail=tail, method="fitted", spacing=math.nan)
-        if len(coarse.contacts) > 1:
-            raise ValueError(
-                f"depth = {depth!r} has {len(coarse.contacts)} contacts: use method='lattice' with "
-                "a spacing"
-            )
         starts, touch = _inside(coarse)
     state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
     while max(state.error_estimate.values()) > rtol and response.error > _ROUNDING:
@@ -98,8 +75,8 @@ def _refuse(scene: Scene, branch: str) -> None:
     several = scene.gamma1 and scene.work_of_adhesion and not scene.indenter.convex
     if branch == "global" and several:
         raise ValueError(
-            "branch = 'global' of an indenter that is not convex is searched on a lattice: give a "
-            "spacing and method='shortest_path'"
+            f"branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex "
+            "the lowest energy is only found for slopes='small'"
         )
 
 
@@ -220,17 +197,10 @@ def certify_lines(
             through = math.sqrt(problem.scene.gamma1 / 2) * problem.jump(side, beyond, 0.0)
             penetration = max(penetration, -through / scale)
         if problem.scene.gamma1:
-            stationarity = max(stationarity, _imbalance(problem, end.x))
+            stationarity = max(stationarity, problem.imbalance(end.x))
     force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
     pulled = 0.0 if problem.scene.work_of_adhesion else max(0.0, -found.weakest)
     return Certificate(penetration, stationarity, pulled / problem.lift, neighbours, force)
-
-
-def _imbalance(problem: Problem, x: float) -> float:
-    """Residual of the free surface at a line, and how far its reaction is from the response."""
-    surface, u0 = problem.surface(x), problem.displaced(x) / problem.scene.elastocapillary_length
-    apart = max(surface.residual, abs(surface.reaction - problem.response.reaction(u0)))
-    return apart / (abs(u0) or 1.0)
 
 
 def _yield(problem: Problem, side: int, x: float, width: float, scale: float) -> float:

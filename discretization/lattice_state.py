@@ -14,6 +14,7 @@ from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import Lattice
 from discretization.line import Line, outer
 from discretization.lowest import on_lowest
+from discretization.path_state import on_path
 from energy import Plane, Scene
 
 Array = NDArray[np.float64]
@@ -43,6 +44,8 @@ def on_lattice(
     where = fronts.region(lattice, scene.indenter, depth)
     if method != "lattice" or _several(scene, branch):
         return on_lowest(scene, depth, branch, lattice, where, method, margin)
+    if branch == "adhered" and (several := on_path(scene, depth, lattice, where)) is not None:
+        return several
     lowest_energy = branch == "global" and not scene.gamma1
     find = fronts.held if lowest_energy else fronts.adhered
     contact = find(lattice, scene.indenter, depth, where)
@@ -57,7 +60,8 @@ def on_lattice(
         raise NotCertifiedError(
             f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
             f"({certificate}): the surface meets or leaves the indenter elsewhere than at the two "
-            "ends of one contact; try a smaller spacing, or a profile with a single contact"
+            "ends of one contact; try a smaller spacing, slopes='small' for several contacts, or a "
+            "profile with a single one"
         )
     return _state(scene, depth, branch, lattice, contact, sums, ends, certificate)
 

@@ -47,6 +47,19 @@ def on_lowest(
     ValueError for finite slopes, what the method cannot express, and a contact that reaches the end
     of the known profile.
     """
+    nodes, proof = lowest_contacts(scene, depth, lattice, method, margin)
+    name = "shortest_path" if method == "lattice" and proof else method
+    state = of_contacts(scene, depth, branch, lattice, where, nodes)
+    return replace(state, proof=proof, method=name)
+
+
+def lowest_contacts(
+    scene: Scene, depth: float, lattice: Lattice, method: str, margin: bool
+) -> tuple[Nodes, Proof | None]:
+    """First and last nodes (m, 2) of the contacts of lowest energy, and the proof if there is one.
+
+    ValueError as `on_lowest`.
+    """
     if scene.slopes != "small":
         raise ValueError(
             f"slopes = {scene.slopes!r} has no search over all contact sets: use slopes='small', "
@@ -58,18 +71,25 @@ def on_lowest(
         )
     first, g = window(lattice, scene.indenter, depth)
     nodes, proof = _search(lattice, g, method, margin)
-    name = "shortest_path" if method == "lattice" and proof else method
+    return nodes + first, proof
+
+
+def of_contacts(
+    scene: Scene, depth: float, branch: str, lattice: Lattice, where: fronts.Region, nodes: Nodes
+) -> Equilibrium:
+    """The certified state with contacts between these first and last nodes (m, 2).
+
+    NotCertifiedError if it is no equilibrium; ValueError as `on_lowest`.
+    """
     if not nodes.size:
         certificate = certify(lattice, scene.indenter, depth, where, None, None)
         state = detached(scene, depth, branch, lattice.tail, _passed(depth, certificate))
-        return replace(state, spacing=lattice.spacing, proof=proof, method=name)
-    nodes = nodes + first
-    _refuse_unknown(scene, depth, lattice, where, nodes)
+        return replace(state, spacing=lattice.spacing)
+    refuse_unknown(scene, depth, lattice, where, nodes)
     contacts = ContactSet.of(lattice, scene.indenter, depth, where, nodes)
     sums = totals(contacts)
     certificate = _passed(depth, judged(contacts, sums))
-    state = _state(scene, branch, where, contacts, sums, certificate)
-    return replace(state, proof=proof, method=name)
+    return _state(scene, branch, where, contacts, sums, certificate)
 
 
 def _search(lattice: Lattice, g: Array, method: str, margin: bool) -> tuple[Nodes, Proof | None]:
@@ -90,7 +110,7 @@ def _runs(contact: NDArray[np.bool_]) -> Nodes:
     return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
 
 
-def _refuse_unknown(
+def refuse_unknown(
     scene: Scene, depth: float, lattice: Lattice, where: fronts.Region, nodes: Nodes
 ) -> None:
     """ValueError for a contact at an end of the profile that is not the end of the body."""
@@ -104,7 +124,7 @@ def _refuse_unknown(
 def _passed(depth: float, certificate: Certificate) -> Certificate:
     if not certificate.ok:
         raise NotCertifiedError(
-            f"the state of lowest energy found at depth = {depth!r} violates "
+            f"the state found at depth = {depth!r} violates "
             f"{', '.join(certificate.failures)} ({certificate}): rounding has spoilt it, or the "
             "solver's tolerance; try another spacing or method"
         )
@@ -132,7 +152,7 @@ def _state(
         pinned=np.array([[left.pinned, right.pinned] for left, right in ends]),
         force=sums.force + sum(end.force for end in both),
         energy=sums.energy + sum(end.energy for end in both),
-        label="global",
+        label="global" if branch == "global" or not lattice.w else "metastable",
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},

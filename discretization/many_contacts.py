@@ -50,11 +50,20 @@ State = Contacts | None
 
 
 class Change(NamedTuple):
-    """What happens at a depth: the contacts afterwards, and whether it is more than one link."""
+    """What can happen at a depth: contacts start..stop-1 become `instead`.
+
+    abrupt: whether it is more than one link.
+    """
 
     depth: float
-    nodes: Nodes
+    start: int
+    stop: int
+    instead: Nodes
     abrupt: bool
+
+    def applied(self, nodes: Nodes) -> Nodes:
+        """The contacts afterwards, neighbouring ones as one."""
+        return _joined((*nodes[: self.start], *self.instead, *nodes[self.stop :]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +80,11 @@ class ManyContacts:
     rules: Rules
 
     @classmethod
-    def of(cls, scene: Scene, spacing: float, deepest: float) -> ManyContacts:
+    def of(
+        cls, scene: Scene, spacing: float, deepest: float, origin: float | None = None
+    ) -> ManyContacts:
         """deepest: the largest depth of the programme. ValueError for what cannot be followed."""
-        lattice = Lattice.of(scene, spacing)
+        lattice = Lattice.of(scene, spacing, origin)
         for name, given in (("opening", scene.opening), ("pattern", scene.pattern)):
             if given is not None:
                 raise ValueError(f"{name} = {given!r} with several contacts is not available")
@@ -143,14 +154,14 @@ class ManyContacts:
             if 0 <= node + side < self.f.size:
                 depth = self.rules.passes(node, side, other)
                 closing = other is not None and abs(other - node) == 2
-                yield Change(depth, _moved(nodes, i, side, 1), closing)
-        for left, right in self._spans(nodes) if nodes else ():
+                yield Change(depth, i, i + 1, (_moved(nodes[i], side, 1),), closing)
+        for i, (left, right) in enumerate(self._spans(nodes) if nodes else ()):
             depth, node = self.rules.touches(left, right)
             if node >= 0:
-                yield Change(depth, _joined((*nodes, (node, node))), True)
+                yield Change(depth, i, i, ((node, node),), True)
         if not nodes:
             node = int(np.argmin(self.f))
-            yield Change(self.touch, ((node, node),), True)
+            yield Change(self.touch, 0, 0, ((node, node),), True)
 
     def _recedes(self, nodes: Nodes) -> Iterator[Change]:
         """What can happen as the depth falls."""
@@ -159,17 +170,17 @@ class ManyContacts:
             if first < last:
                 node = nodes[i][side > 0]
                 depth = self.rules.passes(node - side, side, other)
-                yield Change(depth, _moved(nodes, i, side, -1), False)
+                yield Change(depth, i, i + 1, (_moved(nodes[i], side, -1),), False)
             elif side > 0:
                 left = nodes[i - 1][1] if i else None
                 right = nodes[i + 1][0] if i + 1 < len(nodes) else None
                 depth = self.rules.pulled(left, first, right)
-                yield Change(depth, nodes[:i] + nodes[i + 1 :], True)
+                yield Change(depth, i, i + 1, (), True)
         for i, (first, last) in enumerate(nodes):
             if last - first >= 2:
                 depth, node = self.rules.tears(first, last)
                 parts = (first, node - 1), (node + 1, last)
-                yield Change(depth, (*nodes[:i], *parts, *nodes[i + 1 :]), True)
+                yield Change(depth, i, i + 1, parts, True)
 
     def _next(self, nodes: Nodes, end: float) -> Change | None:
         """The first change on the way to a depth; at that very depth, what still has to happen."""
@@ -191,7 +202,7 @@ class ManyContacts:
             change = self._next(nodes, depth)
             if change is None:
                 return nodes
-            nodes = change.nodes
+            nodes = change.applied(nodes)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _walk(self, nodes: Nodes, end: float) -> Iterator[tuple[float, Nodes, Nodes, bool]]:
@@ -199,10 +210,13 @@ class ManyContacts:
         while (change := self._next(nodes, end)) is not None:
             rising = change.depth <= end
             at = change.depth if rising else math.nextafter(change.depth, -math.inf)
-            after = self._relaxed(change.nodes, at)
+            moved = change.applied(nodes)
+            after = self._relaxed(moved, at)
             if after == nodes:
                 raise NotCertifiedError(f"the contacts at depth = {at!r} do not come to rest")
-            abrupt = change.abrupt or self._released(nodes, after, change) > self._least
+            abrupt = change.abrupt or (
+                after != moved and self._released(nodes, after, change.depth) > self._least
+            )
             yield change.depth, nodes, after, abrupt
             nodes = after
 
@@ -211,10 +225,8 @@ class ManyContacts:
         """Energy below which a change is no jump: rounding."""
         return 1e-9 * self.lattice.w * self.lattice.spacing
 
-    def _released(self, before: Nodes, after: Nodes, change: Change) -> float:
-        if after == change.nodes:
-            return 0.0
-        energies = (self.energy(Contacts(nodes, ()), change.depth) for nodes in (before, after))
+    def _released(self, before: Nodes, after: Nodes, depth: float) -> float:
+        energies = (self.energy(Contacts(nodes, ()), depth) for nodes in (before, after))
         return next(energies) - next(energies) if after else math.inf
 
     def jump(self, state: State, end: float) -> tuple[float, State, State] | None:
@@ -234,6 +246,17 @@ class ManyContacts:
         nodes = () if before is None else before.nodes
         self._inside(nodes := self._relaxed(nodes, depth), depth)
         return self._state(nodes)
+
+    def reached(self, depth: float) -> NDArray[np.int64]:
+        """First and last nodes (m, 2), in the lattice's numbers, of the contacts at a depth.
+
+        On the path that touches first and then moves there, from event to event.
+        """
+        nodes = self._relaxed((), self.touch)
+        for _, _, after, _ in self._walk(nodes, depth):
+            self._inside(after, depth)
+            nodes = after
+        return np.array(nodes, np.int64).reshape(-1, 2) + self.first
 
     def _inside(self, nodes: Nodes, depth: float) -> None:
         lo, hi = self.scene.indenter.extent
@@ -319,11 +342,10 @@ class ManyContacts:
             )
 
 
-def _moved(nodes: Nodes, i: int, side: int, links: int) -> Nodes:
-    """Contact i with its line on one side moved outwards by some links."""
-    first, last = nodes[i]
-    own = (first - links, last) if side < 0 else (first, last + links)
-    return _joined((*nodes[:i], own, *nodes[i + 1 :]))
+def _moved(pair: tuple[int, int], side: int, links: int) -> tuple[int, int]:
+    """A contact with its line on one side moved outwards by some links."""
+    first, last = pair
+    return (first - links, last) if side < 0 else (first, last + links)
 
 
 def _joined(nodes: Nodes) -> Nodes:

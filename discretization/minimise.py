@@ -32,18 +32,18 @@ def minimise(
     """Equilibrium of the scene at an imposed depth: min U[u] s.t. u >= d - f.
 
     branch "adhered": the metastable state of the quasi-static path that touches first and then
-    moves to this depth; for w = 0, where the problem is convex, any number of contacts. "global":
-    the lowest energy of all states, detached included, with any number of contacts.
+    moves to this depth; with several contacts (small slopes) followed on a lattice from event to
+    event. "global": the lowest energy of all states, detached included.
     method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
     minimum over all contact sets of these nodes (small slopes). "fitted": a mesh anchored at the
-    contact lines, accurate to rounding times the problem's condition; single contacts only, and
-    "global" of convex indenters; the lattice only finds the topology where the profile is not
-    convex. "auto": "fitted", or "lattice" for "global" with a spacing. "shortest_path": "global" on
-    the lattice with its `proof`. "oracle": the same by solvers of cvxpy, for checking; with w > 0
-    for at most 100 nodes, and with the test extra.
+    contact lines, accurate to rounding times the problem's condition; where the profile is not
+    convex the lattice only finds the topology, with any number of contacts for small slopes.
+    "auto": "fitted", or "lattice" for "global" with a spacing. "shortest_path": "global" on the
+    lattice with its `proof`. "oracle": the same by solvers of cvxpy, for checking; with w > 0 for
+    at most 100 nodes, and with the test extra.
 
     ValueError for an unusable argument or a depth at which the contact would leave the profile;
-    NotCertifiedError if the state found is no equilibrium (several contacts, for instance);
+    NotCertifiedError if no equilibrium was found (several contacts with finite slopes, say);
     AccuracyWarning if the error estimate stays above rtol.
     """
     _check(scene, depth, method, branch, rtol)

@@ -83,12 +83,10 @@ def _points(ends: Array, at: Array, weights: Array) -> tuple[Array, Array]:
     return points, spread.reshape(*weights.shape[:-1], *points.shape)
 
 
-def integrate(
-    scene: Scene, response: Response, depth: Array, lines: Array, ends: Array
-) -> tuple[Intervals, Intervals]:
-    """Energy and force of contacts at depths (n,), by fewer and by more points.
+def inside(scene: Scene, depth: Array, ends: Array) -> tuple[Array, Array]:
+    """Integrals over contacts at depths (n,), and their least g (n,); panels between ends (n, m+1).
 
-    lines (n, 2); panels lie between ends (n, m + 1).
+    (2, 5, n), by fewer and by more points: springs, surface, adhesion as it binds, kg and |kg|.
     """
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
     x, span = _points(ends, *_pair(*_orders(ends)))
@@ -97,7 +95,18 @@ def integrate(
     bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=scene.slopes)
     pressure = k * g
     densities = np.array([terms.spring(g, k=k).value, stretch, bound, pressure, np.abs(pressure)])
-    sums = np.einsum("rij,dij->rdi", span, densities)
+    return np.einsum("rij,dij->rdi", span, densities), g.min(axis=1, initial=0.0)
+
+
+def integrate(
+    scene: Scene, response: Response, depth: Array, lines: Array, ends: Array
+) -> tuple[Intervals, Intervals]:
+    """Energy and force of contacts at depths (n,), by fewer and by more points.
+
+    lines (n, 2); panels lie between ends (n, m + 1).
+    """
+    gamma1 = scene.gamma1
+    sums, weakest = inside(scene, depth, ends)
     energy, pull, area, pulls = np.zeros((4, depth.size))
     for u in (depth[:, None] - scene.indenter.height(lines)).T if gamma1 else ():
         u0 = (u / scene.elastocapillary_length).tolist()
@@ -105,7 +114,6 @@ def integrate(
         reaction = gamma1 * np.array([*map(response.reaction, u0)])
         pull, pulls = pull + reaction, pulls + np.abs(reaction)
         area += gamma1 * np.array([*map(response.area, u0)])
-    weakest = g.min(axis=1, initial=0.0)
     few, many = (
         Intervals(
             springs + tension + energy - adhesion,

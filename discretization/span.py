@@ -31,23 +31,6 @@ def excess(lattice: Lattice, p: Array, q: Array, left: Array, own: Array, right:
     return result + np.expm1(-mu * p) * np.expm1(-mu * q) / (1 + ep * eq) * own
 
 
-def between(rate: float, p: Array, q: Array, left: Array, right: Array) -> Array:
-    """Free surface p from a line at u = left and q from the next one at u = right.
-
-    [left sinh(rate·q) + right sinh(rate·p)]/sinh(rate·(p+q)): a tail from a lone line decays by
-    exp(-rate) per length, on the lattice rate = μ/Δx.
-    """
-    both = np.expm1(-2 * rate * (p + q))
-    near = np.exp(-rate * p) * np.expm1(-2 * rate * q) / both * left
-    return near + np.exp(-rate * q) * np.expm1(-2 * rate * p) / both * right
-
-
-def slope(rate: float, width: Array, own: Array, other: Array) -> Array:
-    """Slope of the free surface at a line with u = own towards the next one, `width` away."""
-    once, twice = np.exp(-rate * width), np.expm1(-2 * rate * width)
-    return rate * ((2 + twice) * own - 2 * once * other) / twice
-
-
 def advance(lattice: Lattice, g: Array, links: Array, facing: float) -> tuple[Array, Array, Array]:
     """`Lattice.gap`, `advance_energy` and `advance_force` of a line that faces another one.
 

@@ -53,6 +53,11 @@ def polynomial(degree: int, at: Array, values: Array) -> Array:
     return np.asarray(legendre.legval(at, _transform(degree) @ values))
 
 
+def polynomials(degree: int, at: Array, values: Array) -> Array:
+    """Several polynomials, each with its own values (n, degree+1), each at one point (n,)."""
+    return np.asarray(legendre.legval(at, _transform(degree) @ values.T, tensor=False))
+
+
 def nodes(lengths: tuple[float, ...], degree: int) -> Array:
     """Positions of the nodes of elements of these lengths in a row, from 0 on."""
     ends = np.concatenate([[0.0], np.cumsum(lengths)])

@@ -142,6 +142,17 @@ class LatticeTail:
         """-rate·u_line."""
         return -self.rate * u_line
 
+    def between(self, p: Array, q: Array, width: float, left: float, right: float) -> Array:
+        """[left sinh(rate·q) + right sinh(rate·p)]/sinh(rate·width), small slopes only."""
+        both = math.expm1(-2 * self.rate * width)
+        near = np.exp(-self.rate * p) * np.expm1(-2 * self.rate * q) / both * left
+        return near + np.exp(-self.rate * q) * np.expm1(-2 * self.rate * p) / both * right
+
+    def slope_between(self, width: Array, own: Array, other: Array) -> Array:
+        """Slope of `between` at a line with u = own towards the next one, `width` away."""
+        once, twice = np.exp(-self.rate * width), np.expm1(-2 * self.rate * width)
+        return self.rate * ((2 + twice) * own - 2 * once * other) / twice
+
 
 @dataclass(frozen=True)
 class FiniteTail(LatticeTail):

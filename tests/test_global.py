@@ -405,8 +405,8 @@ OPEN_ENDED = adhesive(Sampled(np.linspace(-L, L, 9), np.array([3, 1, 2, 0, 2, 0,
 @pytest.mark.parametrize(
     ("scene", "options", "says"),
     [
-        (OPEN_ENDED, {}, "give a spacing"),
-        (OPEN_ENDED, {"method": "fitted"}, "give a spacing"),
+        (OPEN_ENDED, {}, "not known any more"),
+        (replace(OPEN_ENDED, slopes="finite"), {}, "slopes='small'"),
         (OPEN_ENDED, {"method": "lattice", "spacing": L / 20}, "not known any more"),
         (FINITE, {"method": "lattice", "spacing": L / 20}, "slopes = 'finite'"),
         (SCENE, {"method": "shortest_path"}, "spacing = None"),
@@ -421,11 +421,12 @@ def test_refuses(scene, options, says):
         minimise(scene, 0.0, **{"branch": "global", **options})
 
 
-def test_several_contacts_without_adhesion_need_a_lattice():
+def test_several_contacts_without_adhesion_need_no_spacing():
     scene = adhesive(two(2 * L), w=0.0)
-    with pytest.raises(ValueError, match="2 contacts"):
-        minimise(scene, 0.5 * DELTA0)
-    assert len(minimise(scene, 0.5 * DELTA0, method="lattice", spacing=L / 20).contacts) == 2
+    state = minimise(scene, 0.5 * DELTA0)
+    coarse = minimise(scene, 0.5 * DELTA0, method="lattice", spacing=L / 200)
+    assert state.method == "fitted" and len(state.contacts) == len(coarse.contacts) == 2
+    assert np.abs(state.contacts - coarse.contacts).max() <= 1e-3 * L
 
 
 def test_auto_takes_the_lattice_where_a_spacing_is_given():
