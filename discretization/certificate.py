@@ -24,14 +24,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fronts import Contact, Region, blocks, heights, mirror_axis
+from discretization.fronts import (
+    BLOCK,
+    FIRST_BLOCK,
+    Contact,
+    Region,
+    blocks,
+    height,
+    heights,
+    mirror_axis,
+)
 from discretization.lattice import Lattice
-from discretization.nodal_energy import NodalEnergy
 from energy import Indenter
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-9
-_TAIL_NODES = 16
+_TAIL = np.arange(1.0, FIRST_BLOCK + 1)
+_EPSILON = float(np.finfo(float).eps)
 End = tuple[int, int, int]  # node, side, last node on that side
 
 
@@ -132,32 +141,34 @@ def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contac
 
 
 def _half(lat: Lattice, indenter: Indenter, depth: float, middle: int, end: int) -> _Half:
+    side, links = (1 if end >= middle else -1), abs(end - middle)
     squares = surface = total = size = reactions = middle_pull = 0.0
-    weakest, before, stiffness = math.inf, 0.0, lat.link
-    for node, f in blocks(lat, indenter, middle, end):
+    weakest, stiffness = math.inf, lat.link
+    for start in range(0, max(links - 1, 1), BLOCK):  # blocks share two nodes, a link and its ends
+        stop = middle + side * min(start + BLOCK + 1, links)
+        f = heights(lat, indenter, np.arange(middle + side * start, stop + side, side, dtype=float))
         g, step = depth - f, f[:-1] - f[1:]
-        tension = lat.tension(step)
-        own = g[1:]  # blocks share their first node
-        if node == middle:
+        tension, own = lat.tension(step), g[1:-1]
+        if start == 0:
             half = float(g[0]) / 2
-            squares, total, size = half * g[0], half, abs(half)
-            middle_pull = lat.spring * half - float(tension[:1].sum())
+            squares, total, size = 2 * half * half, half, abs(half)
+            middle_pull = lat.spring * half - (float(tension[0]) if links else 0.0)
         squares += float(own @ own)
-        surface += lat.surface_energy(step)
+        surface += lat.surface_energy(step[:-1])
         total += float(own.sum())
         size += float(np.abs(own).sum())
-        if step.size:
-            pull = lat.spring * g[:-1]
-            pull -= tension
-            pull[1:] += tension[:-1]
-            pull[0] = middle_pull if node == middle else pull[0] + before
-            reactions += float(pull.sum())
-            weakest = min(weakest, float(pull[1 if node == middle else 0 :].min(initial=math.inf)))
-            before = float(tension[-1])
-            stiffness = min(stiffness, lat.least_stiffness(step))
+        pull = lat.spring * own
+        pull -= tension[1:]
+        pull += tension[:-1]
+        reactions += float(pull.sum())
+        weakest = min(weakest, float(pull.min()) if links > 1 else math.inf)
+        stiffness = min(stiffness, lat.least_stiffness(step))
     u = float(g[-1])
-    last_pull = middle_pull if middle == end else lat.spring * u + before
-    reactions += last_pull + float(lat.tail_reaction(u))
+    reactions += middle_pull + float(lat.tail_reaction(u))
+    if links:
+        squares, total, size = squares + u * u, total + u, size + abs(u)
+        surface += lat.surface_energy(step[-1:])
+        reactions += lat.spring * u + float(tension[-1])
     return _Half(squares, surface, total, size, reactions, middle_pull, weakest, stiffness, u)
 
 
@@ -172,21 +183,21 @@ def certify(
     """Judge the state with this contact set (None: detached) against its own sums."""
     lat = lattice
     if contact is None or sums is None:
-        lowest = float(heights(lat, indenter, np.array([float(where.lowest)]))[0])
+        lowest = height(lat, indenter, where.lowest)
         scale = max(abs(depth), math.sqrt(2 * lat.w / lat.k)) or 1.0
         return Certificate(max(0.0, (depth - lowest) / scale), 0.0, 0.0, 0.0, 0.0)
     ends = [(contact.last, 1, where.last), (contact.first, -1, where.first)]
     if mirror_axis(lat, indenter, contact.first, contact.last) is not None:
         ends.pop()
-    u_ends = depth - heights(lat, indenter, np.array([end[0] for end in ends], float))
-    delta = max(abs(depth), *np.abs(u_ends), math.sqrt(2 * lat.w / lat.k))
+    u_ends = [depth - height(lat, indenter, node) for node, _, _ in ends]
+    delta = max(abs(depth), *map(abs, u_ends), math.sqrt(2 * lat.w / lat.k))
     if delta == 0:  # touching in one point, nothing deformed
         return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
     penetration = stationarity = 0.0
-    for (node, side, limit), u in zip(ends, u_ends, strict=True):
-        deepest = _penetration(lat, indenter, depth, node, side, limit, float(u))
-        penetration = max(penetration, deepest / delta)
-        excess = _imbalance(lat, float(u)) - rounding(lat, delta)
+    for end, u in zip(ends, u_ends, strict=True):
+        tail = lat.tail.displacement(lat.spacing * _TAIL, u)
+        penetration = max(penetration, _penetration(lat, indenter, depth, end, u, tail) / delta)
+        excess = _imbalance(lat, u, tail) - rounding(lat, delta)
         stationarity = max(stationarity, excess / (lat.spring * delta))
     force = abs(sums.force - sums.force_by_reactions) / (sums.force_scale or 1.0)
     return Certificate(
@@ -199,31 +210,44 @@ def certify(
 
 
 def _penetration(
-    lat: Lattice, indenter: Indenter, depth: float, node: int, side: int, limit: int, u: float
+    lat: Lattice, indenter: Indenter, depth: float, end: End, u: float, tail: Array
 ) -> float:
-    """max (g_i - u_i) over the free nodes from the contact's end outwards."""
+    """max (g_i - u_i) over the free nodes from the contact's end outwards, first those of `tail`.
+
+    A tail pressed down is convex: where the profile is so, too, it can only be met at the line.
+    """
+    node, _, limit = end
     clear = depth + max(0.0, -u)  # beyond this height a rising profile cannot be met any more
+    rising = indenter.apex is not None or indenter.convex
     deepest = 0.0
     for start, f in blocks(lat, indenter, node, limit):
-        steps = np.arange(abs(start - node), abs(start - node) + f.size)[1:]
-        tail = lat.tail.displacement(lat.spacing * steps, u)
-        deepest = max(deepest, float((depth - f[1:] - tail).max(initial=0.0)))
-        if indenter.apex is not None and f[-1] >= clear:
+        if start != node:
+            steps = np.arange(1.0, f.size) + abs(start - node)
+            tail = lat.tail.displacement(lat.spacing * steps, u)
+        through = depth - f[1:]
+        through -= tail[: through.size]
+        deepest = max(deepest, float(through.max(initial=0.0)))
+        if (rising and f[-1] >= clear) or (indenter.convex and u >= 0):
             break
     return deepest
 
 
-def _imbalance(lat: Lattice, u: float) -> float:
-    """max |∂U/∂u_i| over the first free nodes of a tail that starts with displacement u."""
-    tail = lat.tail.displacement(lat.spacing * np.arange(1.0, _TAIL_NODES + 1), u)
-    nodes = np.concatenate([[u], tail])
-    gradient = NodalEnergy(lat, np.zeros(nodes.size)).gradient(nodes)
-    return float(np.abs(gradient[1:]).max())
+def _imbalance(lat: Lattice, u: float, tail: Array) -> float:
+    """max |∂U/∂u_i| over the free nodes of a tail that starts with displacement u."""
+    steps = tail.copy()
+    steps[1:] -= tail[:-1]
+    steps[0] -= u
+    tension = lat.tension(steps)
+    force = lat.spring * tail
+    force += tension
+    force[:-1] -= tension[1:]
+    force[-1] += lat.tail_reaction(tail[-1])
+    return float(np.abs(force).max())
 
 
 def rounding(lat: Lattice, delta: float) -> float:
     """What a nodal force of displacements of size δ can be off by in double precision."""
-    return 32 * float(np.finfo(float).eps) * (lat.spring + 4 * lat.link) * delta
+    return 32 * _EPSILON * (lat.spring + 4 * lat.link) * delta
 
 
 def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:
@@ -246,7 +270,7 @@ def _descent(
         steps = [s for s in (-1, 0, 1) if (node + side * s - limit) * side <= 0]
         f = heights(lat, indenter, np.array([node + side * s for s in steps], float))
         gap = lat.gap(f[:-1], f[1:], depth)
-        cost = lat.advance_energy(f[:-1], f[1:], depth)
+        cost = lat.arc(f[1:] - f[:-1]) * lat.advance_cost(gap)
         if contact.last > contact.first and gap[0] > 0:  # one link back, if the surface would part
             gain = max(gain, float(cost[0]))
         if len(steps) == 3 and (lat.gamma1 or gap[1] < 0):  # unlinked springs have to be touched

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -45,9 +47,10 @@ class Equilibrium:
     contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
     themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
     without contact; label "global", "metastable", "neutral" or "detached"; tail: the free surface;
-    error_estimate: relative errors of half_width, force and energy, the last two relative to
-    `scales`, the sums of their terms' absolute values; spacing: nan where there are no nodes;
-    proof: why no state on these nodes has a lower energy, where `shortest_path` has found it.
+    errors: `error_estimate`, or the function of this state that finds it when it is asked for;
+    scales: of force and energy, the sums of their terms' absolute values; spacing: nan where there
+    are no nodes; proof: why no state on these nodes has a lower energy, where `shortest_path` has
+    found it.
     """
 
     scene: Scene
@@ -61,11 +64,16 @@ class Equilibrium:
     certificate: Certificate
     tail: Tail
     scales: dict[str, float]
-    error_estimate: dict[str, float]
+    errors: dict[str, float] | Callable[[Equilibrium], dict[str, float]]
     method: str
     branch: str
     spacing: float
     proof: Proof | None = None
+
+    @functools.cached_property
+    def error_estimate(self) -> dict[str, float]:
+        """Relative errors of half_width, force and energy, the last two relative to `scales`."""
+        return self.errors(self) if callable(self.errors) else self.errors
 
     @property
     def half_width(self) -> float:
@@ -200,7 +208,7 @@ def detached(
         certificate=certificate,
         tail=tail,
         scales={"force": 0.0, "energy": 0.0},
-        error_estimate=dict.fromkeys(QUANTITIES, 0.0),
+        errors=dict.fromkeys(QUANTITIES, 0.0),
         method="lattice",
         branch=branch,
         spacing=math.nan,

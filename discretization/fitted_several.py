@@ -183,7 +183,7 @@ def _state(contacts: FittedContacts, branch: str, points: Array, rtol: float) ->
         certificate=_UNKNOWN,
         tail=FittedTail(scene.elastocapillary_length, problem.response),
         scales={"force": fine.force_scale, "energy": fine.energy_scale},
-        error_estimate=errors(contacts, coarse, fine),
+        errors=errors(contacts, coarse, fine),
         method="fitted",
         branch=branch,
         spacing=math.nan,

@@ -120,7 +120,7 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
         certificate=certificate,
         tail=tail,
         scales={"force": fine.force_scale, "energy": fine.energy_scale},
-        error_estimate=_errors(problem, ends, coarse, fine),
+        errors=_errors(problem, ends, coarse, fine),
         method="fitted",
         branch=branch,
         spacing=math.nan,

@@ -10,13 +10,15 @@ a sum over links and moving one line by one link changes it by `Lattice.advance_
 (small slopes; for finite ones `Lattice.gap` is scaled so that the same rule holds). Raising d
 lowers every gap, so the state at depth d is found without stepping through the path: from the
 touching node outwards to the first link that resists; after a retraction, from there inwards to the
-first link that holds. Cost: one pass over the contact, in blocks.
+first link that holds. Where the profile is convex the gap grows outwards, too, and the line is
+bracketed with O(log n) heights; else it takes one pass over the contact, in blocks.
 
 γ₁ = 0: springs are independent. One attaches when touched, not before, and lets go at u = -δ₀.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -25,11 +27,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.bounds import deepest_contact
+from discretization.bracket import first_positive
 from discretization.lattice import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]
-BLOCK = 1 << 14
+BLOCK, FIRST_BLOCK = 1 << 14, 64
 MAX_NODES = 1 << 31
 _SEARCH_NODES = 1 << 24
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
@@ -58,26 +61,42 @@ def mirror_axis(lattice: Lattice, indenter: Indenter, first: int, last: int) -> 
     return indenter.apex if symmetric and lattice.x(middle) == indenter.apex else None
 
 
+def height(lattice: Lattice, indenter: Indenter, node: int) -> float:
+    """f at one node."""
+    (lo, hi), x = indenter.extent, lattice.x(node)
+    x = min(max(x, lo), hi)
+    f = float(indenter.height(x))
+    if not math.isfinite(f):
+        _refuse(indenter, x)
+    return f
+
+
 def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
     """f at the nodes; nodes on an end of the extent stay on it in spite of rounding."""
-    x, (lo, hi) = lattice.x(nodes), indenter.extent
-    if lo > -math.inf or hi < math.inf:
-        x = np.clip(x, lo, hi)
+    x = _positions(lattice, indenter, nodes)
     f = indenter.height(x)
-    if not np.isfinite(np.sum(f)):
-        bad = float(x[~np.isfinite(f)][0])
-        raise ValueError(
-            f"indenter.height({bad!r}) is not finite; give a profile that is finite inside its "
-            f"extent {indenter.extent}"
-        )
+    if not math.isfinite(f.sum()):
+        _refuse(indenter, float(x[~np.isfinite(f)][0]))
     return f
+
+
+def _positions(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
+    x, (lo, hi) = lattice.x(nodes), indenter.extent
+    return np.clip(x, lo, hi) if lo > -math.inf or hi < math.inf else x
+
+
+def _refuse(indenter: Indenter, x: float) -> None:
+    raise ValueError(
+        f"indenter.height({x!r}) is not finite; give a profile that is finite inside its "
+        f"extent {indenter.extent}"
+    )
 
 
 def blocks(
     lattice: Lattice, indenter: Indenter, start: int, stop: int
 ) -> Iterator[tuple[int, Array]]:
     """Heights from node start to node stop in growing blocks that share one node."""
-    side, size = (1 if stop >= start else -1), 64
+    side, size = (1 if stop >= start else -1), FIRST_BLOCK
     if abs(stop - start) >= MAX_NODES:
         stop = start + side * MAX_NODES
     while True:
@@ -100,12 +119,30 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
         raise ValueError(f"spacing = {dx!r} leaves one node on the indenter; give a smaller one")
     if indenter.apex is not None:
         beside = math.floor((indenter.apex - lattice.origin) / dx + 1e-9)
-        pair = np.clip([beside, beside + 1], first, last)
-        lower = np.argmin(heights(lattice, indenter, pair.astype(float)))
-        return Region(first, last, int(pair[lower]))
+        pair = (min(max(node, first), last) for node in (beside, beside + 1))
+        return Region(first, last, min(pair, key=lambda node: height(lattice, indenter, node)))
+    if indenter.convex:
+        return Region(first, last, _bottom(lattice, indenter, first, last))
     if last - first < _SEARCH_NODES:
         return Region(first, last, _lowest(lattice, indenter, first, last)[0])
     return _searched(lattice, indenter, depth, first, last)
+
+
+def _bottom(lattice: Lattice, indenter: Indenter, first: int, last: int) -> int:
+    """The lowest node of a convex profile: downhill from the origin to the first link that rises.
+
+    ValueError if it falls for ever.
+    """
+    start = min(max(0, first), last)
+    for side, limit in ((1, last), (-1, first)):
+        found = first_positive(
+            functools.partial(_rise, lattice, indenter, start, side), abs(limit - start)
+        )
+        if found == MAX_NODES:
+            raise ValueError(_bottomless(lattice, indenter, found))
+        if found:
+            return start + side * found
+    return start
 
 
 def _lowest(lattice: Lattice, indenter: Indenter, first: int, last: int) -> tuple[int, float]:
@@ -128,8 +165,12 @@ def _searched(lattice: Lattice, indenter: Indenter, depth: float, first: int, la
         if abs(node) <= half // 2 and ends.min() > clear:
             return Region(lo, hi, node)
         half *= 2
-    raise ValueError(
-        f"indenter = {indenter!r} has no lowest point within {half // 2} nodes of x = "
+    raise ValueError(_bottomless(lattice, indenter, half // 2))
+
+
+def _bottomless(lattice: Lattice, indenter: Indenter, nodes: int) -> str:
+    return (
+        f"indenter = {indenter!r} has no lowest point within {nodes} nodes of x = "
         f"{lattice.origin!r}; give Profile(..., extent=(lo, hi)) or a larger spacing"
     )
 
@@ -137,7 +178,7 @@ def _searched(lattice: Lattice, indenter: Indenter, depth: float, first: int, la
 def adhered(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -> Contact | None:
     """Contact of the path that touches first and then moves to `depth`; None: it has let go."""
     first, last, lowest = where
-    touch = float(heights(lattice, indenter, np.array([float(lowest)]))[0])
+    touch = height(lattice, indenter, lowest)
     pressed = max(depth, touch)
     mirror = mirror_axis(lattice, indenter, lowest, lowest) is not None
     right = _advance(lattice, indenter, pressed, lowest, last)
@@ -147,9 +188,11 @@ def adhered(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -
         reach = min(reach, pressed - depth)
     if depth == pressed:
         return Contact(left, right, reach)
-    inner = lowest if mirror else left
-    last = _recede(lattice, indenter, depth, right, inner, reach)
-    first = 2 * lowest - last if mirror else _recede(lattice, indenter, depth, left, right, reach)
+    stops = (lowest, lowest) if mirror or indenter.convex else (left, right)
+    last = _recede(lattice, indenter, depth, right, stops[0], reach)
+    first = 2 * lowest - last
+    if not mirror:
+        first = _recede(lattice, indenter, depth, left, stops[1], reach)
     lone_holds = not lattice.gamma1 and touch - depth <= reach * (1 + _TIE)
     return Contact(first, last, reach) if first < last or (first == last and lone_holds) else None
 
@@ -157,7 +200,7 @@ def adhered(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -
 def held(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -> Contact | None:
     """γ₁ = 0: the contact of lowest energy, every spring with u >= -δ₀ attached, Eq. (18)."""
     reach, lowest = lattice.critical_gap, where.lowest
-    if float(heights(lattice, indenter, np.array([float(lowest)]))[0]) > depth + reach:
+    if height(lattice, indenter, lowest) > depth + reach:
         return None
     ends = [_advance(lattice, indenter, depth + reach, lowest, end) for end in where[:2]]
     return Contact(ends[0], ends[1], reach)
@@ -167,14 +210,47 @@ def _advance(lattice: Lattice, indenter: Indenter, depth: float, start: int, lim
     """Outwards from node start to the first link whose adhesion does not pay for its gap."""
     reach = lattice.critical_gap * (1 + _TIE) if lattice.gamma1 else 0.0
     side = 1 if limit >= start else -1
-    for node, f in blocks(lattice, indenter, start, limit):
-        holds = lattice.holds(f[:-1], f[1:], depth, reach)
-        if not holds.all():
-            return node + side * int(np.argmin(holds))
+    if indenter.convex:
+        stop = _bracketed(lattice, indenter, depth, start, limit, reach)
+        if stop != limit:
+            return stop
+    else:
+        for node, f in blocks(lattice, indenter, start, limit):
+            holds = lattice.holds(f[:-1], f[1:], depth, reach)
+            if not holds.all():
+                return node + side * int(np.argmin(holds))
     end = indenter.extent[0 if side < 0 else 1]
     if end in indenter.walls:
         return limit
     raise ValueError(unknown(lattice, depth, limit))
+
+
+def _bracketed(
+    lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int, reach: float
+) -> int:
+    """Outwards from node start to the first link that does not hold, no link beyond it holding."""
+    side = 1 if limit >= start else -1
+
+    def excess(links: Array) -> Array:
+        f, f_next = _linked(lattice, indenter, start, side, links)
+        return np.asarray(lattice.gap(f, f_next, depth) - reach)
+
+    return start + side * first_positive(excess, abs(limit - start))
+
+
+def _rise(lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array) -> Array:
+    """By how much f rises over links outwards from node start."""
+    f, f_next = _linked(lattice, indenter, start, side, links)
+    return f_next - f
+
+
+def _linked(
+    lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array
+) -> tuple[Array, Array]:
+    """f, maybe not finite, at both ends of links outwards from node start."""
+    nodes = start + side * links
+    f = indenter.height(_positions(lattice, indenter, np.concatenate([nodes, nodes + side])))
+    return f[: links.size], f[links.size :]
 
 
 def unknown(lattice: Lattice, depth: float, node: int) -> str:
@@ -191,6 +267,8 @@ def _recede(
 ) -> int:
     """Inwards from the contact's end to the first link that holds; `stop` if none does."""
     side, reach = (1 if end >= stop else -1), reach * (1 + _TIE)
+    if indenter.convex:
+        return _bracketed(lattice, indenter, depth, stop, end, reach)
     for node, f in blocks(lattice, indenter, end, stop):
         holds = lattice.holds(f[1:], f[:-1], depth, reach)
         if holds.any():

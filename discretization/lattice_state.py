@@ -80,6 +80,8 @@ def _refuse_overhang(
 ) -> None:
     """ValueError for lines at which the surface would all but turn over (finite slopes)."""
     limit = lattice.greatest_displacement
+    if limit == math.inf:
+        return
     u = depth - scene.indenter.height(np.array([end.x for end in ends]))
     nodes = depth - fronts.heights(lattice, scene.indenter, np.array(contact[:2], float))
     for end, lift, node in zip(ends, u.tolist(), nodes.tolist(), strict=True):
@@ -115,7 +117,7 @@ def _state(
         scene=scene,
         depth=depth,
         contacts=x,
-        nodes=lattice.x(np.array([[contact.first, contact.last]], float)),
+        nodes=np.array([[lattice.x(contact.first), lattice.x(contact.last)]]),
         pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
         force=sums.force + ends[0].force + ends[1].force,
         energy=sums.energy + ends[0].energy + ends[1].energy,
@@ -123,7 +125,7 @@ def _state(
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
-        error_estimate=dict.fromkeys(QUANTITIES, math.nan),
+        errors=dict.fromkeys(QUANTITIES, math.nan),
         method="lattice",
         branch=branch,
         spacing=lattice.spacing,
@@ -132,13 +134,15 @@ def _state(
 
 def _indifferent(lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact) -> bool:
     """Whether moving a line by several links costs nothing: any contact width is an equilibrium."""
-    nodes = np.arange(contact.last, max(contact.first, contact.last - 4) - 1, -1, dtype=float)
-    if nodes.size < 4 or not scene.work_of_adhesion:
+    links = range(contact.last - 1, max(contact.first, contact.last - 4) - 1, -1)
+    if len(links) < 3 or not scene.work_of_adhesion:
         return False
-    f = fronts.heights(lattice, scene.indenter, nodes)
-    gap = lattice.gap(f[1:], f[:-1], depth)
-    cost = lattice.advance_energy(f[1:], f[:-1], depth)
-    return bool(np.all(gap > 0) and np.all(np.abs(cost) <= 1e-10 * lattice.w * lattice.spacing))
+    for link in links:
+        f, f_next = (fronts.height(lattice, scene.indenter, node) for node in (link, link + 1))
+        gap, cost = lattice.gap(f, f_next, depth), lattice.advance_energy(f, f_next, depth)
+        if gap <= 0 or abs(cost) > 1e-10 * lattice.w * lattice.spacing:
+            return False
+    return True
 
 
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
@@ -169,33 +173,33 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     )
 
 
-def coarser(fine: Equilibrium) -> Equilibrium | None:
-    """The same question on every other node, for the error estimate; None if it has no answer."""
-    if not np.isfinite(fine.contacts).all():
-        return fine
+def estimated(fine: Equilibrium) -> dict[str, float]:
+    """Errors of a state from a coarse one with twice the spacing: O(Δx²) leaves a third.
+
+    Where the coarse one has another number of contacts all of the change counts; a contact of one
+    node among several may be as wide as a link. Infinite where the coarse nodes have no answer.
+    """
+    if not (fine.contacts.size and np.isfinite(fine.contacts).all()):
+        return dict.fromkeys(QUANTITIES, 0.0)
+    coarse = _coarser(fine)
+    if coarse is None or not coarse.contacts.size:
+        return dict.fromkeys(QUANTITIES, math.inf)
+    alike = coarse.contacts.shape == fine.contacts.shape
+    scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
+    errors = {}
+    for name, scale in scales.items():
+        change = abs(getattr(fine, name) - getattr(coarse, name)) / (scale or 1.0)
+        errors[name] = float(_SAFETY * change / (3 if alike else 1) + 4 * np.finfo(float).eps)
+    if len(fine.contacts) > 1:
+        lone = np.count_nonzero(fine.nodes[:, 0] == fine.nodes[:, 1])
+        errors["half_width"] += float(lone) * fine.spacing / scales["half_width"]
+    return errors
+
+
+def _coarser(fine: Equilibrium) -> Equilibrium | None:
+    """The same question on every other node; None if it has no answer."""
     scene, branch = fine.scene, fine.branch
     try:
         return on_lattice(scene, fine.depth, 2 * fine.spacing, branch=branch, margin=False)
     except (ValueError, NotCertifiedError):
         return None
-
-
-def with_estimate(fine: Equilibrium, coarse: Equilibrium | None) -> Equilibrium:
-    """Errors of the fine state from a coarse one with twice the spacing: O(Δx²) leaves a third.
-
-    Where the coarse one has another number of contacts all of the change counts; a contact of one
-    node among several may be as wide as a link.
-    """
-    if fine.label == "detached" or not np.isfinite(fine.contacts).all():
-        return fine
-    errors = dict.fromkeys(QUANTITIES, math.inf)
-    if coarse is not None and coarse.contacts.size:
-        alike = coarse.contacts.shape == fine.contacts.shape
-        scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
-        for name, scale in scales.items():
-            change = abs(getattr(fine, name) - getattr(coarse, name)) / (scale or 1.0)
-            errors[name] = float(_SAFETY * change / (3 if alike else 1) + 4 * np.finfo(float).eps)
-        if len(fine.contacts) > 1:
-            lone = np.count_nonzero(fine.nodes[:, 0] == fine.nodes[:, 1])
-            errors["half_width"] += float(lone) * fine.spacing / scales["half_width"]
-    return replace(fine, error_estimate=errors)

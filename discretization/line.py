@@ -15,6 +15,8 @@ other one half way, which is exact for a quadratic energy.
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -27,8 +29,7 @@ from discretization.lattice import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int_]
-_STENCIL = np.arange(-3, 5)
+_INWARDS, _OUTWARDS = 3, 4  # nodes beside the last one of a contact
 _ROUNDING = 1e-15
 _TURNS = 20
 _SETTLED = 1e-12  # links
@@ -54,8 +55,7 @@ class Facing(NamedTuple):
 
 def raw(lattice: Lattice, indenter: Indenter, node: int) -> Line:
     """A line left on its node."""
-    pinned = bool((np.abs(_corners(lattice, indenter, node, 1)) == 0).any())
-    return Line(float(lattice.x(node)), 0.0, 0.0, pinned)
+    return Line(lattice.x(node), 0.0, 0.0, 0.0 in _corners(lattice, indenter, node, 1))
 
 
 def outer(
@@ -107,109 +107,125 @@ def recover(
     facing: Facing | None = None,
 ) -> Line:
     """Contact line beyond `node` on `side` (+1 right, -1 left); a link holds while gap <= reach."""
-    nodes = node + side * _STENCIL
-    known = _STENCIL[(nodes >= where.first) & (nodes <= where.last)]
-    nodes = node + side * known
-    f = heights(lattice, indenter, nodes.astype(float))
-    links = known[:-1]
+    before, beyond = (node - where.first, where.last - node)[::side]
+    known = range(max(-before, -_INWARDS), min(beyond, _OUTWARDS) + 1)
+    nodes = np.arange(node + side * known.start, node + side * known.stop, side, dtype=float)
+    f = heights(lattice, indenter, nodes)
     corners = _corners(lattice, indenter, node, side)
-    gap, steps = _moves(lattice, indenter, depth, nodes, f, facing)
-    zeta, used, pinned = _locate(lattice, links, gap - reach, corners)
-    # energies and forces of the contact sets that end at the known nodes, relative to this one
-    values = np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1)
-    values -= values[:, [int(np.flatnonzero(known == 0)[0])]]
-    ends = np.isin(known, np.union1d(used, used + 1) if used.size else [0])
-    at = known[ends].tolist()
-    force, energy = (_polynomial(at, v[ends].tolist(), zeta - lattice.edge) for v in values)
-    x = float(lattice.x(node + side * zeta))
+    gap, force, energy = _moves(lattice, indenter, depth, nodes, f, facing)
+    excess = dict(zip(known, (gap - reach).tolist(), strict=False))
+    zeta, used, pinned = _locate(lattice, excess, corners)
+    ends = sorted({j + end for j in used for end in (0, 1)}) or [0]
+    added = (_added(known, step.tolist(), ends, zeta - lattice.edge) for step in (force, energy))
+    x = lattice.x(node + side * zeta)
     if pinned:  # the corner itself, not its position rounded on the lattice
         corners_x = np.asarray(indenter.corners, float)
         x = float(corners_x[np.argmin(np.abs(corners_x - x))])
-    return Line(min(max(x, indenter.extent[0]), indenter.extent[1]), force, energy, pinned)
+    x = min(max(x, indenter.extent[0]), indenter.extent[1])
+    return Line(x, next(added), next(added), pinned)
+
+
+def _added(known: range, steps: list[float], ends: list[int], zeta: float) -> float:
+    """What a contact set that ends at ζ has more than the one that ends at node 0.
+
+    steps: changes from each known node to the next; ends: the nodes to interpolate between.
+    """
+    totals = dict(zip(known, itertools.accumulate(steps, initial=0.0), strict=True))
+    return _value(_polynomial(ends, [totals[j] - totals[0] for j in ends]), zeta)
 
 
 def _moves(
     lattice: Lattice,
     indenter: Indenter,
     depth: float,
-    nodes: Nodes,
+    nodes: Array,
     f: Array,
     facing: Facing | None,
-) -> tuple[Array, Array]:
-    """Gap of each link outwards over the nodes, heights f; force and energy of its closing (2,)."""
+) -> tuple[Array, Array, Array]:
+    """Gap of each link outwards over the nodes, heights f; force and energy of its closing."""
     if facing is None:
-        move = f[:-1], f[1:], depth
-        steps = lattice.advance_force(*move), lattice.advance_energy(*move)
-        return lattice.gap(*move), np.stack(steps)
-    x, there = lattice.x(nodes[:-1]), float(lattice.x(facing.node))
+        f, f_next = f[:-1], f[1:]
+        gap = lattice.gap(f, f_next, depth)
+        energy = lattice.arc(f_next - f) * lattice.advance_cost(gap)
+        return gap, lattice.advance_force(f, f_next, depth), energy
+    x, there = lattice.x(nodes[:-1]), lattice.x(facing.node)
     found = []
     for end in (facing.x, (facing.x + there) / 2):
         links = np.maximum(np.abs(end - x) / lattice.spacing, _CLOSEST)
         u = depth - float(indenter.height(end))
         found.append(span.advance(lattice, depth - f, links, u))
-    return found[0][0], np.stack(found[1][:0:-1])
+    (gap, _, _), (_, energy, force) = found
+    return gap, force, energy
 
 
-def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> Array:
-    """Corners within the stencil as positions ζ, those on a node exactly there."""
+def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> list[float]:
+    """Corners within the stencil as positions ζ outwards, those on a node exactly there."""
+    if not len(indenter.corners):
+        return []
     corners = np.asarray(indenter.corners, float)
     middle, span = lattice.x(node), 5 * lattice.spacing
     lo, hi = np.searchsorted(corners, [middle - span, middle + span])
-    zeta = np.sort(side * (corners[lo:hi] - middle) / lattice.spacing)
-    return np.where(np.abs(zeta - np.round(zeta)) < 1e-9, np.round(zeta), zeta)
+    zeta = sorted((side * (corners[lo:hi] - middle) / lattice.spacing).tolist())
+    return [float(round(z)) if abs(z - round(z)) < 1e-9 else z for z in zeta]
 
 
 def _locate(
-    lattice: Lattice, links: Nodes, excess: Array, corners: Array
-) -> tuple[float, Nodes, bool]:
+    lattice: Lattice, excess: dict[int, float], corners: list[float]
+) -> tuple[float, list[int], bool]:
     """ζ of the line, the links whose polynomial found it, and whether a corner pins it.
 
-    excess: (n,) gap - reach of each link; link j spans ζ = j..j+1.
+    excess: gap - reach of each link; link j spans ζ = j..j+1.
     """
-    near = corners[(corners > -1) & (corners < 1)]
-    if near.size > 1:  # corners as dense as the nodes: secant through the two links
-        used = links[(links == -1) | (links == 0)]
-        return _root(lattice, used, excess[np.isin(links, used)]), used, False
-    below = corners[corners <= -1].max(initial=-np.inf)
-    above = corners[corners >= 1].min(initial=np.inf)
-    clear = (links >= below) & (links + 1 <= above)
-    if not near.size:
-        chosen = clear & (links >= -2) & (links <= 1)
-        return _root(lattice, links[chosen], excess[chosen]), links[chosen], False
-    corner = float(near[0])
-    inside = np.flatnonzero(clear & (links + 1 <= corner))[-3:]
-    outside = np.flatnonzero(clear & (links >= corner))[:3]
+    near = [corner for corner in corners if -1 < corner < 1]
+    if len(near) > 1:  # corners as dense as the nodes: secant through the two links
+        used = [j for j in excess if j in (-1, 0)]
+        return _root(lattice, used, excess), used, False
+    below = max((corner for corner in corners if corner <= -1), default=-math.inf)
+    above = min((corner for corner in corners if corner >= 1), default=math.inf)
+    clear = [j for j in excess if below <= j and j + 1 <= above]
+    if not near:
+        used = [j for j in clear if -2 <= j <= 1]
+        return _root(lattice, used, excess), used, False
+    corner = near[0]
+    inside = [j for j in clear if j + 1 <= corner][-3:]
+    outside = [j for j in clear if j >= corner][:3]
     for face, sign in ((inside, 1), (outside, -1)):
-        middles, values = (links[face] + 0.5).tolist(), excess[face].tolist()
-        if values and sign * _polynomial(middles, values, corner) > 0:
-            return _root(lattice, links[face], excess[face]), links[face], False
-    return corner, links[inside], True
+        middles, values = [j + 0.5 for j in face], [excess[j] for j in face]
+        if values and sign * _value(_polynomial(middles, values), corner) > 0:
+            return _root(lattice, face, excess), face, False
+    return corner, inside, True
 
 
-def _root(lattice: Lattice, links: Nodes, excess: Array) -> float:
+def _root(lattice: Lattice, links: list[int], excess: dict[int, float]) -> float:
     """Zero of the polynomial through the excess at the links' middles: secant steps to rounding."""
-    middles = [j + 0.5 for j in links.tolist()]
+    middles = [j + 0.5 for j in links]
     if len(middles) < 2:
         return middles[0] + lattice.edge
-    values = excess.tolist()
+    values = [excess[j] for j in links]
+    curve = _polynomial(middles, values)
     after = next((i for i, y in enumerate(values) if y > 0), len(values) - 1) or 1
     (x0, x1), (y0, y1) = middles[after - 1 : after + 1], values[after - 1 : after + 1]
     for _ in range(8):
         if y1 == y0:
             break
         x0, x1, y0 = x1, min(max(x1 - y1 * (x1 - x0) / (y1 - y0), -1.0), 1.0), y1
-        y1 = _polynomial(middles, values, x1)
+        y1 = _value(curve, x1)
         if abs(x1 - x0) <= _ROUNDING:
             break
     return x1 + lattice.edge
 
 
-def _polynomial(x: Sequence[float], y: Sequence[float], at: float) -> float:
-    """Value at `at` of the polynomial through the points (Lagrange)."""
+def _polynomial(x: Sequence[float], y: Sequence[float]) -> list[tuple[float, float]]:
+    """The polynomial through the points in Newton's form: nodes and divided differences."""
+    divided = list(y)
+    for order in range(1, len(x)):
+        for i in range(len(x) - 1, order - 1, -1):
+            divided[i] = (divided[i] - divided[i - 1]) / (x[i] - x[i - order])
+    return list(zip(x, divided, strict=True))[::-1]
+
+
+def _value(polynomial: list[tuple[float, float]], at: float) -> float:
     total = 0.0
-    for i, (xi, yi) in enumerate(zip(x, y, strict=True)):
-        for j, xj in enumerate(x):
-            if j != i:
-                yi *= (at - xj) / (xi - xj)
-        total += yi
+    for node, divided in polynomial:
+        total = total * (at - node) + divided
     return total

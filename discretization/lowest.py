@@ -156,7 +156,7 @@ def _state(
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
-        error_estimate=dict.fromkeys(QUANTITIES, math.nan),
+        errors=dict.fromkeys(QUANTITIES, math.nan),
         method="lattice",
         branch=branch,
         spacing=lattice.spacing,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 from discretization.equilibrium import Equilibrium
 from discretization.fitted_state import on_fitted_mesh
-from discretization.lattice_state import coarser, on_lattice, with_estimate
+from discretization.lattice_state import estimated, on_lattice
 from energy import Plane, Scene
 from energy.checks import finite, option, positive
 
@@ -57,8 +58,8 @@ def minimise(
         if spacing is None:
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
         positive("spacing", spacing)
-        fine = on_lattice(scene, float(depth), float(spacing), branch=branch, method=method)
-        return with_estimate(fine, coarser(fine))
+        state = on_lattice(scene, float(depth), float(spacing), branch=branch, method=method)
+        return replace(state, errors=estimated)
     if spacing is not None:
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
     if isinstance(scene.indenter, Plane):

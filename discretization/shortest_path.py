@@ -138,7 +138,7 @@ def _reaching(
         inside = np.flatnonzero(f <= limit)
         if inside.size:
             count = size - f.size + int(inside[-1]) + 1
-        if indenter.apex is not None and f[-1] > limit:
+        if (indenter.apex is not None or indenter.convex) and f[-1] > limit:
             break
     return np.concatenate(parts)[:count]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from discretization import Lattice, free_surface, load_path, minimise, shortest_path
+from discretization import Lattice, free_surface, fronts, load_path, minimise, shortest_path
 from discretization.fitted import Problem
 from discretization.obstacle import obstacle
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies, Wedge
@@ -27,6 +27,8 @@ class Counted(Parabola):
 
     def height(self, x):
         counted["heights"] += np.size(x)
+        counted["calls"] += 1
+        counted["longest"] = max(counted["longest"], np.size(x))
         return super().height(x)
 
     def slope(self, x):
@@ -83,14 +85,36 @@ def test_a_step_of_a_load_path():
     assert counted["solves"] == 0
 
 
-@pytest.mark.parametrize("nodes", [100, 1000, 10_000])
-def test_the_lattice_visits_each_node_a_few_times(nodes):
-    """Symmetric: half of the contact, on the lattice and on the one with half as many nodes."""
-    question = scene(Counted(10.0))
-    a = minimise(question, 1.5).half_width
+@pytest.mark.parametrize(("w", "depth"), [(0.02, 1.5), (0.02, -0.02), (0.0, 1.5)])
+@pytest.mark.parametrize("nodes", [100, 1000, 10_000, 200_000])
+def test_the_lattice_visits_each_node_once(nodes, w, depth):
+    """Symmetric: half of the contact; the estimate half as many. No array longer than a block."""
+    question = scene(Counted(10.0), w=w)
+    a = minimise(question, depth).half_width
     counted.clear()
-    minimise(question, 1.5, method="lattice", spacing=2 * a / nodes)
-    assert counted["heights"] <= 2.3 * nodes + 800
+    state = minimise(question, depth, method="lattice", spacing=2 * a / nodes)
+    assert state.certificate.ok
+    assert counted["heights"] <= nodes / 2 + 650
+    assert counted["calls"] <= 17 + nodes / 2 / 16_000
+    assert counted["longest"] <= 20_000
+    counted.clear()
+    assert state.error_estimate["force"] <= 2e-3
+    assert counted["heights"] <= nodes / 4 + 650
+    before = counted["heights"]
+    assert state.error_estimate["half_width"] <= 2e-3
+    assert counted["heights"] == before
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+@pytest.mark.parametrize("indenter", [Counted(10.0), Counted(10.0).tilted(0.1)])
+def test_a_line_is_found_without_visiting_the_contact(indenter, slopes):
+    question = scene(indenter, slopes=slopes)
+    lattice = Lattice.of(question, 1e-7)
+    counted.clear()
+    where = fronts.region(lattice, indenter, 0.5)
+    contact = fronts.adhered(lattice, indenter, 0.5, where)
+    assert contact.last - contact.first > 10**7
+    assert counted["heights"] <= 2000
 
 
 def test_a_path_on_the_lattice_reads_the_profile_once():
@@ -124,3 +148,11 @@ def test_nodes_visited_by_the_shortest_path(monkeypatch):
     shortest_path.global_minimum(lattice, g, margin=False)
     assert len(visited) == 1
     assert visited[0] <= 1675
+
+
+def test_the_window_of_an_endless_tilted_profile_ends_where_it_rises():
+    indenter = Counted(10.0).tilted(0.1)
+    lattice = Lattice.of(scene(indenter), 1e-3)
+    counted.clear()
+    _, g = shortest_path.window(lattice, indenter, 0.5)
+    assert g.size <= counted["heights"] <= 4 * g.size

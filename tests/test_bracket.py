@@ -1,0 +1,58 @@
+"""The first positive term of an increasing sequence."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from discretization.bracket import first_positive
+
+
+def searched(term, count):
+    rounds = []
+
+    def excess(numbers):
+        assert numbers.min() >= 0
+        assert numbers.max() < count
+        assert (np.diff(numbers) >= 0).all()
+        rounds.append(numbers.size)
+        with np.errstate(over="ignore"):
+            return term(numbers)
+
+    return first_positive(excess, count), rounds
+
+
+@pytest.mark.parametrize("shape", [1, 2, 3, 0.3, 40])
+@pytest.mark.parametrize("count", [0, 1, 2, 3, 100, 2**31])
+def test_it_is_the_first_positive_one(count, shape):
+    for zero in {-1, 0, 1, 2, 63, 99, 100, 12_345_678, count - 1, count, count + 5}:
+        found, rounds = searched(
+            lambda x, zero=zero: np.sign(x - zero) * np.abs(x - zero) ** shape, count
+        )
+        assert found == min(max(zero + 1, 0), count)
+        assert len(rounds) <= 34
+
+
+def test_a_parabola_takes_two_rounds():
+    for zero in (17, 4096, 5_000_123):
+        found, rounds = searched(
+            lambda x, zero=zero: x * x + 3 * x - zero * (zero + 3.0) - 0.5, 2**31
+        )
+        assert found == zero + 1
+        assert len(rounds) == 2
+
+
+@pytest.mark.parametrize("far", [math.inf, math.nan])
+def test_what_is_not_finite_is_beyond(far):
+    found, _ = searched(lambda x: np.where(x < 700, -1.0, far), 2**31)
+    assert found == 700
+    found, _ = searched(lambda x: np.where(x < 900, x - 700.5, far), 2**31)
+    assert found == 701
+
+
+def test_a_step_is_found_by_bisection():
+    found, rounds = searched(lambda x: np.where(x < 98_765_432, -1.0, 1e-9), 2**31)
+    assert found == 98_765_432
+    assert len(rounds) <= 34
