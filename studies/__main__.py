@@ -50,13 +50,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     if name not in STUDIES:
         print(f"study {name!r} is unknown; the studies are: {', '.join(STUDIES)}", file=sys.stderr)
         return 2
-    if name != "report" and "--preset" in rest:  # the same as --quick, or nothing
-        at = rest.index("--preset")
-        preset = rest[at + 1 : at + 2]
-        if preset not in (["quick"], ["full"]):
-            print(f"--preset {' '.join(preset)}: give quick or full", file=sys.stderr)
-            return 2
-        rest[at : at + 2] = ["--quick"] if preset == ["quick"] else []
     try:
         return int(importlib.import_module(f"studies.{name}").main(rest))
     except (ValueError, RuntimeError, OSError) as error:

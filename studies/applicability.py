@@ -18,21 +18,21 @@ Output: applicability.png, conjecture.png, applicability.csv, and the answer in 
 
 from __future__ import annotations
 
-import argparse
 import functools
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import product
 from typing import NamedTuple
 
 from scipy.optimize import brentq
 
 from discretization import minimise
 from energy import FlatPunch, Parabola
-from studies import applicability_report
+from studies import applicability_report, command
 from studies.applicability_figures import PUNCH, TOLERANCES
+from studies.batches import each
 from studies.small_slopes import (
     QUANTITIES,
     SHAPES,
@@ -147,20 +147,22 @@ def border(error: Callable[[float], float], scan: Sequence[float], tolerance: fl
     return math.exp(brentq(excess, logs[over - 1], logs[over], xtol=1e-3, rtol=1e-8))
 
 
-def borders(p: Parameters) -> Iterator[Border]:
+def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
     """Each shape, steepness line and quantity; and the angle, which depends on w/γ₁ alone."""
-    for shape in SHAPES:
-        for steepness in p.lines:
-            for name, error in QUANTITIES.items():
-                if name == "depth of letting go" and shape == "parabola":
-                    continue  # flat at its tip: among the flat faces
-                at = functools.partial(error, shape, steepness)
-                for tolerance in TOLERANCES:
-                    found = border(at, p.scan, tolerance)
-                    yield Border(shape, steepness, name, tolerance, found)
+    lines = product(SHAPES, p.lines, QUANTITIES)
+    flat = "parabola", "depth of letting go"  # at its tip: among the flat faces
+    chosen = [(shape, s, name) for shape, s, name in lines if (shape, name) != flat]
+    for pair in each(functools.partial(_borders, p.scan), chosen, jobs):
+        yield from pair
     for tolerance in TOLERANCES:
         found = border(lambda r: at_unit_width("wedge", 1.0, r).angle, (*p.scan, 1.3), tolerance)
         yield Border("any", math.nan, "π - θ", tolerance, found)
+
+
+def _borders(scan: Sequence[float], line: tuple[str, float, str]) -> list[Border]:
+    shape, steepness, name = line
+    at = functools.partial(QUANTITIES[name], shape, steepness)
+    return [Border(*line, tolerance, border(at, scan, tolerance)) for tolerance in TOLERANCES]
 
 
 def turning_over(errors: Callable[[float], Errors], ratios: Sequence[float]) -> float:
@@ -184,8 +186,9 @@ def overhangs(p: Parameters) -> Iterator[tuple[str, float, float]]:
     yield PUNCH, 0.0, turning_over(functools.partial(punch, 1.0), p.ratios)
 
 
-def path_point(shape: str, steepness: float, tension: float) -> Point | None:
-    """Eq. (16) at d = 0 with γ₁ = tension·w; None where it has no contact (a wedge too sharp)."""
+def path_point(case: tuple[str, float, float]) -> Point | None:
+    """Eq. (16) at d = 0, case: shape, steepness, γ₁/w; None without contact (too sharp a wedge)."""
+    shape, steepness, tension = case
     a0 = (1.0 if shape == "wedge" else 2.0) / steepness
     given = scene(blunt(shape, steepness, a0), tension * WORK, WORK)
     ell = given.elastocapillary_length
@@ -219,31 +222,29 @@ def flat_faces(p: Parameters) -> Iterator[tuple[str, float, float]]:
             yield shape, ratio, letting_go(given, 1e-12) / given.critical_separation + 1
 
 
-def mapped(p: Parameters) -> Iterator[Point]:
-    """The states of the map."""
-    for shape in SHAPES:
-        for s in p.steepness:
-            for ratio in p.ratios:
-                yield Point(shape, ratio, s, 1.0, at_unit_width(shape, s, ratio))
-    for width in p.widths:
-        for ratio in p.ratios:
-            yield Point(PUNCH, ratio, 0.0, width, punch(width, ratio))
+def map_point(case: tuple[str, float, float]) -> Point:
+    """A state of the map; case: shape, steepness (width of the punch), w/γ₁."""
+    shape, other, ratio = case
+    if shape == PUNCH:
+        return Point(PUNCH, ratio, 0.0, other, punch(other, ratio))
+    return Point(shape, ratio, other, 1.0, at_unit_width(shape, other, ratio))
 
 
-def run(p: Parameters = FULL, show: Callable[[str], object] = lambda line: None) -> Record:
-    """All comparisons; `show` gets a line as each part begins."""
-    count = (len(SHAPES) * len(p.steepness) + len(p.widths)) * len(p.ratios)
+def run(
+    p: Parameters = FULL, show: Callable[[str], object] = lambda line: None, jobs: int = 1
+) -> Record:
+    """All comparisons, in `jobs` processes; `show` gets a line as each part begins."""
+    cases = [*product(SHAPES, p.steepness, p.ratios), *product((PUNCH,), p.widths, p.ratios)]
     show("the paper's own energy, and flat faces ...")
     small, flat = within_small_slopes(p), tuple(flat_faces(p))
-    show(f"map, {count} states ...")
-    points = tuple(mapped(p))
+    show(f"map, {len(cases)} states ...")
+    points = tuple(each(map_point, cases, jobs))
     show("where the surface turns over ...")
     turning = tuple(overhangs(p))
     show(f"borders of 1 % and 10 % on {len(p.lines)} lines ...")
-    found = tuple(borders(p))
-    show(f"γ₁ alone varied, {len(SHAPES) * len(p.paths) * len(p.tensions)} states ...")
-    tried = [path_point(shape, s, t) for shape in SHAPES for s in p.paths for t in p.tensions]
-    on_path = [point for point in tried if point is not None]
+    found, ways = tuple(borders(p, jobs)), list(product(SHAPES, p.paths, p.tensions))
+    show(f"γ₁ alone varied, {len(ways)} states ...")
+    on_path = [point for point in each(path_point, ways, jobs) if point is not None]
     maps = {shape: tuple(x for x in points if x.shape == shape) for shape in (*SHAPES, PUNCH)}
     paths = {shape: tuple(x for x in on_path if x.shape == shape) for shape in SHAPES}
     return Record(p, maps, paths, found, turning, flat, small)
@@ -251,14 +252,10 @@ def run(p: Parameters = FULL, show: Callable[[str], object] = lambda line: None)
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write, answer."""
-    parser = argparse.ArgumentParser(prog="python -m studies applicability", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    parser.add_argument("--quick", action="store_true", help="coarser grids")
-    options = parser.parse_args(argv)
-    start, out = time.perf_counter(), options.out
-    out.mkdir(parents=True, exist_ok=True)
-    record = run(QUICK if options.quick else FULL, lambda text: print(text, flush=True))
+    parser = command.parser("applicability", __doc__, "coarser grids")
+    options, out = command.parse(parser, argv)
+    start, preset = time.perf_counter(), QUICK if options.preset == "quick" else FULL
+    record = run(preset, command.say, options.jobs)
     print(applicability_report.write(record, out))
-    print(f"report: {out / 'applicability.md'}; {time.perf_counter() - start:.1f} s")
+    print(f"report: {out.folder / 'applicability.md'}; {time.perf_counter() - start:.1f} s")
     return 0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.figures import COLOURS, MARKERS
+from studies.figures import COLOURS, MARKERS, plain_ticks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -110,6 +110,7 @@ def draw_conjecture(record: Record) -> Figure:
                 label = f"f'(a₀) = {s:g}" if style == "-" else None
                 axes.loglog(tensions, errors, style, color=colour, label=label)
         axes.set(title=f"{shape}, only γ₁ varies, d = 0", xlabel="γ₁/w", ylim=(1e-6, 1))
+        plain_ticks(axes.xaxis, steps=(1.0,) if max(tensions) > 100 else (1.0, 3.0))
         axes.legend(fontsize=8, title="a solid, P dashed")
         for j, (name, style) in enumerate((("half_width", "-"), ("force", "--"))):
             label = f"{shape}, {'a' if j == 0 else 'P'}"
@@ -119,6 +120,7 @@ def draw_conjecture(record: Record) -> Figure:
         last.axhline(tolerance, color="black", lw=0.8, ls=":")
     panels[0].set_ylabel("relative error of Eq. (16)")
     last.set(title="largest over all γ₁", xlabel="steepness f'(a₀)")
+    plain_ticks(last.xaxis)
     last.legend()
     for axes in (*panels, last):
         axes.grid(alpha=0.25)

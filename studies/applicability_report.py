@@ -5,10 +5,8 @@ Every number is read from the record of simulated states; none stands here.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +22,7 @@ from studies.applicability_figures import (
 
 if TYPE_CHECKING:
     from studies.applicability import Point, Record
+    from studies.command import Output
 
 Array = NDArray[np.float64]
 
@@ -203,27 +202,25 @@ def _overhang(record: Record) -> Iterator[str]:
     )
 
 
-def write_csv(record: Record, path: Path) -> None:
-    """applicability.csv: one row per comparison."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        names = ("half_width", "force", "angle", "young")
-        table.writerow(
-            ["part", "shape", "w/gamma1", "steepness", "a/l", *(f"error_{n}" for n in names)]
-        )
-        for part, rows in (("map", record.maps), ("path", record.paths)):
-            for shape, points in rows.items():
-                for x in points:
-                    table.writerow([part, shape, x.ratio, x.steepness, x.width, *x.errors])
+def table(record: Record) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per comparison."""
+    names = [f"error_{name}" for name in ("half_width", "force", "angle", "young")]
+    rows = [
+        [part, shape, x.ratio, x.steepness, x.width, *x.errors]
+        for part, found in (("map", record.maps), ("path", record.paths))
+        for shape, points in found.items()
+        for x in points
+    ]
+    return ["part", "shape", "w/gamma1", "steepness", "a/l", *names], rows
 
 
-def write(record: Record, out: Path) -> str:
+def write(record: Record, out: Output) -> str:
     """Write figures, CSV and report; return the answer."""
     text = answer(record)
     images = {"applicability.png": draw_maps, "conjecture.png": draw_conjecture}
     for name, drawing in images.items():
-        drawing(record).savefig(out / name, dpi=150)
-    write_csv(record, out / "applicability.csv")
+        out.figure(name, drawing(record))
+    out.table("applicability.csv", record.parameters, *table(record))
     links = "\n".join(f"\n![{name}]({name})" for name in images)
-    (out / "applicability.md").write_text(f"{text}\n{links}\n", encoding="utf-8")
+    out.at("applicability.md").write_text(f"{text}\n{links}\n", encoding="utf-8")
     return text

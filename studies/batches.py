@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,10 +13,12 @@ from contextlib import nullcontext
 from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from studies.sweep_store import failed_line, found_line
 
+Case = TypeVar("Case")
+Result = TypeVar("Result")
 Point = tuple[int, Mapping[str, Any]]
 Function = Callable[[Any], Mapping[str, Any]]
 SECONDS = 0.25  # that a batch should take
@@ -66,8 +69,12 @@ class Clock:
         """What a batch says of the cost of a point, smoothed, and of the progress."""
         cost = batch.seconds / len(batch.lines)
         self.cost = cost if math.isnan(self.cost) else (self.cost + cost) / 2
-        self.done += len(batch.lines)
         self.failed += batch.failed
+        self.tick(len(batch.lines))
+
+    def tick(self, points: int = 1) -> None:
+        """So many points more are done."""
+        self.done += points
         now = time.monotonic()
         if now - self.told >= 1 or self.done == self.total:
             per_point = (now - self.start) / (self.done - self.begun)
@@ -87,6 +94,29 @@ def processes(jobs: int) -> Any:
     alone = tasks.is_dir() and len(list(tasks.iterdir())) == 1
     context: Any = get_context("fork" if alone else "spawn")
     return ProcessPoolExecutor(jobs, context, initializer=end_with, initargs=(os.getpid(),))
+
+
+def tell(progress: Progress) -> None:
+    """The progress on the screen, beside what is kept of it: on stderr, one line on a terminal."""
+    end = "\r" if sys.stderr.isatty() and progress.done < progress.total else "\n"
+    print(f"{progress!s:50s}", end=end, file=sys.stderr, flush=True)
+
+
+def each(
+    function: Callable[[Case], Result],
+    cases: Sequence[Case],
+    jobs: int,
+    show: Callable[[Progress], object] = tell,
+) -> Iterator[Result]:
+    """function(case) of every case, in their order, from `jobs` processes (1: this one).
+
+    The function is of module level, or a functools.partial of one.
+    """
+    clock = Clock(0, len(cases), 0, show)
+    with processes(min(jobs, max(1, len(cases)))) as pool:
+        for result in map(function, cases) if pool is None else pool.map(function, cases):
+            clock.tick()
+            yield result
 
 
 def end_with(parent: int) -> None:

@@ -12,19 +12,20 @@ Output: contact_angle.png and .csv, the numbers on the screen; exit status 1 if 
 
 from __future__ import annotations
 
-import argparse
-import csv
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
 from discretization import Equilibrium, minimise
 from energy import Indenter, Parabola, PowerLaw, Scene, Wedge
+from studies import command
+from studies.batches import each
 from studies.contact_angle_figure import plot
 from studies.small_slopes import depth_by_16, letting_go, scene, simulated
 
@@ -42,6 +43,7 @@ TILTED: dict[str, Indenter] = {
     "tilted parabola": Parabola(4.0).tilted(0.1),
     "parabola + shifted one": Parabola(5.0) + Parabola(9.0).shifted(0.7),
 }
+SHAPES = {**INDENTERS, **TILTED}
 
 
 @dataclass(frozen=True)
@@ -174,24 +176,27 @@ def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
         yield Angle(kind, shape, ratio, state.depth, state.half_width, *seen, state.spacing)
 
 
-def single(p: Parameters) -> Iterator[Angle]:
-    """States at many w/γ₁, indenters and depths; those that would turn over are left out."""
-    for shape, body in INDENTERS.items():
-        for ratio in p.ratios:
-            for width in p.widths:
-                small = scene(body, 1.0, ratio, "small")
-                depth = depth_by_16(small, (body.apex or 0.0) + width)
-                yield from measured("small", shape, minimise(small, depth))
-                state = simulated(scene(body, 1.0, ratio), depth)
-                if state is not None:
-                    yield from measured("finite", shape, state)
-    for shape, body in TILTED.items():
-        for ratio in p.ratios:
-            yield from measured("small", shape, minimise(scene(body, 1.0, ratio, "small"), 0.5))
+def single(p: Parameters, shape: str) -> list[Angle]:
+    """States at many w/γ₁ and depths; those that would turn over are left out."""
+    body, found = SHAPES[shape], list[Angle]()
+    for ratio in p.ratios:
+        if shape in TILTED:
+            small = scene(body, 1.0, ratio, "small")
+            found += measured("small", shape, minimise(small, 0.5))
+            continue
+        for width in p.widths:
+            small = scene(body, 1.0, ratio, "small")
+            depth = depth_by_16(small, (body.apex or 0.0) + width)
+            found += measured("small", shape, minimise(small, depth))
+            state = simulated(scene(body, 1.0, ratio), depth)
+            if state is not None:
+                found += measured("finite", shape, state)
+    return found
 
 
-def loop(shape: str, ratio: float, steps: int) -> Loop:
+def loop(steps: int, case: tuple[str, float]) -> Loop:
     """Touch, press to 2δ₀, pull until just before the contact lets go; finite slopes."""
+    shape, ratio = case
     given = scene(INDENTERS[shape], 1.0, ratio)
     end, top = letting_go(given), 2 * given.critical_separation
     depths = [*np.linspace(0, top, steps), *(top + (end - top) * np.linspace(0, 0.999, 2 * steps))]
@@ -200,15 +205,16 @@ def loop(shape: str, ratio: float, steps: int) -> Loop:
     return Loop(shape, ratio, tuple(angles[:steps]), tuple(angles[steps:]))
 
 
-def on_lattices(p: Parameters) -> Iterator[Angle]:
+def on_lattices(p: Parameters, case: tuple[int, str]) -> list[Angle]:
     """Small-slope angles from nodes, at the worst contact line; each with an error estimate."""
-    for cells in p.cells:
-        for shape, body in {**INDENTERS, **TILTED}.items():
-            for ratio in p.path:
-                depth = depth_by_16(scene(body, 1.0, ratio), (body.apex or 0.0) + 1.0)
-                for offset in p.offsets:
-                    given = scene(body.shifted(offset / cells), 1.0, ratio, "small")
-                    yield lattice_angle(shape, given, depth, 1 / cells)
+    (cells, shape), found = case, []
+    body = SHAPES[shape]
+    for ratio in p.path:
+        depth = depth_by_16(scene(body, 1.0, ratio), (body.apex or 0.0) + 1.0)
+        for offset in p.offsets:
+            given = scene(body.shifted(offset / cells), 1.0, ratio, "small")
+            found.append(lattice_angle(shape, given, depth, 1 / cells))
+    return found
 
 
 def lattice_angle(shape: str, given: Scene, depth: float, spacing: float) -> Angle:
@@ -221,14 +227,19 @@ def lattice_angle(shape: str, given: Scene, depth: float, spacing: float) -> Ang
     return fine[worst]._replace(estimate=abs(fine[worst].deficit - coarse[worst].deficit) / 2)
 
 
-def run(p: Parameters = FULL, show: Callable[[str], object] = lambda line: None) -> Record:
-    """Measure all angles; `show` gets a line as each part begins."""
+def run(
+    p: Parameters = FULL, show: Callable[[str], object] = lambda line: None, jobs: int = 1
+) -> Record:
+    """Measure all angles in `jobs` processes; `show` gets a line as each part begins."""
     show(f"{len(p.ratios)} w/γ₁ x {len(INDENTERS)} indenters x {len(p.widths)} depths ...")
-    states = tuple(single(p))
+    states = tuple(chain.from_iterable(each(partial(single, p), list(SHAPES), jobs)))
     show(f"loading paths at {len(p.path)} w/γ₁ ...")
-    loops = tuple(loop(shape, r, p.steps) for shape in ("wedge", "parabola") for r in p.path)
+    ways = [(shape, ratio) for shape in ("wedge", "parabola") for ratio in p.path]
+    loops = tuple(each(partial(loop, p.steps), ways, jobs))
     show(f"{len(p.cells)} lattices ...")
-    return Record(p, states, loops, tuple(on_lattices(p)))
+    levels = [(cells, shape) for cells in p.cells for shape in SHAPES]
+    lattice = tuple(chain.from_iterable(each(partial(on_lattices, p), levels, jobs)))
+    return Record(p, states, loops, lattice)
 
 
 def summary(record: Record) -> str:
@@ -268,32 +279,25 @@ def law_gap(record: Record) -> list[tuple[float, float]]:
     return [(r, 1 - small[r] / finite[r]) for r in sorted(finite)]
 
 
-def write_csv(record: Record, path: Path) -> None:
-    """contact_angle.csv: one row per measured angle."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["part", *Angle._fields, "residual"])
-        for angle in (*record.states, *record.lattice):
-            table.writerow(["state", *angle, angle.residual])
-        for one in record.loops:
-            for i, angle in enumerate(one.angles):
-                part = "advance" if i < len(one.advance) else "retract"
-                table.writerow([part, *angle, angle.residual])
+def table(record: Record) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per measured angle; lengths in l, angles in rad."""
+    rows = [["state", *angle, angle.residual] for angle in (*record.states, *record.lattice)]
+    for one in record.loops:
+        for i, angle in enumerate(one.angles):
+            part = "advance" if i < len(one.advance) else "retract"
+            rows.append([part, *angle, angle.residual])
+    return ["part", *Angle._fields, "residual"], rows
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write; 1 if a measured angle misses its law."""
-    parser = argparse.ArgumentParser(prog="python -m studies contact_angle", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    parser.add_argument("--quick", action="store_true", help="fewer states")
-    options = parser.parse_args(argv)
-    start, out = time.perf_counter(), options.out
-    out.mkdir(parents=True, exist_ok=True)
-    record = run(QUICK if options.quick else FULL, lambda text: print(text, flush=True))
-    plot(record).savefig(out / "contact_angle.png", dpi=150)
-    write_csv(record, out / "contact_angle.csv")
+    parser = command.parser("contact_angle", __doc__, "fewer states")
+    options, out = command.parse(parser, argv)
+    start, preset = time.perf_counter(), QUICK if options.preset == "quick" else FULL
+    record = run(preset, command.say, options.jobs)
+    out.figure("contact_angle.png", plot(record))
+    out.table("contact_angle.csv", preset, *table(record))
     print(summary(record))
     verdict, seconds = "pass" if record.passed else "FAIL", time.perf_counter() - start
-    print(f"{verdict}; figure: {out / 'contact_angle.png'}; {seconds:.1f} s")
+    print(f"{verdict}; figure: {out.folder / 'contact_angle.png'}; {seconds:.1f} s")
     return 0 if record.passed else 1

@@ -78,7 +78,8 @@ def _draw_loops(panels: Any, record: Record) -> None:
             top.plot(depths, values, color=COLOURS[j], label=text, mfc="none", **colour)
     top.axhline(math.degrees(chosen.angles[0].law), label="Young's law (8)", **LINE)
     top.set(
-        ylabel="degrees", title=f"Along a loading path: {chosen.shape}, w/γ₁ = {chosen.ratio:g}"
+        ylabel="angle in degrees",
+        title=f"Along a loading path: {chosen.shape}, w/γ₁ = {chosen.ratio:g}",
     )
     top.plot([], [], "ko", mfc="none", label="advance")
     top.plot([], [], "kx", label="retract")
@@ -87,7 +88,7 @@ def _draw_loops(panels: Any, record: Record) -> None:
         depths = [a.depth / max(b.depth for b in one.angles) * 2 for a in one.angles]
         residuals = [max(a.residual, 1e-17) for a in one.angles]
         label = f"{one.shape}, w/γ₁ = {one.ratio:g}"
-        marks: dict[str, Any] = {"color": COLOURS[i % 4], "marker": MARKERS[i // 4], "ms": 4}
+        marks: dict[str, Any] = {"color": COLOURS[i % 8], "marker": MARKERS[i % 8], "ms": 4}
         bottom.semilogy(depths, residuals, ls="", label=label, **marks)
     bottom.set(xlabel="depth d/δ₀", ylabel="relative difference to (8)", ylim=(1e-17, 1e-6))
     bottom.legend(fontsize=8, ncols=2)

@@ -26,23 +26,20 @@ intervals of a parameter hold the truth.
 
 from __future__ import annotations
 
-import argparse
 import math
-import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from studies import fit_figure, fit_trials
+from studies import command, fit_figure, fit_trials
 from studies.fit_estimate import Fit, fit
 from studies.fit_model import NAMES
-from studies.force_curve import read_curve, write_curve
+from studies.force_curve import read_curve
 from studies.scene_file import load
 
 
-def write_csv(found: Fit, path: Path, header: Sequence[str]) -> None:
+def table(found: Fit) -> tuple[list[str], list[tuple[float, ...]]]:
     """Depth, force, fitted force and residual; nan where the point took no part."""
     fitted = np.full(found.curve.force.shape, math.nan)
     fitted[found.used] = found.fitted
@@ -52,34 +49,36 @@ def write_csv(found: Fit, path: Path, header: Sequence[str]) -> None:
         "fitted [N/m]": fitted,
         "residual [N/m]": found.curve.force - fitted,
     }
-    write_curve(path, columns, [*header, str(found)])
+    return list(columns), list(zip(*(c.tolist() for c in columns.values()), strict=True))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Fit a file, or test the fit on synthetic data."""
-    parser = argparse.ArgumentParser(prog="python -m studies fit", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    quick_means = "linearised intervals only; 20 trials"
+    parser = command.parser("fit", __doc__, quick_means, jobs=1)
     parser.add_argument("data", type=Path, nargs="?", metavar="DATA.csv", help="measured curve")
     parser.add_argument("--scene", type=Path, help="scene file to start from")
     known = f"default: w gamma1; known: {' '.join(NAMES)}"
     parser.add_argument("--parameters", nargs="+", default=["w", "gamma1"], help=known)
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
     parser.add_argument("--self-test", action="store_true", help="synthetic data in place of DATA")
-    parser.add_argument("--trials", type=int, default=100, help="of --self-test; default: 100")
-    options = parser.parse_args(argv)
+    parser.add_argument("--trials", type=int, default=None, help="of --self-test; default: 100")
+    options, out = command.parse(parser, argv)
+    quick = options.preset == "quick"
     if options.self_test:
         scene = load(options.scene).scene if options.scene else fit_trials.SCENE
-        params = fit_trials.Parameters(scene, tuple(options.parameters), options.trials)
-        return fit_trials.report(params, options.out)
+        trials = (20 if quick else 100) if options.trials is None else options.trials
+        chosen = tuple(options.parameters)
+        params = fit_trials.Parameters(scene, chosen, trials, profile=not quick)
+        return fit_trials.report(params, out, options.jobs)
     if options.data is None or options.scene is None:
         parser.error("DATA.csv and --scene are needed; or give --self-test")
+    if options.jobs > 1:
+        parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
     given = load(options.scene)
-    found = fit(given.scene, read_curve(options.data), options.parameters)
+    found = fit(given.scene, read_curve(options.data), options.parameters, profiles=not quick)
     print(found)
-    options.out.mkdir(parents=True, exist_ok=True)
-    command = shlex.join(["python", "-m", "studies", "fit", *(argv or sys.argv[2:])])
-    table, picture = (options.out / f"{options.data.stem}_fit.{end}" for end in ("csv", "png"))
-    write_csv(found, table, [f"command: {command}", f"scene: {given.scene}"])
-    fit_figure.plot(found, given.title).savefig(picture, dpi=130)
-    print(f"written: {table}, {picture}")
+    name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
+    written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
+    written += out.figure(name, fit_figure.plot(found, given.title))
+    print(f"written: {', '.join(map(str, written))}")
     return 0

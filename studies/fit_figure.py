@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from studies.figures import BLUE, GREY, ORANGE
 from studies.units import prefixed
 
 if TYPE_CHECKING:
@@ -13,8 +14,6 @@ if TYPE_CHECKING:
 
     from studies.fit import Fit
     from studies.fit_trials import Record
-
-BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#888888"
 
 
 def plot(found: Fit, title: str) -> Figure:
@@ -71,7 +70,7 @@ def plot_trials(record: Record) -> Figure:
             middle = np.array([trial.value for _, trial in rows]) / scale
             ends = np.array([trial.interval for _, trial in rows]).T / scale
             number = [k for k, _ in rows]
-            label = f"{len(rows)} intervals {'with' if holds else 'without'} the truth"
+            label = f"intervals {'with' if holds else 'without'} the truth: {len(rows)}"
             style = {"ls": "", "color": colour, "marker": marker, "ms": 3, "lw": 1}
             axes.errorbar(number, middle, np.abs(ends - middle), label=label, **style)
         axes.axhline(1.0 if truth else 0.0, color="black", lw=0.8)
@@ -79,6 +78,7 @@ def plot_trials(record: Record) -> Figure:
         axes.margins(y=0.25)
         axes.legend(fontsize=8, ncols=2, loc="upper right")
     panels[-1].set_xlabel("trial")
+    panels[-1].xaxis.get_major_locator().set_params(integer=True)
     noise = record.parameters.noise
     figure.suptitle(f"95 % intervals from synthetic curves, noise {noise:.1%} of the largest force")
     return figure

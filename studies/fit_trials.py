@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +13,8 @@ import numpy as np
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies import fit_figure
+from studies.batches import Progress, each, tell
+from studies.command import Output
 from studies.fit_estimate import Fit, fit
 from studies.fit_model import parameters_of, scene_with
 from studies.force_curve import Curve
@@ -97,21 +98,20 @@ def wrong_start(p: Parameters) -> Scene:
     )
 
 
-def run(p: Parameters, show: Callable[[str], object] = lambda line: None) -> Record:
-    """All trials. ValueError for a scene that cannot be fitted; show gets the progress."""
+def run(p: Parameters, show: Callable[[Progress], object] = tell, jobs: int = 1) -> Record:
+    """All trials, in `jobs` processes; ValueError for a scene that cannot be fitted."""
     if p.trials < 1:
         raise ValueError(f"trials = {p.trials!r} must be at least 1: give the number of curves")
     curve, truth, start = clean_curve(p), _truth(p), wrong_start(p)
-    rng, begun, trials = np.random.default_rng(p.seed), time.perf_counter(), []
-    sigma = p.noise * float(np.abs(curve.force).max())
-    for k in range(1, p.trials + 1):
-        noisy = Curve(curve.depth, curve.force + sigma * rng.standard_normal(curve.force.size))
-        found = fit(start, noisy, p.names, profiles=False)
-        trials.append(tuple(_judged(p, found, i, truth) for i in range(len(p.names))))
-        left = (time.perf_counter() - begun) / k * (p.trials - k)
-        if k % 10 == 0 or k == p.trials:
-            show(f"{k} of {p.trials} trials, {left:.0f} s to go")
-    return Record(p, truth, tuple(trials))
+    rng, sigma = np.random.default_rng(p.seed), p.noise * float(np.abs(curve.force).max())
+    noise = sigma * rng.standard_normal((p.trials, curve.force.size))
+    noisy = [Curve(curve.depth, curve.force + own) for own in noise]
+    return Record(p, truth, tuple(each(partial(_tried, p, start, truth), noisy, jobs, show)))
+
+
+def _tried(p: Parameters, start: Scene, truth: dict[str, float], curve: Curve) -> tuple[Trial, ...]:
+    found = fit(start, curve, p.names, profiles=False)
+    return tuple(_judged(p, found, i, truth) for i in range(len(p.names)))
 
 
 def _judged(p: Parameters, found: Fit, i: int, truth: dict[str, float]) -> Trial:
@@ -138,11 +138,22 @@ def told(record: Record) -> str:
     return "\n".join([count, *lines, f"needed: {NEEDED:.0%}"])
 
 
-def report(p: Parameters, out: Path) -> int:
-    """Run, print, draw; 1 if too few intervals hold the truth."""
-    record = run(p, lambda text: print(text, flush=True))
-    out.mkdir(parents=True, exist_ok=True)
-    fit_figure.plot_trials(record).savefig(out / "fit_self_test.png", dpi=130)
+def table(record: Record) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per trial and parameter, SI."""
+    rows: list[list[object]] = [
+        [number, name, record.truth[name], one.value, *one.interval, one.holds, one.profile_holds]
+        for number, trial in enumerate(record.trials, 1)
+        for name, one in zip(record.parameters.names, trial, strict=True)
+    ]
+    columns = ["trial", "parameter", "truth", "estimate", "low", "high"]
+    return [*columns, "holds_truth", "profile_holds_truth"], rows
+
+
+def report(p: Parameters, out: Output, jobs: int = 1) -> int:
+    """Run, print, write; 1 if too few intervals hold the truth."""
+    record = run(p, jobs=jobs)
+    written = [out.table("fit_self_test.csv", p, *table(record))]
+    written += out.figure("fit_self_test", fit_figure.plot_trials(record))
     print(told(record))
-    print(f"written: {out / 'fit_self_test.png'}")
+    print(f"written: {', '.join(map(str, written))}")
     return 0 if record.passed else 1

@@ -17,23 +17,26 @@ its bar, with --strict also if a time does: machines may be shared.
 
 from __future__ import annotations
 
-import argparse
-import csv
 import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization import Equilibrium, minimise
 from energy import Plane, Profile, Sampled, cards
+from studies import command
+from studies.batches import each
+from studies.figures import BLUE, COLOURS, MARKERS, ORANGE
 from studies.lattice_speed import tridiagonal_seconds
 from studies.random_cases import SHAPES, Case, random_case, random_steep_case
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SAMPLES = 201
 NAMES = {"flat": "flat punch", "power": "power law"}
@@ -183,14 +186,20 @@ def run(
     """Measure every indenter; `show` gets a line for each."""
     show(_columns(*HEADER.split("|")))
     rows = []
-    for slopes, count in (("small", parameters.small), ("finite", parameters.finite)):
-        for number, (shape, make) in enumerate(MAKERS[slopes].items()):
-            rng = np.random.default_rng([parameters.seed, len(slopes), number])
-            measure(make(rng), parameters.unknowns)  # what every process pays once
-            trials = tuple(measure(make(rng), parameters.unknowns) for _ in range(count))
-            rows.append(Row(slopes, shape, trials))
-            show(line(rows[-1]))
+    cases = [(slopes, shape) for slopes, makers in MAKERS.items() for shape in makers]
+    for row in each(partial(_row, parameters), cases, 1):
+        rows.append(row)
+        show(line(row))
     return rows
+
+
+def _row(parameters: Parameters, case: tuple[str, str]) -> Row:
+    slopes, shape = case
+    count = {"small": parameters.small, "finite": parameters.finite}[slopes]
+    number, make = list(MAKERS[slopes]).index(shape), MAKERS[slopes][shape]
+    rng = np.random.default_rng([parameters.seed, len(slopes), number])
+    measure(make(rng), parameters.unknowns)  # what every process pays once
+    return Row(slopes, shape, tuple(measure(make(rng), parameters.unknowns) for _ in range(count)))
 
 
 HEADER = "slopes|indenter|scenes|dptsv|95 %|bar|time|err a|err P|err U|err θ|bar|errors"
@@ -221,41 +230,63 @@ def _columns(*cells: str) -> str:
     return " ".join(texts).rstrip()
 
 
-def write_csv(rows: Sequence[Row], path: Path) -> None:
-    """One row per scene, lengths in the scene's own units; `number` counts within an indenter."""
+def table(rows: Sequence[Row]) -> tuple[list[str], list[list[object]]]:
+    """A row per scene, lengths in the scene's own units; `number` counts within an indenter."""
     names = ["slopes", "indenter", "number", "l", "k", "w", "depth", "half_width", "seconds"]
     names += ["dptsv_seconds", "error_half_width", "error_force", "error_energy", "error_angle"]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow([*names, "failure"])
-        for row in rows:
-            for number, (case, seconds, floor, errors, failure) in enumerate(row.trials):
-                scene = case.scene
-                given = (scene.elastocapillary_length, scene.stiffness, scene.work_of_adhesion)
-                where = (row.slopes, row.shape, number, *given, case.depth, case.half_width)
-                table.writerow([*where, seconds, floor, *errors, failure])
+    found: list[list[object]] = []
+    for row in rows:
+        for number, (case, seconds, floor, errors, failure) in enumerate(row.trials):
+            scene = case.scene
+            given = (scene.elastocapillary_length, scene.stiffness, scene.work_of_adhesion)
+            where = (row.slopes, row.shape, number, *given, case.depth, case.half_width)
+            found.append([*where, seconds, floor, *errors, failure])
+    return [*names, "failure"], found
+
+
+def plot(rows: Sequence[Row]) -> Figure:
+    """Median time with the middle 90 % and its bar, and the largest errors, by indenter."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12, 1.4 + 0.32 * len(rows)), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    at = np.arange(len(rows))
+    middle, low, high = (np.array([row.ratio(p) for row in rows]) for p in (50, 5, 95))
+    spread = np.array([middle - low, high - middle])
+    left.errorbar(middle, at, xerr=spread, fmt="o", color=BLUE, label="median, middle 90 %")
+    left.plot([row.bar.ratio for row in rows], at, "|", ms=12, color=ORANGE, label="bar of 95 %")
+    left.set(xscale="log", xlabel="time of minimise / time of one dptsv", yticks=at)
+    left.set_yticklabels([f"{row.shape}, {row.slopes}" for row in rows])
+    left.invert_yaxis()
+    for k, name in enumerate(("a", "P", "U", "θ")):
+        errors = [max(row.worst[k], 1e-17) for row in rows]
+        right.semilogx(errors, at, MARKERS[k], color=COLOURS[k], ms=5, label=name)
+    right.plot([row.bar.error for row in rows], at, "|", ms=12, color="black", label="bar")
+    right.set(xlabel="largest relative error (below 1e-17: drawn there)")
+    for axes in (left, right):
+        axes.grid(alpha=0.25, axis="x")
+        axes.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=5)
+    return figure
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if an error bar is missed, with --strict also for a time bar."""
-    parser = argparse.ArgumentParser(prog="python -m studies fitted_speed", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    quick = "10 and 5 scenes per indenter"
+    parser = command.parser("fitted_speed", __doc__, quick, timed=True)
     preset = Parameters()
     parser.add_argument("--scenes", type=int, default=preset.small, help="per indenter, small")
     parser.add_argument("--steep", type=int, default=preset.finite, help="per indenter, finite")
-    parser.add_argument("--quick", action="store_true", help="10 and 5 scenes per indenter")
     parser.add_argument("--strict", action="store_true", help="a missed time bar fails too")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    options = parser.parse_args(argv)
-    if options.quick:
+    options, out = command.parse(parser, argv)
+    if options.preset == "quick":
         options.scenes, options.steep = 10, 5
     for name in ("scenes", "steep"):
         if getattr(options, name) < 1:
             parser.error(f"--{name} {getattr(options, name)} is no sample; give at least 1")
-    options.out.mkdir(parents=True, exist_ok=True)
     parameters = Parameters(small=options.scenes, finite=options.steep)
-    rows = run(parameters, show=lambda text: print(text, flush=True))
-    write_csv(rows, options.out / "fitted_speed.csv")
+    rows = run(parameters, command.say)
+    out.table("fitted_speed.csv", parameters, *table(rows))
+    out.figure("fitted_speed.png", plot(rows))
     inaccurate, slow = (sum(not getattr(row, n) for row in rows) for n in ("accurate", "fast"))
     print(f"{len(rows)} rows: {inaccurate} miss an error bar, {slow} miss the time bar")
     return 1 if inaccurate or (options.strict and slow) else 0

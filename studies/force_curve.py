@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
@@ -118,14 +116,3 @@ def marks(curve: Curve) -> tuple[Mark, ...]:
             if b > a:
                 found.append(Mark(kind, float(a + b) / 2, float(b - a) / math.sqrt(12)))
     return tuple(found)
-
-
-def write_curve(path: Path, columns: dict[str, Array], header: Iterable[str]) -> None:
-    """Columns of equal length under header lines that begin with #."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        file.writelines(f"# {line}\n" for text in header for line in text.splitlines())
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(columns)
-        table.writerows(
-            [map(repr, row) for row in zip(*(c.tolist() for c in columns.values()), strict=True)]
-        )

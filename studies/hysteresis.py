@@ -17,18 +17,18 @@ Exit status 1 if an error exceeds 1e-8 or a ledger is out of balance by more tha
 
 from __future__ import annotations
 
-import argparse
-import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.history import History
-from studies import hysteresis_figures, loops
+from studies import command, hysteresis_figures, loops
+from studies.batches import each
 from studies.loops import INDENTERS, LAYER, SIZE, WORK, Form
 from studies.path_animation import animate
 
@@ -127,43 +127,47 @@ class Record:
         return self.error <= BAR and all(loop.passed for loop in self.loops)
 
 
-def run(parameters: Parameters = FULL, show: Callable[[str], object] = lambda line: None) -> Record:
-    """Follow all loops; `show` gets a line for each."""
+def run(
+    parameters: Parameters = FULL,
+    show: Callable[[str], object] = lambda line: None,
+    jobs: int = 1,
+) -> Record:
+    """Follow all loops in `jobs` processes; `show` gets a line for each."""
     show(_columns(*HEADER.split("|")))
-    found = []
-    for shape in INDENTERS:
-        for gamma1 in parameters.tensions:
-            for w in parameters.works:
-                for loop in _controls(parameters, shape, gamma1, w):
-                    found.append(loop)
-                    show(line(loop))
-    maps = []
-    for shape in INDENTERS:
-        maps.append(_map(parameters, shape))
-        show(f"map of the {shape}: {maps[-1].area.size} loops, worst {maps[-1].error.max():.1e}")
+    found, maps = [], []
+    scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
+    for own in each(partial(_controls, parameters), scenes, jobs):
+        for loop in own:
+            found.append(loop)
+            show(line(loop))
+    cases = list(product(INDENTERS, parameters.across))
+    columns = np.array(list(each(partial(_map_column, parameters.up), cases, jobs)))
+    grid = columns.reshape(len(INDENTERS), len(parameters.across), 2, -1).transpose(0, 2, 3, 1)
+    across, up = np.array(parameters.across), np.array(parameters.up)
+    for shape, (area, error) in zip(INDENTERS, grid, strict=True):
+        maps.append(Map(shape, across, up, area, error))
+        show(f"map of the {shape}: {area.size} loops, worst {error.max():.1e}")
     return Record(parameters, tuple(found), tuple(maps))
 
 
-def _controls(parameters: Parameters, shape: str, gamma1: float, w: float) -> list[Loop]:
+def _controls(parameters: Parameters, case: tuple[str, float, float]) -> list[Loop]:
     """The same scene under all controls."""
+    shape, gamma1, w = case
     path = loops.depth_loop(loops.scene_of(shape, gamma1, w), parameters.steps)
     stiffness = LAYER.stiffness * SIZE
     held = [loops.driven_loop(path, K * stiffness) for K in (0.0, *parameters.machines)]
     return [Loop(shape, one, tuple(loops.compared(one)), one.work()) for one in (path, *held)]
 
 
-def _map(parameters: Parameters, shape: str) -> Map:
-    """Loop areas under machines, by coarse paths."""
-    across, up = np.array(parameters.across), np.array(parameters.up)
-    area, error = np.zeros((2, up.size, across.size))
-    for j, ratio in enumerate(across):
-        scene = loops.scene_of(shape, LAYER.stiffness * (ratio * SIZE) ** 2)
-        path = loops.depth_loop(scene, _COARSE)
-        for i, K in enumerate(up * LAYER.stiffness * SIZE):
-            form = loops.compared(loops.driven_loop(path, K))[-1]
-            area[i, j] = form.simulated / (2 * scene.work_of_adhesion * SIZE)
-            error[i, j] = form.error
-    return Map(shape, across, up, area, error)
+def _map_column(up: Sequence[float], case: tuple[str, float]) -> Array:
+    """Loop areas and their errors (2, m) under machines at one l/b, by coarse paths."""
+    shape, ratio = case
+    scene = loops.scene_of(shape, LAYER.stiffness * (ratio * SIZE) ** 2)
+    path, found = loops.depth_loop(scene, _COARSE), []
+    for K in np.array(up) * LAYER.stiffness * SIZE:
+        form = loops.compared(loops.driven_loop(path, K))[-1]
+        found.append((form.simulated / (2 * scene.work_of_adhesion * SIZE), form.error))
+    return np.transpose(found)
 
 
 HEADER = "indenter|γ₁ N/m|w N/m|control|jump-in a µm|pull-off P N/m|d µm|a µm|area J/m|error|ledger"
@@ -222,39 +226,45 @@ def featured(record: Record) -> History:
     )
 
 
-def write_csv(record: Record, path: Path) -> None:
-    """One row per loop: every number simulated, in closed form, and its relative error. SI."""
+def table(record: Record) -> tuple[list[str], list[list[object]]]:
+    """A row per loop: every number simulated, in closed form, and its relative error. SI."""
     names = [form.name.replace(" ", "_") for form in record.loops[0].forms]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        columns = [f"{name}{end}" for name in names for end in ("", "_closed_form", "_error")]
-        given = ["indenter", "gamma1", "w", "control", "machine_stiffness"]
-        table.writerow([*given, *columns, "work", "dissipated", "imbalance"])
-        for loop in record.loops:
-            history, scene = loop.history, loop.history.scene
-            forms = [v for f in loop.forms for v in (f.simulated, f.closed_form, f.error)]
-            stiffness = history.machine_stiffness or ""
-            at = (scene.gamma1, scene.work_of_adhesion, history.control, stiffness)
-            ledger = (loop.work, history.dissipated, loop.imbalance)
-            table.writerow([loop.shape, *at, *forms, *ledger])
+    columns = [f"{name}{end}" for name in names for end in ("", "_closed_form", "_error")]
+    given = ["indenter", "gamma1", "w", "control", "machine_stiffness"]
+    rows: list[list[object]] = []
+    for loop in record.loops:
+        history, scene = loop.history, loop.history.scene
+        forms = [v for f in loop.forms for v in (f.simulated, f.closed_form, f.error)]
+        stiffness = history.machine_stiffness or ""
+        at = (scene.gamma1, scene.work_of_adhesion, history.control, stiffness)
+        rows.append([loop.shape, *at, *forms, loop.work, history.dissipated, loop.imbalance])
+    return [*given, *columns, "work", "dissipated", "imbalance"], rows
+
+
+def map_table(record: Record) -> tuple[list[str], list[list[object]]]:
+    """A row per loop of the maps."""
+    rows: list[list[object]] = [
+        [found.shape, across, up, found.area[i, j], found.error[i, j]]
+        for found in record.maps
+        for j, across in enumerate(found.across)
+        for i, up in enumerate(found.up)
+    ]
+    return ["indenter", "l_over_b", "K_over_kb", "area_over_2wb", "error"], rows
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write; 1 if a loop misses a bar."""
-    parser = argparse.ArgumentParser(prog="python -m studies hysteresis", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    parser.add_argument("--quick", action="store_true", help="fewer loops, a coarse map")
-    options = parser.parse_args(argv)
-    options.out.mkdir(parents=True, exist_ok=True)
-    preset = QUICK if options.quick else FULL
-    record = run(preset, show=lambda text: print(text, flush=True))
-    write_csv(record, options.out / "hysteresis.csv")
+    parser = command.parser("hysteresis", __doc__, "fewer loops, a coarse map")
+    options, out = command.parse(parser, argv)
+    preset = QUICK if options.preset == "quick" else FULL
+    record = run(preset, command.say, options.jobs)
+    out.table("hysteresis.csv", preset, *table(record))
+    out.table("hysteresis_map.csv", preset, *map_table(record))
     for name, figure in plot(record).items():
-        figure.savefig(options.out / name, dpi=130)
+        out.figure(name, figure)
     finer = loops.depth_loop(featured(record).scene, 2 * preset.frames)
-    count = animate(finer, options.out / "hysteresis_loop.gif", preset.frames)
-    print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {options.out}")
+    count = animate(finer, out.at("hysteresis_loop.gif"), preset.frames)
+    print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {out.folder}")
     print(summary(record))
     return 0 if record.passed else 1
 

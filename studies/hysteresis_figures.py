@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from energy import cards
 from studies import loops
+from studies.figures import COLOURS, ORANGE, plain_ticks
 from studies.landscape import landscape
 from studies.loops import INDENTERS, LAYER, SIZE, WORK
-from studies.path_figures import BLUE, GREEN, ORANGE, PURPLE, draw, figure, units
+from studies.path_figures import draw, figure, units
+from studies.units import quantity as quantity_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +22,6 @@ if TYPE_CHECKING:
     from studies.hysteresis import Loop, Record
 
 Array = NDArray[np.float64]
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 _DEPTHS = (0.5, 0.0, -0.4, -0.75, -0.95)  # of the landscape, in δ₀
 
 
@@ -60,7 +61,7 @@ def over_tension(record: Record) -> Figure:
             scale = units(own, quantity)
             for history, colour in zip(own, _colours(len(own)), strict=True):
                 ratio = history.scene.elastocapillary_length / SIZE
-                name = f"γ₁ = {1e3 * history.scene.gamma1:g} mN/m, l/b = {ratio:.2g}"
+                name = f"γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, l/b = {ratio:.2g}"
                 draw(axes, history, quantity, scale, colour, name)
             axes.axhline(0, color="black", lw=0.6, ls=":")
             axes.grid(alpha=0.25)
@@ -85,7 +86,7 @@ def over_control(record: Record) -> Figure:
         top = max(float(loop.history.depth.max()) for loop in own) / scale[0].size
         axes.set_xlim(-1.6 * top, 1.05 * top)
         axes.axhline(0, color="black", lw=0.6, ls=":")
-        axes.set_title(f"{shape}, γ₁ = {1e3 * gamma1:g} mN/m")
+        axes.set_title(f"{shape}, γ₁ = {quantity_of(gamma1, 'N/m')}")
         axes.legend(fontsize=9, title="control: loop area", loc="upper left")
         axes.grid(alpha=0.25)
     drawn.suptitle("The same scene under imposed depth, a dead load, and machines of stiffness K")
@@ -119,6 +120,8 @@ def dissipation(record: Record) -> Figure:
                 label="critical K: above it the contact closes",
             )
             axes.legend(loc="lower left", fontsize=9)
+        plain_ticks(axes.xaxis)
+        plain_ticks(axes.yaxis)
         axes.set(ylim=(low, high), title=f"{found.shape}: worst error {found.error.max():.0e}")
     drawn.colorbar(shades, ax=list(grid[0]), label="loop area / 2wb")
     return drawn

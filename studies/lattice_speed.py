@@ -11,22 +11,25 @@ bars hold for the largest size, and with the error estimate.
 
 from __future__ import annotations
 
-import argparse
-import csv
 import statistics
 import subprocess
 import sys
 import time
 import tracemalloc
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
 
 from discretization import minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+from studies import command
+from studies.batches import each
+from studies.figures import BLUE, ORANGE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 K, GAMMA1, W, RADIUS, DEPTH = 1.3e6, 0.04, 2e-4, 0.02, 6e-6
 REPEATS = 7
@@ -127,8 +130,7 @@ def run(sizes: Sequence[int] = (10**3, 10**4, 10**5, 10**6)) -> list[Row]:
     print("                    alone       with estimate")
     print(f"{'nodes':>9} " + f"{'ms':>9} {'x dptsv':>8} " * 2 + "    err a     err P  arrays")
     rows = []
-    for n in sizes:
-        row = measure(n)
+    for n, row in zip(sizes, each(measure, sizes, 1), strict=True):
         rows.append(row)
         print(
             f"{n:9d} {row.seconds * 1e3:9.2f} {row.ratio:8.2f} "
@@ -142,22 +144,18 @@ def run(sizes: Sequence[int] = (10**3, 10**4, 10**5, 10**6)) -> list[Row]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if a state is not certified, with --strict also if a bar is missed."""
-    parser = argparse.ArgumentParser(prog="python -m studies lattice_speed", description=__doc__)
+    parser = command.parser("lattice_speed", __doc__, "up to 10⁵ nodes", timed=True)
     parser.add_argument("--nodes", type=int, nargs="+", default=[10**3, 10**4, 10**5, 10**6])
-    parser.add_argument("--quick", action="store_true", help="up to 10⁵ nodes")
     parser.add_argument("--strict", action="store_true", help="a missed bar fails too")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    options = parser.parse_args(argv)
-    sizes = [10**3, 10**5] if options.quick else options.nodes
+    options, out = command.parse(parser, argv)
+    sizes = [10**3, 10**5] if options.preset == "quick" else options.nodes
     if min(sizes) < 100:
         parser.error(f"--nodes {min(sizes)} is too small to resolve the contact; give at least 100")
     rows = run(sizes)
     largest = rows[-1]
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "lattice_speed.csv").open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(Row._fields)
-        table.writerows(rows)
+    given = {"nodes": sizes, "k": K, "gamma1": GAMMA1, "w": W, "R": RADIUS, "depth": DEPTH}
+    out.table("lattice_speed.csv", given, Row._fields, rows)
+    out.figure("lattice_speed.png", plot(rows))
     imports = import_ratio()
     results = {"time": largest.ratio_estimated, "arrays": largest.arrays, "import": imports}
     for name, value in results.items():
@@ -165,3 +163,27 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"{name:>7}: {value:.2f} (bar {BARS[name]:g}) {verdict}")
     slow = options.strict and any(v > BARS[name] for name, v in results.items())
     return 0 if largest.certified and not slow else 1
+
+
+def plot(rows: Sequence[Row]) -> Figure:
+    """Time over that of dptsv with its bar, and errors, over the nodes in contact."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    nodes = [row.nodes for row in rows]
+    left.loglog(nodes, [row.ratio for row in rows], "o-", color=BLUE, label="minimise")
+    left.axhline(BARS["time"], color=ORANGE, ls="--", label=f"bar at 10⁶ nodes, {BARS['time']:g}")
+    left.set(ylabel="time / time of one dptsv of that size")
+    for name, marker, colour, label in (
+        ("error_half_width", "o", BLUE, "half-width, Eq. (33)"),
+        ("error_force", "s", ORANGE, "force, Eq. (11)"),
+    ):
+        errors = [getattr(row, name) for row in rows]
+        right.loglog(nodes, errors, f"{marker}-", color=colour, label=label)
+    right.set(ylabel="relative error")
+    for axes in (left, right):
+        axes.set_xlabel("nodes in contact")
+        axes.grid(alpha=0.25)
+        axes.legend(fontsize=9)
+    return figure

@@ -13,7 +13,8 @@ from discretization.events import Event, Snapshot
 from discretization.fitted_state import FittedTail
 from discretization.history import History
 from discretization.response import chosen
-from studies.path_figures import BLUE, ORANGE, draw, mark, units
+from studies.figures import BLUE, ORANGE
+from studies.path_figures import draw, mark, units
 from studies.units import prefixed
 
 Array = NDArray[np.float64]

@@ -16,13 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from discretization.control import Control
 from discretization.events import Event, Snapshot
 from discretization.history import History
+from studies.figures import BLUE, GREEN, GREY, ORANGE
 from studies.units import Unit, prefixed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#7f7f7f"
 JUMPS = ("touch", "jump-in", "jump", "detachment", "pull-off")
 MARKS = {"touch": "o", "jump-in": "^", "jump": "D", "detachment": "v", "pull-off": "X"}
 MARKS |= {"edge depinning": "s", "tip depinning": "<", "tip pinning": ">", "edge pinning": "p"}

@@ -11,18 +11,22 @@ also if a time misses 150 dptsv.
 
 from __future__ import annotations
 
-import argparse
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+from studies import command
+from studies.batches import each
+from studies.figures import BLUE, ORANGE
 from studies.lattice_speed import median_seconds, tridiagonal_seconds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TIME_BAR = 150.0
 
@@ -93,31 +97,33 @@ def loops(params: Parameters) -> dict[str, tuple[dict[str, Any], float, float]]:
 
 def run(params: Parameters) -> list[Row]:
     """A row per loop."""
-    rows, scene = [], params.scene
-    for name, (arguments, area, bar) in loops(params).items():
-        path: History = load_path(scene, **arguments)
+    return list(each(partial(measured, params), list(loops(params)), 1))
 
-        def loop(given: dict[str, Any] = arguments) -> object:
-            return load_path(scene, **given)
 
-        ratios = [
-            median_seconds(loop, 1) / tridiagonal_seconds(params.unknowns)
-            for _ in range(params.repeats)
-        ]
-        error = abs(path.dissipated / area - 1)
-        ledger = abs(path.work() / path.dissipated - 1)
-        rows.append(Row(name, float(np.median(ratios)), error, ledger, bar))
-    return rows
+def measured(params: Parameters, name: str) -> Row:
+    """Time and errors of one of the loops."""
+    scene, (arguments, area, bar) = params.scene, loops(params)[name]
+    path: History = load_path(scene, **arguments)
+
+    def loop() -> object:
+        return load_path(scene, **arguments)
+
+    ratios = [
+        median_seconds(loop, 1) / tridiagonal_seconds(params.unknowns)
+        for _ in range(params.repeats)
+    ]
+    error = abs(path.dissipated / area - 1)
+    ledger = abs(path.work() / path.dissipated - 1)
+    return Row(name, float(np.median(ratios)), error, ledger, bar)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
-    parser = argparse.ArgumentParser(prog="python -m studies path_speed", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="100 steps, 10⁴ nodes")
+    parser = command.parser("path_speed", __doc__, "100 steps, 10⁴ nodes", timed=True)
     parser.add_argument("--strict", action="store_true", help="judge the times too")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder of the results")
-    options = parser.parse_args(argv)
-    params = Parameters(steps=100, nodes=10**4, repeats=1) if options.quick else Parameters()
+    options, out = command.parse(parser, argv)
+    quick = options.preset == "quick"
+    params = Parameters(steps=100, nodes=10**4, repeats=1) if quick else Parameters()
     rows = run(params)
     print(
         f"{params.steps} steps            dptsv({params.unknowns:.0e})  error of the area  ledger"
@@ -125,10 +131,31 @@ def main(argv: Sequence[str] | None = None) -> int:
     for row in rows:
         verdict = "ok" if row.accurate else "MISSED"
         print(f"{row.name:24s} {row.ratio:8.1f}  {row.error:18.1e}  {row.ledger:.1e}  {verdict}")
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "path_speed.csv").open("w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file)
-        out.writerow(Row._fields)
-        out.writerows(rows)
+    out.table("path_speed.csv", params, Row._fields, rows)
+    out.figure("path_speed.png", plot(rows, params))
     slow = options.strict and any(row.ratio > TIME_BAR for row in rows)
     return 0 if all(row.accurate for row in rows) and not slow else 1
+
+
+def plot(rows: Sequence[Row], params: Parameters) -> Figure:
+    """Time of each loop, with its bar, beside the errors of loop area and ledger."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    at, names = np.arange(len(rows)), [row.name for row in rows]
+    left.barh(at, [row.ratio for row in rows], color=BLUE, height=0.6)
+    left.axvline(TIME_BAR, color=ORANGE, ls="--", label=f"bar, {TIME_BAR:g}")
+    unit = f"time of {params.steps} steps / time of one dptsv, n = {params.unknowns:g}"
+    left.set(xlabel=unit, yticks=at, yticklabels=names)
+    left.invert_yaxis()
+    least = np.finfo(float).eps
+    for name, marker, colour in (("error", "o", BLUE), ("ledger", "s", ORANGE)):
+        values = [max(getattr(row, name), least) for row in rows]
+        label = "loop area against its closed form" if name == "error" else "∮P dd against losses"
+        right.semilogx(values, at, marker, color=colour, label=label)
+    right.set(xlabel=f"relative error (below {least:.0e} drawn there)", xlim=(least / 3, 1))
+    for axes in (left, right):
+        axes.grid(alpha=0.25, axis="x")
+        axes.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
+    return figure

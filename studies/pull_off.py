@@ -18,11 +18,9 @@ exceeds 1e-8.
 
 from __future__ import annotations
 
-import argparse
-import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -32,7 +30,8 @@ from scipy.optimize import brentq
 from discretization import minimise
 from discretization.loading import load_path
 from energy import Scene
-from studies import loops, pull_off_figures
+from studies import command, loops, pull_off_figures
+from studies.batches import each
 from studies.loops import INDENTERS, LAYER, SIZE
 from studies.pull_off_conclusions import conclusions
 
@@ -116,22 +115,23 @@ class Curve:
 
 
 def run(
-    parameters: Parameters = FULL, show: Callable[[str], object] = lambda line: None
+    parameters: Parameters = FULL,
+    show: Callable[[str], object] = lambda line: None,
+    jobs: int = 1,
 ) -> tuple[Curve, ...]:
-    """Pull every scene off; `show` gets a line for each."""
+    """Pull every scene off in `jobs` processes; `show` gets a line for each."""
     show(_columns(*HEADER.split("|")))
-    curves = []
-    for shape in INDENTERS:
-        pulls = []
-        for ratio in (0.0, *sorted(parameters.ratios)):
-            pulls.append(pulled(shape, ratio))
-            show(line(shape, pulls[-1]))
-        curves.append(Curve(shape, tuple(pulls)))
-    return tuple(curves)
+    cases = list(product(INDENTERS, (0.0, *sorted(parameters.ratios))))
+    pulls: dict[str, list[Pull]] = {shape: [] for shape in INDENTERS}
+    for (shape, _), pull in zip(cases, each(pulled, cases, jobs), strict=True):
+        pulls[shape].append(pull)
+        show(line(shape, pull))
+    return tuple(Curve(shape, tuple(own)) for shape, own in pulls.items())
 
 
-def pulled(shape: str, ratio: float) -> Pull:
-    """Press to 2δ₀ under a dead load, then lower it until the contact lets go."""
+def pulled(case: tuple[str, float]) -> Pull:
+    """Indenter, l/b: press to 2δ₀ under a dead load, then lower it until the contact lets go."""
+    shape, ratio = case
     scene = loops.scene_of(shape, LAYER.stiffness * (ratio * SIZE) ** 2)
     pressed = minimise(scene, 2 * scene.critical_separation).force
     path = load_path(scene, forces=[pressed, -3 * loops.force_scale(scene)])
@@ -203,41 +203,36 @@ def plot(curves: Sequence[Curve]) -> dict[str, Figure]:
     }
 
 
-def write_csv(curves: Sequence[Curve], path: Path) -> None:
-    """One row per scene, SI; `global_*` for the flat punch."""
+def table(curves: Sequence[Curve]) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per scene, SI; `global_*` for the flat punch."""
     names = ["indenter", "l_over_b", "gamma1", "w", "force", "depth", "half_width"]
     names += [f"{name}_closed_form" for name in State._fields]
     names += ["global_force", "global_depth", "global_force_closed_form", "error"]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(names)
-        for curve in curves:
-            for pull in curve.pulls:
-                given = (curve.shape, pull.ratio, pull.scene.gamma1, pull.scene.work_of_adhesion)
-                other: tuple[float | str, ...] = ("", "", "")
-                if pull.balanced is not None and pull.balanced_card is not None:
-                    other = (*pull.balanced[:2], pull.balanced_card.force)
-                table.writerow([*given, *pull.simulated, *pull.closed_form, *other, pull.error])
+    rows: list[list[object]] = []
+    for curve in curves:
+        for pull in curve.pulls:
+            given = (curve.shape, pull.ratio, pull.scene.gamma1, pull.scene.work_of_adhesion)
+            other: tuple[float | str, ...] = ("", "", "")
+            if pull.balanced is not None and pull.balanced_card is not None:
+                other = (*pull.balanced[:2], pull.balanced_card.force)
+            rows.append([*given, *pull.simulated, *pull.closed_form, *other, pull.error])
+    return names, rows
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, conclude, draw, write; 1 if an error misses its bar."""
-    parser = argparse.ArgumentParser(prog="python -m studies pull_off", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    parser.add_argument("--quick", action="store_true", help="fewer tensions")
-    options = parser.parse_args(argv)
-    options.out.mkdir(parents=True, exist_ok=True)
-    curves = run(QUICK if options.quick else FULL, show=lambda text: print(text, flush=True))
-    write_csv(curves, options.out / "pull_off.csv")
+    parser = command.parser("pull_off", __doc__, "fewer tensions")
+    options, out = command.parse(parser, argv)
+    preset = QUICK if options.preset == "quick" else FULL
+    curves = run(preset, command.say, options.jobs)
+    out.table("pull_off.csv", preset, *table(curves))
     for name, figure in plot(curves).items():
-        figure.savefig(options.out / name, dpi=130)
+        out.figure(name, figure)
     error = float(np.max([curve.error for curve in curves]))
     print("\n".join(["", *conclusions(curves), ""]))
     total = sum(len(curve.pulls) for curve in curves)
-    print(
-        f"{total} scenes, worst relative error {error:.1e} (bar {BAR:.0e}); written: {options.out}"
-    )
+    judged = f"worst relative error {error:.1e} (bar {BAR:.0e})"
+    print(f"{total} scenes, {judged}; written: {out.folder}")
     return 0 if error <= BAR else 1
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studies import loops
+from studies.figures import COLOURS, GREY, MARKERS, plain_ticks
 from studies.loops import LAYER, SIZE
-from studies.path_figures import BLUE, GREEN, GREY, ORANGE
-from studies.units import Unit, prefixed
+from studies.units import prefixed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from studies.pull_off import Curve
 
 Array = NDArray[np.float64]
-COLOURS, MARKERS = (BLUE, ORANGE, GREEN), ("o", "s", "^")
 LAWS = {
     "flat punch": "Eq. (23)",
     "wedge": "Eq. (30), then 0",
@@ -42,7 +41,7 @@ def forces(curves: Sequence[Curve]) -> Figure:
 
     drawn = Figure(figsize=(15, 8), layout="constrained")
     grid = drawn.subplots(2, len(curves), sharex="col", height_ratios=(1.5, 1))
-    for column, curve, colour, marker in zip(grid.T, curves, COLOURS, MARKERS, strict=True):
+    for column, curve, colour, marker in zip(grid.T, curves, COLOURS, MARKERS, strict=False):
         _column(column, curve, {"color": colour, "marker": marker, "ls": ""})
         column[0].set_title(f"{curve.shape}: worst error {curve.error:.0e}")
     drawn.suptitle("Largest pull under a dead load at fixed work of adhesion")
@@ -53,42 +52,45 @@ def _column(column: Any, curve: Curve, style: dict[str, Any]) -> None:
     ratios, force, a = _dense(curve)
     tension = LAYER.stiffness * (ratios * SIZE) ** 2
     mine = np.array([pull.scene.gamma1 for pull in curve.pulls])[1:]
-    x, y, z = Unit(1.0, "N/m"), prefixed(force, "N/m"), prefixed(SIZE, "m")
+    y, z = prefixed(force, "N/m"), prefixed(SIZE, "m")
     top, bottom = column
-    top.plot(tension / x.size, force / y.size, color="black", lw=1.2, label=LAWS[curve.shape])
-    top.plot(mine / x.size, curve.forces[1:] / y.size, label="simulated", **style)
+    top.plot(tension, force / y.size, color="black", lw=1.2, label=LAWS[curve.shape])
+    top.plot(mine, curve.forces[1:] / y.size, label="simulated", **style)
     if curve.shape == "wedge":
-        _beyond(top, curve, x.size, y.size)
+        _beyond(top, curve, y.size)
     none = curve.forces[0] / y.size
     top.axhline(none, color=GREY, ls="--", lw=1.2, label="simulated without tension")
     widths = np.array([pull.simulated.half_width for pull in curve.pulls])[1:]
-    bottom.plot(tension / x.size, a / z.size, color="black", lw=1.2)
-    bottom.plot(mine / x.size, widths / z.size, **style)
+    bottom.plot(tension, a / z.size, color="black", lw=1.2)
+    bottom.plot(mine, widths / z.size, **style)
     bottom.set(ylim=(-0.05 * SIZE / z.size, 1.15 * SIZE / z.size))
-    bottom.set(xscale="log", xlabel=f"surface tension γ₁ in {x.symbol}")
+    bottom.set(xscale="log", xlabel="surface tension γ₁")
+    plain_ticks(bottom.xaxis, "N/m", (1.0,))
     top.set_ylabel(f"adhesion force $F_A$ in {y.symbol}")
     bottom.set_ylabel(f"half-width at pull-off in {z.symbol}")
     if curve.shape != "wedge":
         top.set_yscale("log")
-    scale = np.sqrt(x.size / LAYER.stiffness) / SIZE
+        plain_ticks(top.yaxis, steps=(1.0, 2.0, 3.0, 5.0))
+    scale = np.sqrt(1 / LAYER.stiffness) / SIZE
     above = top.secondary_xaxis(
         "top", functions=(lambda g: scale * np.sqrt(np.abs(g)), lambda r: (r / scale) ** 2)
     )
     above.set_xlabel("l/b")
+    plain_ticks(above.xaxis, steps=(1.0,))
     for axes in column:
-        axes.axvline(LAYER.stiffness * SIZE**2 / x.size, color=GREY, lw=0.8, ls=":")
+        axes.axvline(LAYER.stiffness * SIZE**2, color=GREY, lw=0.8, ls=":")
         axes.grid(alpha=0.25)
-    top.legend(fontsize=9, loc="center right" if curve.shape == "wedge" else "upper left")
+    top.legend(fontsize=9, loc="lower left" if curve.shape == "wedge" else "upper left")
 
 
-def _beyond(axes: Any, curve: Curve, x: float, y: float) -> None:
+def _beyond(axes: Any, curve: Curve, y: float) -> None:
     """Eq. (30) where it does not hold, as far as it is comparable."""
     ratios = np.geomspace(1, min(1.4, curve.ratios[-1]), 40)
     scenes = [loops.scene_of(curve.shape, LAYER.stiffness * (r * SIZE) ** 2) for r in ratios]
     tension = np.array([scene.gamma1 for scene in scenes])
     force = np.abs([loops.formula_30(scene) for scene in scenes])
     name = "modulus of (30) there"
-    axes.plot(tension / x, force / y, color="black", ls=":", lw=1.2, label=name)
+    axes.plot(tension, force / y, color="black", ls=":", lw=1.2, label=name)
 
 
 def gain(curves: Sequence[Curve]) -> Figure:
@@ -97,7 +99,7 @@ def gain(curves: Sequence[Curve]) -> Figure:
 
     drawn = Figure(figsize=(8, 5.5), layout="constrained")
     axes = drawn.subplots()
-    for curve, colour, marker in zip(curves, COLOURS, MARKERS, strict=True):
+    for curve, colour, marker in zip(curves, COLOURS, MARKERS, strict=False):
         ratios, force, _ = _dense(curve)
         axes.plot(ratios, force / curve.forces[0], color=colour, lw=1.2)
         axes.plot(curve.ratios[1:], curve.gain[1:], marker, color=colour, label=curve.shape)
@@ -137,6 +139,7 @@ def maxwell(flat: Curve) -> Figure:
         axes.set_ylabel(f"{'pull' if quantity == 'force' else 'depth d'} in {y.symbol}")
         axes.grid(alpha=0.25)
     drawn.axes[0].set_yscale("log")
+    plain_ticks(drawn.axes[0].yaxis, steps=(1.0, 2.0, 3.0, 5.0))
     drawn.axes[0].legend()
     drawn.suptitle("Flat punch: between the curves the contact holds but is only metastable")
     return drawn

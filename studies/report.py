@@ -7,21 +7,22 @@ network. Exit status 1 if a study fails.
 
 from __future__ import annotations
 
-import argparse
 import base64
 import contextlib
-import csv
 import datetime
 import html
 import importlib
 import importlib.metadata
 import io
+import math
 import platform
-import subprocess
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
+
+from studies import command
+from studies.table import commit, read, versions
 
 ORDER = (
     "verify",
@@ -34,7 +35,10 @@ ORDER = (
     "fitted_speed",
     "path_speed",
     "lattice_speed",
+    "runtime_vs_error",
+    "stress",
 )
+TIMED = ("fitted_speed", "path_speed", "lattice_speed", "runtime_vs_error")  # one job only
 LONG = 2000  # characters that are folded away
 PICTURES = {".png": "image/png", ".gif": "image/gif"}
 STYLE = """
@@ -59,10 +63,11 @@ class Section(NamedTuple):
     seconds: float
 
 
-def run(name: str, preset: str, out: Path) -> Section:
+def run(name: str, preset: str, out: Path, jobs: int) -> Section:
     """Run one study into its own folder and keep what it says."""
     module = importlib.import_module(f"studies.{name}")
-    arguments = ["--out", str(out / name), *(["--quick"] if preset == "quick" else [])]
+    own = [] if name in TIMED else ["--jobs", str(jobs)]
+    arguments = ["--preset", preset, "--out", str(out / name), *own]
     text, start = io.StringIO(), time.perf_counter()
     with contextlib.redirect_stdout(text):
         try:
@@ -76,16 +81,12 @@ def run(name: str, preset: str, out: Path) -> Section:
 
 
 def provenance() -> dict[str, str]:
-    """Versions, machine, commit and time."""
-    packages = ("elastocap", "numpy", "scipy", "cvxpy", "matplotlib")
-    found = {"python": platform.python_version()}
-    for package in packages:
+    """Versions, commit, machine and time."""
+    found = versions()
+    for package in ("cvxpy", "matplotlib"):
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             found[package] = importlib.metadata.version(package)
-    with contextlib.suppress(OSError, subprocess.CalledProcessError):
-        command = ["git", "-C", str(Path(__file__).parent), "rev-parse", "--short", "HEAD"]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        found["commit"] = done.stdout.strip()
+    found["commit"] = commit()
     found["machine"] = f"{platform.machine()}, {platform.system()}"
     found["written"] = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC")
     return found
@@ -97,19 +98,18 @@ def verification(table: Path) -> str:
         return "<p>verify was not run.</p>"
     columns = ("equation", "what", "error", "order", "fitted_error", "passed")
     lines = ["<table><tr>" + "".join(f"<th>{name}</th>" for name in columns) + "</tr>"]
-    with table.open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            mark = "" if row["passed"] == "True" else " class=bad"
-            cells = [row["equation"], row["what"], *(_short(row[name]) for name in columns[2:5])]
-            cells.append("ok" if row["passed"] == "True" else "FAILED")
-            own = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
-            lines.append(f"<tr{mark}>{own}</tr>")
+    for row in read(table):
+        mark = "" if row["passed"] == "True" else " class=bad"
+        cells = [row["equation"], row["what"], *(_short(row[name]) for name in columns[2:5])]
+        cells.append("ok" if row["passed"] == "True" else "FAILED")
+        own = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+        lines.append(f"<tr{mark}>{own}</tr>")
     return "\n".join([*lines, "</table>"])
 
 
 def _short(number: str) -> str:
     try:
-        return f"{float(number):.2g}"
+        return "—" if math.isnan(float(number)) else f"{float(number):.2g}"
     except ValueError:
         return number
 
@@ -145,20 +145,16 @@ def page(sections: Sequence[Section], preset: str) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
-    parser = argparse.ArgumentParser(prog="python -m studies report", description=__doc__)
-    parser.add_argument("--preset", choices=("quick", "full"), default="full")
-    parser.add_argument("--quick", action="store_true", help="the same as --preset quick")
+    parser = command.parser("report", __doc__, "the quick presets of all")
     parser.add_argument("--only", nargs="+", choices=ORDER, default=ORDER, metavar="NAME")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    options = parser.parse_args(argv)
-    preset, sections = "quick" if options.quick else options.preset, []
-    options.out.mkdir(parents=True, exist_ok=True)
+    options, out = command.parse(parser, argv)
+    sections = []
     for i, name in enumerate(options.only, 1):
-        print(f"{i} of {len(options.only)}: {name} ...", end=" ", flush=True)
-        sections.append(run(name, preset, options.out))
+        print(f"{i} of {len(options.only)}: {name} ...", flush=True)
+        sections.append(run(name, options.preset, out.folder, options.jobs))
         verdict = "FAILED" if sections[-1].status else ""
-        print(f"{sections[-1].seconds:.1f} s {verdict}", flush=True)
-    path = options.out / "report.html"
-    path.write_text(page(sections, preset), encoding="utf-8")
+        print(f"{name}: {sections[-1].seconds:.1f} s {verdict}".rstrip(), flush=True)
+    path = out.at("report.html")
+    path.write_text(page(sections, options.preset), encoding="utf-8")
     print(f"written: {path}")
     return int(any(section.status for section in sections))

@@ -15,11 +15,9 @@ Output: a line per l, rough.csv, rough.png.
 
 from __future__ import annotations
 
-import argparse
-import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,13 +25,15 @@ from numpy.typing import NDArray
 
 from discretization import Equilibrium, History, load_path, minimise
 from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
+from studies import command
+from studies.batches import each
+from studies.figures import COLOURS
 from studies.units import prefixed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000")
 
 
 @dataclass(frozen=True)
@@ -107,26 +107,33 @@ class Loop:
         return np.where(width > 0, 2 * self.path.half_width / np.where(width > 0, width, 1), 0.0)
 
 
-def run(params: Parameters, show: Callable[[str], object] = lambda line: None) -> list[Loop]:
-    """A loop per tension; `show` is told a line when it is done."""
+def run(
+    params: Parameters, show: Callable[[str], object] = lambda line: None, jobs: int = 1
+) -> list[Loop]:
+    """A loop per tension, in `jobs` processes; `show` is told a line when it is done."""
     loops = []
-    for tension in params.tensions:
-        scene = params.scene(tension)
-        path = load_path(scene, depths=params.programme, method="lattice", spacing=params.spacing)
-        steps = np.linspace(0, params.programme.size - 1, params.compared + 1).astype(int)[1:]
-        lowest = {
-            int(step): minimise(
-                scene,
-                float(path.depth[step]),
-                method="shortest_path",
-                branch="global",
-                spacing=params.spacing,
-            )
-            for step in steps
-        }
-        loops.append(Loop(tension, path, lowest))
-        show(line(loops[-1]))
+    for loop in each(partial(followed, params), params.tensions, jobs):
+        loops.append(loop)
+        show(line(loop))
     return loops
+
+
+def followed(params: Parameters, tension: float) -> Loop:
+    """One loop and the lowest states of all beside it."""
+    scene = params.scene(tension)
+    path = load_path(scene, depths=params.programme, method="lattice", spacing=params.spacing)
+    steps = np.linspace(0, params.programme.size - 1, params.compared + 1).astype(int)[1:]
+    lowest = {
+        int(step): minimise(
+            scene,
+            float(path.depth[step]),
+            method="shortest_path",
+            branch="global",
+            spacing=params.spacing,
+        )
+        for step in steps
+    }
+    return Loop(tension, path, lowest)
 
 
 def heading() -> str:
@@ -181,30 +188,26 @@ def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
     return figure
 
 
-def write_csv(loops: Sequence[Loop], path: Path) -> None:
-    """A row per step."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file)
-        out.writerow(["l/shortest", "depth", "force", "energy", "contacts", "fraction", "global"])
-        for loop in loops:
-            for step, depth in enumerate(loop.path.depth.tolist()):
-                lowest = loop.lowest[step].energy if step in loop.lowest else ""
-                row = loop.path.force[step], loop.path.energy[step], loop.contacts[step]
-                out.writerow([loop.tension, depth, *row, loop.fraction[step], lowest])
+def table(loops: Sequence[Loop]) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per step, SI."""
+    rows: list[list[object]] = []
+    for loop in loops:
+        for step, depth in enumerate(loop.path.depth.tolist()):
+            lowest = loop.lowest[step].energy if step in loop.lowest else ""
+            row = loop.path.force[step], loop.path.energy[step], loop.contacts[step]
+            rows.append([loop.tension, depth, *row, loop.fraction[step], lowest])
+    return ["l/shortest", "depth", "force", "energy", "contacts", "fraction", "global"], rows
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study; 1 if a global state has more energy than the metastable one."""
-    parser = argparse.ArgumentParser(prog="python -m studies rough", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="a shorter profile")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    options = parser.parse_args(argv)
-    params = Parameters(nodes=1001, steps=15, compared=3) if options.quick else Parameters()
+    options, out = command.parse(command.parser("rough", __doc__, "a shorter profile"), argv)
+    quick = options.preset == "quick"
+    params = Parameters(nodes=1001, steps=15, compared=3) if quick else Parameters()
     print(heading())
-    loops = run(params, lambda text: print(text, flush=True))
-    options.out.mkdir(parents=True, exist_ok=True)
-    write_csv(loops, options.out / "rough.csv")
-    plot(params, loops).savefig(options.out / "rough.png", dpi=150)
+    loops = run(params, command.say, options.jobs)
+    out.table("rough.csv", params, *table(loops))
+    out.figure("rough.png", plot(params, loops))
     return int(not all(lowest_is_lowest(loop) for loop in loops))
 
 

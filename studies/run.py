@@ -11,12 +11,11 @@ reads it) and SCENE_path.png. A file with a list or range for any other number i
 
 from __future__ import annotations
 
-import argparse
-import csv
-import shlex
+import json
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import Equilibrium, minimise
-from energy import Assumption
-from studies import scene_path, sweep
+from energy import Assumption, Scene
+from energy.description import described
+from studies import command, scene_path, sweep
+from studies.batches import Progress, each, tell
+from studies.figures import BLUE, GREY, ORANGE
 from studies.scene_file import SceneFile, built, read
-from studies.scene_grid import axes
+from studies.scene_grid import axes, coarser
 from studies.units import prefixed
 
 Array = NDArray[np.float64]
@@ -39,7 +41,6 @@ CONVENTIONS = (
     "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
     "without contact",
 )
-BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#666666"
 SOFT, RIGID = "#f3d9b1", "#b8c4cc"
 
 
@@ -80,16 +81,29 @@ def broken(state: Equilibrium) -> list[Assumption]:
     return [one for one in state.validity if not one.holds]
 
 
-def run(given: SceneFile, show: Callable[[Equilibrium], object] = lambda state: None) -> Record:
+def run(
+    given: SceneFile, show: Callable[[Equilibrium], object] = lambda state: None, jobs: int = 1
+) -> Record:
     """The equilibrium at each depth of the file; `show` gets each as soon as it is found."""
     states = []
-    for depth in given.depths.tolist():
-        try:
-            states.append(minimise(given.scene, depth, **given.options))
-        except ValueError as error:
-            raise ValueError(f"{given.path}: depth = {depth!r}: {error}") from error
-        show(states[-1])
+    for state in each(partial(solved, given), given.depths.tolist(), jobs, _long):
+        states.append(state)
+        show(state)
     return Record(given, tuple(states))
+
+
+def _long(progress: Progress) -> None:
+    """Tell the progress of long work only: the rows of short work say as much."""
+    if progress.remaining > 3:
+        tell(progress)
+
+
+def solved(given: SceneFile, depth: float) -> Equilibrium:
+    """The equilibrium at a depth. ValueError names file and depth."""
+    try:
+        return minimise(given.scene, depth, **given.options)
+    except ValueError as error:
+        raise ValueError(f"{given.path}: depth = {depth!r}: {error}") from error
 
 
 def row(state: Equilibrium) -> str:
@@ -116,20 +130,22 @@ def summary(record: Record) -> str:
     return f"\n{text}\n{record.worst}"
 
 
-def write_csv(record: Record, path: Path, command: str) -> None:
-    """One row per depth under header lines that begin with #."""
-    given, scene = record.given, record.given.scene
-    header = [f"title: {given.title}", f"source: {given.source}", f"command: {command}"]
-    header += [str(scene.layer), str(scene.surfaces), str(scene.indenter)]
-    header += [f"slopes: {scene.slopes}; options: {given.options}", *CONVENTIONS]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        file.writelines(f"# {' '.join(line.split())}\n" for line in header)
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow([*OBSERVABLES, *(f"error_{name}" for name in ERRORS), "label"])
-        for state in record.states:
-            observed = [getattr(state, name) for name in OBSERVABLES]
-            errors = [state.error_estimate[name] for name in ERRORS]
-            table.writerow([*map(repr, map(float, observed + errors)), state.label])
+def table(record: Record) -> tuple[list[str], list[list[str]]]:
+    """Columns and a row per depth."""
+    rows = []
+    for state in record.states:
+        observed = [getattr(state, name) for name in OBSERVABLES]
+        errors = [state.error_estimate[name] for name in ERRORS]
+        rows.append([*map(repr, map(float, observed + errors)), state.label])
+    return [*OBSERVABLES, *(f"error_{name}" for name in ERRORS), "label"], rows
+
+
+def notes(given: SceneFile) -> list[str]:
+    """Title, source and the scene, in words and exactly."""
+    scene: Scene = given.scene
+    lines = [f"title: {given.title}", f"source: {given.source}"]
+    lines += [str(scene.layer), str(scene.surfaces), str(scene.indenter)]
+    return [*lines, f"scene: {json.dumps(described(scene))}", *CONVENTIONS]
 
 
 def plot(record: Record) -> Any:
@@ -166,6 +182,8 @@ def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
     depths = np.array([state.depth for state in states])
     values = np.array([getattr(state, name) for state in states])
     values[~np.isfinite(values)] = np.nan
+    error = np.array([state.error_estimate[name] for state in states])
+    error[~np.isfinite(error)] = 0.0
     x, y = prefixed(depths, "m"), prefixed(values, unit)
     free = np.array([state.label == "detached" for state in states])
     bad = np.array([bool(state.warnings) for state in states])
@@ -177,7 +195,8 @@ def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
     ):
         if chosen.any():
             at, height = depths[chosen] / x.size, values[chosen] / y.size
-            axes.plot(at, height, ls="", ms=4, label=text, **style)
+            spread = error[chosen] * np.abs(height)
+            axes.errorbar(at, height, yerr=spread, ls="", ms=4, label=text, capsize=2, **style)
     axes.axhline(0, color=GREY, lw=0.8)
     axes.set(xlabel=f"indentation depth d [{x.symbol}]", ylabel=f"{label} [{y.symbol}]")
     axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
@@ -229,52 +248,44 @@ def _contact_line(axes: Any, state: Equilibrium) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Solve the scene file, print and write; errors of the file are ValueErrors."""
-    parser = argparse.ArgumentParser(prog="python -m studies run", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    quick = "at most 5 depths, and 10 steps between turning points"
+    parser = command.parser("run", __doc__, quick, jobs=1)
     parser.add_argument("scene", type=Path, help="scene file, for instance studies/scenes/*.toml")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    options = parser.parse_args(argv)
+    options, out = command.parse(parser, argv)
     content = read(options.scene)
     if any(axis.key != "depth" for axis in axes(options.scene, content)):
-        return sweep.main([str(options.scene), "--out", str(options.out)])
+        return sweep.main(argv)
+    if options.preset == "quick":
+        content = coarser(content)
     given = built(options.scene, content)
-    command = shlex.join(
-        ["python", "-m", "studies", "run", str(given.path), "--out", str(options.out)]
-    )
     print(given.title)
-    written = equilibria(given, options.out, command) if given.depths.size else []
+    written = equilibria(given, out, options.jobs) if given.depths.size else []
     if given.programme is not None:
-        written += response(given, options.out, command)
+        written += response(given, out)
     print(f"written: {', '.join(map(str, written))}")
     return 0
 
 
-def equilibria(given: SceneFile, out: Path, command: str) -> list[Path]:
+def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
     """Solve, print and write the states at the depths of the file; the files written."""
     if given.depths.size == 1:
         record = run(given, show=print)
     else:
         print(heading())
-        record = run(given, show=lambda state: print(row(state), flush=True))
+        record = run(given, lambda state: command.say(row(state)), jobs)
         print(summary(record))
-    table, picture = files(given, out, "")
-    write_csv(record, table, command)
-    plot(record).savefig(picture, dpi=130)
-    return [table, picture]
+    name, chosen = given.path.stem, {"slopes": given.scene.slopes, "options": given.options}
+    written = out.table(f"{name}.csv", chosen, *table(record), notes=notes(given))
+    return [written, *out.figure(name, plot(record))]
 
 
-def response(given: SceneFile, out: Path, command: str) -> list[Path]:
+def response(given: SceneFile, out: command.Output) -> list[Path]:
     """Follow, print and write the load path of the file; the files written."""
     history = scene_path.follow(given)
     print(scene_path.told(history))
-    table, picture = files(given, out, "_path")
-    notes = [f"title: {given.title}", f"source: {given.source}", f"command: {command}"]
-    scene_path.write_csv(history, table, notes)
-    scene_path.plot(given, history).savefig(picture, dpi=130)
-    return [table, picture]
-
-
-def files(given: SceneFile, out: Path, kind: str) -> list[Path]:
-    """Where table and figure go; the folder is made."""
-    out.mkdir(parents=True, exist_ok=True)
-    return [out / f"{given.path.stem}{kind}.{ending}" for ending in ("csv", "png")]
+    name = f"{given.path.stem}_path"
+    head = out.header(given.options)
+    written = out.at(f"{name}.csv")
+    about = [f"title: {given.title}", f"source: {given.source}"]
+    scene_path.write_csv(history, written, [*about, *head])
+    return [written, *out.figure(name, scene_path.plot(given, history))]

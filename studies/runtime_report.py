@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import platform
 from collections.abc import Sequence
@@ -11,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from studies.figures import COLOURS, plain_ticks
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from studies.runtime_vs_error import Floor, Point
 
 QUANTITIES = ("half-width a", "force P", "energy U", "angle θ")
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#7F7F7F")
 MARKERS = "osD^v<>phX*"
 LEAST = 1e-16
 COMMAND = "python -m studies runtime_vs_error"
@@ -35,20 +35,16 @@ def machine() -> str:
     return f"{name}, {os.cpu_count()} cores, threads: {threads}; {versions}"
 
 
-def write_csv(points: Sequence[Point], floors: Sequence[Floor], path: Path) -> None:
-    """A row per point, then the floors."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file)
-        names = ["error_half_width", "error_force", "error_energy", "error_angle"]
-        head = ["task", "method", "size", "unknowns", "modelling_seconds", "first_seconds"]
-        out.writerow([*head, "seconds", "spread", "ratio_to_dptsv", *names, "success", "note"])
-        for p in points:
-            out.writerow([*p[:9], *p.errors, p.success, p.note])
-        for floor in floors:
-            blank = ["", "", 1.0, *[""] * 4, True, ""]
-            n = floor.unknowns
-            out.writerow(["floor", "dptsv", n, n, "", "", floor.dptsv, *blank[1:]])
-            out.writerow(["floor", "one pass", n, n, "", "", floor.one_pass, *blank[1:]])
+def rows(points: Sequence[Point], floors: Sequence[Floor]) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per point, then the floors."""
+    names = ["error_half_width", "error_force", "error_energy", "error_angle"]
+    head = ["task", "method", "size", "unknowns", "modelling_seconds", "first_seconds"]
+    found: list[list[object]] = [[*p[:9], *p.errors, p.success, p.note] for p in points]
+    for floor in floors:
+        n, blank = floor.unknowns, ["", 1.0, *[""] * 4, True, ""]
+        found.append(["floor", "dptsv", n, n, "", "", floor.dptsv, *blank])
+        found.append(["floor", "one pass", n, n, "", "", floor.one_pass, *blank])
+    return [*head, "seconds", "spread", "ratio_to_dptsv", *names, "success", "note"], found
 
 
 def table(points: Sequence[Point], floors: Sequence[Floor], exponents: dict[str, float]) -> str:
@@ -105,9 +101,10 @@ def plot(task: str, points: Sequence[Point], floors: Sequence[Floor]) -> Figure:
         axes.grid(alpha=0.25)
         axes.set_xlim(left=LEAST / 3)
     for axes in panels[::2]:
-        axes.set_ylabel("time of one step in s" if task == "loop" else "time in s")
+        axes.set_ylabel("time of one step" if task == "loop" else "time")
+    plain_ticks(panels[0].yaxis, "s", (1.0,))
     handles, labels = max((a.get_legend_handles_labels() for a in panels), key=lambda h: len(h[0]))
-    figure.legend(handles, labels, loc="outside right upper", fontsize=8)
+    figure.legend(handles, labels, loc="outside lower center", fontsize=8, ncols=5)
     figure.suptitle(f"{task}: lower left is better; dashed: one dptsv, dotted: one pass over n")
     return figure
 
@@ -116,7 +113,8 @@ def _draw(axes: Any, own: Sequence[Point], quantity: int, number: int, method: s
     ours, colour = method.startswith("ours"), COLOURS[number % len(COLOURS)]
     errors = [max(p.errors[quantity], LEAST) for p in own]
     seconds = [p.seconds for p in own]
-    spread = [p.seconds * p.spread / 2 for p in own]
+    half = np.array([p.spread / 2 for p in own])
+    spread = np.array(seconds) * [half / (1 + half), half]  # by a factor: the axis is logarithmic
     axes.errorbar(
         errors,
         seconds,

@@ -22,21 +22,23 @@ figure: one `dptsv`, one pass over an array.
 
 from __future__ import annotations
 
-import argparse
 import json
 import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from studies import command
+from studies.batches import each
 from studies.lattice_speed import tridiagonal_seconds
 from studies.rivals.problem import installed
 from studies.rivals.tasks import TASKS, Method, Task, guarded
-from studies.runtime_report import plot, table, write_csv
+from studies.runtime_report import machine, plot, rows, table
 
 BASELINE = Path(__file__).with_name("baseline.json")
 LOSS = 1.5
@@ -151,20 +153,25 @@ def run(
     show: Callable[[Point], object] = lambda point: None,
 ) -> list[Point]:
     """Every method of every task at growing sizes until its patience is exceeded."""
-    points = []
-    for name in tasks:
-        task = Task.named(name, parameters.steps)
-        for method in task.methods:
-            if not all(map(installed, method.packages)):
-                note = f"{', '.join(method.packages)} not installed"
-                points.append(Point.failed(name, method.name, 0, note))
-                show(points[-1])
-                continue
-            for size in method.sizes(parameters.sizes):
-                points.append(measure(task, method, size, parameters))
-                show(points[-1])
-                if not points[-1].seconds * method.steps(task) < parameters.patience / 4:
-                    break
+    named = [Task.named(name, parameters.steps) for name in tasks]
+    cases = [(task, method) for task in named for method in task.methods]
+    return [p for own in each(partial(_grown, parameters, show), cases, 1) for p in own]
+
+
+def _grown(
+    parameters: Parameters, show: Callable[[Point], object], case: tuple[Task, Method]
+) -> list[Point]:
+    (task, method), points = case, []
+    if not all(map(installed, method.packages)):
+        note = f"{', '.join(method.packages)} not installed"
+        points.append(Point.failed(task.name, method.name, 0, note))
+        show(points[-1])
+        return points
+    for size in method.sizes(parameters.sizes):
+        points.append(measure(task, method, size, parameters))
+        show(points[-1])
+        if not points[-1].seconds * method.steps(task) < parameters.patience / 4:
+            break
     return points
 
 
@@ -218,32 +225,29 @@ def check(update: bool) -> int:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study; with --check 1 if a ratio was lost."""
-    parser = argparse.ArgumentParser(prog="python -m studies runtime_vs_error", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--quick", action="store_true", help="small sizes, under 20 s")
+    parser = command.parser("runtime_vs_error", __doc__, "small sizes, under 20 s", timed=True)
     parser.add_argument("--tasks", nargs="+", default=list(TASKS), choices=TASKS)
     parser.add_argument("--check", action="store_true", help="compare with the stored baseline")
     parser.add_argument("--update", action="store_true", help="store a new baseline")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    options = parser.parse_args(argv)
+    options, out = command.parse(parser, argv)
     if options.check or options.update:
         return check(options.update)
-    parameters = QUICK if options.quick else Parameters()
-
-    def show(point: Point) -> None:
-        size = f"{point.size:9.3g}" if point.size else "         "
-        says = point.note or f"{point.seconds * 1e3:10.3f} ms, error of a {point.errors[0]:.1e}"
-        print(f"{point.task:12s} {point.method:40s} {size} {says}", flush=True)
-
-    points = run(parameters, options.tasks, show)
+    quick = options.preset == "quick"
+    parameters = QUICK if quick else Parameters()
+    points = run(parameters, options.tasks, lambda point: command.say(line(point)))
     least = floors(parameters.sizes, parameters.repeats)
-    options.out.mkdir(parents=True, exist_ok=True)
-    write_csv(points, least, options.out / "runtime_vs_error.csv")
-    grown = exponents(points, 10**4 if not options.quick else 10**3)
-    text = table(points, least, grown)
-    (options.out / "runtime_vs_error.md").write_text(text, encoding="utf-8")
+    out.table("runtime_vs_error.csv", parameters, *rows(points, least), notes=[machine()])
+    text = table(points, least, exponents(points, 10**3 if quick else 10**4))
+    out.at("runtime_vs_error.md").write_text(text, encoding="utf-8")
     for name in options.tasks:
         own = [p for p in points if p.task == name]
-        plot(name, own, least).savefig(options.out / f"runtime_vs_error_{name}.png", dpi=150)
+        out.figure(f"runtime_vs_error_{name}.png", plot(name, own, least))
     print(text)
     return 0
+
+
+def line(point: Point) -> str:
+    """One point on the screen."""
+    size = f"{point.size:9.3g}" if point.size else "         "
+    says = point.note or f"{point.seconds * 1e3:10.3f} ms, error of a {point.errors[0]:.1e}"
+    return f"{point.task:12s} {point.method:40s} {size} {says}"

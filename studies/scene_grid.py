@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 from discretization import AccuracyWarning, History, minimise
 from energy import Scene
-from studies.scene_file import CONTROLS, built
+from studies.scene_file import CONTROLS, STEPS, built
 from studies.scene_path import follow, most_tensile
 from studies.scene_table import TOP, Table
 
@@ -83,6 +83,32 @@ def placed(content: Mapping[str, Any], point: Mapping[str, Value]) -> dict[str, 
         section, _, name = key.rpartition(".")
         (tables[section] if section else tables)[name] = value
     return tables
+
+
+def coarser(content: Mapping[str, Any], values: int = 5, steps: int = 10) -> dict[str, Any]:
+    """The tables for a first look: no more than so many values of an axis, and steps of a leg."""
+    tables = {name: dict(t) if isinstance(t, Mapping) else t for name, t in content.items()}
+    for name, table in tables.items():
+        if name == "depth":
+            tables[name] = _thinned(table, values)
+        elif isinstance(table, dict):
+            for key in table:
+                if f"{name}.{key}" not in NO_AXES:
+                    table[key] = _thinned(table[key], values)
+    path = tables.get("path")
+    if isinstance(path, dict) and any(isinstance(path.get(name), list) for name in CONTROLS):
+        given = path.get("steps", STEPS)
+        path["steps"] = min(given, steps) if isinstance(given, int) else given
+    return tables
+
+
+def _thinned(value: Any, most: int) -> Any:
+    """A list or range of at most so many values, its ends among them."""
+    if isinstance(value, list) and len(value) > most:
+        return [value[round(i * (len(value) - 1) / (most - 1))] for i in range(most)]
+    if isinstance(value, Mapping) and isinstance(value.get("steps"), int):
+        return {**value, "steps": min(value["steps"], most)}
+    return value
 
 
 @dataclass(frozen=True)

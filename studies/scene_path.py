@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import Event, History, PullOff, load_path
+from studies.figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE
 from studies.scene_file import SceneFile
 from studies.units import prefixed
 
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-BLUE, GREY = "#0072b2", "#666666"
-EVENTS = ("#d55e00", "#009e73", "#cc79a7", "#000000")
+EVENTS = (ORANGE, GREEN, PURPLE, BLACK)
 MARKERS = ("v", "^", "D", "s")
 DRIVEN = {"depths": "m", "forces": "N/m", "drives": "m"}
 

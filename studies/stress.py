@@ -22,15 +22,13 @@ if anything was lost or failed.
 
 from __future__ import annotations
 
-import argparse
-import csv
 import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from functools import partial
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -38,10 +36,9 @@ from discretization import AccuracyWarning, Equilibrium, NotCertifiedError, fron
 from discretization.certificate import measured
 from discretization.lattice import Lattice
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene, SurfaceEnergies
-from studies import stress_profiles, stress_reference
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from studies import command, stress_profiles, stress_reference
+from studies.batches import each
+from studies.stress_figure import plot
 
 EPS = float(np.finfo(float).eps)
 SLACK, TOLERANCE = 1000.0, 1e-12
@@ -287,14 +284,19 @@ def run(
     params: Parameters = Parameters(),
     grids: Sequence[str] = GRIDS,
     show: Callable[[str], object] = lambda line: None,
+    jobs: int = 1,
 ) -> list[Trial]:
-    """All trials; `show` gets a line for each grid."""
+    """All trials, grids in `jobs` processes; `show` gets a line for each grid."""
     trials: list[Trial] = []
-    for name in grids:
-        own = RUNS[name](params)
+    work = [RUNS[name] for name in grids]
+    for name, own in zip(grids, each(partial(_called, params), work, jobs), strict=True):
         show(summary(name, own))
         trials += own
     return trials
+
+
+def _called(params: Parameters, grid: Callable[[Parameters], list[Trial]]) -> list[Trial]:
+    return grid(params)
 
 
 def summary(name: str, trials: Sequence[Trial]) -> str:
@@ -305,60 +307,21 @@ def summary(name: str, trials: Sequence[Trial]) -> str:
     return f"{name:9s} {counts}; fewest digits kept {min(kept, default=math.nan):.1f}"
 
 
-def plot(trials: Sequence[Trial]) -> Figure:
-    """Fewest digits of a, P and U over each grid; crosses: lost or failed, rings: refused."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(14, 4.6), layout="constrained")
-    labels = {
-        "fitted": ("log₁₀ a/l", "log₁₀ w/γ₁"),
-        "finite": ("log₁₀ a/l", "log₁₀ w/γ₁"),
-        "lattice": ("log₁₀ l/Δx", "log₁₀ a/l"),
-    }
-    for axes, (name, (across, up)) in zip(figure.subplots(1, 3), labels.items(), strict=True):
-        own = [t for t in trials if t.grid == name]
-        best: dict[tuple[float, float], float] = {}
-        for t in own:
-            if not math.isnan(t.digits[0]):
-                best[t.x, t.y] = min(*t.digits, best.get((t.x, t.y), 16.0))
-        x, y = np.array([*best]).reshape(-1, 2).T
-        style: dict[str, Any] = {"marker": "s", "s": 110, "cmap": "viridis", "vmin": 6, "vmax": 16}
-        drawn = axes.scatter(x, y, c=[*best.values()], **style)
-        for words, marker in ((BAD, "rx"), (("refused",), "wo")):
-            bad = [(t.x, t.y) for t in own if t.verdict in words]
-            if bad:
-                axes.plot(*np.transpose(bad), marker, mec="red", ms=6, mfc="none")
-        axes.set(xlabel=across, ylabel=up, title=name)
-    figure.colorbar(drawn, label="digits kept (fewest of a, P, U)", extend="min")
-    return figure
-
-
-def write_csv(trials: Sequence[Trial], path: Path) -> None:
-    """A row per trial."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file)
-        names = ["digits_half_width", "digits_force", "digits_energy", "excess", "verdict", "note"]
-        out.writerow(["grid", "shape", "x", "y", *names])
-        for t in trials:
-            out.writerow([*t[:4], *t.digits, *t[5:]])
+def table(trials: Sequence[Trial]) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per trial."""
+    names = ["digits_half_width", "digits_force", "digits_energy", "excess", "verdict", "note"]
+    return ["grid", "shape", "x", "y", *names], [[*t[:4], *t.digits, *t[5:]] for t in trials]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study; 1 if anything was lost or failed."""
-    parser = argparse.ArgumentParser(prog="python -m studies stress", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--quick", action="store_true", help="every third decade")
+    parser = command.parser("stress", __doc__, "every third decade")
     parser.add_argument("--grids", nargs="+", default=list(GRIDS), choices=GRIDS)
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    options = parser.parse_args(argv)
-
-    def show(line: str) -> None:
-        print(line, flush=True)
-
-    trials = run(QUICK if options.quick else Parameters(), options.grids, show)
-    options.out.mkdir(parents=True, exist_ok=True)
-    write_csv(trials, options.out / "stress.csv")
-    plot(trials).savefig(options.out / "stress.png", dpi=150)
+    options, out = command.parse(parser, argv)
+    params = QUICK if options.preset == "quick" else Parameters()
+    trials = run(params, options.grids, command.say, options.jobs)
+    out.table("stress.csv", params, *table(trials))
+    out.figure("stress.png", plot(trials, options.grids))
     bad = [t for t in trials if t.verdict in BAD]
     for t in sorted(bad, key=lambda t: (t.grid, t.shape, -t.excess)):
         print(f"{t.verdict:14s} {t.grid:8s} {t.shape:8s} x = {t.x:5.3g}, y = {t.y:5.3g}: {t.note}")

@@ -26,14 +26,10 @@ where they run. Exit status 1 if a point failed.
 
 from __future__ import annotations
 
-import argparse
-import csv
+import json
 import math
 import os
-import platform
-import shlex
-import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -41,13 +37,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy
 
-from studies import sweep_figure
-from studies.batches import Clock, Function, Progress, in_batches, processes
+from studies import command, sweep_figure
+from studies.batches import Clock, Function, Progress, in_batches, processes, tell
 from studies.scene_file import built, read
-from studies.scene_grid import Axis, SolvedScene, Value, axes, placed
+from studies.scene_grid import Axis, SolvedScene, Value, axes, coarser, placed
 from studies.sweep_store import Found, Store
+from studies.table import versions
 
 
 @dataclass(frozen=True)
@@ -114,7 +110,7 @@ def sweep(
         if not axis.values:
             raise ValueError(f"{axis.key} = () has no values; give at least one")
     name = f"{function.__module__}.{function.__qualname__}" if identity is None else identity
-    store = Store(Path(path), {"function": name, "axes": list(grid.axes), "made_with": _versions()})
+    store = Store(Path(path), {"function": name, "axes": list(grid.axes), "made_with": versions()})
     known = store.results()
     done = {at for at, line in known.items() if not (retry and "error" in line)}
     failed = sum("error" in known[at] for at in done)
@@ -127,39 +123,25 @@ def sweep(
     return Record(grid, tuple(results[at] for at in range(len(grid))))
 
 
-def _versions() -> dict[str, str]:
-    return {
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-    }
-
-
-def write_csv(record: Record, path: Path, header: Iterable[str]) -> None:
-    """A row for each point in the order of the grid; errors in the last column."""
+def table(record: Record) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row for each point in the order of the grid; errors in the last column."""
     columns = list(dict.fromkeys(name for r in record.results for name in r.get("found", {})))
-    keys = [axis.key for axis in record.grid.axes]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        file.writelines(f"# {' '.join(line.split())}\n" for line in header)
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow([*keys, *columns, "error"])
-        for at, result in enumerate(record.results):
-            found = result.get("found", {})
-            row = [*record.grid.point(at).values(), *(found.get(name, "") for name in columns)]
-            cells = [repr(c) if isinstance(c, float) else "nan" if c is None else c for c in row]
-            table.writerow([*cells, result.get("error", "")])
+    keys, rows = [axis.key for axis in record.grid.axes], []
+    for at, result in enumerate(record.results):
+        found = result.get("found", {})
+        row = [*record.grid.point(at).values(), *(found.get(name, "") for name in columns)]
+        rows.append(["nan" if c is None else c for c in (*row, result.get("error", ""))])
+    return [*keys, *columns, "error"], rows
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Sweep a scene file; 1 if a point failed."""
-    parser = argparse.ArgumentParser(prog="python -m studies sweep", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser = command.parser("sweep", __doc__, "at most 5 values of each key")
     parser.add_argument("scene", type=Path, help="scene file with a list or range for a number")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    parser.add_argument("--jobs", type=int, default=None, help="processes; default: all cores")
     parser.add_argument("--retry", action="store_true", help="try failed points again")
-    options = parser.parse_args(argv)
-    path, content = options.scene, read(options.scene)
+    options, out = command.parse(parser, argv)
+    path, content, quick = options.scene, read(options.scene), options.preset == "quick"
+    content = coarser(content) if quick else content
     found = axes(path, content)
     if not found:
         raise ValueError(f"{path} has no list or range for a number: use `python -m studies run`")
@@ -169,19 +151,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         raise ValueError(f"{path}: depth stands beside [path] in a sweep: give one of the two")
     function = SolvedScene(path, content)
     print(f"{given.title}: {len(grid)} points, {' × '.join(axis.key for axis in found)}")
+    name = f"{path.stem}_sweep" + ("_quick" if quick else "")
     record = sweep(
         function,
         {axis.key: axis.values for axis in found},
-        options.out / f"{path.stem}_sweep.jsonl",
+        out.folder / f"{name}.jsonl",
         jobs=options.jobs,
         identity=function.identity([axis.key for axis in found]),
         retry=options.retry,
-        show=lambda progress: print(progress, flush=True),
+        show=tell,
     )
-    command = shlex.join(["python", "-m", "studies", "sweep", *(argv or sys.argv[2:])])
-    header = [f"title: {given.title}", f"source: {given.source}", f"command: {command}"]
-    table, picture = (options.out / f"{path.stem}_sweep.{ending}" for ending in ("csv", "png"))
-    write_csv(record, table, [*header, f"made with {_versions()}", sweep_figure.CONVENTIONS])
-    sweep_figure.plot(record, given.title).savefig(picture, dpi=130)
-    print(f"written: {table}, {picture}" + (f"; {record.failed} failed" if record.failed else ""))
+    notes = [f"title: {given.title}", f"source: {given.source}", sweep_figure.CONVENTIONS]
+    written = [out.table(f"{name}.csv", json.dumps(content), *table(record), notes=notes)]
+    written += out.figure(name, sweep_figure.plot(record, given.title))
+    failed = f"; {record.failed} failed" if record.failed else ""
+    print(f"written: {', '.join(map(str, written))}{failed}")
     return 1 if record.failed else 0

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studies.figures import BLUE
 from studies.scene_grid import UNITS, Value
 from studies.units import Unit, prefixed
 
@@ -41,12 +42,15 @@ def plot(record: Record, title: str) -> Figure:
     for axes, (name, label, unit) in zip(
         figure.subplots(1, 2), PATH if path else STATE, strict=True
     ):
-        values = record.column(name).reshape(shape)
         keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
-        table = values[keep] if second is None or first < second else values[keep].T
-        size = prefixed(table, unit)
+        table, relative = (
+            record.column(column).reshape(shape)[keep] for column in (name, f"error_{name}")
+        )
+        if second is not None and first > second:
+            table, relative = table.T, relative.T
+        size, error = prefixed(table, unit), np.abs(np.nan_to_num(table) * np.nan_to_num(relative))
         quantity = f"{label} [{size.symbol}]"
-        _draw(axes, record, (first, second), table / size.size, quantity)
+        _draw(axes, record, (first, second), table / size.size, error / size.size, quantity)
     fixed = ", ".join(_named(record, i, record.grid.axes[i].values[0]) for i in order[2:])
     failed = f"{record.failed} of {len(record.results)} points failed" if record.failed else ""
     figure.suptitle("\n".join(filter(None, (title, fixed, failed))), fontsize=13)
@@ -54,16 +58,21 @@ def plot(record: Record, title: str) -> Figure:
 
 
 def _draw(
-    axes: Any, record: Record, chosen: tuple[int, int | None], table: Array, quantity: str
+    axes: Any,
+    record: Record,
+    chosen: tuple[int, int | None],
+    table: Array,
+    error: Array,
+    quantity: str,
 ) -> None:
-    """table (n,) or (n, m) over the axes chosen."""
+    """table (n,) or (n, m) over the axes chosen, with its error bars."""
     x, label, log = _coordinate(record, chosen[0])
     axes.set_xscale("log" if log else "linear")
     axes.set_xlabel(label)
     if chosen[1] is None:
-        axes.plot(x, table, "o-", color="#0072b2", ms=3)
+        axes.errorbar(x, table, yerr=error, fmt="o-", color=BLUE, ms=3, capsize=2)
     elif table.shape[1] <= LINES:
-        _lines(axes, x, table, record, chosen[1])
+        _lines(axes, x, (table, error), record, chosen[1])
     else:
         y, label, log = _coordinate(record, chosen[1])
         axes.set_yscale("log" if log else "linear")
@@ -75,7 +84,7 @@ def _draw(
     axes.grid(alpha=0.25)
 
 
-def _lines(axes: Any, x: Array, table: Array, record: Record, second: int) -> None:
+def _lines(axes: Any, x: Array, values: tuple[Array, Array], record: Record, second: int) -> None:
     from matplotlib import colormaps
 
     axis = record.grid.axes[second]
@@ -83,7 +92,8 @@ def _lines(axes: Any, x: Array, table: Array, record: Record, second: int) -> No
         name = _named(record, second, value)
         colour = colormaps["cividis"](0.9 * i / max(1, len(axis.values) - 1))
         style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name}
-        axes.plot(x, table[:, i], **style)
+        table, error = (both[:, i] for both in values)
+        axes.errorbar(x, table, yerr=error, capsize=2, **style)
     axes.legend(fontsize=8)
 
 

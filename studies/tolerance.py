@@ -14,17 +14,17 @@ trusted.
 
 from __future__ import annotations
 
-import argparse
-import csv
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from discretization import AccuracyWarning, minimise
+from studies import command
+from studies.batches import Progress, each, tell
+from studies.figures import BLUE, ORANGE
 from studies.random_cases import SHAPES, Case, random_case, random_steep_case
 
 if TYPE_CHECKING:
@@ -80,15 +80,24 @@ def measure(case: Case, rtol: float) -> Trial:
     return Trial(case.shape, case.scene.slopes, rtol, tuple(map(float, errors)), estimates)
 
 
-def run(params: Parameters, show: Callable[[int], object] = lambda done: None) -> list[Trial]:
-    """All trials; `show` is told how many are done."""
-    rng, trials = np.random.default_rng(params.seed), []
+def run(
+    params: Parameters, show: Callable[[Progress], object] = tell, jobs: int = 1
+) -> list[Trial]:
+    """All trials, in `jobs` processes; `show` is told how many are done."""
+    return list(each(_measured, list(drawn(params)), jobs, show))
+
+
+def drawn(params: Parameters) -> Iterator[tuple[Case, float]]:
+    """The scenes, each with its rtol."""
+    rng = np.random.default_rng(params.seed)
     for i in range(params.scenes):
         draw = random_steep_case if i % 2 else random_case
         case = draw(rng, SHAPES[i // 2 % len(SHAPES)])
-        trials.append(measure(case, 10 ** -rng.uniform(params.loosest, params.tightest)))
-        show(i + 1)
-    return trials
+        yield case, 10 ** -rng.uniform(params.loosest, params.tightest)
+
+
+def _measured(given: tuple[Case, float]) -> Trial:
+    return measure(*given)
 
 
 def passed(trials: Sequence[Trial]) -> bool:
@@ -120,11 +129,11 @@ def plot(trials: Sequence[Trial]) -> Figure:
         own = [trial for trial in trials if trial.slopes == slopes]
         rtol = [trial.rtol for trial in own]
         for values, marker, colour, label in (
-            ([max(trial.estimates) for trial in own], "^", "#D55E00", "largest estimate"),
-            ([max(*trial.errors, 1e-17) for trial in own], "o", "#0072B2", "largest true error"),
+            ([max(trial.estimates) for trial in own], "^", ORANGE, "largest estimate"),
+            ([max(*trial.errors, 1e-17) for trial in own], "o", BLUE, "largest true error"),
         ):
             axes.loglog(rtol, values, marker, color=colour, ms=4, alpha=0.6, label=label)
-        limits = np.array([1e-13, 1e-1])
+        limits = np.array([1e-13, FLOOR, 1e-1])
         axes.plot(limits, np.maximum(limits, FLOOR), "k--", lw=1, label="max(rtol, $10^{-12}$)")
         axes.set(xlabel="rtol", title=f"{slopes} slopes, {len(own)} scenes", ylim=(3e-18, 1))
         axes.grid(alpha=0.3)
@@ -133,31 +142,22 @@ def plot(trials: Sequence[Trial]) -> Figure:
     return figure
 
 
-def write_csv(trials: Sequence[Trial], path: Path) -> None:
-    """A row per scene and quantity."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        out = csv.writer(file)
-        out.writerow(["shape", "slopes", "rtol", "quantity", "error", "estimate"])
-        for trial in trials:
-            for row in zip(QUANTITIES, trial.errors, trial.estimates, strict=True):
-                out.writerow([trial.shape, trial.slopes, trial.rtol, *row])
+def table(trials: Sequence[Trial]) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per scene and quantity."""
+    rows: list[list[object]] = [
+        [trial.shape, trial.slopes, trial.rtol, *row]
+        for trial in trials
+        for row in zip(QUANTITIES, trial.errors, trial.estimates, strict=True)
+    ]
+    return ["shape", "slopes", "rtol", "quantity", "error", "estimate"], rows
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
-    parser = argparse.ArgumentParser(prog="python -m studies tolerance", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="60 scenes")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder of the results")
-    options = parser.parse_args(argv)
-    params = Parameters(scenes=60) if options.quick else Parameters()
-
-    def show(done: int) -> None:
-        if done % 50 == 0 or done == params.scenes:
-            print(f"{done} of {params.scenes} scenes", flush=True)
-
-    trials = run(params, show)
-    options.out.mkdir(parents=True, exist_ok=True)
-    write_csv(trials, options.out / "tolerance.csv")
-    plot(trials).savefig(options.out / "tolerance.png", dpi=150)
+    options, out = command.parse(command.parser("tolerance", __doc__, "60 scenes"), argv)
+    params = Parameters(scenes=60) if options.preset == "quick" else Parameters()
+    trials = run(params, jobs=options.jobs)
+    out.table("tolerance.csv", params, *table(trials))
+    out.figure("tolerance.png", plot(trials))
     print(summary(trials))
     return 0 if passed(trials) else 1

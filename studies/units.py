@@ -27,3 +27,9 @@ def prefixed(values: ArrayLike, unit: str) -> Unit:
     exponent = 3 * int(np.floor(np.log10(largest) / 3 + 1e-9)) if largest else 0
     exponent = min(max(exponent, min(PREFIXES)), max(PREFIXES))
     return Unit(10.0**exponent, PREFIXES[exponent] + unit)
+
+
+def quantity(value: float, unit: str) -> str:
+    """A value with its unit, prefixed: "20 mN/m"."""
+    size, symbol = prefixed(value, unit)
+    return f"{value / size:.4g} {symbol}"

@@ -16,19 +16,14 @@ Output: one line per check, report.md with all figures, verify.csv. Exit status 
 
 from __future__ import annotations
 
-import argparse
-import csv
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from itertools import repeat
-from multiprocessing import get_context
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING
 
-from studies import figures
+from studies import command, verify_figures
+from studies.batches import each
 from studies.checks import CHECKS, Check, curves
 from studies.checks.convergence import Result, refine
 
@@ -83,21 +78,17 @@ def run(
 
 
 def _refined(parameters: Parameters, checks: Sequence[Check], jobs: int) -> Iterator[Result]:
-    given = checks, repeat(parameters.cells), repeat(parameters.offsets)
-    if jobs == 1:
-        yield from map(refine, *given)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(refine, *given)
+    work = partial(refine, cells=parameters.cells, offsets=parameters.offsets)
+    return each(work, checks, jobs)
 
 
 def plot(record: Record) -> dict[str, Figure]:
     """The figures by file name."""
     return {
-        "fig2.png": figures.punch_and_meniscus(record.curves.meniscus),
-        "free_surface.png": figures.free_surface(record.curves.outside),
-        "contact_angle.png": figures.contact_angle(record.curves.angles),
-        "case_studies.png": figures.case_studies(record.curves.branches),
+        "fig2.png": verify_figures.punch_and_meniscus(record.curves.meniscus),
+        "free_surface.png": verify_figures.free_surface(record.curves.outside),
+        "contact_angle.png": verify_figures.contact_angle(record.curves.angles),
+        "case_studies.png": verify_figures.case_studies(record.curves.branches),
     }
 
 
@@ -216,46 +207,37 @@ def _row(result: Result) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def write_csv(record: Record, path: Path) -> None:
-    """verify.csv: one row per check, with the error of every level."""
+def table(record: Record) -> tuple[list[str], list[list[object]]]:
+    """Columns and a row per check, with the error of every level."""
     names = ["equation", "what", "unit", "simulated", "closed_form", "error", "bar", "order"]
     names += ["order_low", "order_high", "fitted_error", "fitted_bar", "lattice_only"]
     names += ["passed", "seconds", "note"]
     names += [f"error_{n}" for n in record.parameters.cells]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(names)
-        for r in record.results:
-            item, band = r.check, r.check.order or ("", "")
-            equation = " ".join(map(str, item.equations))
-            values = (r.simulated, r.closed_form, r.error, item.bar)
-            observed = r.observed_order if item.order else "exact"
-            fitted = (r.fitted_error, item.fitted_bar, item.lattice_only)
-            verdict = (observed, *band, *fitted, r.passed, round(r.seconds, 3), r.note)
-            table.writerow([equation, item.what, item.unit, *values, *verdict, *r.errors])
+    rows: list[list[object]] = []
+    for r in record.results:
+        item, band = r.check, r.check.order or ("", "")
+        equation = " ".join(map(str, item.equations))
+        values = (r.simulated, r.closed_form, r.error, item.bar)
+        observed = r.observed_order if item.order else "exact"
+        fitted = (r.fitted_error, item.fitted_bar, item.lattice_only)
+        verdict = (observed, *band, *fitted, r.passed, round(r.seconds, 3), r.note)
+        rows.append([equation, item.what, item.unit, *values, *verdict, *r.errors])
+    return names, rows
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write; 1 if any check failed."""
-    parser = argparse.ArgumentParser(prog="python -m studies verify", description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--out", type=Path, default=Path("results"), help="default: results/")
-    parser.add_argument("--quick", action="store_true", help="fewer levels, shifts and points")
-    cores = os.cpu_count() or 1
-    parser.add_argument("--jobs", type=int, default=cores, help="processes; default: all cores")
-    options = parser.parse_args(argv)
-    if options.jobs < 1:
-        parser.error(f"--jobs {options.jobs} is not a number of processes; give at least 1")
-    start, out = time.perf_counter(), options.out
-    out.mkdir(parents=True, exist_ok=True)
-    preset = QUICK if options.quick else FULL
-    record = run(preset, show=lambda text: print(text, flush=True), jobs=options.jobs)
+    parser = command.parser("verify", __doc__, "fewer levels, shifts and points")
+    options, out = command.parse(parser, argv)
+    start = time.perf_counter()
+    preset = QUICK if options.preset == "quick" else FULL
+    record = run(preset, show=command.say, jobs=options.jobs)
     for name, figure in plot(record).items():
-        figure.savefig(out / name, dpi=150)
-    write_csv(record, out / "verify.csv")
+        out.figure(name, figure)
+    out.table("verify.csv", preset, *table(record))
     closing = summary(record, time.perf_counter() - start)
-    (out / "report.md").write_text(report(record, closing), encoding="utf-8")
-    print(f"report: {out / 'report.md'}")
+    out.at("report.md").write_text(report(record, closing), encoding="utf-8")
+    print(f"report: {out.folder / 'report.md'}")
     print(closing)
     return 1 if record.failed else 0
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import replace
 
@@ -10,7 +9,9 @@ import numpy as np
 import pytest
 
 from studies import applicability, applicability_figures, applicability_report, small_slopes
+from studies.command import Output
 from studies.small_slopes import Errors, at_unit_width, blunt, letting_go, scene
+from studies.table import read
 
 PRESET = applicability.Parameters(
     ratios=(1e-4, 1e-3, 0.01, 0.1, 1.25, 1.4),
@@ -162,14 +163,13 @@ def test_the_largest_pull_of_a_wedge_is_found_at_first_touch():
 
 
 def test_report_table_and_figures_are_written_from_the_record(record, tmp_path):
-    text = applicability_report.write(record, tmp_path)
+    text = applicability_report.write(record, Output(tmp_path, "a command"))
     assert "The conjecture holds" in text
     tense, _ = record.small_slopes
     assert f"differs from (16) by at most {tense:.0e}" in text
     one, ten = (b.ratio for b in record.borders)
     assert f"| any | any | π - θ | below {one:.2g} | below {ten:.2g} |" in text
-    with (tmp_path / "applicability.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = read(tmp_path / "applicability.csv")
     assert len(rows) == len(points(record))
     assert float(rows[0]["error_half_width"]) == record.maps["wedge"][0].errors.half_width
     for name in ("applicability.png", "conjecture.png"):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -114,12 +116,25 @@ def test_the_readme_commands_exist_and_ci_runs_the_second():
 def test_the_readme_examples_run(capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "README.md").read_text("utf-8")
-    one, path = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    exec(compile(one, "README.md", "exec"), {})
-    printed = capsys.readouterr().out
-    assert "VIOLATED" not in printed
-    assert "\nTrue " in printed
-    exec(compile(path, "README.md", "exec"), {})
-    printed = capsys.readouterr().out
-    assert printed.startswith("jump-in 0.0") and "\ndetachment -" in printed
+    printed = []
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(block, "README.md", "exec"), {})
+        printed.append(capsys.readouterr().out)
+    one, path, own, finite = printed
+    assert "VIOLATED" not in one and "\nTrue " in one
+    assert path.startswith("jump-in 0.0") and "\ndetachment -" in path
     assert (tmp_path / "path.csv").exists()
+    assert len(own.split()) == 3 and all(1e-5 < float(width) < 1e-2 for width in own.split())
+    small, true = (list(map(float, row.split()[1:])) for row in finite.splitlines())
+    assert abs(true[0] - true[1]) < 1e-6 and small[0] - small[1] > 1  # (8) exactly, (15) not
+
+
+def test_the_readme_shell_recipe_runs(tmp_path):
+    text = (ROOT / "README.md").read_text("utf-8")
+    (recipe,) = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)[2:]
+    recipe = recipe.replace(".venv/bin/python", shlex.quote(sys.executable))
+    given = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(["sh", "-ec", recipe], cwd=tmp_path, env=given, capture_output=True)
+    assert done.returncode == 0, done.stderr.decode()
+    for name in ("my.csv", "my.png", "many_sweep_quick.csv", "many_sweep_quick.pdf"):
+        assert (tmp_path / "results" / name).stat().st_size > 500

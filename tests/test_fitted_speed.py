@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import replace
 
@@ -14,6 +13,7 @@ from energy import Plane
 from studies import fitted_speed
 from studies.fitted_speed import FINITE, SMALL, Parameters
 from studies.random_cases import SHAPES, random_case, random_steep_case
+from studies.table import read
 
 PRESET = Parameters(small=4, finite=2, unknowns=1000)
 LITTLE = ["--scenes", "1", "--steep", "1"]
@@ -128,8 +128,7 @@ def test_a_missed_bar_of_error_fails_the_command_and_the_table_shows_it(
     spoilt(monkeypatch, force=1 + 1e-6)
     assert fitted_speed.main([*LITTLE, "--out", str(tmp_path)]) == 1
     assert capsys.readouterr().out.count("FAIL") == 2
-    with (tmp_path / "fitted_speed.csv").open(encoding="utf-8", newline="") as file:
-        table = list(csv.DictReader(file))
+    table = read(tmp_path / "fitted_speed.csv")
     assert [(row["slopes"], row["indenter"]) for row in table] == [
         ("small", "parabola"),
         ("finite", "wedge"),

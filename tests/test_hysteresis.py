@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import replace
 
@@ -18,6 +17,7 @@ from studies.loops import INDENTERS, LAYER, LIFT, SIZE, WORK, Form
 from studies.path_animation import animate, frames, surface
 from studies.path_figures import figure, legs
 from studies.pull_off_conclusions import trend
+from studies.table import read
 
 LITTLE = hysteresis.Parameters(
     tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36, across=(0.1,), up=(1.0, 3.0)
@@ -198,14 +198,13 @@ def test_animations_refuse_what_they_cannot_show(parabola, tmp_path):
 
 
 def test_the_command_writes_everything(record, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(hysteresis, "run", lambda preset, show: record)
+    monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: record)
     monkeypatch.setattr(hysteresis, "animate", lambda history, path, count: 0)
     assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "0 failed" in capsys.readouterr().out
     for name in ("tension", "control", "map", "loop", "landscape"):
         assert (tmp_path / f"hysteresis_{name}.png").stat().st_size > 2e4
-    with (tmp_path / "hysteresis.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = read(tmp_path / "hysteresis.csv")
     assert len(rows) == len(record.loops)
     for row, loop in zip(rows, record.loops, strict=True):
         assert float(row["dissipated"]) == loop.history.dissipated
@@ -258,18 +257,17 @@ def test_the_global_pull_of_the_punch_is_the_maxwell_point(pulls):
 def test_pull_off_writes_its_table_and_figures_and_fails_on_an_error(
     pulls, monkeypatch, tmp_path, capsys
 ):
-    monkeypatch.setattr(pull_off, "run", lambda preset, show: pulls)
+    monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: pulls)
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "worst relative error" in capsys.readouterr().out
     for name in ("", "_gain", "_maxwell"):
         assert (tmp_path / f"pull_off{name}.png").stat().st_size > 2e4
-    with (tmp_path / "pull_off.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = read(tmp_path / "pull_off.csv")
     assert [float(row["force"]) for row in rows] == [*np.concatenate([c.forces for c in pulls])]
     first = pulls[0].pulls[0]
     wrong = first._replace(simulated=first.simulated._replace(depth=-LIFT * (1 + 2e-8)))
     spoilt = (replace(pulls[0], pulls=(wrong, *pulls[0].pulls[1:])), *pulls[1:])
-    monkeypatch.setattr(pull_off, "run", lambda preset, show: spoilt)
+    monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: spoilt)
     monkeypatch.setattr(pull_off, "plot", lambda curves: {})
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 1
 

@@ -1,19 +1,18 @@
 """The study of loop times: accurate loops, and few states per step."""
 
-import csv
-
 import numpy as np
 import pytest
 
 from discretization import load_path
 from discretization.fitted_branch import FittedBranch
 from studies import path_speed
+from studies.table import read
 
 
 def test_loops_are_accurate_and_written(tmp_path, capsys):
     assert path_speed.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "MISSED" not in capsys.readouterr().out
-    rows = list(csv.DictReader((tmp_path / "path_speed.csv").read_text("utf-8").splitlines()))
+    rows = read(tmp_path / "path_speed.csv")
     assert [row["name"] for row in rows][:3] == ["imposed depth", "dead load", "machine"]
     assert all(float(row["ratio"]) > 0 for row in rows)
 

@@ -279,9 +279,9 @@ def test_run_sweeps_a_scene_and_writes_what_minimise_says(scene, tmp_path, capsy
         assert float(row["half_width"]) == state.half_width
         assert (row["label"], row["error"]) == (state.label, "")
     assert "h/a" in rows[0]["violated"]
-    assert any("made with" in line for line in text)
+    assert any("# versions: elastocap" in line for line in text)
     assert (tmp_path / "tiny_sweep.png").stat().st_size > 10_000
-    assert "18 of 18 points" in capsys.readouterr().out
+    assert "18 of 18 points" in capsys.readouterr().err
 
 
 def test_points_of_a_scene_that_fail_are_told(scene, tmp_path, capsys):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from dataclasses import replace
@@ -16,6 +15,7 @@ from energy import SurfaceEnergies, cards
 from studies import verify
 from studies.checks import CHECKS, convergence, curves, mesh, scenes
 from studies.checks.convergence import EXACT, FIRST, SECOND, Comparison, check, refine
+from studies.table import read
 
 CELLS = (50, 100, 200, 400)
 PRESET = verify.Parameters(cells=CELLS, offsets=(0.37,), points=5)
@@ -278,8 +278,7 @@ def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, caps
     assert len(links) == 4
     for link in links:
         assert (tmp_path / "new" / link).read_bytes().startswith(b"\x89PNG")
-    with (tmp_path / "new" / "verify.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = read(tmp_path / "new" / "verify.csv")
     assert [row["equation"] for row in rows] == ["25", "20"]
     assert rows[0]["passed"] == "True"
     assert float(rows[0]["error"]) == pytest.approx(float(rows[0]["error_400"]))

@@ -1,0 +1,157 @@
+"""What all studies share: options, figures as PNG and PDF, tables that say how they were made."""
+
+import importlib
+import math
+import shlex
+
+import pytest
+
+from studies import __main__ as command_line
+from studies import command, figures, report, table
+from studies.units import prefixed, quantity
+
+STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
+SCENE = """
+title = "A sweep"
+depth = [1e-6, 0.0]
+[layer]
+E = 2e3
+nu = 0.31
+h = 60e-6
+[surfaces]
+gamma1 = 0.05
+w = [1e-4, 2e-4]
+[indenter]
+shape = "parabola"
+R = 0.017
+"""
+FAST = {
+    "tolerance": ["tolerance"],
+    "path_speed": ["path_speed"],
+    "stress": ["stress", "--grids", "fitted", "lattice"],
+    "rough": ["rough"],
+    "sweep": ["sweep", "SCENE"],
+    "run": ["run", "ONE"],
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_study_has_the_common_options(name, capsys):
+    with pytest.raises(SystemExit) as caught:
+        command_line.main([name, "-h"])
+    assert caught.value.code == 0
+    told = capsys.readouterr().out
+    assert "--preset {quick,full}" in told and "--out DIR" in told and "--jobs N" in told
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_no_study_writes_tables_and_figures_by_itself(name):
+    module = importlib.import_module(f"studies.{name}")
+    with open(module.__file__, encoding="utf-8") as file:
+        text = file.read()
+    for own in ("csv.writer", "savefig", "ArgumentParser", "ProcessPoolExecutor", "sys.argv"):
+        assert own not in text, own
+
+
+@pytest.mark.parametrize("name", report.TIMED)
+def test_studies_that_measure_times_refuse_company(name, capsys):
+    with pytest.raises(SystemExit):
+        command_line.main([name, "--jobs", "2"])
+    assert "would disturb the times" in capsys.readouterr().err
+
+
+def test_no_jobs_are_refused(capsys):
+    for text in ("0", "-1", "two"):
+        with pytest.raises(SystemExit):
+            command_line.main(["pull_off", f"--jobs={text}"])
+        assert f"{text!r} is not a number of processes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", FAST)
+def test_a_quick_study_leaves_png_pdf_and_a_table_that_says_how(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(SCENE, "utf-8")
+    (tmp_path / "one.toml").write_text(SCENE.replace("[1e-4, 2e-4]", "1e-4"), "utf-8")
+    places = {"SCENE": "scene.toml", "ONE": "one.toml"}
+    given = [places.get(word, word) for word in FAST[name]]
+    arguments = [*given, "--preset", "quick", "--jobs", "1", "--out", "out"]
+    assert command_line.main(arguments) == 0
+    pictures = sorted((tmp_path / "out").glob("*.png"))
+    assert pictures
+    for picture in pictures:
+        assert picture.read_bytes().startswith(b"\x89PNG")
+        assert picture.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
+    tables = sorted((tmp_path / "out").glob("*.csv"))
+    assert tables
+    for one in tables:
+        head = [line[2:] for line in one.read_text("utf-8").splitlines() if line[0] == "#"]
+        said = dict(line.split(": ", 1) for line in head if ": " in line)
+        assert said["command"] == shlex.join(["python", "-m", "studies", *arguments])
+        assert said["commit"] == table.commit()
+        assert "numpy" in said["versions"] and "elastocap" in said["versions"]
+        assert len(said["parameters"]) > 1
+        assert table.read(one)
+
+
+def test_the_command_of_a_table_makes_it_again(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "out" / "tolerance.csv"
+    command_line.main(["tolerance", "--quick", "--jobs", "1", "--out", "out"])
+    first = path.read_bytes()
+    told = first.decode("utf-8").splitlines()[0]
+    words = shlex.split(told.removeprefix("# command: "))
+    assert words[:3] == ["python", "-m", "studies"]
+    path.unlink()
+    assert command_line.main(words[3:]) == 0
+    assert path.read_bytes() == first  # to the last bit, header and all
+
+
+def test_jobs_do_not_change_the_numbers(tmp_path):
+    for jobs in ("1", "2"):
+        out = str(tmp_path / jobs)
+        assert command_line.main(["tolerance", "--quick", "--jobs", jobs, "--out", out]) == 0
+    rows = [table.read(tmp_path / jobs / "tolerance.csv") for jobs in ("1", "2")]
+    assert rows[0] == rows[1] and len(rows[0]) == 180
+
+
+def test_a_table_is_read_as_it_was_written(tmp_path):
+    path = tmp_path / "a.csv"
+    table.write(path, ["note: two\nlines"], ["x", "text"], [[0.1 + 0.2, "a, b"], [math.inf, ""]])
+    assert path.read_text("utf-8").startswith("# note: two lines\nx,text\n")
+    first, second = table.read(path)
+    assert float(first["x"]) == 0.1 + 0.2 and first["text"] == "a, b"
+    assert float(second["x"]) == math.inf
+
+
+def test_another_repository_around_the_package_is_not_ours(tmp_path, monkeypatch):
+    monkeypatch.setattr(table, "__file__", str(tmp_path / "table.py"))
+    table.commit.cache_clear()
+    assert table.commit() == "unknown"
+    table.commit.cache_clear()
+
+
+def test_a_logarithmic_axis_has_no_crowded_labels(tmp_path):
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    axes = figure.subplots()
+    axes.loglog([0.06, 0.6], [1e-5, 2e-3])
+    figures.plain_ticks(axes.xaxis)
+    figures.plain_ticks(axes.yaxis, "s", (1.0,))
+    figures.save(figure, tmp_path / "a.png")
+    shown = [t.get_text() for t in axes.get_xticklabels() if 0.06 < t.get_position()[0] < 0.6]
+    assert shown == ["0.1", "0.2", "0.5"]
+    assert not any(t.get_text() for t in axes.get_xticklabels(minor=True))
+    assert {"100 µs", "1 ms"} <= {t.get_text() for t in axes.get_yticklabels()}
+
+
+def test_quantities_are_told_with_a_prefix():
+    assert quantity(0.02, "N/m") == "20 mN/m"
+    assert quantity(-3.2e-6, "m") == "-3.2 µm"
+    assert prefixed([0.4, 1e-3], "N/m").symbol == "mN/m"
+
+
+def test_the_output_folder_is_made_when_something_is_written(tmp_path):
+    out = command.Output(tmp_path / "a" / "b", "a command")
+    assert not out.folder.exists()
+    assert out.table("t.csv", "none", ["x"], [[1]]).exists()
