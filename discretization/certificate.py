@@ -12,7 +12,7 @@ what an equilibrium on the lattice must satisfy, each as a dimensionless violati
     force         dU/dd (sum of nodal forces on the contact) against kΔx Σ u_i over the whole line
 
 δ is the largest of |d|, |u| and δ₀ in the scene, so that no unit enters; what double precision
-leaves in a nodal force, 32 ε (kΔx + 4t) δ, is not counted.
+leaves in a nodal force, 32 ε (kΔx + 4t) δ, or in their sum, 4 ε √Σ(link tension)², is not counted.
 """
 
 from __future__ import annotations
@@ -199,7 +199,8 @@ def certify(
         penetration = max(penetration, _penetration(lat, indenter, depth, end, u, tail) / delta)
         excess = _imbalance(lat, u, tail) - rounding(lat, delta)
         stationarity = max(stationarity, excess / (lat.spring * delta))
-    force = abs(sums.force - sums.force_by_reactions) / (sums.force_scale or 1.0)
+    apart = abs(sums.force - sums.force_by_reactions) - _summed_rounding(lat, sums)
+    force = max(0.0, apart) / (sums.force_scale or 1.0)
     return Certificate(
         penetration,
         stationarity,
@@ -248,6 +249,11 @@ def _imbalance(lat: Lattice, u: float, tail: Array) -> float:
 def rounding(lat: Lattice, delta: float) -> float:
     """What a nodal force of displacements of size δ can be off by in double precision."""
     return 32 * _EPSILON * (lat.spring + 4 * lat.link) * delta
+
+
+def _summed_rounding(lat: Lattice, sums: Sums) -> float:
+    """What the nodal forces' sum can be off by: every link's tension T enters twice, 4 ε √ΣT²."""
+    return 4 * _EPSILON * math.sqrt(2 * sums.surface * lat.link)
 
 
 def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:

@@ -24,6 +24,10 @@ class Plane(Indenter):
     symmetric = True
     convex = True
 
+    def shifted(self, x0: float) -> Plane:
+        finite("x0", x0)
+        return self
+
     def height(self, x: ArrayLike) -> Array:
         return np.zeros_like(np.asarray(x, float))
 
@@ -103,7 +107,7 @@ class Parabola(Indenter):
 
 @dataclass(frozen=True)
 class PowerLaw(Indenter):
-    """Power law f = c |x|ⁿ with c > 0, 1 <= n <= 100 (n = 1 wedge, 2 parabola, ∞ flat punch)."""
+    """Power law f = c |x|ⁿ with c > 0, 1 <= n <= 300 (n = 1 wedge, 2 parabola, ∞ flat punch)."""
 
     c: float
     n: float
@@ -116,7 +120,7 @@ class PowerLaw(Indenter):
             raise ValueError(f"c = {self.c!r} must be positive; give a value > 0")
         if finite("n", self.n) < 1:
             raise ValueError(f"n = {self.n!r} makes a cusp with a vertical tip; give n >= 1")
-        if self.n > 100:
+        if self.n > 300:
             raise ValueError(f"n = {self.n!r} is a punch in all but name; use FlatPunch")
 
     @property

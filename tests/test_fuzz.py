@@ -367,10 +367,6 @@ def test_hostile_programmes_are_refused(programme):
     assert answered(lambda: load_path(plain(Parabola(10.0)), **programme)) is None
 
 
-def broken(reason):
-    return pytest.mark.xfail(strict=True, reason=reason)
-
-
 def steps(indenter, *, w=0.02, gamma1=1.0, **programme):
     """Half-widths of a load path; with the time it may take."""
     surfaces = SurfaceEnergies.from_work(gamma1, w)
@@ -439,16 +435,16 @@ def test_a_lattice_too_coarse_for_the_body_is_refused():
     assert answered(lambda: question[0](*question[1], **question[2])) is None
 
 
-@broken("two thousand million nodes are walked over before it is refused")
-@pytest.mark.parametrize(
-    ("indenter", "spacing"), [(Plane().shifted(1.0), 0.1), (Parabola(10.0), 1e-300)]
-)
-def test_a_lattice_of_too_many_nodes_is_refused(indenter, spacing):
-    with within(1), pytest.raises(ValueError, match="spacing"):
-        minimise(plain(indenter), 0.1, method="lattice", spacing=spacing)
+def test_a_lattice_of_too_many_nodes_is_refused():
+    for indenter, spacing in ((Plane().tilted(0.1), 0.1), (Parabola(10.0), 1e-300)):
+        with within(1), pytest.raises(ValueError, match="spacing|no lowest point"):
+            minimise(plain(indenter), 0.1, method="lattice", spacing=spacing)
 
 
-@broken("two routes to the force differ by rounding of the links: a right state is refused")
+def test_a_plane_is_the_same_everywhere():
+    assert minimise(plain(Plane().shifted(1.0)), 0.1).contacts.tolist() == [[-math.inf, math.inf]]
+
+
 def test_a_fine_lattice_is_certified():
     a = 3e-3
     scene = replace(plain(Parabola(a / math.sqrt(0.02))), surfaces=SurfaceEnergies(1.0, 0.01, 1.0))
