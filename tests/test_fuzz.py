@@ -34,7 +34,6 @@ from energy import (
     Wedge,
     cards,
 )
-from energy.indenter import Sum
 from studies import stress_reference as reference
 
 ASKED = int(os.environ.get("ELASTOCAP_FUZZ", "0"))
@@ -50,7 +49,7 @@ HOUSE_STYLE = re.compile(r" = |\] |has the attributes|exactly one of|have shapes
 HOSTILE = (math.nan, math.inf, -math.inf, 0.0, -1.0, 1e-300, 1e300, "1", None, True, [1.0], 1j)
 NUMBERS = HOSTILE
 CLOSE = 4e-15  # of letting go, in δ₀: rounding of the depth decides
-MOST = 10**5  # KNOWN: with many more nodes to walk over nothing ends
+MOST = 10**6  # nodes in contact: more only take longer
 
 
 @contextlib.contextmanager
@@ -110,9 +109,8 @@ dice = st.integers(0, 2**62).map(Dice)
 def body(dice, ell, rise):
     """An indenter with a slope of the size of `rise` at a distance of some l."""
     a, n = ell * dice.decade(-2, 2), dice.one_of(1, 2, 3, 4, 2.5, 20)
-    if dice.chance(0.1):
-        return Plane()  # KNOWN: a composed one is walked over to its end
     made = dice.one_of(
+        lambda: Plane(),
         lambda: FlatPunch(a),
         lambda: Wedge(math.atan(rise)),
         lambda: Parabola(a / rise),
@@ -153,8 +151,6 @@ def scene_and_depth(dice):
     surfaces = SurfaceEnergies.from_work(0.0 if dice.chance(0.1) else gamma1, work * gamma1)
     rise = math.sqrt(work) * dice.decade(-1, 1) or dice.decade(-4, 0)
     indenter = body(dice, ell, rise)
-    if not surfaces.gamma1 and (not indenter.convex or isinstance(indenter, Sum)):
-        return None, 0.0  # KNOWN: looked at with a spacing of δ₀/16; no width at d = 0
     scene = answered(lambda: Scene(layer, surfaces, indenter, slopes=slopes))
     return scene, max(scene.critical_separation, rise * ell) if scene else 0.0
 
@@ -226,15 +222,12 @@ def sound(state):
 
 def affordable(dice, scene, depth, unit):
     """A spacing with which neither too few nor too many nodes are in contact; or None."""
-    if not scene.gamma1:
-        return None  # KNOWN: inf times 0 for the slope of a tail
     at_least = answered(lambda: minimise(scene, max(depth, 0.0), rtol=1e-2))
     if at_least is None or not 0 < at_least.half_width < math.inf:
         return None
-    low, high = scene.indenter.extent
     spacing = (scene.elastocapillary_length or unit) * dice.decade(-3, 1)
     spacing = max(spacing, at_least.half_width / MOST)
-    return spacing if high - low > 8 * spacing else None  # KNOWN: fewer nodes are an IndexError
+    return spacing
 
 
 @fuzz
@@ -324,8 +317,6 @@ def plain(indenter):
 @pytest.mark.parametrize("value", HOSTILE, ids=repr)
 @pytest.mark.parametrize("name", ["depth", "rtol", "spacing", "method", "branch"])
 def test_hostile_arguments_of_minimise_are_refused_or_harmless(name, value, on_lattice):
-    if value in (1e300, 1e-300) and name in ("depth", "spacing"):
-        return  # KNOWN
     options = {"depth": 0.1, "rtol": 1e-8}
     if on_lattice:
         options |= {"method": "lattice", "spacing": 0.05}
