@@ -11,7 +11,8 @@
 
 On the lattice: Scene -> Lattice (lattice.py, tails.py) -> contact set (fronts.py) -> sums and
 certificate (certificate.py) -> line between nodes (line.py) -> Equilibrium, by lattice_state.py.
-Several contacts, lowest energy: window -> contact set (obstacle.py, shortest_path.py, oracle.py) ->
+Several contacts, lowest energy: window -> contact set (obstacle.py; shortest_path.py with
+bounds.py, recursion.py, starts.py; oracle.py; springs.py for γ₁ = 0) ->
 free spans (span.py), sums and certificate (contact_set.py) -> lines -> Equilibrium, by lowest.py.
 Fitted: free surface (spectral.py, free_surface.py) -> what a line feels of it (response.py) ->
 contact lines (fitted.py) -> integrals (quadrature.py) -> certificate and error estimate ->

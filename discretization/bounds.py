@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from discretization import span
 from discretization.lattice import Lattice
+from discretization.obstacle import pressing_nodes
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
@@ -33,11 +34,11 @@ _PROGRESS = 0.9  # repeat while a tenth of the nodes drop out
 
 def certain(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
     """Certain contact nodes, and h (n,): height above g of the surface held at just these nodes."""
-    held, before = span.majorant(lattice, g), -1
+    held, before = _convex(lattice, g), -1
     while held.size > before:
         h = _heights(lattice, g, held)
         if (h < 0).any():  # two lines came down upon a node between them
-            h = _heights(lattice, g, _pressing(lattice, g, held, h))
+            h = _heights(lattice, g, _supporting(lattice, g, held, h))
         h = np.maximum(h, 0.0)
         held = np.flatnonzero(h == 0)
         before = held.size
@@ -46,18 +47,50 @@ def certain(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
     return held, h
 
 
+def _convex(lattice: Lattice, g: Array) -> Nodes:
+    """Contact nodes for w = 0."""
+    return pressing_nodes(lattice, g) if g.max() > 0 else np.flatnonzero(g == 0)
+
+
 def _grown(lattice: Lattice, h: Array, held: Nodes) -> Nodes:
     """The held nodes, and those their contact lines reach downhill."""
-    ends, nodes = np.concatenate([[-1], held, [h.size]]), [held]
-    for i in np.flatnonzero(np.diff(ends) > 1):
-        p, q = ends[i : i + 2]
-        far = q - p if p >= 0 and q < h.size else math.inf
-        free = h[p + 1 : q]
-        if p >= 0:
-            nodes.append(p + 1 + np.arange(_steps(lattice, np.append(0.0, free), far)))
-        if q < h.size:
-            nodes.append(q - 1 - np.arange(_steps(lattice, np.append(0.0, free[::-1]), far)))
-    return np.unique(np.concatenate(nodes))
+    last, mask = h.size - 1, np.zeros(h.size, bool)
+    for nodes in (held, _reached(lattice, h, held)):
+        mask[nodes] = True
+    mask[last - _reached(lattice, h[::-1], last - held[::-1])] = True
+    return np.flatnonzero(mask)
+
+
+def _reached(lattice: Lattice, h: Array, held: Nodes) -> Nodes:
+    """Nodes that the right lines of the held nodes gain by reaching.
+
+    Each must be on the way to the next certain node, `far` links ahead: no span from there to the
+    line's node may be blocked by a node between.
+    """
+    mu = lattice.log_decay
+    count = np.diff(held, append=h.size) - 1
+    far: Array = 1.0 + count
+    if far.size:
+        far[-1] += _FAR / mu
+    starting = np.flatnonzero(count)
+    starting = starting[_gain(lattice, h, held[starting] + 1, far[starting] - 1) > 0]
+    count = count[starting]
+    line = np.repeat(np.arange(count.size), count)
+    nth = np.arange(line.size) - np.repeat(np.cumsum(count) - count, count)
+    node, links = held[starting][line] + nth + 1, far[starting][line] - nth - 1
+    steepness = np.log(h[node]) - mu * links - np.log(-np.expm1(-2 * mu * links))
+    ahead = -span.running_max(-steepness[::-1], count.size - 1 - line[::-1])[::-1]
+    stops = (_gain(lattice, h, node, links) <= 0) | (steepness > ahead)
+    before = np.cumsum(stops) - stops
+    first = np.cumsum(count) - count
+    return node[~stops & (before == before[first][line])]
+
+
+def _gain(lattice: Lattice, h: Array, node: Nodes, links: Array) -> Array:
+    """Energy gained by a line that advances to these nodes, `links` from the next certain node."""
+    gap = span.excess(lattice, np.ones(1), links, h[node - 1], h[node], np.zeros(1))
+    stiffness = lattice.link_over_decay / 2 + span.stiffness(lattice, links) - span.unit(lattice)
+    return (1 - _SLACK) * lattice.w * lattice.spacing - stiffness * gap * gap
 
 
 def _heights(lattice: Lattice, g: Array, held: Nodes) -> Array:
@@ -68,30 +101,17 @@ def _heights(lattice: Lattice, g: Array, held: Nodes) -> Array:
     return h
 
 
-def _pressing(lattice: Lattice, g: Array, held: Nodes, h: Array) -> Nodes:
+def _supporting(lattice: Lattice, g: Array, held: Nodes, h: Array) -> Nodes:
     """The held nodes, and those of the nodes with h < 0 that then hold the surface."""
-    nodes, keep = np.flatnonzero(h <= 0), np.zeros(1, bool)
+    nodes, keep, certain = np.flatnonzero(h <= 0), np.zeros(1, bool), np.zeros(h.size, bool)
+    certain[held] = True
     while not keep.all():
         x = np.concatenate([[-math.inf], nodes, [math.inf]])
         y = np.concatenate([[0.0], g[nodes], [0.0]])
         above = span.excess(lattice, nodes - x[:-2], x[2:] - nodes, y[:-2], y[1:-1], y[2:])
-        keep = (above >= 0) | np.isin(nodes, held)
+        keep = (above >= 0) | certain[nodes]
         nodes = nodes[keep]
     return nodes
-
-
-def _steps(lattice: Lattice, h: Array, far: float) -> int:
-    """Links that a line at the first node gains by; the next certain node is `far` links away."""
-    mu = lattice.log_decay
-    links = min(far, h.size + _FAR / mu) - np.arange(1.0, h.size)
-    gap = span.excess(lattice, np.ones(links.size), links, h[:-1], h[1:], np.zeros(links.size))
-    stiffness = lattice.link_over_decay / 2 + span.stiffness(lattice, links)
-    stiffness -= lattice.link * math.sinh(mu)
-    gains = stiffness * gap * gap < (1 - _SLACK) * lattice.w * lattice.spacing
-    steepness = np.log(h[1:]) - mu * links - np.log(-np.expm1(-2 * mu * links))
-    clear = steepness <= np.minimum.accumulate(steepness[::-1])[::-1]
-    stops = ~(gains & clear)
-    return int(np.argmax(stops)) if stops.any() else links.size
 
 
 def deepest_contact(lattice: Lattice) -> float:
@@ -101,7 +121,7 @@ def deepest_contact(lattice: Lattice) -> float:
     mu, wdx = lattice.log_decay, lattice.w * lattice.spacing
     r = max(1, round(2.4 / mu))
     rise = 1 - 1 / math.cosh(min(mu * r, _FAR))
-    return math.sqrt(2 * r * wdx * math.tanh(mu * r) / (lattice.link * math.sinh(mu))) / rise
+    return math.sqrt(2 * r * wdx * math.tanh(mu * r) / (span.unit(lattice))) / rise
 
 
 def may_pay(lattice: Lattice, h: Array) -> NDArray[np.bool_]:
@@ -116,7 +136,7 @@ def may_pay(lattice: Lattice, h: Array) -> NDArray[np.bool_]:
             rise = h - (ends[: -2 * r] + ends[2 * r :]) / (2 * math.cosh(min(mu * r, _FAR)))
             links = np.concatenate([[0], np.cumsum(pays[1:] & pays[:-1])])
             lost = links[np.minimum(i + r, h.size - 1)] - links[np.maximum(i - r, 0)]
-            stiffness = lattice.link * math.sinh(mu) / math.tanh(mu * r)
+            stiffness = span.unit(lattice) / math.tanh(mu * r)
             gain = stiffness * np.maximum(rise, 0.0) ** 2
             pays &= (gain <= (1 + _SLACK) * lattice.w * lattice.spacing * lost) | (h == 0)
             r *= 2

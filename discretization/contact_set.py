@@ -168,7 +168,7 @@ def _right_lines(
 
 def _lifted(lat: Lattice, gap: Array, links: Array) -> Array:
     """(K_1 + K_T - t sinh μ) gap²: lifting a node beside a line, T links from the next one."""
-    beyond = span.stiffness(lat, links) - lat.link * math.sinh(lat.log_decay)
+    beyond = span.stiffness(lat, links) - span.unit(lat)
     return np.asarray((lat.link_over_decay / 2 + beyond) * gap * gap)
 
 

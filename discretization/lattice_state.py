@@ -15,6 +15,7 @@ from discretization.lattice import Lattice
 from discretization.line import Line, outer
 from discretization.lowest import on_lowest
 from discretization.path_state import on_path
+from discretization.springs import on_springs
 from energy import Plane, Scene
 
 Array = NDArray[np.float64]
@@ -44,6 +45,8 @@ def on_lattice(
     where = fronts.region(lattice, scene.indenter, depth)
     if method != "lattice" or _several(scene, branch):
         return on_lowest(scene, depth, branch, lattice, where, method, margin)
+    if not scene.gamma1 and not scene.indenter.convex:
+        return on_springs(scene, depth, branch, lattice, where)
     if branch == "adhered" and (several := on_path(scene, depth, lattice, where)) is not None:
         return several
     lowest_energy = branch == "global" and not scene.gamma1

@@ -83,13 +83,15 @@ def of_contacts(
     """
     if not nodes.size:
         certificate = certify(lattice, scene.indenter, depth, where, None, None)
-        state = detached(scene, depth, branch, lattice.tail, _passed(depth, certificate))
+        state = detached(scene, depth, branch, lattice.tail, passed(depth, certificate))
         return replace(state, spacing=lattice.spacing)
     refuse_unknown(scene, depth, lattice, where, nodes)
     contacts = ContactSet.of(lattice, scene.indenter, depth, where, nodes)
     sums = totals(contacts)
-    certificate = _passed(depth, judged(contacts, sums))
-    return _state(scene, branch, where, contacts, sums, certificate)
+    certificate = passed(depth, judged(contacts, sums))
+    ends = _lines(lattice, scene, depth, where, contacts.nodes)
+    label = "global" if branch == "global" or not lattice.w else "metastable"
+    return state_of(scene, branch, contacts, sums, certificate, ends, label)
 
 
 def _search(lattice: Lattice, g: Array, method: str, margin: bool) -> tuple[Nodes, Proof | None]:
@@ -97,15 +99,16 @@ def _search(lattice: Lattice, g: Array, method: str, margin: bool) -> tuple[Node
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
         kind = "integer" if lattice.w else "convex"
-        return _runs(Oracle(lattice, g.size, kind).solve(g).contact), None
+        return runs(Oracle(lattice, g.size, kind).solve(g).contact), None
     if method == "lattice" and not lattice.w:
         contact = obstacle(lattice, g).contact
-        return _runs(contact if contact.any() else g == 0), None
+        return runs(contact if contact.any() else g == 0), None
     found = global_minimum(lattice, g, margin=margin)
     return found.contacts, found.proof
 
 
-def _runs(contact: NDArray[np.bool_]) -> Nodes:
+def runs(contact: NDArray[np.bool_]) -> Nodes:
+    """First and last node of each contact (m, 2)."""
     edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
     return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
 
@@ -121,7 +124,8 @@ def refuse_unknown(
             raise ValueError(fronts.unknown(lattice, depth, int(node)))
 
 
-def _passed(depth: float, certificate: Certificate) -> Certificate:
+def passed(depth: float, certificate: Certificate) -> Certificate:
+    """The certificate. NotCertifiedError if it failed."""
     if not certificate.ok:
         raise NotCertifiedError(
             f"the state found at depth = {depth!r} violates "
@@ -131,16 +135,17 @@ def _passed(depth: float, certificate: Certificate) -> Certificate:
     return certificate
 
 
-def _state(
+def state_of(
     scene: Scene,
     branch: str,
-    where: fronts.Region,
     contacts: ContactSet,
     sums: Sums,
     certificate: Certificate,
+    ends: list[tuple[line.Line, line.Line]],
+    label: str,
 ) -> Equilibrium:
+    """The state of a contact set with these totals and lines."""
     lattice, depth = contacts.lattice, contacts.depth
-    ends = _lines(lattice, scene, depth, where, contacts.nodes)
     x = np.array([[left.x, right.x] for left, right in ends])
     x[x[:, 0] > x[:, 1]] = x.mean(axis=1, keepdims=True)[x[:, 0] > x[:, 1]]
     both = [end for pair in ends for end in pair]
@@ -152,7 +157,7 @@ def _state(
         pinned=np.array([[left.pinned, right.pinned] for left, right in ends]),
         force=sums.force + sum(end.force for end in both),
         energy=sums.energy + sum(end.energy for end in both),
-        label="global" if branch == "global" or not lattice.w else "metastable",
+        label=label,
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},

@@ -34,7 +34,8 @@ def minimise(
 
     branch "adhered": the metastable state of the quasi-static path that touches first and then
     moves to this depth; with several contacts (small slopes) followed on a lattice from event to
-    event. "global": the lowest energy of all states, detached included.
+    event; w = 0 is convex, and for γ₁ = 0 springs are independent: nothing to follow there.
+    "global": the lowest energy of all states, detached included.
     method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
     minimum over all contact sets of these nodes (small slopes). "fitted": a mesh anchored at the
     contact lines, accurate to rounding times the problem's condition; where the profile is not

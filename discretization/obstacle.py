@@ -78,7 +78,7 @@ def obstacle(lattice: Lattice, g: ArrayLike) -> ObstacleSolution:
     if not lattice.gamma1 or g.max() <= 0:
         u = np.maximum(g, 0.0)
         return ObstacleSolution(u, g > 0, lattice.spring * u, 0)
-    held, pressing, rounds = _contact_nodes(lattice, g)
+    held, pressing, rounds = _held(lattice, g)
     contact, multipliers = np.zeros(g.size, bool), np.zeros(g.size)
     contact[held], multipliers[held] = True, pressing
     return ObstacleSolution(_surface(lattice, g, held), contact, multipliers, rounds)
@@ -97,7 +97,12 @@ def _checked(lattice: Lattice, g: ArrayLike) -> Array:
     return g
 
 
-def _contact_nodes(lattice: Lattice, g: Array) -> tuple[Nodes, Array, int]:
+def pressing_nodes(lattice: Lattice, g: Array) -> Nodes:
+    """Contact nodes for w = 0, whatever the lattice's w, of heights g (n,), some > 0."""
+    return _held(lattice, g)[0]
+
+
+def _held(lattice: Lattice, g: Array) -> tuple[Nodes, Array, int]:
     """Contact nodes, their multipliers, rounds of removal: down the pyramid."""
     pyramid = _pyramid(g)
     blocks = np.arange(pyramid[-1].size)
@@ -112,8 +117,10 @@ def _contact_nodes(lattice: Lattice, g: Array) -> tuple[Nodes, Array, int]:
         if level:
             below *= math.exp(-lattice.log_decay * BLOCK**level)
             alive = blocks[(heights > 0) & (heights >= below)]
-            blocks = (alive[:, None] * BLOCK + np.arange(BLOCK)).ravel()
-            blocks = blocks[: np.searchsorted(blocks, pyramid[level - 1].size)]
+            blocks = np.arange(pyramid[level - 1].size)
+            if alive.size < pyramid[level].size:
+                inside = (alive[:, None] * BLOCK + np.arange(BLOCK)).ravel()
+                blocks = inside[: np.searchsorted(inside, blocks.size)]
     return held, pressing, rounds
 
 
@@ -182,20 +189,21 @@ def _between(
 
 def _peel(lattice: Lattice, nodes: Nodes, heights: Array) -> tuple[Nodes, Array, int]:
     """Remove nodes that pull, until those left press: these, their multipliers, and rounds."""
-    rounds = 0
+    place = np.concatenate(([-math.inf], nodes, [math.inf]))
+    u, rounds = np.concatenate(([0.0], heights, [0.0])), 0
     while True:
-        place = np.concatenate(([-math.inf], nodes, [math.inf]))
-        u = np.concatenate(([0.0], heights, [0.0]))
         force = _multipliers(lattice, place, u)
-        pulling = np.flatnonzero(force < 0)
-        if pulling.size < nodes.size / BLOCK:
+        pulls = force < 0
+        count = np.count_nonzero(pulls)
+        if count < (u.size - 2) / BLOCK:
             break
-        keep = np.flatnonzero(force[1:-1] >= 0)
-        nodes, heights, rounds = nodes[keep], heights[keep], rounds + 1
-    if not pulling.size:
-        return nodes, force[1:-1], rounds
-    pressing, more = _peel_few(lattice, place, u, force, pulling)
-    return nodes[pressing - 1], force[pressing], rounds + more
+        keep = np.flatnonzero(~pulls)  # with the places at infinity
+        place, u, rounds = place[keep], u[keep], rounds + 1
+    pressing = np.arange(1, u.size - 1)
+    if count:
+        pressing, more = _peel_few(lattice, place, u, force, np.flatnonzero(pulls))
+        rounds += more
+    return place[pressing].astype(np.intp), force[pressing], rounds
 
 
 def _peel_few(

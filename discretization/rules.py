@@ -1,12 +1,8 @@
 """At which depths something happens to contacts on the lattice.
 
 Between two contacts lies a free span of T links, whose first free node is displaced by
-A g_i + B g_j, with μ = -ln λ,
-
-    A = sinh μ(T-1)/sinh μT,   B = sinh μ/sinh μT,
-    1 - A - B = 2 sinh(μ(T-1)/2) sinh(μ/2)/cosh(μT/2),
-
-and outside two tails, A = λ, B = 0. By the heights f of the nodes involved,
+A g_i + B g_j (`span.shares`); outside are two tails, A = λ, B = 0. By the heights f of the nodes
+involved,
 
     a line passes the next link (n = 1), or closes the last two (n = 2), or opens one, at
         d = f_i + (f_1 - f_i + B (f_i - f_j) - G)/(1 - A - B),   G = √(2 n wΔx/c),
@@ -25,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization import span
 from discretization.lattice import Lattice
 
 Array = NDArray[np.float64]
@@ -39,16 +36,12 @@ class Rules:
     lattice: Lattice
     f: Array
 
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def shares(self, links: int | None) -> tuple[float, float, float]:
         """A, B and 1 - A - B."""
-        lat, mu = self.lattice, self.lattice.log_decay
-        if links is None:
-            return lat.decay, 0.0, lat.loss
-        whole = -math.expm1(-2 * links * mu)
-        near = lat.decay * -math.expm1(-2 * (links - 1) * mu) / whole
-        far = math.exp(-(links - 1) * mu) * -math.expm1(-2 * mu) / whole
-        both = -math.expm1(-(links - 1) * mu) * -math.expm1(-mu) / (1 + math.exp(-links * mu))
-        return near, far, both
+        beyond = math.inf if links is None else links - 1.0
+        near, far, both = span.shares(self.lattice.log_decay, np.array(1.0), np.array(beyond))
+        return float(near), float(far), float(both)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
@@ -79,18 +72,11 @@ class Rules:
 
     def _surface(self, left: int | None, right: int | None, m: Nodes) -> tuple[Array, Array]:
         """1 - a - b and a f_i + b f_j at free nodes m between two contacts (None: none there)."""
-        mu, f = self.lattice.log_decay, self.f
-        if left is not None and right is not None:
-            whole = -math.expm1(-2 * mu * (right - left))
-            a = np.exp(-mu * (m - left)) * -np.expm1(-2 * mu * (right - m)) / whole
-            b = np.exp(-mu * (right - m)) * -np.expm1(-2 * mu * (m - left)) / whole
-            half = np.expm1(-mu * (m - left)) * np.expm1(-mu * (right - m))
-            return half / (1 + math.exp(-mu * (right - left))), a * f[left] + b * f[right]
-        if left is not None:
-            return -np.expm1(-mu * (m - left)), np.exp(-mu * (m - left)) * f[left]
-        if right is not None:
-            return -np.expm1(-mu * (right - m)), np.exp(-mu * (right - m)) * f[right]
-        return np.ones(m.size), np.zeros(m.size)
+        f_left, f_right = (0.0 if end is None else self.f[end] for end in (left, right))
+        p: Array = m - np.float64(-math.inf if left is None else left)
+        q: Array = np.float64(math.inf if right is None else right) - m
+        a, b, rest = span.shares(self.lattice.log_decay, p, q)
+        return rest, a * f_left + b * f_right
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def tears(self, first: int, last: int) -> tuple[float, int]:

@@ -2,7 +2,7 @@
 
     min U[u] s.t. u >= g, over all u and all contact sets (`NodalEnergy`); γ₁ > 0, w >= 0.
 
-1. w = 0 is convex; its solution ū is `span.majorant`. Every minimiser for w > 0 has u <= ū
+1. w = 0 is convex; its solution ū is that of obstacle.py. Every minimiser for w > 0 has u <= ū
    (maximum principle), so the contact nodes of ū are in contact in each of them.
 2. In the drop v = ū - u, 0 <= v <= h = ū - g, the energy is U[ū] + Q(v) - wΔx·(contact links), Q
    the same springs and links. Let V_j be the least energy that ends in contact node j and a tail
@@ -32,7 +32,8 @@ from discretization import fronts, span
 from discretization.bounds import certain, deepest_contact, may_pay
 from discretization.lattice import Lattice
 from discretization.nodal_energy import NodalEnergy
-from discretization.recursion import NOWHERE, Chain, Paths, Starts, shortest, without_adhesion
+from discretization.recursion import Chain, Paths, shortest, without_adhesion
+from discretization.starts import NOWHERE, Starts
 from energy import Indenter
 
 Array = NDArray[np.float64]
@@ -40,6 +41,7 @@ Nodes = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 _RIDGE = 1e-9  # of wΔx: what a node costs more than one it shields
 _ENDLESS = 2.0**60
+MOST = 10**8  # nodes of a window on either side
 
 
 @dataclass(frozen=True)
@@ -49,12 +51,18 @@ class Proof:
     bound: least energy of all contact sets, from the recursion; attained: `NodalEnergy` of the
     displacements returned; scale: sum of the absolute values of its terms.
 
-    margin: how far above lies the best state of another topology, of two kinds. (1) One of the
-    contacts does not adhere: it has opened, or touches only where it is pressed. Not asked of a
-    contact with nodes that touch without adhesion too. (2) The surface touches somewhere new: a
-    node that is shielded from every contact by a node which costs more to touch. Not asked of nodes
-    where contact never pays (bounds.py), as letting go of them gains energy. A contact that splits,
-    both parts adhering, is of neither kind. inf: there is no such state; nan: not asked for.
+    margin: how far above lies the best state of another topology. The topology of a state says
+    which of the minimum's contacts adhere, which of them have become one, and whether the surface
+    touches elsewhere, beyond a ridge. So another one is of three kinds.
+    (1) A contact does not adhere: it has opened, or touches only where it is pressed. Not asked of
+    a contact with nodes that touch without adhesion too.
+    (2) The surface touches somewhere new: a node that is shielded from every contact by a node
+    which costs more to touch.
+    (3) Two neighbours have merged: all nodes between them are in contact.
+    (2) and (3) are not asked of nodes where contact never pays (bounds.py), as letting go of them
+    gains energy. That a contact splits, both parts adhering, is no kind of its own: letting go of
+    one pulled node inside it costs less than its two links, 2wΔx, on any lattice, and nothing in
+    the limit. inf: there is no such state; nan: not asked for.
     """
 
     bound: float
@@ -120,6 +128,7 @@ def window(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, Arr
     """First node, and g = d - f from there on: outside these nodes no minimiser is in contact.
 
     The nodes with f <= d + D (bounds.py; h >= f - d), and all between; at least the lowest.
+    ValueError if these are more than 1e8 on a side.
     """
     where = fronts.region(lattice, indenter, depth)
     limit = depth + deepest_contact(lattice)
@@ -135,6 +144,11 @@ def _reaching(
     for start, f in fronts.blocks(lattice, indenter, where.lowest, end):
         parts.append(f if start == where.lowest else f[1:])
         size = abs(start - where.lowest) + f.size
+        if size > MOST:
+            raise ValueError(
+                f"spacing = {lattice.spacing!r} puts more than {MOST} nodes where contact is to be "
+                "looked for; give a larger spacing, or a profile of smaller extent"
+            )
         inside = np.flatnonzero(f <= limit)
         if inside.size:
             count = size - f.size + int(inside[-1]) + 1
@@ -178,36 +192,76 @@ def _margin(lattice: Lattice, chain: Chain, contacts: Nodes, paths: Paths) -> fl
     """Energy of the best state of another topology (`Proof`) above the minimum."""
     n, back, ends = chain.node.size, chain.reversed(), np.searchsorted(chain.node, contacts)
     loose = [pair for pair in ends.tolist() if chain.depth[pair[0] : pair[1] + 1].all()]
-    if loose:
-        paths = shortest(lattice, chain, {first: last - first + 1 for first, last in loose})
-    mirrored = shortest(lattice, back, {n - 1 - last: last - first + 1 for first, last in loose})
-    unit = lattice.link * math.sinh(lattice.log_decay)
-    touching = paths.value + mirrored.value[::-1] - unit * chain.depth**2
-    free = np.concatenate([[0], (ends + np.array([0, 1])).ravel(), [n]]).reshape(-1, 2)
-    others = [_elsewhere(lattice, chain, touching, start, stop) for start, stop in free]
-    for first, last in loose:
-        core = first + int(np.argmin(chain.depth[first : last + 1]))
-        left = without_adhesion(lattice, chain, paths, first, core)
-        right = without_adhesion(lattice, back, mirrored, n - 1 - last, n - 1 - core)
-        others.append(left[0] + right[0] - unit * float(chain.depth[core]) ** 2)
-        others.append(_over(lattice, left[1], right[1], int(chain.node[core])))
+    mirrored = shortest(lattice, back, {n - 1 - last for _, last in loose})
+    beyond = mirrored.value[::-1] - span.unit(lattice) * chain.depth**2
+    others = [
+        _elsewhere(lattice, chain, paths.value + beyond, ends),
+        _merged(lattice, chain, paths.value, beyond, ends),
+        _opened(lattice, chain, paths, mirrored, loose),
+    ]
     return max(0.0, min(others) - paths.least)
 
 
-def _elsewhere(lattice: Lattice, chain: Chain, touching: Array, start: int, stop: int) -> float:
-    """Least energy that touches one of the free nodes start..stop-1, shielded on both sides."""
-    energy, parted = touching[start:stop], np.append(chain.links, 0)[start : stop + 1] == 0
-    if not energy.size:
-        return math.inf
-    left = np.maximum.accumulate(np.where(parted[:-1], math.inf, energy))
-    right = np.maximum.accumulate(np.where(parted[1:], math.inf, energy)[::-1])[::-1]
+def _elsewhere(lattice: Lattice, chain: Chain, touching: Array, ends: Nodes) -> float:
+    """Least energy that touches a free node which is shielded on both sides."""
+    at = np.flatnonzero(~mask_of(chain.node.size, ends))
+    gap = np.searchsorted(ends[:, 0], at)
+    energy, parted = touching[at], np.append(chain.links, 0) == 0
+    left = span.running_max(np.where(parted[at], math.inf, energy), gap)
+    right = np.where(parted[at + 1], math.inf, energy)[::-1]
+    right = span.running_max(right, len(ends) - gap[::-1])[::-1]
     shielded = energy + _RIDGE * lattice.w * lattice.spacing < np.minimum(left, right)
     return float(energy[shielded].min(initial=math.inf))
 
 
+def _merged(lattice: Lattice, chain: Chain, value: Array, beyond: Array, ends: Nodes) -> float:
+    """Least energy that touches all nodes between two contacts."""
+    if len(ends) < 2:
+        return math.inf
+    rise = np.diff(chain.depth) + lattice.loss * chain.depth[:-1]
+    cost = span.stiffness(lattice, np.ones(1)) * rise**2 - lattice.w * lattice.spacing
+    cost[chain.links[1:] == 0] = math.inf
+    gaps = np.column_stack([ends[:-1, 1], ends[1:, 0]])
+    closed = np.add.reduceat(np.append(cost, 0.0), gaps.ravel())[::2]
+    return float((value[gaps[:, 0]] + closed + beyond[gaps[:, 1]]).min())
+
+
+def _opened(
+    lattice: Lattice, chain: Chain, paths: Paths, mirrored: Paths, loose: list[list[int]]
+) -> float:
+    """Least energy in which one of the loose contacts, first and last in the chain, is silent."""
+    if not loose:
+        return math.inf
+    n, back, best = chain.node.size, chain.reversed(), math.inf
+    near = _with_certain(chain, [first for first, _ in loose])
+    part = Chain(chain.node[near], chain.depth[near], chain.links[near])
+    there = np.searchsorted(near, [first for first, _ in loose]).tolist()
+    again = shortest(lattice, part, set(there))
+    for (first, last), start in zip(loose, there, strict=True):
+        core = first + int(np.argmin(chain.depth[first : last + 1]))
+        left = without_adhesion(lattice, part, again, start, start + core - first)
+        right = without_adhesion(lattice, back, mirrored, n - 1 - last, n - 1 - core)
+        parted = left[0] + right[0] - span.unit(lattice) * float(chain.depth[core]) ** 2
+        over = _over(lattice, left[1], right[1], int(chain.node[core]))
+        shift = float(paths.value[first] - again.value[start])
+        best = min(best, min(parted, over) + shift)
+    return best
+
+
+def _with_certain(chain: Chain, places: list[int]) -> Nodes:
+    """The nodes from the certain one before each of these places to the next certain one.
+
+    No span passes a certain node, so that V follows from there but for a constant.
+    """
+    stretch = np.cumsum(chain.depth == 0)
+    wanted = np.zeros(int(stretch[-1]) + 1, bool)
+    wanted[stretch[places]] = True
+    return np.flatnonzero(wanted[stretch])
+
+
 def _over(lattice: Lattice, left: Starts, right: Starts, x: int) -> float:
     """Least energy with one span over node x, from a start on its left to one on its right."""
-    mu, unit = lattice.log_decay, lattice.link * math.sinh(lattice.log_decay)
+    mu, unit = lattice.log_decay, span.unit(lattice)
     p, q = (np.abs(float(x) - side * s.node) for side, s in ((1, left), (-1, right)))
     p, q = (np.where(links > _ENDLESS, math.inf, links) for links in (p, q))
     best = math.inf

@@ -1,4 +1,4 @@
-"""Free spans between contact nodes in closed form, and the w = 0 surface built from them.
+"""Free spans between contact nodes in closed form, and the surface built from them.
 
 Between two contact nodes T links apart free nodes obey u_{i-1} - 2u_i + u_{i+1} = κ u_i: u is a sum
 of sinh μ(i - left) and sinh μ(right - i), μ = -ln λ; beyond the outermost contact nodes T = ∞ and u
@@ -18,17 +18,25 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 
 
-def excess(lattice: Lattice, p: Array, q: Array, left: Array, own: Array, right: Array) -> Array:
-    """How far `own` lies above the span between its neighbours, p nodes left and q nodes right.
+def shares(rate: float, p: Array, q: Array) -> tuple[Array, Array, Array]:
+    """a, b and 1 - a - b of the free surface u = a left + b right, p from left and q from right.
 
-    (own - left) sinh μq/sinh μ(p+q) + (own - right) sinh μp/sinh μ(p+q)
-    + own · 2 sinh(μp/2) sinh(μq/2)/cosh(μ(p+q)/2); p and q may be inf.
+    a = sinh(rate·q)/sinh(rate·(p+q)), b = sinh(rate·p)/sinh(rate·(p+q)),
+    1 - a - b = 2 sinh(rate·p/2) sinh(rate·q/2)/cosh(rate·(p+q)/2);
+
+    p and q may be inf. A tail decays by exp(-rate): μ per link, μ/Δx per length on the lattice.
     """
-    mu = lattice.log_decay
-    ep, eq, both = np.exp(-mu * p), np.exp(-mu * q), np.expm1(-2 * mu * (p + q))
-    result = ep * np.expm1(-2 * mu * q) / both * (own - left)
-    result += eq * np.expm1(-2 * mu * p) / both * (own - right)
-    return result + np.expm1(-mu * p) * np.expm1(-mu * q) / (1 + ep * eq) * own
+    ep, eq, both = np.exp(-rate * p), np.exp(-rate * q), np.expm1(-2 * rate * (p + q))
+    near, far = ep * np.expm1(-2 * rate * q) / both, eq * np.expm1(-2 * rate * p) / both
+    return near, far, np.expm1(-rate * p) * np.expm1(-rate * q) / (1 + ep * eq)
+
+
+def excess(lattice: Lattice, p: Array, q: Array, left: Array, own: Array, right: Array) -> Array:
+    """How far `own` lies above the span between its neighbours, p nodes left and q nodes right."""
+    near, far, rest = shares(lattice.log_decay, p, q)
+    result = near * (own - left)
+    result += far * (own - right)
+    return result + rest * own
 
 
 def advance(lattice: Lattice, g: Array, links: Array, facing: float) -> tuple[Array, Array, Array]:
@@ -41,8 +49,8 @@ def advance(lattice: Lattice, g: Array, links: Array, facing: float) -> tuple[Ar
 
     and the gap returned is scaled so that ΔE has the form of `Lattice.advance_cost`.
     """
-    one, unit = np.ones_like(links), lattice.link * math.sinh(lattice.log_decay)
-    half = lattice.link_over_decay / 2 + (stiffness(lattice, links - 1) - unit)
+    one = np.ones_like(links)
+    half = lattice.link_over_decay / 2 + (stiffness(lattice, links - 1) - unit(lattice))
     gap = -excess(lattice, one, links - 1, g[:-1], g[1:], facing * one)
     energy = half * gap * gap - lattice.w * lattice.spacing
     force = -2 * half * gap * excess(lattice, one, links - 1, one, one, one)
@@ -64,11 +72,16 @@ def displacement(lattice: Lattice, g: Array, contact: NDArray[np.bool_]) -> Arra
     return u
 
 
+def unit(lattice: Lattice) -> float:
+    """t sinh μ: what a half-infinite tail and half of the spring below do to a node."""
+    return lattice.link * math.sinh(lattice.log_decay)
+
+
 def stiffness(lattice: Lattice, links: Array) -> Array:
     """K_T = t sinh μ/(1 - λ²ᵀ); a span to u' instead of a tail from u costs K_T (u' - λᵀu)²."""
     with np.errstate(divide="ignore"):  # T = 0
         both = np.divide(-1.0, np.expm1(-2 * lattice.log_decay * links))
-    return lattice.link * math.sinh(lattice.log_decay) * both
+    return unit(lattice) * both
 
 
 def energy(lattice: Lattice, g: Array, held: Nodes) -> float:
@@ -79,22 +92,12 @@ def energy(lattice: Lattice, g: Array, held: Nodes) -> float:
     return float(np.sum(stiffness(lattice, links) * rise**2))
 
 
-def majorant(lattice: Lattice, g: Array) -> Nodes:
-    """Contact nodes for w = 0: those with g >= 0 that no span between two others passes above.
-
-    A node below any span can go at once. Spans over 1, 2, 4, ... neighbours take whole flanks away,
-    until those between direct neighbours find nothing any more.
-    """
-    nodes = np.flatnonzero(g > 0 if g.max() > 0 else g == 0)
-    stride, complete = 1, False
-    while nodes.size and not complete:
-        zero = np.zeros(stride)
-        x = np.concatenate([zero - math.inf, nodes, zero + math.inf])
-        y = np.concatenate([zero, g[nodes], zero])
-        near, far = slice(None, -2 * stride), slice(2 * stride, None)
-        own = y[stride:-stride]
-        keep = excess(lattice, nodes - x[near], x[far] - nodes, y[near], own, y[far]) >= 0
-        complete = stride == 1 and bool(keep.all())
-        nodes = nodes[keep]
-        stride = 2 * stride if 2 * stride <= nodes.size else 1
-    return nodes
+def running_max(values: Array, group: Nodes) -> Array:
+    """Largest value so far within each group; group (n,): 0, ..., 0, 1, ..., 1, 2, ..."""
+    order = np.argsort(values, kind="stable")
+    rank = np.empty(values.size, np.int64)
+    rank[order] = np.arange(values.size)
+    rank += group * values.size
+    rank = np.maximum.accumulate(rank)
+    rank -= group * values.size
+    return values[order[rank]]

@@ -13,7 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from discretization import Lattice, free_surface, fronts, load_path, minimise, shortest_path
+from discretization import (
+    Lattice,
+    free_surface,
+    fronts,
+    load_path,
+    minimise,
+    shortest_path,
+    starts,
+)
 from discretization.fitted import Problem
 from discretization.obstacle import obstacle
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies, Wedge
@@ -156,3 +164,26 @@ def test_the_window_of_an_endless_tilted_profile_ends_where_it_rises():
     counted.clear()
     _, g = shortest_path.window(lattice, indenter, 0.5)
     assert g.size <= counted["heights"] <= 4 * g.size
+
+
+def test_starts_compared_by_the_shortest_path(monkeypatch):
+    """Per node, on a rough profile with many contacts; with the margin and without it."""
+    compared, land = Counter(), starts.Few.land
+
+    def watched(stack, *args):
+        compared["landings"] += 1
+        compared["pairs"] += len(stack.rows[0])
+        return land(stack, *args)
+
+    monkeypatch.setattr(starts.Few, "land", watched)
+    n, f = 20_000, np.random.default_rng(1).normal(size=20_000)
+    f = np.convolve(f, np.ones(5) / 5, "same")
+    g = f - np.quantile(f, 0.3)
+    counts = {}
+    for margin in (False, True):
+        compared.clear()
+        shortest_path.global_minimum(Lattice(1.0, 0.0, 1.0, 30.0, 0.5), g, margin=margin)
+        counts[margin] = compared["landings"] / n, compared["pairs"] / n
+    assert counts[False][0] <= 1.15
+    assert counts[False][1] <= 3.45
+    assert counts[True][0] <= 2.5 * counts[False][0]

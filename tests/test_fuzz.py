@@ -428,7 +428,7 @@ def test_a_lattice_too_coarse_for_the_body_is_refused():
 
 def test_a_lattice_of_too_many_nodes_is_refused():
     for indenter, spacing in ((Plane().tilted(0.1), 0.1), (Parabola(10.0), 1e-300)):
-        with within(1), pytest.raises(ValueError, match="spacing|no lowest point"):
+        with within(1), pytest.raises(ValueError, match=r"spacing|no lowest point"):
             minimise(plain(indenter), 0.1, method="lattice", spacing=spacing)
 
 

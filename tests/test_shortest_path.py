@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -71,6 +72,8 @@ def other_topology(lattice, g, sets, energy, contacts):
             own = sets[:, first : last + 1]
             lost = np.count_nonzero(own[:, 1:] & own[:, :-1], axis=1)
             best = min(best, (energy + lattice.w * lattice.spacing * lost).min())
+    for (_, last), (first, _) in itertools.pairwise(contacts):  # merged
+        best = min(best, energy[sets[:, last : first + 1].all(axis=1)].min())
     for j in np.flatnonzero(~taken):
         left, right = np.flatnonzero(taken[:j]), j + np.flatnonzero(taken[j:])
         sides = [touching[left[-1] + 1 : j]] if left.size else []
@@ -108,6 +111,26 @@ def test_all_contact_sets_enumerated(start):
     assert untied >= 35
     assert several >= 5
     assert margins >= 6
+
+
+@pytest.mark.parametrize("start", [0, 100])
+def test_a_contact_splits_for_less_than_two_links(start):
+    """Why a split is no topology of its own: any pulled node inside a contact may let go."""
+    splits = 0
+    for seed in range(start, start + 100):
+        lattice, g = random_scene(seed, 11)
+        sets, energy = enumerated(lattice, g)
+        result = global_minimum(lattice, g, margin=False)
+        force = NodalEnergy(lattice, result.in_contact).gradient(result.u())
+        bonds = 2 * lattice.w * lattice.spacing
+        for first, last in result.contacts.tolist():
+            for j in range(first + 1, last):
+                if force[j] < -1e-9 * np.abs(force).max():
+                    without = result.in_contact & (np.arange(g.size) != j)
+                    cost = energy[(sets == without).all(axis=1)][0] - result.energy
+                    assert cost <= bonds * (1 + 1e-9) + 1e-10 * result.proof.scale, (seed, j)
+                    splits += 1
+    assert splits >= 40
 
 
 def unpruned(lattice, g, silent=()):
