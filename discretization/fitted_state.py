@@ -28,6 +28,7 @@ from energy import Scene
 Array = NDArray[np.float64]
 _LEAST_NODES = 32
 _REFINEMENTS = 5
+_UNDECIDED = 1e-7  # letting go and turning over at once
 _ROUNDING = 16 * float(np.finfo(float).eps)
 
 
@@ -58,6 +59,11 @@ def on_fitted_mesh(
         if not coarse.contacts.size:
             tail = FittedTail(length, response)
             return replace(coarse, tail=tail, method="fitted", spacing=math.nan)
+        if len(coarse.contacts) > 1:
+            raise ValueError(
+                f"depth = {depth!r} has {len(coarse.contacts)} contacts without tension: use "
+                "method='lattice' with a spacing"
+            )
         starts, touch = _inside(coarse)
     state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
     while max(state.error_estimate.values()) > rtol and response.error > _ROUNDING:
@@ -95,6 +101,8 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
     tail = FittedTail(scene.elastocapillary_length or 1.0, problem.response)
     ends = _lines(problem, starts)
     if ends is None:
+        if abs(problem.drive(1, starts[1], 0.0)) <= _UNDECIDED * problem.held:
+            problem.refuse_overhang(starts[1])
         return _detached(problem, branch)
     for end in ends:
         problem.refuse_overhang(end.x)
@@ -145,8 +153,10 @@ def _topology(scene: Scene, depth: float, branch: str) -> Equilibrium:
     A coarse lattice lets go of a small contact too early, or loses it over the end of the profile:
     both are believed only on the finest one.
     """
-    lengths = (scene.elastocapillary_length, scene.critical_separation, abs(depth), scene.layer.h)
-    spacing = next(length for length in lengths if length > 0) / 16
+    spacing = (scene.elastocapillary_length or scene.layer.h) / 16
+    lo, hi = scene.indenter.extent
+    if not scene.gamma1 and math.isfinite(hi - lo):  # springs alone have no length of their own
+        spacing = (hi - lo) / 256
     for _ in range(_REFINEMENTS):
         with contextlib.suppress(ValueError):
             state = on_lattice(scene, depth, spacing, branch=branch)

@@ -199,6 +199,10 @@ def _locate(
 def _root(lattice: Lattice, links: list[int], excess: dict[int, float]) -> float:
     """Zero of the polynomial through the excess at the links' middles: secant steps to rounding."""
     middles = [j + 0.5 for j in links]
+    if not middles:
+        raise ValueError(
+            f"spacing = {lattice.spacing!r} leaves no link between two corners; use a smaller one"
+        )
     if len(middles) < 2:
         return middles[0] + lattice.edge
     values = [excess[j] for j in links]
