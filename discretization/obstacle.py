@@ -35,6 +35,7 @@ from discretization.lattice import Lattice
 Array = NDArray[np.float64]
 Nodes = NDArray[np.intp]
 BLOCK = 16
+_TABLE = 256
 SLACK = 1 - 1e-12  # on bounds: rounding drops no node, the sign of its multiplier decides
 
 
@@ -248,9 +249,19 @@ def _multipliers(lattice: Lattice, place: Array, u: Array) -> Array:
 
 
 def _span(lattice: Lattice, width: Array) -> tuple[Array, Array]:
-    """T_n, S_n of free spans of n = `width` links."""
-    mu = lattice.log_decay
-    less = np.expm1(-mu * width)  # λⁿ - 1
-    tie = np.exp(mu * (1 - width)) * (lattice.link * math.expm1(-2 * mu)) / (less * (2 + less))
-    ground = np.expm1(mu * (1 - width)) * -lattice.end_stiffness / (2 + less)
+    """T_n, S_n of free spans of n = `width` links; of many the short ones are looked up."""
+    if width.size < _TABLE:
+        return _exact_span(lattice, width)
+    short = np.minimum(width, _TABLE).astype(np.intp)
+    tie, ground = (part[short] for part in _exact_span(lattice, np.arange(_TABLE + 1.0)))
+    wide = np.flatnonzero(width > _TABLE)
+    tie[wide], ground[wide] = _exact_span(lattice, width[wide])
     return tie, ground
+
+
+def _exact_span(lattice: Lattice, width: Array) -> tuple[Array, Array]:
+    mu = lattice.log_decay
+    with np.errstate(divide="ignore"):  # n = 0 is in the table only
+        less = np.expm1(-mu * width)  # λⁿ - 1
+        tie = np.exp(mu * (1 - width)) * (lattice.link * math.expm1(-2 * mu)) / (less * (2 + less))
+    return tie, np.expm1(mu * (1 - width)) * -lattice.end_stiffness / (2 + less)
