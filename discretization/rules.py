@@ -62,13 +62,36 @@ class Rules:
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
         """Depth at which a free node between two contacts (None: none there) touches, and which."""
         lo, hi = -1 if left is None else left, self.f.size if right is None else right
-        m = np.arange(lo + 1, hi)
-        if not m.size:
+        if hi - lo < 2:
             return math.inf, -1
-        rest, shape = self._surface(left, right, m)
-        depths = (self.f[m] - shape) / rest
+        depths, shares = self.f[lo + 1 : hi].copy(), self._free(left, right)
+        for end, share in zip((left, right), shares, strict=False):
+            if end is not None:
+                depths -= share * self.f[end]
+        depths /= shares[2]
         best = int(np.argmin(depths))
-        return float(depths[best]), int(m[best])
+        return float(depths[best]), lo + 1 + best
+
+    @functools.cached_property
+    def _decays(self) -> tuple[Array, Array, Array]:
+        """λⁿ, λⁿ - 1 and λ²ⁿ - 1 for n = 0, 1, ..."""
+        n = -self.lattice.log_decay * np.arange(self.f.size + 1.0)
+        return np.exp(n), np.expm1(n), np.expm1(2 * n)
+
+    def _free(self, left: int | None, right: int | None) -> tuple[Array, Array, Array]:
+        """`span.shares` of all free nodes between two contacts (None: none there), looked up."""
+        decay, once, twice = self._decays
+        if left is None or right is None:
+            tail = slice(right, 0, -1) if right is not None else slice(1, self.f.size - (left or 0))
+            return decay[tail], decay[tail], -once[tail]
+        links = right - left
+        p, q = slice(1, links), slice(links - 1, 0, -1)
+        near, far = decay[p] * twice[q], decay[q] * twice[p]
+        near /= twice[links]
+        far /= twice[links]
+        rest = once[p] * once[q]
+        rest /= 1 + decay[links]
+        return near, far, rest
 
     def _surface(self, left: int | None, right: int | None, m: Nodes) -> tuple[Array, Array]:
         """1 - a - b and a f_i + b f_j at free nodes m between two contacts (None: none there)."""
