@@ -52,12 +52,13 @@ def on_lattice(
     lowest_energy = branch == "global" and not scene.gamma1
     find = fronts.held if lowest_energy else fronts.adhered
     contact = find(lattice, scene.indenter, depth, where)
-    if contact is None:
+    sums = None if contact is None else measured(lattice, scene.indenter, depth, contact)
+    apart = branch == "global" and depth <= fronts.height(lattice, scene.indenter, where.lowest)
+    if contact is None or sums is None or (apart and sums.energy > 0):
         certificate = certify(lattice, scene.indenter, depth, where, None, None)
         return replace(detached(scene, depth, branch, lattice.tail, certificate), spacing=spacing)
     ends = outer(lattice, scene.indenter, depth, where, contact)
     _refuse_overhang(lattice, scene, depth, contact, ends)
-    sums = measured(lattice, scene.indenter, depth, contact)
     certificate = certify(lattice, scene.indenter, depth, where, contact, sums)
     if not certificate.ok:
         raise NotCertifiedError(
@@ -70,11 +71,14 @@ def on_lattice(
 
 
 def _several(scene: Scene, branch: str) -> bool:
-    """Whether the answer is the lowest energy of all contact sets, and not of one contact."""
+    """Whether the lowest energy of all contact sets is asked.
+
+    Of a convex indenter it is that of the one contact of its path, or of none.
+    """
     if not scene.gamma1:
         return False
     if scene.work_of_adhesion:
-        return branch == "global"
+        return branch == "global" and not scene.indenter.convex
     return scene.slopes == "small" and not scene.indenter.convex
 
 

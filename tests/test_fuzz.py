@@ -49,7 +49,7 @@ HOUSE_STYLE = re.compile(r" = |\] |has the attributes|exactly one of|have shapes
 HOSTILE = (math.nan, math.inf, -math.inf, 0.0, -1.0, 1e-300, 1e300, "1", None, True, [1.0], 1j)
 NUMBERS = HOSTILE
 CLOSE = 4e-15  # of letting go, in δ₀: rounding of the depth decides
-MOST, MANY = 10**6, 10**4  # nodes in contact, of one and of several: more only take longer
+MOST, MANY = 10**6, 2000  # nodes in contact, of one and of several: more only take longer
 
 
 @contextlib.contextmanager

@@ -22,10 +22,12 @@ from energy import (
     FlatPunch,
     Parabola,
     Plane,
+    PowerLaw,
     Profile,
     Sampled,
     Scene,
     SurfaceEnergies,
+    Wedge,
     cards,
 )
 
@@ -408,7 +410,7 @@ OPEN_ENDED = adhesive(Sampled(np.linspace(-L, L, 9), np.array([3, 1, 2, 0, 2, 0,
         (OPEN_ENDED, {}, "not known any more"),
         (replace(OPEN_ENDED, slopes="finite"), {}, "slopes='small'"),
         (OPEN_ENDED, {"method": "lattice", "spacing": L / 20}, "not known any more"),
-        (FINITE, {"method": "lattice", "spacing": L / 20}, "slopes = 'finite'"),
+        (FINITE, {"method": "shortest_path", "spacing": L / 20}, "slopes = 'finite'"),
         (SCENE, {"method": "shortest_path"}, "spacing = None"),
         (SCENE, {"method": "shortest_path", "spacing": L, "branch": "adhered"}, "'adhered'"),
         (SCENE, {"method": "oracle", "spacing": L / 400}, "too many for integers"),
@@ -460,3 +462,46 @@ def test_the_searched_window_leaves_room_for_every_contact():
     where = fronts.region(lattice, searched, 0.0)
     ends = fronts.heights(lattice, searched, np.array([where.first, where.last], float))
     assert ends.min() > deepest_contact(lattice)
+
+
+CONVEX = (
+    FlatPunch(0.8),
+    Wedge(0.2),
+    Parabola(5.0),
+    PowerLaw(0.2, 5.0),
+    Parabola(4.0).tilted(0.1),
+    FlatPunch(1.0).tilted(-0.15),
+)
+
+
+@pytest.mark.parametrize("body", CONVEX, ids=repr)
+def test_of_a_convex_body_one_contact_or_none_is_the_lowest(body):
+    """What the lattice compares is what the search over all contact sets finds."""
+    rng, labels = np.random.default_rng(3), set()
+    for _ in range(12):
+        surfaces = SurfaceEnergies.from_work(1.0, 10 ** rng.uniform(-3, 0))
+        scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, body)
+        depth, spacing = scene.critical_separation * rng.uniform(-1, 0.2), rng.uniform(0.02, 0.1)
+        found, searched = (
+            minimise(scene, depth, method=method, branch="global", spacing=spacing)
+            for method in ("lattice", "shortest_path")
+        )
+        labels.add(found.label)
+        assert found.label == searched.label
+        size = searched.scales["energy"] or 1.0
+        assert found.energy == pytest.approx(searched.energy, rel=0, abs=1e-11 * size)
+        assert found.contacts == pytest.approx(searched.contacts, rel=0, abs=1e-9)
+    assert labels == {"global", "detached"}
+
+
+def test_finite_slopes_of_a_convex_body_have_a_lowest_state_on_the_lattice():
+    labels = set()
+    for depth in np.linspace(-1, 0.2, 7) * DELTA0:
+        scene = replace(SCENE, slopes="finite")
+        coarse = minimise(scene, depth, branch="global", method="lattice", spacing=L / 50)
+        exact = minimise(scene, depth, branch="global")
+        labels.add(coarse.label)
+        assert coarse.label == exact.label
+        apart = abs(coarse.energy - exact.energy) / (exact.scales["energy"] or 1.0)
+        assert apart <= 4 * coarse.error_estimate["energy"]
+    assert labels == {"global", "detached"}
