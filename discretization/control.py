@@ -17,6 +17,7 @@ from discretization.branch import Branch, Point
 from discretization.fitted import bracketed
 
 _MARCH = 40
+_HALVINGS = 60
 _NUDGE = 1e-6
 _NEAREST = 1e-5
 _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
@@ -73,21 +74,25 @@ def settled(
     guess = abs(r) / rate if rate > 0 else _NUDGE * (abs(point.depth - branch.touch) + branch.lift)
     guess = guess or abs(r) / branch.scene.layer.modulus
     held = branch.lift if branch.scene.gamma1 else 0.0  # springs alone: P is not smooth at touching
-    there = moved(branch, here, here.depth + side * guess)
+    there, beyond = _tried(branch, here, here.depth, side * guess)
     for _ in range(_MARCH):
         scale = held + max(abs(at.depth - branch.touch) for at in (point, there))
         q = excess(there) if there.state is not None else math.nan
-        if q == 0 or there.depth == here.depth:
+        if q == 0 or (there.depth == here.depth and beyond is None):
             return there
+        if there.depth == here.depth:
+            break
         slope = (q - r) / (there.depth - here.depth)
         if not slope > 0:
             break
         step, gap = -q / slope, abs(there.depth - here.depth)
         near = gap <= _LOCAL * scale and abs(step) * gap <= _CLOSE * scale**2
         here, r, done = there, q, near or abs(q) <= _REDUCED * first
-        there = moved(branch, point if remembers else here, here.depth + step)
-        if done and there.state is not None:
+        there, beyond = _tried(branch, point if remembers else here, here.depth, step)
+        if done and there.state is not None and beyond is None:
             return there
+    if beyond is not None:
+        raise beyond
     closes = closing_point(branch, point) if side < 0 else there
     fold = point_of_fold(branch, control, point, closes if there.state is None else there)
     if excess(fold) * excess(point) <= 0:
@@ -130,6 +135,22 @@ def _between(branch: Branch, excess: Callable[[Point], float], here: Point, ther
     sign = -1.0 if excess(here) > 0 else 1.0
     depth = bracketed(lambda d: sign * excess(moved(branch, here, d)), here.depth, there.depth)
     return moved(branch, here, depth)
+
+
+def _tried(
+    branch: Branch, point: Point, depth: float, step: float
+) -> tuple[Point, ValueError | None]:
+    """The point a step further, halved while that is refused; with the refusal, if there was one.
+
+    A trial depth may lie beyond the known profile while the equilibrium does not.
+    """
+    beyond: ValueError | None = None
+    for _ in range(_HALVINGS):
+        try:
+            return moved(branch, point, depth + step), beyond
+        except ValueError as refusal:
+            beyond, step = refusal, step / 2
+    return moved(branch, point, depth), beyond
 
 
 def closing_point(branch: Branch, point: Point) -> Point:

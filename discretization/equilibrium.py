@@ -127,7 +127,7 @@ class Equilibrium:
     def displacement(self, x: ArrayLike) -> Array:
         """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside."""
         x = np.asarray(x, float)
-        u, inside = np.zeros_like(x), self._inside(x)
+        u, inside = np.where(np.isnan(x), math.nan, 0.0), self._inside(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
         if not (self.scene.gamma1 and self.contacts.size):
             return u
@@ -164,7 +164,8 @@ class Equilibrium:
         Zero outside the contact. The surface tension adds line forces at the contact lines (10).
         """
         x = np.asarray(x, float)
-        return np.where(self._inside(x), self.scene.stiffness * self.displacement(x), 0.0)
+        known = self._inside(x) | np.isnan(x)
+        return np.where(known, self.scene.stiffness * self.displacement(x), 0.0)
 
     @property
     def validity(self) -> tuple[Assumption, ...]:

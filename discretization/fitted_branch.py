@@ -21,6 +21,7 @@ from discretization.fitted import FittedLine, Problem, find_line, lowest_point, 
 from discretization.fitted_state import certify_lines
 from discretization.quadrature import along, arc_length, pressing, totals
 from discretization.response import Response, chosen
+from discretization.spectral import rounded
 from energy import Plane, Scene
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ _CLOSED = 1e-15
 _STALLED = 1e-12
 _LOCAL = 1e-3
 _REDUCED = 1e-10
-_FEW, _MORE = 6, 10  # Gauss points to compare
+_FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
 _WORK = 1e-12
 
 
@@ -177,15 +178,15 @@ class FittedBranch:
         return lost
 
     def work(self, before: State, start: float, end: float) -> float:
-        """∫P dd from one depth to another without a jump on the way, by adaptive Gauss points."""
+        """∫P dd from one depth to another without a jump on the way, by adaptive Lobatto rules."""
         if before is None or start == end:
             return 0.0
 
         def integral(lo: float, hi: float, order: int) -> tuple[float, float]:
-            points, weights = np.polynomial.legendre.leggauss(order)
-            depths = (lo + (points + 1) / 2 * (hi - lo)).tolist()
+            points, weights, _ = rounded(order)
+            depths = [lo, *(lo + (points[1:-1] + 1) / 2 * (hi - lo)).tolist(), hi]
             forces = np.array([self.force(self.follow(before, d), d) for d in depths])
-            weights *= (hi - lo) / 2
+            weights = weights * (hi - lo) / 2
             return float(weights @ forces), float(np.abs(weights) @ np.abs(forces))
 
         size = integral(start, end, _FEW)[1]

@@ -209,7 +209,8 @@ def certify_lines(
         if problem.scene.gamma1:
             stationarity = max(stationarity, problem.imbalance(end.x))
     force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
-    pulled = 0.0 if problem.scene.work_of_adhesion else max(0.0, -found.weakest)
+    held = (opening or problem).scene.work_of_adhesion
+    pulled = 0.0 if held else max(0.0, -found.weakest)
     return Certificate(penetration, stationarity, pulled / problem.lift, neighbours, force)
 
 

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 ELEMENTS = (0.5, 1.0, 1.5)
 OVERHANG = math.sqrt(2)
 _SHARPER = 4.0
+_ROUNDS = 6
 _GRADING = 0.6  # first element over cos²φ: the surface is singular a little behind a steep line
 
 
@@ -36,7 +37,7 @@ class FreeSurface:
 
     lengths (m,): the elements; u (m·degree+1,): nodal displacements, u[0] at the line;
     energy F; reaction S = dF/du₀; slope u'(0); area ∫u dx with the far field; residual: largest
-    imbalance of a free node.
+    imbalance of a free node; slopes: of the far field.
     """
 
     lengths: tuple[float, ...]
@@ -46,6 +47,7 @@ class FreeSurface:
     slope: float
     area: float
     residual: float
+    slopes: str = "small"
 
     @property
     def degree(self) -> int:
@@ -60,11 +62,7 @@ class FreeSurface:
         return FreeSurface(self.lengths, factor * self.u, energy, reaction, slope, area, residual)
 
     def displacement(self, x: ArrayLike) -> Array:
-        """u at distances x >= 0 from the line: the elements' polynomials, then the linear decay.
-
-        (Of a finite-slope far field the decay is the first term; what is left out is of the third
-        order in u, which is below 0.07 there.)
-        """
+        """u at distances x >= 0 from the line: the elements' polynomials, then the far field."""
         x, degree = np.asarray(x, float), self.degree
         result, lo = np.empty_like(x), 0.0
         for e, length in enumerate(self.lengths):
@@ -72,8 +70,24 @@ class FreeSurface:
             at = 2 * (x[inside] - lo) / length - 1
             result[inside] = polynomial(degree, at, self.u[e * degree : (e + 1) * degree + 1])
             lo += length
-        result[x >= lo] = self.u[-1] * np.exp(lo - x[x >= lo])
+        far = x >= lo
+        result[far] = self.u[-1] * np.exp(lo - x[far])
+        if self.slopes == "finite":
+            result[far] = _bent(result[far], float(self.u[-1]))
         return result
+
+
+def _bent(decayed: Array, u0: float) -> Array:
+    """u of a finite-slope far field from u0 < 0.1 on, where e^-x u0 is `decayed`.
+
+    The first integral u²/2 = 1 - cos φ with u' = -tan φ gives, at c = √(1 - u²/4),
+    u = e^-x u0 (1 + c)/(1 + c0) e^(2 c0 - 2 c); its right side hardly depends on u.
+    """
+    u, c0 = decayed, math.sqrt(1 - u0 * u0 / 4)
+    for _ in range(_ROUNDS):
+        c = np.sqrt(1 - u * u / 4)
+        u = decayed * (1 + c) / (1 + c0) * np.exp(2 * (c0 - c))
+    return u
 
 
 @functools.lru_cache(maxsize=16)
@@ -158,7 +172,7 @@ def _surface(lengths: tuple[float, ...], u: Array, nodal: _Nodal) -> FreeSurface
     slope = float(rounded(degree)[2][0] @ u[: degree + 1]) * 2 / lengths[0]
     first = abs(float(nodal.gradient[0]) - nodal.area)
     residual = float(np.abs(nodal.gradient[1:]).max(initial=first))
-    return FreeSurface(lengths, u, nodal.energy, nodal.area, slope, nodal.area, residual)
+    return FreeSurface(lengths, u, nodal.energy, nodal.area, slope, nodal.area, residual, "finite")
 
 
 def _newton(u: Array, lengths: tuple[float, ...]) -> tuple[Array, _Nodal]:

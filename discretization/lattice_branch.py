@@ -214,7 +214,7 @@ class LatticeBranch:
             links = np.rint(np.abs(lines[:, column] - side.x[0]) / spacing).astype(int)
             zeta = self._between(side, links, depths)
             beside = np.clip(links + np.sign(zeta).astype(int), 0, side.x.size - 1)
-            x[:, column] = side.x[links] + zeta * (side.x[-1] - side.x[0]) / (side.x.size - 1)
+            x[:, column] = side.x[links] + zeta * (side.x[-1] - side.x[0]) / max(side.x.size - 1, 1)
             for total, part in ((force, self._pull), (energy, self._stored)):
                 own = part(side, links, depths)
                 total += own + np.abs(zeta) * (part(side, beside, depths) - own)
@@ -222,6 +222,8 @@ class LatticeBranch:
 
     def _between(self, side: Side, links: Array, depths: Array) -> Array:
         """Where the depth of closing equals d, in links from the last contact node: -1/2..1/2."""
+        if not side.opens.size:  # the body ends at the node that touches first
+            return np.zeros(links.size)
         outer = side.closes[np.minimum(links, side.closes.size - 1)]
         inner = side.opens[np.maximum(links - 1, 0)]
         free = (links > 0) & np.isfinite(outer) & (outer > inner)

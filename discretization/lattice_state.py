@@ -195,7 +195,9 @@ def estimated(fine: Equilibrium) -> dict[str, float]:
     scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
     errors = {}
     for name, scale in scales.items():
-        change = abs(getattr(fine, name) - getattr(coarse, name)) / (scale or 1.0)
+        values = getattr(fine, name), getattr(coarse, name)
+        size = scale or max(map(abs, values))  # touching without adhesion: nothing is deformed
+        change = abs(values[0] - values[1]) / size if size else 0.0
         errors[name] = float(_SAFETY * change / (3 if alike else 1) + 4 * np.finfo(float).eps)
     if len(fine.contacts) > 1:
         lone = np.count_nonzero(fine.nodes[:, 0] == fine.nodes[:, 1])
