@@ -21,8 +21,10 @@ Several contacts, fitted: contact nodes of the lattice (lowest.py, path_state.py
 gaps (bubbles.py) -> surfaces between (gap.py) -> lines (gap_lines.py, fitted_contacts.py) ->
 certificate and error estimate (fitted_judgement.py) -> Equilibrium, by fitted_several.py.
 Load paths: states followed in depth (branch.py; fitted_branch.py, lattice_branch.py with
-lattice_side.py, many_contacts.py with rules.py) -> equilibrium with a load or machine (control.py)
--> events (path.py, events.py) -> History (loading.py, history.py) -> its ledger (ledger.py).
+lattice_side.py, many_contacts.py with changes.py and rules.py; fitted_many.py with the depths at
+which lines rest, line_levels.py and stops.py, fitted_moves.py, gap_moves.py, clearance.py) ->
+equilibrium with a load or machine (control.py) -> events (path.py, events.py) -> History
+(loading.py, history.py) -> its ledger (ledger.py).
 A new minimiser returns a contact set or contact lines; the certificate judges it unchanged.
 """
 

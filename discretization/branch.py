@@ -43,7 +43,7 @@ class Branch(Protocol):
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
 
-    def jump(self, state: State, end: float) -> tuple[float, State, State] | None:
+    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """First depth on the way to `end` at which a line jumps, and the states beside it."""
 
     def contact(self, *lines: float) -> State:

@@ -9,7 +9,7 @@ stays. With one work of adhesion both change sign at the same place. Springs wit
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -135,7 +135,7 @@ class FittedBranch:
         ends = (FittedLine(x, bool(np.any(np.equal(corners, x))), False) for x in lines)
         return Contact(*ends)
 
-    def jump(self, state: State, end: float) -> None:
+    def jump(self, state: State, start: float, end: float) -> None:
         """A convex profile has no jumps."""
 
     def pinned(self, state: State) -> tuple[str, str]:
@@ -179,27 +179,9 @@ class FittedBranch:
 
     def work(self, before: State, start: float, end: float) -> float:
         """∫P dd from one depth to another without a jump on the way, by adaptive Lobatto rules."""
-        if before is None or start == end:
+        if before is None:
             return 0.0
-
-        def integral(lo: float, hi: float, order: int) -> tuple[float, float]:
-            points, weights, _ = rounded(order)
-            depths = [lo, *(lo + (points[1:-1] + 1) / 2 * (hi - lo)).tolist(), hi]
-            forces = np.array([self.force(self.follow(before, d), d) for d in depths])
-            weights = weights * (hi - lo) / 2
-            return float(weights @ forces), float(np.abs(weights) @ np.abs(forces))
-
-        size = integral(start, end, _FEW)[1]
-        done, parts = 0.0, [(start, end)]
-        while parts:
-            lo, hi = parts.pop()
-            fine = integral(lo, hi, _MORE)[0]
-            middle = (lo + hi) / 2
-            if abs(fine - integral(lo, hi, _FEW)[0]) <= _WORK * size or middle in (lo, hi):
-                done += fine
-            else:
-                parts += [(lo, middle), (middle, hi)]
-        return done
+        return integral(lambda depth: self.force(self.follow(before, depth), depth), start, end)
 
     def observed(self, depths: Array, states: Sequence[Contact]) -> tuple[Array, Array, Array]:
         """Lines (n, 2), P and U (n,)."""
@@ -225,6 +207,33 @@ class FittedBranch:
                 f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
                 f"({certificate}); the path stops before it"
             )
+
+
+def integral(
+    force: Callable[[float], float], start: float, end: float, rtol: float = _WORK
+) -> float:
+    """∫P dd by Lobatto rules, on parts halved until fewer points agree to rtol of the whole."""
+    if start == end:
+        return 0.0
+
+    def part(lo: float, hi: float, order: int) -> tuple[float, float]:
+        points, weights, _ = rounded(order)
+        depths = [lo, *(lo + (points[1:-1] + 1) / 2 * (hi - lo)).tolist(), hi]
+        forces = np.array([force(depth) for depth in depths])
+        weights = weights * ((hi - lo) / 2)
+        return float(weights @ forces), float(np.abs(weights) @ np.abs(forces))
+
+    size = part(start, end, _FEW)[1]
+    done, parts = 0.0, [(start, end)]
+    while parts:
+        lo, hi = parts.pop()
+        fine = part(lo, hi, _MORE)[0]
+        middle = (lo + hi) / 2
+        if abs(fine - part(lo, hi, _FEW)[0]) <= rtol * size or middle in (lo, hi):
+            done += fine
+        else:
+            parts += [(lo, middle), (middle, hi)]
+    return done
 
 
 def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedLine | None:

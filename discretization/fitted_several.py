@@ -47,7 +47,7 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
 
     NotCertifiedError if no lattice fine enough to show the contacts was found.
     """
-    spacing = _coarsest(scene)
+    spacing = coarsest(scene)
     state: Equilibrium | None = None
     failure: Exception | None = None
     ratio = _FINER if branch == "adhered" and scene.work_of_adhesion else 2.0
@@ -76,7 +76,7 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
     )
 
 
-def _coarsest(scene: Scene) -> float:
+def coarsest(scene: Scene) -> float:
     """l/16, or what resolves the corners and knots of the profile."""
     indenter, spacing = scene.indenter, scene.elastocapillary_length / _PER_LENGTH
     cuts = np.union1d(indenter.corners, indenter.knots)
@@ -126,7 +126,7 @@ def _near(
     scene: Scene, depth: float, branch: str, near: Array, spacing: float, rtol: float
 ) -> Equilibrium:
     """The certified state with the contacts that a lattice of this spacing has."""
-    points, response = _points(scene, depth, spacing), chosen(scene.slopes, rtol)
+    points, response = sample_points(scene, depth, spacing), chosen(scene.slopes, rtol)
     touch = float(scene.indenter.height(near).min(initial=math.inf))
     if not near.size:
         return _flat(Problem.of(scene, depth, touch, branch, response), branch, points)
@@ -138,7 +138,7 @@ def _near(
             if not near.size:
                 return _flat(problem, branch, points)
             continue
-        state = _state(contacts, branch, points, rtol)
+        state = state_of(contacts, branch, points, rtol)
         better = finer(response)
         met = max(state.error_estimate.values()) <= rtol or response.error <= _ROUNDING
         if met or better is None:
@@ -155,7 +155,7 @@ def _flat(problem: Problem, branch: str, points: Array) -> Equilibrium:
     return _passed(replace(flat, certificate=certificate, method="fitted"))
 
 
-def _points(scene: Scene, depth: float, spacing: float) -> Array:
+def sample_points(scene: Scene, depth: float, spacing: float) -> Array:
     """Where penetration is looked for: where contact may be, half a node apart, and at knots."""
     lattice, indenter = Lattice.of(scene, spacing), scene.indenter
     first, g = window(lattice, indenter, depth)
@@ -165,7 +165,7 @@ def _points(scene: Scene, depth: float, spacing: float) -> Array:
     return np.unique(np.clip(np.concatenate([x, *kinks]), *indenter.extent))
 
 
-def _state(contacts: FittedContacts, branch: str, points: Array, rtol: float) -> Equilibrium:
+def state_of(contacts: FittedContacts, branch: str, points: Array, rtol: float) -> Equilibrium:
     problem, scene = contacts.problem, contacts.problem.scene
     coarse, fine = totals(contacts, rtol)
     lines = [line for pair in contacts.pairs for line in pair]

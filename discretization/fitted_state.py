@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from dataclasses import replace
 
@@ -20,7 +19,7 @@ from discretization.fitted import (
 )
 from discretization.fitted_several import on_several
 from discretization.fitted_tail import FittedTail
-from discretization.lattice_state import on_lattice
+from discretization.lattice_state import SeveralContactsError, on_lattice
 from discretization.quadrature import Interval, totals
 from discretization.response import chosen, finer
 from energy import Scene
@@ -42,7 +41,7 @@ def on_fitted_mesh(
     branch "global" of a convex indenter: this state or, before it touches, the detached one,
     whichever has less energy. There is no other: the force on each line grows outwards.
     Profiles that are not convex may have several contacts (fitted_several.py); with finite slopes
-    NotCertifiedError for several, and ValueError for "global" with w > 0.
+    ValueError for several, and for "global" with w > 0.
     """
     if not scene.indenter.convex and scene.slopes == "small" and scene.gamma1:
         return on_several(scene, depth, branch=branch, rtol=rtol)
@@ -158,8 +157,13 @@ def _topology(scene: Scene, depth: float, branch: str) -> Equilibrium:
     if not scene.gamma1 and math.isfinite(hi - lo):  # springs alone have no length of their own
         spacing = (hi - lo) / 256
     for _ in range(_REFINEMENTS):
-        with contextlib.suppress(ValueError):
+        try:
             state = on_lattice(scene, depth, spacing, branch=branch)
+        except SeveralContactsError:
+            raise
+        except ValueError:
+            pass
+        else:
             if state.nodes.size and np.ptp(state.nodes) >= _LEAST_NODES * spacing:
                 return state
         spacing /= 4

@@ -18,6 +18,7 @@ from discretization.branch import Branch, State
 from discretization.control import Control
 from discretization.events import Event, PullOff, Snapshot, half_length
 from discretization.fitted_branch import FittedBranch
+from discretization.fitted_many import FittedMany
 from discretization.lattice_branch import LatticeBranch
 from discretization.many_contacts import ManyContacts
 from discretization.path import inner_lines
@@ -216,8 +217,15 @@ class History:
     @functools.cached_property
     def _branch(self) -> Branch:
         if self.spacing is None:
-            return FittedBranch.of(self.scene, self.rtol)
+            return on_mesh(self.scene, self.rtol, float(self.depth.max()))
         return on_nodes(self.scene, self.spacing, float(self.depth.max()))
+
+
+def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
+    """The fitted mesh's branch: of one contact where there can be no other, else of many."""
+    if scene.indenter.convex:
+        return FittedBranch.of(scene, rtol)
+    return FittedMany.of(scene, rtol, deepest)
 
 
 def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:

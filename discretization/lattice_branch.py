@@ -107,7 +107,7 @@ class LatticeBranch:
         left, right = self.left.moved(before.left, depth), self.right.moved(before.right, depth)
         return self._nodes(left, right) if left + right > 0 or depth >= self.touch else None
 
-    def jump(self, state: State, end: float) -> tuple[float, State, State] | None:
+    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """The first depth on the way at which a line crosses several links at once."""
         if state is None:
             return None

@@ -22,6 +22,10 @@ Array = NDArray[np.float64]
 _SAFETY = 1.5
 
 
+class SeveralContactsError(ValueError):
+    """Several contacts where only one is found."""
+
+
 def on_lattice(
     scene: Scene,
     depth: float,
@@ -61,6 +65,12 @@ def on_lattice(
     _refuse_overhang(lattice, scene, depth, contact, ends)
     certificate = certify(lattice, scene.indenter, depth, where, contact, sums)
     if not certificate.ok:
+        if scene.slopes == "finite" and "penetration" in certificate.failures:
+            raise SeveralContactsError(
+                f"slopes = 'finite' at depth = {depth!r}: the surface beside the contact meets the "
+                "indenter again, and several contacts are only found for small slopes; use "
+                "slopes='small', another depth, or a profile with a single contact"
+            )
         raise NotCertifiedError(
             f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
             f"({certificate}): the surface meets or leaves the indenter elsewhere than at the two "

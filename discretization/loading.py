@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization.branch import Branch, Point
 from discretization.control import Control
-from discretization.fitted_branch import FittedBranch
-from discretization.history import History, on_nodes
+from discretization.history import History, on_mesh, on_nodes
 from discretization.path import LoadPath
 from energy import Scene
 from energy.checks import array, finite, option, positive
@@ -48,14 +47,19 @@ def load_path(
     and machine control it starts at first touch. Without long-range attraction contact begins on
     touching, at d = min f.
 
-    method "fitted": contact lines as unknowns; "lattice": fixed nodes `spacing` apart, for imposed
-    depths: a line takes O(1) per link it passes.
+    method "fitted": contact lines as unknowns. A profile that is not convex may have any number of
+    contacts (small slopes, w > 0, imposed depths): every event, a contact that begins, meets
+    another, closes or jumps, is enclosed in depth to rounding, so that the ledger balances. What is
+    narrower than a sixteenth of l, or than the slope needs to change by √(2w/γ₁)/16, may be missed.
+    "lattice": fixed nodes `spacing` apart, for imposed depths: a line takes O(1) per link it
+    passes; for rough and measured profiles with many corners, patterns and separate works of
+    adhesion.
     after: a history of the same scene and control that this programme continues; it becomes the
     first part of the result. save: a file in which the history so far is kept, written anew every
     `every` steps and at the end; if it exists, it must hold the beginning of this very programme,
     and the path goes on from there, with the same result to the last bit.
 
-    ValueError for an unusable programme or an indenter that may have several contacts;
+    ValueError for an unusable programme or a scene that the method cannot follow;
     NotCertifiedError if a state is no equilibrium: the path never continues from one.
     """
     if not isinstance(scene, Scene):
@@ -102,10 +106,15 @@ def _branch(
     option("method", method, METHODS)
     if (method == "lattice") != (spacing is not None):
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
-    if spacing is None:
-        return FittedBranch.of(scene, rtol)
-    if control.stiffness is not None:
+    if control.stiffness is not None and spacing is not None:
         raise ValueError("method = 'lattice' follows imposed depths; use method='fitted'")
+    if control.stiffness is not None and not scene.indenter.convex:
+        raise ValueError(
+            f"indenter = {scene.indenter!r} is not convex: a load path that may have several "
+            "contacts follows imposed depths only; give depths"
+        )
+    if spacing is None:
+        return on_mesh(scene, rtol, deepest)
     return on_nodes(scene, positive("spacing", spacing), deepest)
 
 

@@ -15,12 +15,12 @@ import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.changes import Change, Contacts, Nodes, State, advances, lines, recedes
 from discretization.fronts import heights, region
 from discretization.lattice import Lattice
 from discretization.rules import Rules
@@ -29,41 +29,6 @@ from energy import Scene
 Array = NDArray[np.float64]
 _TIE = 1e-12
 _MANY = 10**6
-
-
-Nodes = tuple[tuple[int, int], ...]
-
-
-class Contacts(NamedTuple):
-    """Node intervals ((first, last), ...) from left to right, and the positions of all lines."""
-
-    nodes: Nodes
-    lines: tuple[float, ...]
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """x of the outermost lines."""
-        return self.lines[0], self.lines[-1]
-
-
-State = Contacts | None
-
-
-class Change(NamedTuple):
-    """What can happen at a depth: contacts start..stop-1 become `instead`.
-
-    abrupt: whether it is more than one link.
-    """
-
-    depth: float
-    start: int
-    stop: int
-    instead: Nodes
-    abrupt: bool
-
-    def applied(self, nodes: Nodes) -> Nodes:
-        """The contacts afterwards, neighbouring ones as one."""
-        return _joined((*nodes[: self.start], *self.instead, *nodes[self.stop :]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +56,7 @@ class ManyContacts:
         if scene.slopes != "small" or not scene.gamma1:
             raise ValueError(
                 f"slopes = {scene.slopes!r} with gamma1 = {scene.gamma1!r}: a load path on the "
-                "lattice needs small slopes and gamma1 > 0"
+                "lattice needs slopes='small' and gamma1 > 0"
             )
         if not scene.work_of_adhesion:
             raise ValueError(
@@ -125,8 +90,8 @@ class ManyContacts:
     def _state(self, nodes: Nodes) -> State:
         if not nodes:
             return None
-        lines = (self.lattice.x(self.first + node) for pair in nodes for node in pair)
-        return Contacts(nodes, tuple(float(x) for x in lines))
+        x = (self.lattice.x(self.first + node) for pair in nodes for node in pair)
+        return Contacts(nodes, tuple(map(float, x)))
 
     def contact(self, *lines: float) -> State:
         """The state with lines here; nan: detached."""
@@ -136,58 +101,12 @@ class ManyContacts:
         at = [round((x - lat.origin) / lat.spacing) - self.first for x in lines]
         return self._state(tuple(zip(at[::2], at[1::2], strict=True)))
 
-    def _spans(self, nodes: Nodes) -> Iterator[tuple[int | None, int | None]]:
-        """Last and first contact node on the left and on the right of every free part."""
-        ends = [None, *(node for pair in nodes for node in pair), None]
-        yield from zip(ends[::2], ends[1::2], strict=True)
-
-    def _lines(self, nodes: Nodes) -> Iterator[tuple[int, int, int | None]]:
-        """(contact, side, contact node beyond the free part) of every line."""
-        for i, _ in enumerate(nodes):
-            yield i, -1, nodes[i - 1][1] if i else None
-            yield i, 1, nodes[i + 1][0] if i + 1 < len(nodes) else None
-
-    def _advances(self, nodes: Nodes) -> Iterator[Change]:
-        """What can happen as the depth grows."""
-        for i, side, other in self._lines(nodes):
-            node = nodes[i][side > 0]
-            if 0 <= node + side < self.f.size:
-                depth = self.rules.passes(node, side, other)
-                closing = other is not None and abs(other - node) == 2
-                yield Change(depth, i, i + 1, (_moved(nodes[i], side, 1),), closing)
-        for i, (left, right) in enumerate(self._spans(nodes) if nodes else ()):
-            depth, node = self.rules.touches(left, right)
-            if node >= 0:
-                yield Change(depth, i, i, ((node, node),), True)
-        if not nodes:
-            node = int(np.argmin(self.f))
-            yield Change(self.touch, 0, 0, ((node, node),), True)
-
-    def _recedes(self, nodes: Nodes) -> Iterator[Change]:
-        """What can happen as the depth falls."""
-        for i, side, other in self._lines(nodes):
-            first, last = nodes[i]
-            if first < last:
-                node = nodes[i][side > 0]
-                depth = self.rules.passes(node - side, side, other)
-                yield Change(depth, i, i + 1, (_moved(nodes[i], side, -1),), False)
-            elif side > 0:
-                left = nodes[i - 1][1] if i else None
-                right = nodes[i + 1][0] if i + 1 < len(nodes) else None
-                depth = self.rules.pulled(left, first, right)
-                yield Change(depth, i, i + 1, (), True)
-        for i, (first, last) in enumerate(nodes):
-            if last - first >= 2:
-                depth, node = self.rules.tears(first, last)
-                parts = (first, node - 1), (node + 1, last)
-                yield Change(depth, i, i + 1, parts, True)
-
     def _next(self, nodes: Nodes, end: float) -> Change | None:
         """The first change on the way to a depth; at that very depth, what still has to happen."""
-        rising = min(self._advances(nodes), key=lambda change: change.depth)
+        rising = min(advances(self.rules, nodes), key=lambda change: change.depth)
         if rising.depth <= end:
             return rising
-        falling = max(self._recedes(nodes), key=lambda change: change.depth, default=None)
+        falling = max(recedes(self.rules, nodes), key=lambda change: change.depth, default=None)
         tie = _TIE * (abs(end) + self._height)  # what has just closed does not open by rounding
         return falling if falling is not None and falling.depth > end + tie else None
 
@@ -229,7 +148,7 @@ class ManyContacts:
         energies = (self.energy(Contacts(nodes, ()), depth) for nodes in (before, after))
         return next(energies) - next(energies) if after else math.inf
 
-    def jump(self, state: State, end: float) -> tuple[float, State, State] | None:
+    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """First depth on the way at which more than one link changes, and the states beside it."""
         if state is None:
             return None
@@ -279,7 +198,7 @@ class ManyContacts:
 
     def _reactions(self, nodes: Nodes, depth: float) -> Iterator[tuple[float, float]]:
         """(g, pull of the free part) of every line."""
-        for i, side, other in self._lines(nodes):
+        for i, side, other in lines(nodes):
             node = nodes[i][side > 0]
             g = depth - float(self.f[node])
             _, far, both = self.rules.shares(None if other is None else abs(other - node))
@@ -340,20 +259,3 @@ class ManyContacts:
             raise NotCertifiedError(
                 f"the contacts at depth = {depth!r} are not at rest; the path stops before them"
             )
-
-
-def _moved(pair: tuple[int, int], side: int, links: int) -> tuple[int, int]:
-    """A contact with its line on one side moved outwards by some links."""
-    first, last = pair
-    return (first - links, last) if side < 0 else (first, last + links)
-
-
-def _joined(nodes: Nodes) -> Nodes:
-    """Contacts in order, neighbouring ones as one."""
-    whole: list[tuple[int, int]] = []
-    for first, last in sorted(nodes):
-        if whole and first <= whole[-1][1] + 1:
-            whole[-1] = (whole[-1][0], max(last, whole[-1][1]))
-        else:
-            whole.append((first, last))
-    return tuple(whole)

@@ -44,8 +44,8 @@ def minimise(
     lattice with its `proof`. "oracle": the same by solvers of cvxpy, for checking; with w > 0 for
     at most 100 nodes, and with the test extra.
 
-    ValueError for an unusable argument or a depth at which the contact would leave the profile;
-    NotCertifiedError if no equilibrium was found (several contacts with finite slopes, say);
+    ValueError for an unusable argument, a depth at which the contact would leave the profile, or
+    several contacts with finite slopes; NotCertifiedError if no equilibrium was found;
     AccuracyWarning if the error estimate stays above rtol.
     """
     _check(scene, depth, method, branch, rtol)

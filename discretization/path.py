@@ -130,7 +130,7 @@ class LoadPath:
     def _move(self, depth: float) -> None:
         """To another depth, cut at the events on the way."""
         while True:
-            jump = self.branch.jump(self.point.state, depth)
+            jump = self.branch.jump(self.point.state, self.point.depth, depth)
             if jump is not None:
                 at, inside, outside = (jump[0], *(Point(jump[0], state) for state in jump[1:]))
                 self._slide(inside)

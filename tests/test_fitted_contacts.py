@@ -10,7 +10,7 @@ import pytest
 from scenes import adhesive
 from test_global import ALPHA, DELTA0, L, rough, two
 
-from discretization import NotCertifiedError, gap, load_path, minimise
+from discretization import gap, load_path, minimise
 from discretization.bubbles import parted
 from discretization.fitted import FittedLine, Problem
 from discretization.fitted_contacts import FittedContacts, totals
@@ -312,9 +312,11 @@ def test_only_adhesion_holds_a_gap_closed(states, case):
     assert judgement.failures == (() if case[0] else ("opening",))
 
 
-def test_finite_slopes_refuse_several_contacts():
+@pytest.mark.parametrize("branch", ["adhered", "global"])
+@pytest.mark.parametrize("nodes", [{}, {"method": "lattice", "spacing": L / 16}])
+def test_finite_slopes_refuse_several_contacts(branch, nodes):
     scene = replace(wavy(), slopes="finite")
-    with pytest.raises(NotCertifiedError, match="slopes='small'"):
-        minimise(scene, DEPTH)
-    with pytest.raises(ValueError, match="slopes='small'"):
-        minimise(scene, DEPTH, branch="global")
+    with pytest.raises(ValueError, match=r"slopes = 'finite'.*slopes='small'"):
+        minimise(scene, DEPTH, branch=branch, **nodes)
+    with pytest.raises(ValueError, match=r"slopes = 'finite'.*slopes='small'"):
+        load_path(scene, depths=[DEPTH], **nodes)

@@ -1,0 +1,192 @@
+"""Load paths of several contacts on the fitted mesh: against minimise, single contacts, forces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import adhesive
+from test_fitted_contacts import wavy
+from test_global import DELTA0, L
+
+from discretization import History, load_path, minimise
+from energy import Parabola, Profile, Sampled
+
+UP = np.r_[-0.1, 0.6, 1.485, 1.8] * DELTA0
+LOOP = np.r_[UP, np.linspace(1.2, -0.9, 6) * DELTA0]
+
+
+def crests(unit=1.0, stress=1.0, mirror=False):
+    """Three unequal crests 2 l apart, in a bowl."""
+    return wavy(crests=3, unit=unit, stress=stress, mirror=mirror)
+
+
+@pytest.fixture(scope="module")
+def path():
+    return load_path(crests(), depths=LOOP)
+
+
+def test_it_has_the_states_of_minimise(path):
+    for step in range(1, len(UP)):
+        state = minimise(path.scene, float(UP[step]))
+        assert state.contacts.ravel() == pytest.approx(path.at(step).lines, rel=0, abs=1e-12 * L)
+        assert path.force[step] == pytest.approx(state.force, rel=1e-12, abs=0)
+        assert path.energy[step] == pytest.approx(state.energy, rel=1e-12, abs=0)
+
+
+def test_contacts_begin_and_close_one_by_one(path):
+    kinds = [event.kind for event in path.events]
+    assert kinds[0] == "jump-in" and kinds[-1] == "detachment"
+    assert kinds.count("nucleation") >= 2 and "closing" in kinds
+    assert min(event.energy_released for event in path.events) > 0
+    assert math.isnan(path.contacts[-1, 0])
+
+
+def test_the_ledger_balances(path):
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)
+
+
+def test_before_a_contact_begins_the_free_surface_is_clear_and_then_it_touches(path):
+    """The contact is there from the depth of its event on."""
+    event = next(event for event in path.events if event.kind == "nucleation")
+    near = DELTA0 * 1e-9
+    for depth, number in ((event.depth - near, 0), (event.depth + near, 1)):
+        begun = load_path(path.scene, depths=[*UP[:2], depth])
+        assert len(begun.inner[-1]) == len(event.before.inner) + 2 * number
+
+
+def test_the_mirror_image_has_the_mirrored_path(path):
+    there = load_path(crests(mirror=True), depths=LOOP)
+    assert [e.kind for e in there.events] == [e.kind for e in path.events]
+    for here, other in zip(path.events, there.events, strict=True):
+        assert other.depth == pytest.approx(here.depth, rel=0, abs=1e-11 * DELTA0)
+        assert other.energy_released == pytest.approx(
+            here.energy_released, rel=1e-7, abs=1e-9 * path.dissipated
+        )
+    assert np.allclose(there.force, path.force, rtol=0, atol=1e-9 * abs(path.force).max())
+
+
+def test_no_unit_enters(path):
+    unit, stress = 1e-6, 3e4
+    there = load_path(crests(unit, stress), depths=LOOP * unit)
+    assert [e.kind for e in there.events] == [e.kind for e in path.events]
+    size = 1e-10 * np.abs(path.force).max()
+    assert np.allclose(there.force / (stress * unit), path.force, rtol=0, atol=size)
+    depths = [[e.depth / scale for e in p.events] for p, scale in ((there, unit), (path, 1.0))]
+    assert np.allclose(*depths, rtol=0, atol=1e-11 * DELTA0)
+    assert there.dissipated / (stress * unit**2) == pytest.approx(path.dissipated, rel=1e-9, abs=0)
+
+
+def test_there_and_back_without_an_event_costs_nothing():
+    c, depths = 3 * L, np.r_[-0.1, 0.5, 1.0, 0.5] * DELTA0
+    path = load_path(adhesive(apart(c)), depths=depths)
+    assert {event.step for event in path.events} == {1}
+    assert path.at(1).lines == pytest.approx(path.at(3).lines, rel=0, abs=1e-13 * c)
+
+
+def apart(c):
+    """Two parabolas at -c and c, the second one lower, that meet in a corner at the middle."""
+    sizes, lift = (0.01, 0.006), 0.1 * DELTA0
+    one, other = (lambda x, s=s, z=z: (x + s) ** 2 / z for s, z in zip((c, -c), sizes, strict=True))
+    a, b = 1 / sizes[1] - 1 / sizes[0], -2 * c * (1 / sizes[1] + 1 / sizes[0])
+    meet = 2 * (a * c * c - lift) / (-b + math.sqrt(b * b - 4 * a * (a * c * c - lift)))
+
+    def height(x):
+        x = np.asarray(x, float)
+        return np.where(x < meet, one(x) + lift, other(x))
+
+    def slope(x):
+        x = np.asarray(x, float)
+        return np.where(x < meet, 2 * (x + c) / sizes[0], 2 * (x - c) / sizes[1])
+
+    return Profile(height, slope, (-2 * c, 2 * c), (meet,))
+
+
+def test_contacts_many_decay_lengths_apart_are_single_ones():
+    c, depths = 60 * L, np.r_[-0.1, 0.4, -0.5, -1.1] * DELTA0
+    both = load_path(adhesive(apart(c)), depths=depths)
+    one = load_path(adhesive(Parabola(0.005)), depths=depths - 0.1 * DELTA0)
+    other = load_path(adhesive(Parabola(0.003)), depths=depths)
+    assert both.force == pytest.approx(one.force + other.force, rel=1e-10, abs=1e-13)
+    single = sorted(
+        [(e.depth + 0.1 * DELTA0, e.energy_released) for e in one.events]
+        + [(e.depth, e.energy_released) for e in other.events]
+    )
+    found = sorted((e.depth, e.energy_released) for e in both.events)
+    assert np.allclose(found, single, rtol=1e-10, atol=1e-12 * DELTA0)
+
+
+def rippled(wave=0.4 * L, amplitude=0.04 * DELTA0):
+    """A parabola with ripples that a contact line jumps over."""
+    q = 2 * math.pi / wave
+    return Profile(
+        lambda x: np.square(x) / 0.03 + amplitude * (1 - np.cos(q * np.asarray(x))),
+        lambda x: np.asarray(x) / 0.015 + amplitude * q * np.sin(q * np.asarray(x)),
+        (-8 * L, 8 * L),
+    )
+
+
+def test_lines_jump_where_equation_16_has_extrema():
+    """Without another contact a line at x rests at d = f + l (f' - √(2w/γ₁)), Eq. (16)."""
+    scene = adhesive(rippled())
+    path = load_path(scene, depths=np.r_[-0.1, 1.2, -3.0] * DELTA0)
+    x = np.linspace(0, 6 * L, 600001)
+    d = scene.indenter.height(x) + L * scene.indenter.slope(x) - DELTA0
+    jumps = [event for event in path.events if event.kind == "jump"]
+    up, down = ([e for e in jumps if e.step == step] for step in (1, 2))
+    assert len(up) >= 1 and len(down) >= 1
+    for events, side in ((up, 1), (down, -1)):
+        extrema = d[1:-1][(side * d[1:-1] > side * d[:-2]) & (side * d[1:-1] > side * d[2:])]
+        for event in events:
+            assert np.abs(extrema - event.depth).min() <= 1e-9 * DELTA0
+            assert event.energy_released > 0
+    first = float(np.interp(path.at(1).lines[1], x, d))
+    assert first == pytest.approx(1.2 * DELTA0, rel=1e-7, abs=0)
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)
+
+
+def test_tips_are_points_of_contact_until_they_are_pulled():
+    """P = 2kld per tip while it holds the lines, for 0 < d < l tan δ - δ₀; nothing is released."""
+    c, steep = 60 * L, 3 * DELTA0 / L
+    tips = Profile(
+        lambda x: steep * np.abs(np.abs(x) - c),
+        lambda x: steep * np.sign(x) * np.sign(np.abs(x) - c),
+        (-2 * c, 2 * c),
+        (-c, 0.0, c),
+    )
+    scene, d = adhesive(tips), np.r_[0.5, 1.0, 0.3] * DELTA0
+    path = load_path(scene, depths=[-DELTA0, *d, -0.1 * DELTA0])
+    assert path.force[1:4] == pytest.approx(4 * scene.stiffness * L * d, rel=1e-10, abs=0)
+    assert path.at(2).lines == (-c, -c, c, c)
+    assert math.isnan(path.contacts[-1, 0])
+    size = scene.stiffness * L * DELTA0**2
+    assert path.dissipated == pytest.approx(0.0, rel=0, abs=1e-12 * size)
+    assert path.work() == pytest.approx(0.0, rel=0, abs=1e-12 * size)
+    assert {round(event.depth / DELTA0, 9) for event in path.events} == {0.0}
+
+
+def test_a_file_continues_it(path, tmp_path):
+    file = tmp_path / "path.csv"
+    load_path(path.scene, depths=UP[:2]).to_csv(file)
+    whole = load_path(path.scene, depths=LOOP[2:5], after=History.from_csv(file, path.scene))
+    assert whole.inner == path.inner[:5] and np.array_equal(whole.force, path.force[:5])
+    events = [event for event in path.events if event.step < 5]
+    for here, there in zip(whole.events, events, strict=True):
+        assert (here.kind, here.depth, here.energy_released, here.after.inner) == (
+            *(there.kind, there.depth, there.energy_released, there.after.inner),
+        )
+
+
+@pytest.mark.parametrize(
+    ("change", "programme", "message"),
+    [
+        ({"slopes": "finite"}, {}, "slopes = 'finite'"),
+        ({"indenter": Sampled(np.linspace(-3, 3, 99), np.arange(99) % 2)}, {}, "kind='smooth'"),
+        ({}, {"depths": None, "forces": [1.0]}, "give depths"),
+    ],
+)
+def test_what_it_cannot_follow_is_refused(change, programme, message):
+    with pytest.raises(ValueError, match=message):
+        load_path(replace(crests(), **change), **{"depths": UP, **programme})
