@@ -26,6 +26,28 @@ which lines rest, line_levels.py and stops.py, fitted_moves.py, gap_moves.py, cl
 equilibrium with a load or machine (control.py) -> events (path.py, events.py) -> History
 (loading.py, history.py) -> its ledger (ledger.py).
 A new minimiser returns a contact set or contact lines; the certificate judges it unchanged.
+
+What a scene does not need is not done; `python -m studies skipping` measures what that saves and
+that no digit changes:
+
+| not needed           | skipped                             | by                                |
+| -------------------- | ----------------------------------- | --------------------------------- |
+| surface tension      | free surfaces, their solves         | fitted_state.on_fitted_mesh       |
+| adhesion             | search over contact sets            | lowest.lowest_contacts            |
+| second side, fitted  | line of a symmetric profile         | fitted_state._lines               |
+| second side, lattice | half of a symmetric contact's sums  | certificate.measured              |
+| line of a punch      | bracketing of a line at an edge     | fitted.find_line                  |
+| contact              | everything but the touching point   | fronts.adhered                    |
+| far field            | nodes beyond the contact            | lattice.Lattice.tail_energy       |
+| other contacts       | topology of a convex profile        | fitted_state.on_fitted_mesh       |
+| links in between     | a convex profile's heights          | bracket.first_positive            |
+| true lengths         | nonlinear solves                    | response.Response.surface         |
+| known surfaces       | solves of one seen before           | response.response                 |
+| energy               | all but the force of a load step    | fitted_branch.FittedBranch.force  |
+| fields               | u(x), p(x) until asked for          | equilibrium.Equilibrium           |
+| error estimate       | coarser lattice until asked for     | lattice_state.estimated           |
+| search for the line  | bracketing, from the last load step | fitted_branch.FittedBranch.follow |
+| cvxpy, matplotlib    | their imports                       | oracle.Oracle                     |
 """
 
 from discretization.certificate import NotCertifiedError

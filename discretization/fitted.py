@@ -35,7 +35,8 @@ from discretization.response import Response
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
-_TIE = 1e-12
+_TIE = 16 * float(np.finfo(float).eps)  # a line's drive where moving it costs nothing
+_COARSE = 1e-12
 _UPRIGHT = 2e-8  # so close to turning over no double resolves the slope
 _FEW_CORNERS = 8
 _HALVINGS = 64
@@ -129,6 +130,11 @@ class Problem:
         """What the adhesion holds in `drive`: √w, or the reach of springs without tension."""
         return math.sqrt(self.scene.work_of_adhesion) if self.scene.gamma1 else self.reach
 
+    @property
+    def tie(self) -> float:
+        """Relative error of `drive`: rounding, and what a coarse surface's reaction is off by."""
+        return _TIE + min(self.response.error, _COARSE)
+
     def scale(self, ends: tuple[FittedLine, FittedLine]) -> float:
         """Size of the terms that cancel in `drive`."""
         scene = self.scene
@@ -172,8 +178,9 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
         aside = 0.0
         if (corners == start).any():
             aside = 1e-9 * (abs(corner - start) if corner is not None else size)
-        tie = _TIE * (abs(h(start, aside)) + problem.held)
-        if h(start, aside) > tie or (corner is None and h(start, aside) >= 0):
+        first = h(start, aside)
+        tie = problem.tie * (abs(first) + problem.held)
+        if first > tie or (corner is None and first >= 0):
             return FittedLine(start, True, False)
         if corner is None:
             break
@@ -184,8 +191,8 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
             neutral = problem.scene.work_of_adhesion > 0 and abs(last) <= tie
             return FittedLine(corner, True, neutral)
         start = corner
-    outside = _outside(problem, h, side, start, size)
-    return FittedLine(bracketed(lambda x: h(x, 0.0), start, outside), False, False)
+    inside, outside = _around(problem, h, side, start, size)
+    return FittedLine(bracketed(lambda x: h(x, 0.0), inside, outside), False, False)
 
 
 def _skipped(problem: Problem, side: int, start: float, corners: Array) -> tuple[float, Array]:
@@ -202,23 +209,23 @@ def _skipped(problem: Problem, side: int, start: float, corners: Array) -> tuple
     return (float(corners[passed - 1]) if passed else start), corners[passed : passed + 2]
 
 
-def _outside(
+def _around(
     problem: Problem, h: Callable[[float, float], float], side: int, start: float, size: float
-) -> float:
-    """A point beyond the line, or ValueError where the known profile ends before it."""
+) -> tuple[float, float]:
+    """Points on both sides of the line, or ValueError where the known profile ends before it."""
     limit = problem.scene.indenter.extent[0 if side < 0 else 1]
-    step = side * size
+    inside, step = start, side * size
     for _ in range(300):
         x = start + step
         if side * (x - limit) >= 0:
             x = limit
         if math.isfinite(x) and h(x, 0.0) > 0:
-            return x
+            return inside, x
         if math.isfinite(x) and problem.displaced(x) < 0:  # pulled up, and further out even more
             problem.refuse_overhang(x)
         if x == limit or not math.isfinite(x):
             break
-        step *= 4
+        inside, step = x, 4 * step
     raise ValueError(
         f"depth = {problem.depth!r} spreads the contact to x = {x!r}, where the profile is not "
         "known any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends "

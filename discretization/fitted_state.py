@@ -21,7 +21,7 @@ from discretization.fitted_several import on_several
 from discretization.fitted_tail import FittedTail
 from discretization.lattice_state import SeveralContactsError, on_lattice
 from discretization.quadrature import Interval, totals
-from discretization.response import chosen, finer
+from discretization.response import ABSENT, chosen, finer
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def on_fitted_mesh(
     if not scene.indenter.convex and scene.slopes == "small" and scene.gamma1:
         return on_several(scene, depth, branch=branch, rtol=rtol)
     _refuse(scene, branch)
-    response = chosen(scene.slopes, rtol)
+    response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
     indenter, length = scene.indenter, scene.elastocapillary_length or 1.0
     if indenter.convex:
         apex = indenter.apex
@@ -233,7 +233,7 @@ def _errors(
 ) -> dict[str, float]:
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
-    surface = _ROUNDING + (problem.response.error if problem.scene.gamma1 else 0.0)
+    surface = _ROUNDING + problem.response.error
     scale = problem.scale(ends)
     for side, end, count in _distinct(problem, ends):
         if end.pinned or not width:

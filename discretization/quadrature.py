@@ -146,7 +146,7 @@ def totals(
 ) -> tuple[Interval, Interval]:
     """`integrate` for one state with fewer and more points, on panels halved until both agree."""
     lines, at = np.array([[left, right]]), np.array([depth])
-    ends = np.unique(_ends(scene.indenter, lines))[None]
+    ends = _panels(scene.indenter, left, right)
     for _ in range(_HALVINGS):
         coarse, fine = integrate(scene, response, at, lines, ends)
         if fine.change(coarse) <= _PART * rtol or ends.size > _MOST_PANELS:
@@ -193,12 +193,18 @@ def arc_length(scene: Scene, left: float, right: float) -> float:
     return float(span[1] @ np.sqrt(1 + slope * slope))
 
 
+def _panels(indenter: Indenter, left: float, right: float) -> Array:
+    """`_ends` of one contact (1, m + 1), each once."""
+    if len(indenter.corners) + len(indenter.knots) > _FEW_PANELS:
+        return np.unique(_ends(indenter, np.array([[left, right]])))[None]
+    cuts = {left, right, *indenter.corners, *indenter.knots}
+    if indenter.apex is not None:
+        cuts.add(indenter.apex)
+    return np.array([sorted(float(x) for x in cuts if left <= x <= right)])
+
+
 def _contact(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
     """Points (·,) and weights (2, ·) of one contact, by fewer and by more points."""
-    cuts = [] if indenter.apex is None else [indenter.apex]
-    for places in (indenter.corners, indenter.knots):
-        if len(places):
-            cuts += np.asarray(places).tolist()
-    ends = np.array([[left, *sorted({x for x in cuts if left < x < right}), right]])
+    ends = _panels(indenter, left, right)
     x, span = _points(ends, *_pair(*_orders(ends)))
     return x[0], span[:, 0]

@@ -111,6 +111,9 @@ def _steepest(degree: int) -> tuple[Powers, ...]:
     return tuple(tuple(column) for column in _powers(t, rows).T.tolist())
 
 
+ABSENT = Response("small", 0, np.empty((0, 0)), (0.0,), (0.0,), (0.0,), 0.0, 0.0)  # γ₁ = 0
+
+
 def chosen(slopes: str, rtol: float) -> Response:
     """The response of least degree that meets rtol, in S, F, area and in the contact angle."""
     for degree in DEGREES[slopes]:

@@ -23,6 +23,7 @@ STUDIES = (
     "lattice_speed",
     "fitted_speed",
     "path_speed",
+    "skipping",
     "runtime_vs_error",
     "stress",
     "report",

@@ -34,11 +34,18 @@ ORDER = (
     "tolerance",
     "fitted_speed",
     "path_speed",
+    "skipping",
     "lattice_speed",
     "runtime_vs_error",
     "stress",
 )
-TIMED = ("fitted_speed", "path_speed", "lattice_speed", "runtime_vs_error")  # one job only
+TIMED = (
+    "fitted_speed",
+    "path_speed",
+    "skipping",
+    "lattice_speed",
+    "runtime_vs_error",
+)  # one job only
 LONG = 2000  # characters that are folded away
 PICTURES = {".png": "image/png", ".gif": "image/gif"}
 STYLE = """

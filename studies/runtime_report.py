@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 QUANTITIES = ("half-width a", "force P", "energy U", "angle θ")
 MARKERS = "osD^v<>phX*"
 LEAST = 1e-16
+LEVELS = (1e-4, 1e-6, 1e-8, 1e-10)
 COMMAND = "python -m studies runtime_vs_error"
 
 
@@ -53,11 +54,44 @@ def table(points: Sequence[Point], floors: Sequence[Floor], exponents: dict[str,
     for task in dict.fromkeys(p.task for p in points):
         lines += [f"### {task}", "", HEAD, RULE]
         lines += [_row(p) for p in points if p.task == task] + [""]
+    for task in dict.fromkeys(p.task for p in points if p.task != "rough"):
+        told = "time to an error of a, and times our fastest"
+        lines += [f"### {task}: {told}", "", levels([p for p in points if p.task == task]), ""]
     lines += ["### floors", "", "| n | dptsv ms | one pass ms |", "| --- | --- | --- |"]
     lines += [f"| {f.unknowns} | {f.dptsv * 1e3:.4g} | {f.one_pass * 1e3:.4g} |" for f in floors]
     lines += ["", "Cost exponents (time over unknowns):", ""]
     lines += [f"- {name}: {value:.2f}" for name, value in exponents.items()]
     return "\n".join(lines) + "\n"
+
+
+def reached(points: Sequence[Point], level: float) -> dict[str, Point]:
+    """The fastest point of each method that claims success with an error of a up to `level`."""
+    found: dict[str, Point] = {}
+    for p in points:
+        good = not p.note and p.success and p.errors[0] <= level
+        if good and (p.method not in found or p.seconds < found[p.method].seconds):
+            found[p.method] = p
+    return found
+
+
+def levels(points: Sequence[Point]) -> str:
+    """Time to a given error of a, over that of our fastest method, of one task; in Markdown."""
+    known = [reached(points, level) for level in LEVELS]
+    ours = [min((p.seconds for m, p in f.items() if m[:4] == "ours"), default=0) for f in known]
+    lines = ["| method | " + " | ".join(f"a to {level:.0e}" for level in LEVELS) + " |"]
+    lines.append("| --- " * (len(LEVELS) + 1) + "|")
+    for method in dict.fromkeys(p.method for p in points if not p.note):
+        own = [(f.get(method), least) for f, least in zip(known, ours, strict=True)]
+        cells = [_reached(p, least) for p, least in own]
+        lines.append(f"| {method} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _reached(point: Point | None, least: float) -> str:
+    if point is None:
+        return "never"
+    times = f", × {point.seconds / least:.3g}" if least and point.seconds > least else ""
+    return f"{point.seconds * 1e3:.3g} ms{times}"
 
 
 HEAD = (

@@ -23,6 +23,7 @@ figure: one `dptsv`, one pass over an array.
 from __future__ import annotations
 
 import json
+import math
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -168,11 +169,26 @@ def _grown(
         show(points[-1])
         return points
     for size in method.sizes(parameters.sizes):
+        if points and not expected(points, size) * method.steps(task) < 5 * parameters.patience:
+            break
         points.append(measure(task, method, size, parameters))
         show(points[-1])
         if not points[-1].seconds * method.steps(task) < parameters.patience / 4:
             break
     return points
+
+
+def expected(points: Sequence[Point], size: float) -> float:
+    """Seconds at the next size by a power law: quadratic, or through the last two points."""
+    if size < 1:  # a tolerance
+        return points[-1].seconds
+    power = 2.0
+    if len(points) > 1:
+        before, last = points[-2:]
+        power = max(
+            1.0, math.log(last.seconds / before.seconds) / math.log(last.size / before.size)
+        )
+    return float(points[-1].seconds * (size / points[-1].size) ** power)
 
 
 def exponents(points: Sequence[Point], least: int = 10**4) -> dict[str, float]:

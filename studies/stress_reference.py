@@ -58,6 +58,12 @@ def answer(given: Inputs, slopes: str) -> Exact | None:
     return _flat(given) if "a" in given else _power(given)
 
 
+def from_letting_go(given: Inputs) -> float:
+    """|d + δ₀|/δ₀."""
+    critical = (2 * given["w"] / given["k"]).sqrt()
+    return float(abs(given["d"] / critical + 1))
+
+
 def _flat(v: Inputs) -> Exact:
     k, d, a, ell = v["k"], v["d"], v["a"], (v["gamma1"] / v["k"]).sqrt()
     return Exact(a, 2 * k * d * (a + ell), k * d * d * (a + ell) - 2 * v["w"] * a)

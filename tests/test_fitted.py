@@ -298,6 +298,27 @@ def test_flat_punch_lets_go_at_the_critical_separation_at_any_slope():
         assert minimise(scene, d_c * (1 - 1e-9)).label == "metastable"
 
 
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8, 1e-12])
+def test_a_flat_punch_is_neutral_in_any_units_and_nowhere_beside(slopes, rtol):
+    """The critical depth from two formulas that round differently; 10⁻¹³ of it is decided."""
+    rng = np.random.default_rng(11)
+    labels, beside = [], []
+    for _ in range(60):
+        unit, k, ratio = 10 ** rng.uniform([-9, -6, -6], [9, 6, -0.05])
+        gamma1 = k * unit**2 * 10 ** rng.uniform(-3, 3)
+        surfaces = SurfaceEnergies.from_work(gamma1, ratio * gamma1)
+        layer = ElasticLayer(k * unit, rng.uniform(0, 0.4), unit)
+        scene = Scene(layer, surfaces, FlatPunch(unit * rng.uniform(0.1, 9)), slopes=slopes)
+        w = scene.work_of_adhesion
+        for d in (scene.critical_separation, math.sqrt(2 * w * layer.h / layer.modulus)):
+            labels.append(minimise(scene, -d, rtol=rtol).label)
+        if rtol <= 1e-8:
+            beside += [minimise(scene, -d * (1 + s * 1e-13), rtol=rtol).label for s in (1, -1)]
+    assert set(labels) == {"neutral"}
+    assert set(beside[::2]) <= {"detached"} and set(beside[1::2]) <= {"metastable"}
+
+
 def test_finite_slopes_tend_to_small_slopes_in_first_order_of_w():
     ratios, differences = np.array([1e-2, 1e-3, 1e-4, 1e-5]), []
     for ratio in ratios:

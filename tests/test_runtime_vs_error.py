@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 import pytest
 
+from studies import runtime_report as report
 from studies import runtime_vs_error as study
 from studies.rivals import problem
-from studies.rivals.tasks import TASKS, Task
+from studies.rivals.tasks import TASKS, Method, Task
 
+SLOW = ((10**3, 0.01), (10**4, 10.0))
 TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
 WIDTH = {  # relative error of a that each rival must reach with 400 nodes
     "ours": 1e-4,
@@ -75,6 +78,23 @@ def test_absent_packages_are_skipped_with_a_word(monkeypatch):
     assert not problem.installed("a_package_nobody_has")
 
 
+def test_a_size_that_would_take_for_ever_is_left_out():
+    made = [study.Point.failed("t", "m", 0, "")._replace(size=n, seconds=t) for n, t in SLOW]
+    assert study.expected(made[:1], 10**4) == pytest.approx(100 * SLOW[0][1], rel=1e-12, abs=0)
+    assert study.expected(made, 10**5) == pytest.approx(1e3 * SLOW[1][1], rel=1e-12, abs=0)
+    assert study.expected(made, 1e-8) == SLOW[1][1]  # a tolerance
+    sizes = []
+
+    def prepare(task, size):
+        sizes.append(size)
+        return (lambda: time.sleep(0.003) or problem.Answer(1.0, 1.0, 1.0, 1.0)), 100
+
+    task = Task.named("adhesive", 1)
+    method = Method("slow", prepare)
+    study._grown(study.Parameters((10, 100, 1000), patience=0.05, repeats=1), len, (task, method))
+    assert sizes == [10]
+
+
 def test_the_guard_fails_on_a_loss_of_half_again_only():
     stored = {"a": 1.0, "b": 2.0}
     assert study.losses({"a": 1.49, "b": 0.1}, stored) == []
@@ -94,6 +114,22 @@ def test_exponents_are_those_of_a_power_law():
     blank = study.Point.failed("t", "ours, lattice", 0, "")
     made = [blank._replace(unknowns=n, seconds=3e-9 * n**1.1) for n in (10**4, 10**5, 10**6)]
     assert study.exponents(made)["t, ours, lattice"] == pytest.approx(1.1, rel=1e-9, abs=0)
+
+
+def test_time_to_an_error_counts_only_success_and_only_what_reached_it():
+    blank = study.Point.failed("t", "ours, lattice", 0, "")._replace(note="")
+
+    def point(method, seconds, error, success=True):
+        errors = (error, 0.0, 0.0, 0.0)
+        return blank._replace(method=method, seconds=seconds, errors=errors, success=success)
+
+    points = [point("ours, lattice", 1e-3, 1e-5), point("ours, lattice", 4e-3, 1e-11)]
+    points += [point("slow", 2e-2, 1e-5), point("slow", 1e-3, 1e-9, success=False)]
+    assert set(report.reached(points, 1e-4)) == {"ours, lattice", "slow"}
+    assert set(report.reached(points, 1e-8)) == {"ours, lattice"}
+    *_, ours, slow = report.levels(points).splitlines()
+    assert ours == "| ours, lattice | 1 ms | 4 ms | 4 ms | 4 ms |"
+    assert slow == "| slow | 20 ms, × 20 | never | never | never |"
 
 
 def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch):

@@ -1,0 +1,138 @@
+"""What is not needed is not done: no digit changes, and the work saved is counted, not timed."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import lapack
+
+import discretization
+from discretization import free_surface, fronts, minimise, quadrature, response, shortest_path
+from discretization.fitted import Problem
+from discretization.free_surface import FreeSurface
+from energy import Parabola
+from studies import skipping
+from studies.skipping_routes import ROUTES, declared, numbers, scene
+
+README = Path(__file__).parent.parent / "README.md"
+WORK = {
+    "drives": (Problem, "drive"),
+    "solves": (free_surface, "_newton"),
+    "factored": (free_surface, "cho_factor"),
+    "tridiagonal": (lapack, "dptsv"),
+    "integrals": (quadrature, "integrate"),
+    "fields": (FreeSurface, "displacement"),
+    "searches": (shortest_path, "shortest"),
+    "lattices": (fronts, "region"),
+    "heights": (Parabola, "height"),
+}
+SAVED = {  # what is counted, most with the skip, least by the general route
+    "surface tension": ("factored", 0, 3),
+    "adhesion": ("searches", 0, 1),
+    "second side, fitted": ("drives", 21, 33),
+    "second side, lattice": ("heights", 101_000, 200_000),
+    "line of a punch": ("drives", 4, 50),
+    "contact": ("tridiagonal", 0, 1),
+    "far field": ("tridiagonal", 0, 1),
+    "other contacts": ("lattices", 0, 1),
+    "links in between": ("heights", 250, 90_000),
+    "true lengths": ("solves", 0, 1),
+    "known surfaces": ("solves", 1, 27),
+    "energy": ("integrals", 0, 50),
+    "fields": ("fields", 0, 2),
+    "error estimate": ("heights", 11_000, 15_500),
+    "search for the line": ("drives", 325, 650),
+}
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    counts = Counter()
+
+    def counting(name, work):
+        def counted_work(*args, **options):
+            counts[name] += np.size(args[1]) if name == "heights" else 1
+            return work(*args, **options)
+
+        return counted_work
+
+    for name, (owner, attribute) in WORK.items():
+        monkeypatch.setattr(owner, attribute, counting(name, getattr(owner, attribute)))
+    return counts
+
+
+@pytest.mark.parametrize("name", ROUTES)
+def test_a_skip_changes_no_digit_and_saves_work(name, counted):
+    skips, general = ROUTES[name]()
+    skips()
+    counted.clear()
+    found, cost = skips(), counted.copy()
+    counted.clear()
+    assert skipping.difference(found, general()) <= 1e-13
+    kind, most, least = SAVED[name]
+    assert cost[kind] <= most
+    assert counted[kind] >= least
+
+
+def test_every_row_stands_in_the_three_tables():
+    said = re.findall(r"^\| (.+?) +\| .+? +\| ([\w.]+\.\w+) +\|$", discretization.__doc__, re.M)
+    assert [name for name, _ in said] == [*ROUTES, skipping.IMPORTS]
+    for _, place in said:
+        module, *names = place.split(".")
+        found = importlib.import_module(f"discretization.{module}")
+        for name in names:
+            found = getattr(found, name)
+        assert inspect.unwrap(found).__doc__
+
+
+def test_springs_alone_ask_for_no_surface(counted):
+    for slopes in ("small", "finite"):
+        for module in (free_surface, response):
+            for kept in vars(module).values():
+                if hasattr(kept, "cache_clear"):
+                    kept.cache_clear()
+        minimise(scene(gamma1=0.0, w=0.0, slopes=slopes), 2e-6)
+    assert counted["factored"] == counted["solves"] == 0
+
+
+def test_what_says_less_of_itself_is_the_same_profile():
+    x = np.linspace(-1, 1, 5)
+    plain, less = Parabola(0.1), declared(Parabola(0.1), symmetric=False, apex=None)
+    assert (plain.height(x) == less.height(x)).all()
+    assert plain.symmetric and not less.symmetric and less.apex is None and less.convex
+
+
+def test_modules_that_are_not_imported():
+    sizes = []
+    for code in (skipping.PLAIN, f"{skipping.PLAIN}, cvxpy, matplotlib.figure"):
+        command = [sys.executable, "-c", f"{code}, sys; print(*sys.modules)"]
+        loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+        sizes.append(len(loaded))
+        if len(sizes) == 1:
+            assert not {"cvxpy", "matplotlib", "scipy.sparse", "scipy.optimize"} & {*loaded}
+    assert sizes[0] < sizes[1] / 2
+
+
+def test_the_study_measures_every_row_and_fails_where_a_digit_changes(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(skipping, "QUICK", skipping.Parameters(2, 1, 0.0))
+    monkeypatch.setattr(skipping, "interpreter", len)
+    few = {name: ROUTES[name] for name in ("contact", "fields")}
+    monkeypatch.setattr(skipping, "ROUTES", few)
+    assert skipping.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert "3 skips, 0 change a digit" in capsys.readouterr().out
+    assert (tmp_path / "skipping.png").stat().st_size > 10_000
+    state = minimise(scene(), 2e-6)
+    other = (state.half_width * (1 + 1e-11), *numbers(state)[1:])
+    few["wrong"] = lambda: (lambda: numbers(state), lambda: other)
+    assert skipping.main(["--quick", "--out", str(tmp_path)]) == 1
+    assert "1 change a digit: wrong" in capsys.readouterr().out
