@@ -20,7 +20,7 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted import FittedLine, Problem, find_line, lowest_point, mirrored
 from discretization.fitted_state import certify_lines
 from discretization.quadrature import along, arc_length, pressing, totals
-from discretization.response import Response, chosen
+from discretization.response import ABSENT, Response, chosen
 from discretization.spectral import rounded
 from energy import Plane, Scene
 
@@ -77,7 +77,8 @@ class FittedBranch:
         apex = indenter.apex
         if apex is None:
             apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
-        return cls(scene, chosen(scene.slopes, rtol), apex, float(indenter.height(apex)), rtol)
+        response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
+        return cls(scene, response, apex, float(indenter.height(apex)), rtol)
 
     @property
     def smooth(self) -> bool:

@@ -190,7 +190,7 @@ class FittedMany:
         return 0.0
 
     def work(self, before: State, start: float, end: float) -> float:
-        """∫P dd from one depth to another without a jump on the way, by adaptive Gauss points."""
+        """∫P dd from one depth to another without a jump on the way, by adaptive Lobatto rules."""
         if before is None:
             return 0.0
         return integral(
