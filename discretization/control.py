@@ -18,6 +18,7 @@ from discretization.fitted import bracketed
 
 _MARCH = 40
 _HALVINGS = 60
+_ROUNDING = 1e-14
 _NUDGE = 1e-6
 _NEAREST = 1e-5
 _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
@@ -68,8 +69,11 @@ def settled(
     """
     excess, remembers = _excess(branch, control, value), branch.scene.hysteretic
     here, r = point, control.load(point.depth, old) - control.load(point.depth, value)
-    if r == 0:
-        return point
+    least = _unfelt(branch, point)
+    if abs(r) <= least:
+        r = excess(point)
+        if abs(r) <= least:
+            return point
     side, first = (-1.0 if r > 0 else 1.0), abs(r)
     guess = abs(r) / rate if rate > 0 else _NUDGE * (abs(point.depth - branch.touch) + branch.lift)
     guess = guess or abs(r) / branch.scene.layer.modulus
@@ -98,6 +102,13 @@ def settled(
     if excess(fold) * excess(point) <= 0:
         return _between(branch, excess, point, fold)
     return Unstable(fold, closes)
+
+
+def _unfelt(branch: Branch, point: Point) -> float:
+    """A change of the load that the rounding of P hides."""
+    left, right = point.state.ends
+    scene, lift = branch.scene, abs(point.depth - branch.touch) + branch.lift
+    return _ROUNDING * scene.stiffness * lift * (right - left + scene.elastocapillary_length)
 
 
 def jumped(

@@ -71,3 +71,13 @@ def test_a_profile_whose_knots_nobody_told_is_loaded_as_exactly():
     scene = scene_of("parabola", "adhesion")
     force = load_path(replace(scene, indenter=told), forces=[40.0]).force[0]
     assert force == pytest.approx(40.0, rel=1e-9, abs=0)
+
+
+def test_a_change_of_the_load_below_rounding_is_no_instability():
+    layer = ElasticLayer(8.827400528964317e-09, 0.0, 5.446432590758204)
+    surfaces = SurfaceEnergies.from_work(2.5088464360903674e-07, 2.5088464360903673e-19)
+    scene = Scene(layer, surfaces, Wedge(1.6383029836310005e-07), slopes="finite")
+    drives = np.array([5.582945e-06, -1.7595097904911395e-05, -1.759509790492899e-05])
+    path = load_path(scene, drives=drives, machine_stiffness=5.6e-10)
+    assert [event.kind for event in path.events] == ["jump-in"]
+    assert path.half_width[2] == pytest.approx(path.half_width[1], rel=1e-9, abs=0)
