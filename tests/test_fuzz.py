@@ -1,7 +1,7 @@
 """Random scenes and arguments, hostile ones included: a documented error, or a right answer.
 
-A few hundred examples here; ELASTOCAP_FUZZ=20000 asks for as many, at random. What is known to
-fail is kept out of the random scenes (marked KNOWN) and stands at the end, to be mended.
+A few hundred examples here; ELASTOCAP_FUZZ=20000 asks for as many, at random. What once
+failed stands at the end.
 """
 
 from __future__ import annotations
