@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fronts import (
+from discretization.lattice.fronts import (
     BLOCK,
     FIRST_BLOCK,
     Contact,
@@ -34,7 +34,7 @@ from discretization.fronts import (
     heights,
     mirror_axis,
 )
-from discretization.lattice import Lattice
+from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from discretization.certificate import Certificate
-from discretization.shortest_path import Proof
+from discretization.lattice.shortest_path import Proof
 from energy import Assumption, Scene
 
 Array = NDArray[np.float64]

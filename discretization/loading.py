@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.branch import Branch, Point
-from discretization.control import Control
-from discretization.history import History, on_mesh, on_nodes
-from discretization.path import LoadPath
+from discretization.paths.branch import Branch, Point
+from discretization.paths.control import Control
+from discretization.paths.history import History, on_mesh, on_nodes
+from discretization.paths.load_path import LoadPath
 from energy import Scene
 from energy.checks import array, finite, option, positive
 from energy.description import described

@@ -6,8 +6,8 @@ import warnings
 from dataclasses import replace
 
 from discretization.equilibrium import Equilibrium
-from discretization.fitted_state import on_fitted_mesh
-from discretization.lattice_state import estimated, on_lattice
+from discretization.fitted.state import on_fitted_mesh
+from discretization.lattice.state import estimated, on_lattice
 from energy import Plane, Scene
 from energy.checks import finite, option, positive
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from discretization import NotCertifiedError, load_path
-from discretization.fitted_branch import FittedBranch
+from discretization.paths.fitted_branch import FittedBranch
 from energy import Scene, SurfaceEnergies
 from studies.force_curve import Curve, Mark, in_contact, marks, noise
 

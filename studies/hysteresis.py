@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.history import History
+from discretization.paths.history import History
 from studies import command, hysteresis_figures, loops
 from studies.batches import each
 from studies.loops import INDENTERS, LAYER, SIZE, WORK, Form

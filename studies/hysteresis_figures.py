@@ -18,7 +18,7 @@ from studies.units import quantity as quantity_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from discretization.history import History
+    from discretization.paths.history import History
     from studies.hysteresis import Loop, Record
 
 Array = NDArray[np.float64]

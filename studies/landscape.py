@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import Problem
-from discretization.free_surface import OVERHANG
-from discretization.history import History
-from discretization.quadrature import totals
-from discretization.response import chosen
+from discretization.fitted.free_surface import OVERHANG
+from discretization.fitted.lines import Problem
+from discretization.fitted.quadrature import totals
+from discretization.fitted.response import chosen
+from discretization.paths.history import History
 from studies.units import prefixed
 
 if TYPE_CHECKING:

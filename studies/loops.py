@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.events import Event
-from discretization.history import History
 from discretization.loading import load_path
+from discretization.paths.events import Event
+from discretization.paths.history import History
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
 
 Array = NDArray[np.float64]

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.events import Event, Snapshot
-from discretization.fitted_state import FittedTail
-from discretization.history import History
-from discretization.response import chosen
+from discretization.fitted.response import chosen
+from discretization.fitted.state import FittedTail
+from discretization.paths.events import Event, Snapshot
+from discretization.paths.history import History
 from studies.figures import BLUE, ORANGE
 from studies.path_figures import draw, mark, units
 from studies.units import prefixed

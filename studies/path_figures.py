@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.control import Control
-from discretization.events import Event, Snapshot
-from discretization.history import History
+from discretization.paths.control import Control
+from discretization.paths.events import Event, Snapshot
+from discretization.paths.history import History
 from studies.figures import BLUE, GREEN, GREY, ORANGE
 from studies.units import Unit, prefixed
 

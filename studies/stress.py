@@ -38,9 +38,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from discretization import AccuracyWarning, Equilibrium, NotCertifiedError, fronts, minimise
+from discretization import AccuracyWarning, Equilibrium, NotCertifiedError, minimise
 from discretization.certificate import measured
-from discretization.lattice import Lattice
+from discretization.lattice import fronts
+from discretization.lattice.nodes import Lattice
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene, SurfaceEnergies
 from studies import command, stress_profiles, stress_reference
 from studies.batches import each

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import os
 import re
 import shlex
@@ -62,6 +63,40 @@ def test_imports_run_down_only(package, may_use):
         for module, _, _ in imported(path):
             top = module.split(".")[0]
             assert top not in set(PACKAGES) - may_use, f"{path} imports {module}"
+
+
+@pytest.mark.parametrize(
+    ("package", "never"),
+    [
+        ("lattice", {"fitted", "paths", "minimise", "loading"}),
+        ("fitted", {"paths", "minimise", "loading"}),
+        ("paths", {"minimise", "loading"}),
+    ],
+)
+def test_imports_run_down_inside_discretization(package, never):
+    for path in modules(f"discretization/{package}"):
+        for module, names, _ in imported(path):
+            inner = set(module.split(".")[1:2]) | (
+                set(names) if module == "discretization" else set()
+            )
+            assert not (module.startswith("discretization") and inner & never), f"{path}: {module}"
+
+
+def test_every_function_named_as_skipping_work_exists():
+    table = importlib.import_module("discretization").__doc__.split("| not needed")[1]
+    names = re.findall(r"\| ([a-z_]+\.[\w.]+) +\|$", table, re.MULTILINE)
+    assert len(names) == table.count("\n|") - 1
+    for name in names:
+        parts = name.split(".")
+        depth = next(
+            i
+            for i, p in enumerate(parts)
+            if not (ROOT / "discretization" / Path(*parts[: i + 1])).is_dir()
+        )
+        found = importlib.import_module(".".join(["discretization", *parts[: depth + 1]]))
+        for part in parts[depth + 1 :]:
+            found = getattr(found, part)
+        assert callable(found), name
 
 
 def test_the_minimisers_never_see_the_closed_forms():

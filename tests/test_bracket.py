@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from discretization.bracket import first_positive
+from discretization.lattice.bracket import first_positive
 
 
 def searched(term, count):

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import Lattice, NodalEnergy, fronts, minimise, on_lattice
+from discretization import Lattice, NodalEnergy, minimise, on_lattice
 from discretization.certificate import certify, measured
+from discretization.lattice import fronts
 from energy import FlatPunch, Parabola, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
 SCENE, DEPTH = adhesive(Parabola(0.02)), 2e-3

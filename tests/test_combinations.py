@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from discretization import load_path, minimise
-from discretization.bubbles import parted
-from discretization.many_contacts import ManyContacts
-from discretization.response import DEGREES, finer, response
+from discretization.fitted.bubbles import parted
+from discretization.fitted.response import DEGREES, finer, response
+from discretization.lattice.many_contacts import ManyContacts
 from energy import ElasticLayer, FlatPunch, Parabola, Sampled, Scene, SurfaceEnergies
 
 

@@ -13,17 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from discretization import (
-    Lattice,
-    free_surface,
-    fronts,
-    load_path,
-    minimise,
-    shortest_path,
-    starts,
-)
-from discretization.fitted import Problem
-from discretization.obstacle import obstacle
+from discretization import Lattice, load_path, minimise
+from discretization.fitted import free_surface
+from discretization.fitted.lines import Problem
+from discretization.lattice import fronts, shortest_path, starts
+from discretization.lattice.obstacle import obstacle
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies, Wedge
 
 counted: Counter[str] = Counter()

@@ -11,11 +11,11 @@ from scenes import SHAPES, adhesive, random_case
 from scipy.integrate import quad
 
 from discretization import minimise
-from discretization.fitted import FittedLine, Problem, find_line
-from discretization.fitted_state import certify_lines
-from discretization.free_surface import linear
-from discretization.quadrature import totals
-from discretization.response import DEGREES, chosen, response
+from discretization.fitted.free_surface import linear
+from discretization.fitted.lines import FittedLine, Problem, find_line
+from discretization.fitted.quadrature import totals
+from discretization.fitted.response import DEGREES, chosen, response
+from discretization.fitted.state import certify_lines
 from energy import (
     FlatPunch,
     Parabola,

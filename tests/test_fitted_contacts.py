@@ -10,13 +10,14 @@ import pytest
 from scenes import adhesive
 from test_global import ALPHA, DELTA0, L, rough, two
 
-from discretization import gap, load_path, minimise
-from discretization.bubbles import parted
-from discretization.fitted import FittedLine, Problem
-from discretization.fitted_contacts import FittedContacts, totals
-from discretization.fitted_judgement import certify
-from discretization.fitted_several import on_several
-from discretization.response import DEGREES, response
+from discretization import load_path, minimise
+from discretization.fitted import gap
+from discretization.fitted.bubbles import parted
+from discretization.fitted.contacts import FittedContacts, totals
+from discretization.fitted.judgement import certify
+from discretization.fitted.lines import FittedLine, Problem
+from discretization.fitted.response import DEGREES, response
+from discretization.fitted.several import on_several
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
 

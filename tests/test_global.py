@@ -10,13 +10,14 @@ import pytest
 from scenes import SHAPES, adhesive, random_case
 from test_shortest_path import random_scene, roughness, unpruned
 
-from discretization import Lattice, NodalEnergy, NotCertifiedError, fronts, minimise, on_lattice
-from discretization.bounds import deepest_contact
+from discretization import Lattice, NodalEnergy, NotCertifiedError, minimise, on_lattice
 from discretization.certificate import certify, measured
-from discretization.contact_set import ContactSet, judged, totals
-from discretization.obstacle import obstacle
-from discretization.oracle import Oracle
-from discretization.shortest_path import global_minimum
+from discretization.lattice import fronts
+from discretization.lattice.bounds import deepest_contact
+from discretization.lattice.contact_set import ContactSet, judged, totals
+from discretization.lattice.obstacle import obstacle
+from discretization.lattice.oracle import Oracle
+from discretization.lattice.shortest_path import global_minimum
 from energy import (
     ElasticLayer,
     FlatPunch,

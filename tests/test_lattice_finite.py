@@ -11,9 +11,10 @@ import pytest
 from scenes import adhesive
 from scipy.integrate import quad
 
-from discretization import Lattice, NodalEnergy, fronts, minimise, on_lattice
+from discretization import Lattice, NodalEnergy, minimise, on_lattice
 from discretization.certificate import certify, measured
-from discretization.tails import tail_response
+from discretization.lattice import fronts
+from discretization.lattice.tails import tail_response
 from energy import (
     ElasticLayer,
     FlatPunch,

@@ -8,8 +8,8 @@ import pytest
 from scenes import adhesive, random_case
 
 from discretization import NotCertifiedError, minimise
-from discretization.fitted_branch import Contact, FittedBranch
 from discretization.loading import load_path
+from discretization.paths.fitted_branch import Contact, FittedBranch
 from energy import (
     ElasticLayer,
     FlatPunch,

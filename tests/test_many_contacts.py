@@ -5,8 +5,8 @@ import pytest
 from scenes import adhesive
 
 from discretization import History, NodalEnergy, load_path
-from discretization.lattice_branch import LatticeBranch
-from discretization.many_contacts import ManyContacts
+from discretization.lattice.many_contacts import ManyContacts
+from discretization.paths.lattice_branch import LatticeBranch
 from energy import Parabola, Sampled
 
 SPACING = 4e-5

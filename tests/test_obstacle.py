@@ -10,9 +10,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from discretization.lattice import Lattice
-from discretization.nodal_energy import NodalEnergy
-from discretization.obstacle import BLOCK, obstacle
+from discretization.lattice.nodal_energy import NodalEnergy
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.obstacle import BLOCK, obstacle
 from energy import Parabola, cards
 from tests.scenes import adhesive
 

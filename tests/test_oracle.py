@@ -11,10 +11,10 @@ import os
 import numpy as np
 import pytest
 
-from discretization.lattice import Lattice
-from discretization.nodal_energy import NodalEnergy
-from discretization.obstacle import obstacle
-from discretization.oracle import CLARABEL, Oracle
+from discretization.lattice.nodal_energy import NodalEnergy
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.obstacle import obstacle
+from discretization.lattice.oracle import CLARABEL, Oracle
 from energy import Parabola, Scene
 from tests.scenes import adhesive
 from tests.test_obstacle import enumerated, lattice, rough
@@ -178,6 +178,6 @@ def test_refuses_integers_without_a_solver(monkeypatch):
 
 
 def test_an_unsolved_programme_is_loud(monkeypatch):
-    monkeypatch.setattr("discretization.oracle.CLARABEL", {"max_iter": 2})
+    monkeypatch.setattr("discretization.lattice.oracle.CLARABEL", {"max_iter": 2})
     with pytest.warns(UserWarning, match="inaccurate"), pytest.raises(RuntimeError, match="status"):
         Oracle(FLAT, 40, "convex").solve(rough(np.random.default_rng(1), 40))

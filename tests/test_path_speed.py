@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from discretization import load_path
-from discretization.fitted_branch import FittedBranch
+from discretization.paths.fitted_branch import FittedBranch
 from studies import path_speed
 from studies.table import read
 

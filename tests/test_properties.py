@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scenes import SHAPES, random_case
 
 from discretization import NodalEnergy, minimise, on_lattice
-from discretization.lattice import Lattice
+from discretization.lattice.nodes import Lattice
 from energy import (
     ElasticLayer,
     FlatPunch,

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import NodalEnergy, fronts
-from discretization.bounds import certain, may_pay
+from discretization import NodalEnergy
 from discretization.certificate import measured
-from discretization.lattice import Lattice
-from discretization.shortest_path import global_minimum, window
+from discretization.lattice import fronts
+from discretization.lattice.bounds import certain, may_pay
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.shortest_path import global_minimum, window
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Wedge
 
 

@@ -15,9 +15,11 @@ import pytest
 from scipy.linalg import lapack
 
 import discretization
-from discretization import free_surface, fronts, minimise, quadrature, response, shortest_path
-from discretization.fitted import Problem
-from discretization.free_surface import FreeSurface
+from discretization import minimise
+from discretization.fitted import free_surface, quadrature, response
+from discretization.fitted.free_surface import FreeSurface
+from discretization.fitted.lines import Problem
+from discretization.lattice import fronts, shortest_path
 from energy import Parabola
 from studies import skipping
 from studies.skipping_routes import ROUTES, declared, numbers, scene

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import minimise, shortest_path
+from discretization import minimise
+from discretization.lattice import shortest_path
 from energy import Parabola, Profile, Sampled
 
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import NodalEnergy, fronts, on_lattice
+from discretization import NodalEnergy, on_lattice
 from discretization.certificate import measured
-from discretization.lattice import Lattice
+from discretization.lattice import fronts
+from discretization.lattice.nodes import Lattice
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, Wedge
 
 DX = 0.013

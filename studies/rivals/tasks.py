@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from discretization import AccuracyWarning, Equilibrium, Lattice, load_path, minimise
-from discretization.obstacle import obstacle
-from discretization.oracle import Oracle
-from discretization.shortest_path import global_minimum
+from discretization.lattice.obstacle import obstacle
+from discretization.lattice.oracle import Oracle
+from discretization.lattice.shortest_path import global_minimum
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.lattice_speed import tridiagonal_seconds
 from studies.random_cases import steep_totals

@@ -1,0 +1,217 @@
+"""The free surface between two contacts, on spectral elements anchored at both lines.
+
+    F(u_a, u_b; L) = min over u, u(0) = u_a, u(L) = u_b, of ∫₀^L (k/2 u² + γ₁/2 u'²) dx
+
+Small slopes, in units of l and γ₁: k = γ₁ = l = 1. In the halves s = (u_a + u_b)/2 and
+t = (u_a - u_b)/2 it falls into two problems on half the gap, both with u = 1 at the line,
+
+    F = s² B + t² A,    reactions S_a = s B + t A,  S_b = s B - t A,
+
+B with a free end in the middle (even), A with u = 0 there (odd). The half is covered by equal
+elements of a length of at most 1/2. One element is condensed to its ends once and for all lengths:
+with the modes of its inner nodes, K φ = λ M φ, of length 2η its even and odd energies are
+
+    σ = η - η³/2 Σ c²/(λ+η²),    σ + 2τ = 1/η + η/3 - η³/2 Σ b²/(λ+η²),
+
+c and b the modes' shares of 1 and x; elements in a row fold to s <- σ + τ(σ+s)/(τ+σ+s), which adds
+positive numbers only. Lines more than 40 l apart do not feel each other.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.fitted.free_surface import linear
+from discretization.fitted.spectral import lobatto, polynomials, rounded
+
+Array = NDArray[np.float64]
+_LONGEST = 0.5
+FAR = 20.0  # half a gap whose lines are independent: exp(-2 FAR) is below rounding
+
+
+class Modes(NamedTuple):
+    """Modes of the inner nodes of an element [-1, 1]: (λ, c²) of the even ones, (λ, b²) of odd."""
+
+    even: tuple[tuple[float, float], ...]
+    odd: tuple[tuple[float, float], ...]
+
+
+@functools.lru_cache(maxsize=16)
+def modes(degree: int) -> Modes:
+    """Solved once for each degree."""
+    points, weights, d = (np.asarray(part, float) for part in lobatto(degree))
+    root = np.sqrt(weights[1:-1])
+    stiffness = ((d.T * weights) @ d)[1:-1, 1:-1]
+    values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
+    c, b = (root * points[1:-1] ** power @ vectors for power in (0, 1))
+    even = np.abs(c) > np.abs(b)
+    return Modes(
+        tuple(zip(values[even].tolist(), (c[even] ** 2).tolist(), strict=True)),
+        tuple(zip(values[~even].tolist(), (b[~even] ** 2).tolist(), strict=True)),
+    )
+
+
+def element(degree: int, eta: float) -> tuple[float, float, float, float]:
+    """σ, τ of an element of length 2η, and their derivatives by η."""
+    square, found = eta * eta, modes(degree)
+    sums = []
+    for family in found:
+        total = rate = 0.0
+        for value, share in family:
+            part = share * square / (value + square)
+            total += part
+            rate += part * (3 * value + square) / (value + square)
+        sums.append((total, rate))
+    (even, even_rate), (odd, odd_rate) = sums
+    ground, ground_rate = eta * (1 - even / 2), 1 - even_rate / 2
+    both = 1 / eta + eta * (1 / 3 - odd / 2)
+    both_rate = -1 / square + 1 / 3 - odd_rate / 2
+    return ground, (both - ground) / 2, ground_rate, (both_rate - ground_rate) / 2
+
+
+class Half(NamedTuple):
+    """B and A of a gap, and their derivatives by its length."""
+
+    even: float
+    odd: float
+    even_rate: float
+    odd_rate: float
+
+
+def _fold(parts: tuple[float, float, float, float], s: float, rate: float) -> tuple[float, float]:
+    """Stiffness at the outer end of an element that has the stiffness s at its inner end."""
+    ground, tie, ground_rate, tie_rate = parts
+    y, y_rate = ground + s, ground_rate + rate
+    whole = tie + y
+    return ground + tie * y / whole, ground_rate + (tie_rate * y * y + y_rate * tie * tie) / (
+        whole * whole
+    )
+
+
+def count(length: float) -> int:
+    """Elements on half of a gap."""
+    return max(1, math.ceil(length / 2 / _LONGEST))
+
+
+def half(degree: int, length: float) -> Half:
+    """B and A of a gap of this length > 0."""
+    if length > 2 * FAR:
+        surface = linear(degree)
+        return Half(surface.reaction, surface.reaction, 0.0, 0.0)
+    n = count(length)
+    parts = element(degree, length / (4 * n))
+    even, odd = (0.0, 0.0), (parts[0] + parts[1], parts[2] + parts[3])
+    for i in range(n):
+        even = _fold(parts, *even)
+        odd = _fold(parts, *odd) if i else odd
+    return Half(even[0], odd[0], even[1] / (4 * n), odd[1] / (4 * n))
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """The even and the odd surface of a gap: nodal values on the half next to the line."""
+
+    degree: int
+    length: float
+    u: Array
+
+    @property
+    def lengths(self) -> tuple[float, ...]:
+        """The elements."""
+        n = count(self.length)
+        return (self.length / (2 * n),) * n
+
+    def at(self, distance: Array, which: int) -> Array:
+        """The even (0) or odd (1) surface at distances up to the middle."""
+        size = self.lengths[0]
+        e = np.clip((distance / size).astype(int), 0, len(self.lengths) - 1)
+        values = self.u[which][e[:, None] * self.degree + np.arange(self.degree + 1)]
+        at = 2 * (distance / size - e) - 1
+        return polynomials(self.degree, at, values)
+
+    @property
+    def slopes(self) -> Array:
+        """Slopes at the line, of even and odd."""
+        d = rounded(self.degree)[2][0]
+        return np.asarray(self.u[:, : self.degree + 1] @ d * 2 / self.lengths[0])
+
+    @property
+    def areas(self) -> Array:
+        """∫u dx over the half, of even and odd."""
+        weights, n = rounded(self.degree)[1] * self.lengths[0] / 2, len(self.lengths)
+        mass = np.zeros(n * self.degree + 1)
+        for e in range(n):
+            mass[e * self.degree : (e + 1) * self.degree + 1] += weights
+        return np.asarray(self.u @ mass)
+
+    @property
+    def residual(self) -> float:
+        """Largest imbalance of a free node of the discrete equations on the half."""
+        _, weights, d = rounded(self.degree)
+        n, eta, found = len(self.lengths), self.lengths[0] / 2, np.zeros_like(self.u)
+        hessian = (d.T * weights) @ d / eta + np.diag(weights) * eta
+        for e in range(n):
+            own = slice(e * self.degree, (e + 1) * self.degree + 1)
+            found[:, own] += self.u[:, own] @ hessian
+        return float(max(np.abs(found[0, 1:]).max(), np.abs(found[1, 1:-1]).max(initial=0.0)))
+
+
+@functools.lru_cache(maxsize=256)
+def shapes(degree: int, length: float) -> Shapes:
+    """The nodal values of a gap that is not `FAR`."""
+    n = count(length)
+    parts = element(degree, length / (4 * n))
+    ends = np.zeros((2, n + 1))
+    ends[:, 0] = 1
+    for which, s in enumerate((0.0, math.inf)):
+        stiff = [s]
+        for _ in range(n - 1):
+            s = parts[0] + parts[1] if math.isinf(s) else _fold(parts, s, 0.0)[0]
+            stiff.insert(0, s)
+        for e, beyond in enumerate(stiff):
+            passed = 0.0 if math.isinf(beyond) else parts[1] / (parts[1] + parts[0] + beyond)
+            ends[which, e + 1] = ends[which, e] * passed
+    even, odd = _inner(degree, length / (4 * n))
+    mean, half_rise = (ends[:, :-1] + ends[:, 1:]) / 2, np.diff(ends, axis=1) / 2
+    inside = mean[..., None] * even + half_rise[..., None] * odd
+    u = np.concatenate([ends[:, :1], inside[..., 1:].reshape(2, -1)], axis=1)
+    return Shapes(degree, length, u)
+
+
+def _inner(degree: int, eta: float) -> tuple[Array, Array]:
+    """Nodal values of an element of length 2η whose ends are displaced by 1, 1 and by -1, 1."""
+    points, weights, d = rounded(degree)
+    stiffness, mass = (d.T * weights) @ d, np.diag(weights) * eta**2
+    found = []
+    for outer in (np.ones_like(points), points.copy()):
+        load = (mass @ outer)[1:-1]
+        outer[1:-1] -= np.linalg.solve((stiffness + mass)[1:-1, 1:-1], load)
+        found.append(outer)
+    return found[0], found[1]
+
+
+def displacement(
+    degree: int, p: Array, q: Array, length: float, left: float, right: float
+) -> Array:
+    """u at distances p from the left line and q from the right one (n,)."""
+    if length > 2 * FAR:
+        tail = linear(degree)
+        return left * tail.displacement(p) + right * tail.displacement(q)
+    solved, near = shapes(degree, length), np.minimum(p, q)
+    sides = np.where(p <= q, 1.0, -1.0)
+    even, odd = (solved.at(near, which) for which in (0, 1))
+    return (left + right) / 2 * even + sides * (left - right) / 2 * odd
+
+
+def slope(degree: int, length: float, own: float, other: float) -> float:
+    """u' at a line with u = own, towards the other one."""
+    if length > 2 * FAR:
+        return own * linear(degree).slope
+    even, odd = shapes(degree, length).slopes.tolist()
+    return (own + other) / 2 * even + (own - other) / 2 * odd

@@ -1,0 +1,212 @@
+"""Certificate and error estimate of any number of contacts on the fitted mesh (small slopes).
+
+The conditions of ../certificate.py for lines that move continuously:
+
+    penetration   max (g - u)/δ between the contacts and beyond them, at knots, corners and points
+                  half a node of the topology's lattice apart, the least ones refined; and the
+                  kink r of the surface at every line is no passage through the indenter
+    stationarity  residual of the free nodes, and of the energy's derivative by the gap
+    opening       no corner in contact is torn open, -γ₁[f'] <= √(8γ₁w); a contact of one point,
+                  which does not adhere, is not pulled; w = 0: kg + γ₁f'' >= 0 everywhere in contact
+    neighbours    every drive is zero, or of the signs that pin the line; the energy of the lines of
+                  every gap has a positive second variation
+    force         dU/dd against k∫u dx
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import Certificate
+from discretization.equilibrium import QUANTITIES, Equilibrium
+from discretization.fitted.contacts import FittedContacts
+from discretization.fitted.gap_lines import Gap
+from discretization.fitted.lines import FittedLine, Problem
+from discretization.fitted.quadrature import Interval
+
+Array = NDArray[np.float64]
+_ASIDE = 1e-9
+_GOLDEN = (math.sqrt(5) - 1) / 2
+_REFINEMENTS = 45
+_NEAR = 4.0
+_SAMPLES = 65
+_DIFFERENCE = 1e-4
+_ROUNDING = 16 * float(np.finfo(float).eps)
+
+
+def certify(
+    contacts: FittedContacts, state: Equilibrium, found: Interval, points: Array
+) -> Certificate:
+    """Judge contacts with these totals; the state's surface is looked at in points (n,)."""
+    problem = contacts.problem
+    if problem.lift * problem.scene.elastocapillary_length == 0:
+        return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
+    scale = max(problem.scale(pair) for pair in contacts.pairs)
+    through, moves = _signs(contacts, scale)
+    own = Gap(problem)
+    imbalances = [problem.imbalance(line.x) for _, line in contacts.outer]
+    imbalances += [own.imbalance(q.x, p.x) for q, p in contacts.gaps]
+    return Certificate(
+        penetration=max(through, penetration(state, points) / problem.lift),
+        stationarity=max(imbalances),
+        opening=max(0.0, _tension(contacts)),
+        neighbours=max(moves, _descent(contacts, scale)),
+        force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
+    )
+
+
+def _drives(contacts: FittedContacts, aside: float) -> list[tuple[FittedLine, float, float]]:
+    """Every line with its drive, the slope at corners read inside and outside of it."""
+    problem, own, found = contacts.problem, Gap(contacts.problem), []
+    for side, line in contacts.outer:
+        near, far = (problem.drive(side, line.x, s * aside * line.pinned) for s in (-1, 1))
+        found.append((line, near, far))
+    for q, p in contacts.gaps:
+        for side, line in ((1, q), (-1, p)):
+            near, far = (own.drive(side, q.x, p.x, s * aside * line.pinned) for s in (-1, 1))
+            found.append((line, near, far))
+    return found
+
+
+def _signs(contacts: FittedContacts, scale: float) -> tuple[float, float]:
+    """Passage through the indenter at a line; energy gained by moving one."""
+    problem, through, gain = contacts.problem, 0.0, 0.0
+    for line, near, far in _drives(contacts, _aside(contacts)):
+        gain = max(gain, near / scale)
+        if line.x not in problem.scene.indenter.walls:
+            gain = max(gain, -far / scale)
+            through = max(through, -(far + problem.held) / scale)
+    return through, gain
+
+
+def _aside(contacts: FittedContacts) -> float:
+    ends = contacts.x
+    width = float(ends[-1, 1] - ends[0, 0])
+    return _ASIDE * min(contacts.problem.scene.elastocapillary_length, width or math.inf)
+
+
+def penetration(state: Equilibrium, points: Array) -> float:
+    """max (g - u) [length] at increasing points, and between them where it may be larger."""
+    indenter, lines = state.scene.indenter, state.contacts.ravel()
+
+    def deep(x: Array) -> Array:
+        return np.asarray(state.depth - indenter.height(x) - state.displacement(x))
+
+    free = (np.searchsorted(lines, points) % 2 == 0) & ~np.isin(points, lines)
+    x = np.union1d(points[free], lines)
+    v = deep(x)
+    if x.size < 3:
+        return float(v.max(initial=0.0))
+    steps = np.abs(np.diff(v))
+    peak = (v[1:-1] >= v[:-2]) & (v[1:-1] >= v[2:]) & ~np.isin(x[1:-1], lines)
+    peak &= v[1:-1] > -_NEAR * np.maximum(steps[:-1], steps[1:])
+    lo, hi = x[:-2][peak], x[2:][peak]
+    for _ in range(_REFINEMENTS if lo.size else 0):
+        one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
+        left = deep(one) > deep(other)
+        lo, hi = np.where(left, lo, one), np.where(left, other, hi)
+    return float(max(v.max(), deep(lo).max(initial=-math.inf), 0.0))
+
+
+def _tension(contacts: FittedContacts) -> float:
+    """Largest force that would open a contact, over kδl."""
+    problem, scene = contacts.problem, contacts.problem.scene
+    corners, aside = np.asarray(scene.indenter.corners, float), _aside(contacts)
+    held = math.sqrt(8 * scene.gamma1 * scene.work_of_adhesion)
+    worst = 0.0
+    for left, right in contacts.x.tolist():
+        kinks = corners[(corners > left + aside) & (corners < right - aside)]
+        jump = scene.indenter.slope(kinks + aside) - scene.indenter.slope(kinks - aside)
+        worst = max(worst, float((-scene.gamma1 * jump - held).max(initial=0.0)))
+    lone = contacts.x[:, 0] == contacts.x[:, 1]
+    pulls = -scene.gamma1 * contacts.reactions.sum(axis=1)[lone]
+    worst = max(worst, float(pulls.max(initial=0.0)))
+    if not scene.work_of_adhesion:
+        length = scene.elastocapillary_length
+        worst = max([worst, *(length * _stretched(problem, *pair) for pair in contacts.x.tolist())])
+    return worst / (scene.stiffness * problem.lift * scene.elastocapillary_length)
+
+
+def _stretched(problem: Problem, left: float, right: float) -> float:
+    """Largest -(kg + γ₁f'') between the corners and knots of a contact, by differences of f'."""
+    scene, indenter = problem.scene, problem.scene.indenter
+    cuts = np.union1d(indenter.corners, indenter.knots)
+    ends = np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
+    many = max(5, _SAMPLES // ends.size)
+    t = (np.arange(many) + 0.5) / many
+    x = ends[:-1, None] + np.diff(ends)[:, None] * t
+    wide = np.diff(ends) > 1e-9 * scene.elastocapillary_length
+    if not wide.any():
+        return 0.0
+    x = x[wide]
+    g, bend = problem.depth - indenter.height(x), np.diff(indenter.slope(x)) / np.diff(x)
+    stress = scene.stiffness * (g[:, 1:] + g[:, :-1]) / 2 + scene.gamma1 * bend
+    return float(-stress.min())
+
+
+def _stiffness(contacts: FittedContacts) -> list[tuple[list[FittedLine], Array]]:
+    """The lines that feel each other and are free, and the changes of their drives."""
+    problem, own, found = contacts.problem, Gap(contacts.problem), []
+    length = problem.scene.elastocapillary_length
+    for side, line in contacts.outer:
+        if not line.pinned:
+            step = side * _DIFFERENCE * _room(contacts, line)
+            change = problem.drive(side, line.x + step, 0.0) - problem.drive(
+                side, line.x - step, 0.0
+            )
+            found.append(([line], np.array([[change / (2 * abs(step))]])))
+    for q, p in contacts.gaps:
+        free = [i for i, line in enumerate((q, p)) if not line.pinned]
+        if free:
+            step = _DIFFERENCE * min(p.x - q.x, length, *(_room(contacts, at) for at in (q, p)))
+            whole = own.stiffness(q.x, p.x, step)
+            found.append(([(q, p)[i] for i in free], whole[np.ix_(free, free)]))
+    return found
+
+
+def _room(contacts: FittedContacts, line: FittedLine) -> float:
+    """Width of the line's contact, at most l."""
+    length = contacts.problem.scene.elastocapillary_length
+    widths = [b.x - a.x for a, b in contacts.pairs if line in (a, b)]
+    return min(length, max(widths)) or 1e-3 * length
+
+
+def _descent(contacts: FittedContacts, scale: float) -> float:
+    """How far the second variation of the energy is from positive, over a contact's width."""
+    worst = 0.0
+    for lines, rate in _stiffness(contacts):
+        least = float(np.linalg.eigvalsh((rate + rate.T) / 2)[0])
+        width = min(_room(contacts, line) for line in lines)
+        worst = max(worst, -least * width / scale)
+    return worst
+
+
+def errors(contacts: FittedContacts, coarse: Interval, fine: Interval) -> dict[str, float]:
+    """Errors of surfaces and rounding times the condition of the lines, and of the quadrature."""
+    problem, own = contacts.problem, Gap(contacts.problem)
+    surface, move, push = _ROUNDING + problem.response.error, 0.0, 0.0
+    scale = max(problem.scale(pair) for pair in contacts.pairs)
+    for lines, rate in _stiffness(contacts):
+        inverse = np.abs(np.linalg.pinv(rate))
+        moved = inverse.sum(axis=1) * surface * scale
+        move += float(moved.sum())
+        push += float(sum(_rate(own, line) * m for line, m in zip(lines, moved, strict=True)))
+    width = float(np.diff(contacts.x, axis=1).sum())
+    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
+    rounding = surface + 3 * _ROUNDING
+    found = (
+        move / width + _ROUNDING if width else 0.0,
+        (abs(fine.force - coarse.force) + push) / force + rounding,
+        abs(fine.energy - coarse.energy) / energy + rounding,
+    )
+    return dict(zip(QUANTITIES, map(float, found), strict=True))
+
+
+def _rate(own: Gap, line: FittedLine) -> float:
+    """A bound of |dP/dq| of a line: k|g| + k l |f'|."""
+    scene = own.problem.scene
+    slope = abs(float(scene.indenter.slope(line.x))) * scene.elastocapillary_length
+    return scene.stiffness * (abs(own.problem.displaced(line.x)) + slope)

@@ -1,0 +1,249 @@
+"""Equilibria on the fitted mesh: topology, contact lines, certificate, error estimate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import Certificate, NotCertifiedError
+from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted.lines import (
+    FittedLine,
+    Problem,
+    find_line,
+    lowest_point,
+    mirrored,
+)
+from discretization.fitted.quadrature import Interval, totals
+from discretization.fitted.response import ABSENT, chosen, finer
+from discretization.fitted.several import on_several
+from discretization.fitted.tail import FittedTail
+from discretization.lattice.state import SeveralContactsError, on_lattice
+from energy import Scene
+
+Array = NDArray[np.float64]
+_LEAST_NODES = 32
+_REFINEMENTS = 5
+_UNDECIDED = 1e-7  # letting go and turning over at once
+_ROUNDING = 16 * float(np.finfo(float).eps)
+
+
+def on_fitted_mesh(
+    scene: Scene, depth: float, *, branch: str = "adhered", rtol: float = 1e-8
+) -> Equilibrium:
+    """Certified equilibrium with its contact lines as unknowns, and its error estimate.
+
+    The elements have the least degree whose a-posteriori error meets rtol; where the condition of
+    the state turns that into a larger error, they get the next one.
+    branch "global" of a convex indenter: this state or, before it touches, the detached one,
+    whichever has less energy. There is no other: the force on each line grows outwards.
+    Profiles that are not convex may have several contacts (several.py); with finite slopes
+    ValueError for several, and for "global" with w > 0.
+    """
+    if not scene.indenter.convex and scene.slopes == "small" and scene.gamma1:
+        return on_several(scene, depth, branch=branch, rtol=rtol)
+    _refuse(scene, branch)
+    response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
+    indenter, length = scene.indenter, scene.elastocapillary_length or 1.0
+    if indenter.convex:
+        apex = indenter.apex
+        if apex is None:
+            apex = lowest_point(indenter, length)
+        starts, touch = (apex, apex), float(indenter.height(apex))
+    else:
+        coarse = _topology(scene, depth, branch)
+        if not coarse.contacts.size:
+            tail = FittedTail(length, response)
+            return replace(coarse, tail=tail, method="fitted", spacing=math.nan)
+        if len(coarse.contacts) > 1:
+            raise ValueError(
+                f"depth = {depth!r} has {len(coarse.contacts)} contacts without tension: use "
+                "method='lattice' with a spacing"
+            )
+        starts, touch = _inside(coarse)
+    state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
+    while max(state.error_estimate.values()) > rtol and response.error > _ROUNDING:
+        better = finer(response)
+        if better is None:
+            break
+        response = better
+        state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
+    if branch == "global" and state.energy > 0 and depth <= touch:
+        return _detached(Problem.of(scene, depth, touch, branch, response), branch)
+    return state
+
+
+def _refuse(scene: Scene, branch: str) -> None:
+    several = scene.gamma1 and scene.work_of_adhesion and not scene.indenter.convex
+    if branch == "global" and several:
+        raise ValueError(
+            f"branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex "
+            "the lowest energy is only found for slopes='small'"
+        )
+
+
+def _detached(problem: Problem, branch: str) -> Equilibrium:
+    """The flat surface without contact."""
+    tail = FittedTail(problem.scene.elastocapillary_length or 1.0, problem.response)
+    pressed = max(0.0, problem.depth - problem.touch) / problem.lift
+    certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
+    state = detached(problem.scene, problem.depth, branch, tail, certificate)
+    return replace(state, method="fitted")
+
+
+def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: float) -> Equilibrium:
+    """The certified state of a problem whose contact contains `starts`."""
+    scene, depth = problem.scene, problem.depth
+    tail = FittedTail(scene.elastocapillary_length or 1.0, problem.response)
+    ends = _lines(problem, starts)
+    if ends is None:
+        if abs(problem.drive(1, starts[1], 0.0)) <= _UNDECIDED * problem.held:
+            problem.refuse_overhang(starts[1])
+        return _detached(problem, branch)
+    for end in ends:
+        problem.refuse_overhang(end.x)
+    coarse, fine = totals(scene, problem.response, depth, ends[0].x, ends[1].x, rtol)
+    certificate = certify_lines(problem, ends, fine)
+    if not certificate.ok:
+        raise NotCertifiedError(
+            f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
+            f"({certificate}); try method='lattice' with a small spacing"
+        )
+    convex = branch == "global" or scene.work_of_adhesion == 0
+    neutral = any(end.neutral for end in ends)
+    contacts = np.array([[ends[0].x, ends[1].x]])
+    return Equilibrium(
+        scene=scene,
+        depth=depth,
+        contacts=contacts,
+        nodes=contacts,
+        pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
+        force=fine.force,
+        energy=fine.energy,
+        label="neutral" if neutral else "global" if convex else "metastable",
+        certificate=certificate,
+        tail=tail,
+        scales={"force": fine.force_scale, "energy": fine.energy_scale},
+        errors=_errors(problem, ends, coarse, fine),
+        method="fitted",
+        branch=branch,
+        spacing=math.nan,
+    )
+
+
+def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, FittedLine] | None:
+    """Both contact lines, found outwards from inside the contact; None if it has let go."""
+    indenter = problem.scene.indenter
+    right = find_line(problem, 1, starts[1])
+    if indenter.symmetric and starts[0] == starts[1] == indenter.apex:
+        left = right._replace(x=mirrored(indenter, right.x))
+    else:
+        left = find_line(problem, -1, starts[0])
+    held = left.x < right.x or (left.x == right.x and problem.depth >= problem.touch)
+    return (left, right) if held else None
+
+
+def _topology(scene: Scene, depth: float, branch: str) -> Equilibrium:
+    """The state on a lattice fine enough to show where the contact is.
+
+    A coarse lattice lets go of a small contact too early, or loses it over the end of the profile:
+    both are believed only on the finest one.
+    """
+    spacing = (scene.elastocapillary_length or scene.layer.h) / 16
+    lo, hi = scene.indenter.extent
+    if not scene.gamma1 and math.isfinite(hi - lo):  # springs alone have no length of their own
+        spacing = (hi - lo) / 256
+    for _ in range(_REFINEMENTS):
+        try:
+            state = on_lattice(scene, depth, spacing, branch=branch)
+        except SeveralContactsError:
+            raise
+        except ValueError:
+            pass
+        else:
+            if state.nodes.size and np.ptp(state.nodes) >= _LEAST_NODES * spacing:
+                return state
+        spacing /= 4
+    return on_lattice(scene, depth, spacing, branch=branch)
+
+
+def _inside(state: Equilibrium) -> tuple[tuple[float, float], float]:
+    """A point well inside each end of the contact, and the depth of first touch."""
+    left, right = state.contacts[0].tolist()
+    reach = min(2 * state.spacing, (right - left) / 2)
+    x = np.linspace(state.nodes[0, 0], state.nodes[0, 1], 1001)
+    return (left + reach, right - reach), float(state.scene.indenter.height(x).min())
+
+
+def _distinct(
+    problem: Problem, ends: tuple[FittedLine, FittedLine]
+) -> tuple[tuple[int, FittedLine, int], ...]:
+    """(side, line, how many like it): of a mirrored contact one line speaks for both."""
+    indenter, (left, right) = problem.scene.indenter, ends
+    if indenter.symmetric and left == right._replace(x=mirrored(indenter, right.x)):
+        return ((1, right, 2),)
+    return (-1, left, 1), (1, right, 1)
+
+
+def certify_lines(
+    problem: Problem,
+    ends: tuple[FittedLine, FittedLine],
+    found: Interval,
+    opening: Problem | None = None,
+) -> Certificate:
+    """The same conditions as on the lattice, for lines that move continuously.
+
+    opening: the problem of a contact that opens, where it is another one.
+    """
+    penetration = neighbours = stationarity = 0.0
+    scale = problem.scale(ends)
+    step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * problem.scene.elastocapillary_length)
+    for side, end, _ in _distinct(problem, ends):
+        if ends[0].x < ends[1].x:
+            inner = (opening or problem).drive(side, end.x - side * step, 0.0)
+            neighbours = max(neighbours, inner / scale)
+        if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
+            beyond = end.x + side * step
+            neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)
+            through = math.sqrt(problem.scene.gamma1 / 2) * problem.jump(side, beyond, 0.0)
+            penetration = max(penetration, -through / scale)
+        if problem.scene.gamma1:
+            stationarity = max(stationarity, problem.imbalance(end.x))
+    force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
+    held = (opening or problem).scene.work_of_adhesion
+    pulled = 0.0 if held else max(0.0, -found.weakest)
+    return Certificate(penetration, stationarity, pulled / problem.lift, neighbours, force)
+
+
+def _yield(problem: Problem, side: int, x: float, width: float, scale: float) -> float:
+    """How far a line moves per change of its drive, from a step inwards that rounding leaves."""
+    at = problem.drive(side, x, 0.0)
+    for step, least in ((1e-4 * width, 100), (width / 2, 4)):
+        rise = at - problem.drive(side, x - side * step, 0.0)
+        if rise > least * _ROUNDING * scale:
+            return step / rise
+    return width / (_ROUNDING * scale)
+
+
+def _errors(
+    problem: Problem, ends: tuple[FittedLine, FittedLine], coarse: Interval, fine: Interval
+) -> dict[str, float]:
+    """Errors of surface and rounding times the condition of the line, and of the quadrature."""
+    width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
+    surface = _ROUNDING + problem.response.error
+    scale = problem.scale(ends)
+    for side, end, count in _distinct(problem, ends):
+        if end.pinned or not width:
+            continue
+        error = count * surface * scale * _yield(problem, side, end.x, width, scale)
+        move += error
+        push += error * abs(problem.force_rate(side, end.x))
+    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
+    return {
+        "half_width": float(move / width) + _ROUNDING if width else 0.0,
+        "force": float((abs(fine.force - coarse.force) + push) / force) + surface + 3 * _ROUNDING,
+        "energy": float(abs(fine.energy - coarse.energy) / energy) + surface + 3 * _ROUNDING,
+    }

@@ -1,0 +1,42 @@
+"""The spectral free surfaces of an equilibrium on the fitted mesh, in the scene's units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.fitted import gap
+from discretization.fitted.response import Response
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FittedTail:
+    """Free surfaces beyond contact lines and, for small slopes, between two of them."""
+
+    length: float
+    response: Response
+
+    def displacement(self, distance: Array, u_line: float) -> Array:
+        """The elements' polynomials, then the far field."""
+        surface = self.response.surface(u_line / self.length)
+        return self.length * surface.displacement(distance / self.length)
+
+    def slope(self, u_line: Array) -> Array:
+        """Derivative of the first element's polynomial at the line."""
+        solved = [self.response.surface(float(u) / self.length) for u in np.ravel(u_line)]
+        return np.reshape([surface.slope for surface in solved], np.shape(u_line))
+
+    def between(self, p: Array, q: Array, width: float, left: float, right: float) -> Array:
+        """The elements' polynomials."""
+        degree, at = self.response.degree, (p / self.length, q / self.length)
+        return gap.displacement(degree, *at, width / self.length, left, right)
+
+    def slope_between(self, width: Array, own: Array, other: Array) -> Array:
+        """Derivative of the first element's polynomial at each line."""
+        degree, ends = self.response.degree, (width / self.length, own, other)
+        found = [gap.slope(degree, *map(float, each)) for each in zip(*ends, strict=True)]
+        return np.array(found) / self.length

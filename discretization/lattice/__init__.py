@@ -1,0 +1,13 @@
+"""Fixed nodes: the energy of a set of contact nodes is known, its minimum is searched over sets.
+
+One contact: nodes (nodes.py, tails.py, nodal_energy.py) -> contact nodes (fronts.py, bracket.py)
+-> sums and certificate (../certificate.py) -> lines between nodes (line.py) -> Equilibrium, by
+state.py.
+
+Lowest energy of any number of contacts: window -> contact set (obstacle.py where w = 0;
+shortest_path.py with bounds.py, recursion.py, starts.py; oracle.py; springs.py where γ₁ = 0) ->
+free spans (span.py), sums and certificate (contact_set.py) -> Equilibrium, by lowest.py.
+
+Metastable, several contacts: the path from first touch on (path_state.py), one change of the
+contact set after another (many_contacts.py, changes.py, rules.py).
+"""

@@ -1,0 +1,180 @@
+"""Any number of contacts on the lattice: their surface, totals and certificate.
+
+The free surface between and beyond the contacts is exact (span.py). The certificate is that of
+../certificate.py, with no shortcut for a single contact and independent of how the set was found:
+
+    penetration   over all free nodes within the outermost tails, and 16 nodes beyond
+    stationarity  |∂U/∂u_i| on every free node there, of `NodalEnergy`
+    opening       on every contact node: a lone one may not be pulled at all, one between two
+                  contact nodes no more than its two links hold
+    neighbours    every line by one link either way, where the surface then stays above the
+                  indenter; ΔE = ± [(K_1 + K_{T-1} - t sinh μ) gap² - wΔx], T links to the next
+                  contact, as a fraction of its terms; a gap of T = 2 closes with two links
+    force         sum of the nodal forces on the contacts against kΔx Σ u_i over the whole line
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import Certificate, Sums, rounding
+from discretization.lattice import fronts, span
+from discretization.lattice.nodal_energy import NodalEnergy
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.shortest_path import mask_of, window
+from energy import Indenter
+
+Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+_BEYOND = 16
+_TINY = np.finfo(float).tiny
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSet:
+    """Contacts among n nodes in a row.
+
+    first: number of node 0; g (n,): d - f, -inf where there is no indenter; ends (m, 2), m >= 1:
+    first and last node of each contact, counted from node 0; depth d.
+    """
+
+    lattice: Lattice
+    first: int
+    g: Array
+    ends: Nodes
+    depth: float
+
+    @classmethod
+    def of(
+        cls, lattice: Lattice, indenter: Indenter, depth: float, where: fronts.Region, nodes: Nodes
+    ) -> ContactSet:
+        """Contacts with these first and last nodes (m, 2), among all nodes where contact could be.
+
+        These are those of `window`, and a few beyond the outermost contacts.
+        """
+        first, g = window(lattice, indenter, depth)
+        lo = min(first, int(nodes[0, 0])) - _BEYOND
+        hi = max(first + g.size - 1, int(nodes[-1, 1])) + _BEYOND
+        known = np.arange(max(lo, where.first), min(hi, where.last) + 1)
+        g = depth - fronts.heights(lattice, indenter, known.astype(float))
+        beyond = int(known[0]) - lo, hi - int(known[-1])
+        g = np.pad(g, beyond, constant_values=-math.inf)
+        return cls(lattice, lo, g, np.asarray(nodes, np.int64) - lo, depth)
+
+    @functools.cached_property
+    def mask(self) -> Mask:
+        """(n,) whether a node is in contact."""
+        return mask_of(self.g.size, self.ends)
+
+    @functools.cached_property
+    def u(self) -> Array:
+        """Displacements (n,)."""
+        return span.displacement(self.lattice, self.g, self.mask)
+
+    @functools.cached_property
+    def force(self) -> Array:
+        """∂U/∂u_i (n,): of the indenter on contact nodes, imbalance on free ones."""
+        return NodalEnergy(self.lattice, self.mask).gradient(self.u)
+
+    @property
+    def nodes(self) -> Nodes:
+        """First and last node of each contact (m, 2), in the lattice's numbers."""
+        return self.ends + self.first
+
+    @property
+    def scale(self) -> float:
+        """δ: the largest of |d|, |u| and δ₀."""
+        lift = math.sqrt(2 * self.lattice.w / self.lattice.k)
+        return max(abs(self.depth), float(np.abs(self.u).max()), lift)
+
+
+def totals(contacts: ContactSet) -> Sums:
+    """Energy and force of a contact set."""
+    lat, u = contacts.lattice, contacts.u
+    terms = NodalEnergy(lat, contacts.mask).terms(u)
+    outside = [float(lat.tail_force(u[i])) for i in (0, -1)]
+    return Sums(
+        **terms,
+        force=lat.spring * float(u.sum()) + sum(outside),
+        force_by_reactions=float(contacts.force[contacts.mask].sum()),
+        weakest=float(contacts.force[contacts.mask].min()),
+        force_scale=lat.spring * float(np.abs(u).sum()) + sum(map(abs, outside)),
+        stiffness=lat.link,
+    )
+
+
+def judged(contacts: ContactSet, sums: Sums) -> Certificate:
+    """Certificate of a contact set with these totals."""
+    lat, delta = contacts.lattice, contacts.scale
+    if delta == 0:  # touching, nothing deformed
+        return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
+    unit, noise = lat.spring * delta, rounding(lat, delta)
+    imbalance = float(np.abs(contacts.force[~contacts.mask]).max()) - noise
+    gain = float(_moves(contacts).max())
+    return Certificate(
+        penetration=max(0.0, float((contacts.g - contacts.u).max()) / delta),
+        stationarity=max(0.0, imbalance / unit),
+        opening=max(0.0, (_pulled(contacts) - noise) / unit),
+        neighbours=max(0.0, gain),
+        force=abs(sums.force - sums.force_by_reactions) / (sums.force_scale or 1.0),
+    )
+
+
+def _pulled(contacts: ContactSet) -> float:
+    """Largest tension on a contact node beyond what holds it; the end of a contact is a line."""
+    lat, mask = contacts.lattice, contacts.mask
+    links = mask[1:-1] * (mask[:-2].astype(int) + mask[2:])
+    held = math.sqrt(2 * (lat.spring + 2 * lat.link) * 2 * lat.w * lat.spacing)
+    pull = -contacts.force[1:-1] - np.where(links == 2, held, 0.0)
+    return float(pull[mask[1:-1] & (links != 1)].max(initial=0.0))
+
+
+def _moves(contacts: ContactSet) -> Array:
+    """Energy gained by each move of a line by one link, over the move's terms; > 0 is downhill."""
+    lat, g, u, ends = contacts.lattice, contacts.g, contacts.u, contacts.ends
+    noise = 32 * float(np.finfo(float).eps) * contacts.scale
+    mirrored = g.size - 1 - ends[::-1, ::-1]
+    right = _right_lines(lat, g, u, ends, noise)
+    return np.concatenate([*right, *_right_lines(lat, g[::-1], u[::-1], mirrored, noise)])
+
+
+def _right_lines(
+    lat: Lattice, g: Array, u: Array, ends: Nodes, noise: float
+) -> tuple[Array, Array]:
+    """The gain of each right line's moves: one link further, and one link back."""
+    last, wdx = ends[:, 1], lat.w * lat.spacing
+    T = np.append(ends[1:, 0] - last[:-1], math.inf)
+    facing = np.append(g[ends[1:, 0]], 0.0)
+
+    ahead = np.isfinite(g[last + 1])
+    gap = np.where(ahead, u[last + 1] - g[last + 1], 0.0)
+    won = wdx * np.where(T == 2, 2, 1)
+    cost, size = _lifted(lat, gap + noise, T - 1), _lifted(lat, gap, T - 1)
+    allowed = ahead & _clears(lat, g, ends, last + ahead, noise)
+    further = np.where(allowed, (won - cost) / (won + size + _TINY), 0.0)
+
+    before, long = last - 1, last > ends[:, 0]
+    gap = -span.excess(lat, np.ones(T.size), T, g[before], g[last], facing)
+    gain, size = _lifted(lat, np.maximum(gap - noise, 0.0), T), _lifted(lat, gap, T)
+    allowed = long & _clears(lat, g, ends, last - long, noise)
+    return further, np.where(allowed, (gain - wdx) / (wdx + size + _TINY), 0.0)
+
+
+def _lifted(lat: Lattice, gap: Array, links: Array) -> Array:
+    """(K_1 + K_T - t sinh μ) gap²: lifting a node beside a line, T links from the next one."""
+    beyond = span.stiffness(lat, links) - span.unit(lat)
+    return np.asarray((lat.link_over_decay / 2 + beyond) * gap * gap)
+
+
+def _clears(lat: Lattice, g: Array, ends: Nodes, last: Nodes, noise: float) -> Mask:
+    """(m,) whether the surface clears the indenter right of each contact if that ends at `last`."""
+    moved = mask_of(g.size, np.column_stack([ends[:, 0], last]))
+    clear = span.displacement(lat, g, moved) - g
+    bounds = np.column_stack([last, np.append(ends[1:, 0], g.size)]).ravel()[:-1]
+    return np.minimum.reduceat(clear, bounds)[::2] >= -noise

@@ -1,0 +1,276 @@
+"""The metastable branch on the lattice: contact lines moved by comparing energies.
+
+Descent in u alone cannot move a contact line: lifting a contact node costs its adhesion at once,
+and a free node has to cross a finite gap. So neighbouring contact sets are compared, each with its
+surface re-equilibrated. Between contact lines u = g, outside are exact tails, hence the energy is
+a sum over links and moving one line by one link changes it by `Lattice.advance_cost` of one gap,
+
+    gap_m = λ g_m - g_{m+1} = (f_{m+1} - f_m) + (1-λ)(f_m - d),    line advances iff ΔE(gap_m) <= 0
+
+(small slopes; for finite ones `Lattice.gap` is scaled so that the same rule holds). Raising d
+lowers every gap, so the state at depth d is found without stepping through the path: from the
+touching node outwards to the first link that resists; after a retraction, from there inwards to the
+first link that holds. Where the profile is convex the gap grows outwards, too, and the line is
+bracketed with O(log n) heights; else it takes one pass over the contact, in blocks.
+
+γ₁ = 0: springs are independent. One attaches when touched, not before, and lets go at u = -δ₀.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice.bounds import deepest_contact
+from discretization.lattice.bracket import first_positive
+from discretization.lattice.nodes import Lattice
+from energy import Indenter
+
+Array = NDArray[np.float64]
+BLOCK, FIRST_BLOCK = 1 << 14, 64
+MAX_NODES = 1 << 31
+_SEARCH_NODES = 1 << 24
+_TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
+
+
+class Contact(NamedTuple):
+    """Contact nodes first..last, and the gap up to which a link of it holds."""
+
+    first: int
+    last: int
+    reach: float
+
+
+class Region(NamedTuple):
+    """Nodes first..last in which contact is looked for, and the node that touches first."""
+
+    first: int
+    last: int
+    lowest: int
+
+
+def mirror_axis(lattice: Lattice, indenter: Indenter, first: int, last: int) -> float | None:
+    """x of the node about which nodes first..last and a symmetric indenter are mirrored."""
+    middle = (first + last) // 2
+    symmetric = indenter.symmetric and first + last == 2 * middle
+    return indenter.apex if symmetric and lattice.x(middle) == indenter.apex else None
+
+
+def height(lattice: Lattice, indenter: Indenter, node: int) -> float:
+    """f at one node."""
+    (lo, hi), x = indenter.extent, lattice.x(node)
+    x = min(max(x, lo), hi)
+    f = float(indenter.height(x))
+    if not math.isfinite(f):
+        _refuse(indenter, x)
+    return f
+
+
+def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
+    """f at the nodes; nodes on an end of the extent stay on it in spite of rounding."""
+    x = _positions(lattice, indenter, nodes)
+    f = indenter.height(x)
+    if not math.isfinite(f.sum()):
+        _refuse(indenter, float(x[~np.isfinite(f)][0]))
+    return f
+
+
+def _positions(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
+    x, (lo, hi) = lattice.x(nodes), indenter.extent
+    return np.clip(x, lo, hi) if lo > -math.inf or hi < math.inf else x
+
+
+def _refuse(indenter: Indenter, x: float) -> None:
+    raise ValueError(
+        f"indenter.height({x!r}) is not finite; give a profile that is finite inside its "
+        f"extent {indenter.extent}"
+    )
+
+
+def blocks(
+    lattice: Lattice, indenter: Indenter, start: int, stop: int
+) -> Iterator[tuple[int, Array]]:
+    """Heights from node start to node stop in growing blocks that share one node."""
+    side, size = (1 if stop >= start else -1), FIRST_BLOCK
+    if abs(stop - start) >= MAX_NODES:
+        stop = start + side * MAX_NODES
+    while True:
+        end = start + side * min(size, abs(stop - start))
+        yield start, heights(lattice, indenter, np.arange(start, end + side, side, dtype=float))
+        if end == stop:
+            return
+        start, size = end, min(4 * size, BLOCK)
+
+
+def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
+    """Where contact is possible. ValueError if the profile has no lowest point to touch with."""
+    (lo, hi), dx = indenter.extent, lattice.spacing
+    bound = float(MAX_NODES)
+    first = math.ceil(max((lo - lattice.origin) / dx - 1e-9, -bound))
+    last = math.floor(min((hi - lattice.origin) / dx + 1e-9, bound))
+    if first > last:
+        raise ValueError(f"spacing = {dx!r} leaves no node on the indenter; give a smaller one")
+    if first == last and lattice.gamma1:
+        raise ValueError(f"spacing = {dx!r} leaves one node on the indenter; give a smaller one")
+    if indenter.apex is not None:
+        beside = math.floor((indenter.apex - lattice.origin) / dx + 1e-9)
+        pair = (min(max(node, first), last) for node in (beside, beside + 1))
+        return Region(first, last, min(pair, key=lambda node: height(lattice, indenter, node)))
+    if indenter.convex:
+        return Region(first, last, _bottom(lattice, indenter, first, last))
+    if last - first < _SEARCH_NODES:
+        return Region(first, last, _lowest(lattice, indenter, first, last)[0])
+    return _searched(lattice, indenter, depth, first, last)
+
+
+def _bottom(lattice: Lattice, indenter: Indenter, first: int, last: int) -> int:
+    """The lowest node of a convex profile: downhill from the origin to the first link that rises.
+
+    ValueError if it falls for ever.
+    """
+    start = min(max(0, first), last)
+    for side, limit in ((1, last), (-1, first)):
+        found = first_positive(
+            functools.partial(_rise, lattice, indenter, start, side), abs(limit - start)
+        )
+        if found == MAX_NODES:
+            raise ValueError(_bottomless(lattice, indenter, found))
+        if found:
+            return start + side * found
+    return start
+
+
+def _lowest(lattice: Lattice, indenter: Indenter, first: int, last: int) -> tuple[int, float]:
+    node, least = first, math.inf
+    for start, f in blocks(lattice, indenter, first, last):
+        i = int(np.argmin(f))
+        if f[i] < least:
+            node, least = start + i, float(f[i])
+    return node, least
+
+
+def _searched(lattice: Lattice, indenter: Indenter, depth: float, first: int, last: int) -> Region:
+    """Window about the origin, doubled until its ends stand clear of the surface."""
+    half = 1 << 10
+    while half <= _SEARCH_NODES:
+        lo, hi = max(first, -half), min(last, half)
+        node, least = _lowest(lattice, indenter, lo, hi)
+        ends = heights(lattice, indenter, np.array([lo, hi], float))
+        clear = max(depth, least) + deepest_contact(lattice)
+        if abs(node) <= half // 2 and ends.min() > clear:
+            return Region(lo, hi, node)
+        half *= 2
+    raise ValueError(_bottomless(lattice, indenter, half // 2))
+
+
+def _bottomless(lattice: Lattice, indenter: Indenter, nodes: int) -> str:
+    return (
+        f"indenter = {indenter!r} has no lowest point within {nodes} nodes of x = "
+        f"{lattice.origin!r}; give Profile(..., extent=(lo, hi)) or a larger spacing"
+    )
+
+
+def adhered(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -> Contact | None:
+    """Contact of the path that touches first and then moves to `depth`; None: it has let go."""
+    first, last, lowest = where
+    touch = height(lattice, indenter, lowest)
+    pressed = max(depth, touch)
+    mirror = mirror_axis(lattice, indenter, lowest, lowest) is not None
+    right = _advance(lattice, indenter, pressed, lowest, last)
+    left = 2 * lowest - right if mirror else _advance(lattice, indenter, pressed, lowest, first)
+    reach = lattice.critical_gap
+    if not lattice.gamma1:
+        reach = min(reach, pressed - depth)
+    if depth == pressed:
+        return Contact(left, right, reach)
+    stops = (lowest, lowest) if mirror or indenter.convex else (left, right)
+    last = _recede(lattice, indenter, depth, right, stops[0], reach)
+    first = 2 * lowest - last
+    if not mirror:
+        first = _recede(lattice, indenter, depth, left, stops[1], reach)
+    lone_holds = not lattice.gamma1 and touch - depth <= reach * (1 + _TIE)
+    return Contact(first, last, reach) if first < last or (first == last and lone_holds) else None
+
+
+def held(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -> Contact | None:
+    """γ₁ = 0: the contact of lowest energy, every spring with u >= -δ₀ attached, Eq. (18)."""
+    reach, lowest = lattice.critical_gap, where.lowest
+    if height(lattice, indenter, lowest) > depth + reach:
+        return None
+    ends = [_advance(lattice, indenter, depth + reach, lowest, end) for end in where[:2]]
+    return Contact(ends[0], ends[1], reach)
+
+
+def _advance(lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int) -> int:
+    """Outwards from node start to the first link whose adhesion does not pay for its gap."""
+    reach = lattice.critical_gap * (1 + _TIE) if lattice.gamma1 else 0.0
+    side = 1 if limit >= start else -1
+    if indenter.convex:
+        stop = _bracketed(lattice, indenter, depth, start, limit, reach)
+        if stop != limit:
+            return stop
+    else:
+        for node, f in blocks(lattice, indenter, start, limit):
+            holds = lattice.holds(f[:-1], f[1:], depth, reach)
+            if not holds.all():
+                return node + side * int(np.argmin(holds))
+    end = indenter.extent[0 if side < 0 else 1]
+    if end in indenter.walls:
+        return limit
+    raise ValueError(unknown(lattice, depth, limit))
+
+
+def _bracketed(
+    lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int, reach: float
+) -> int:
+    """Outwards from node start to the first link that does not hold, no link beyond it holding."""
+    side = 1 if limit >= start else -1
+
+    def excess(links: Array) -> Array:
+        f, f_next = _linked(lattice, indenter, start, side, links)
+        return np.asarray(lattice.gap(f, f_next, depth) - reach)
+
+    return start + side * first_positive(excess, abs(limit - start))
+
+
+def _rise(lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array) -> Array:
+    """By how much f rises over links outwards from node start."""
+    f, f_next = _linked(lattice, indenter, start, side, links)
+    return f_next - f
+
+
+def _linked(
+    lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array
+) -> tuple[Array, Array]:
+    """f, maybe not finite, at both ends of links outwards from node start."""
+    nodes = start + side * links
+    f = indenter.height(_positions(lattice, indenter, np.concatenate([nodes, nodes + side])))
+    return f[: links.size], f[links.size :]
+
+
+def unknown(lattice: Lattice, depth: float, node: int) -> str:
+    """What to say of a contact that reaches the last node of a profile that may go on."""
+    return (
+        f"depth = {depth!r} spreads the contact to x = {lattice.x(node)!r}, where the profile "
+        "is not known any more; give a wider profile, a smaller depth, or add a FlatPunch whose "
+        "edge ends the indenter there"
+    )
+
+
+def _recede(
+    lattice: Lattice, indenter: Indenter, depth: float, end: int, stop: int, reach: float
+) -> int:
+    """Inwards from the contact's end to the first link that holds; `stop` if none does."""
+    side, reach = (1 if end >= stop else -1), reach * (1 + _TIE)
+    if indenter.convex:
+        return _bracketed(lattice, indenter, depth, stop, end, reach)
+    for node, f in blocks(lattice, indenter, end, stop):
+        holds = lattice.holds(f[1:], f[:-1], depth, reach)
+        if holds.any():
+            return node - side * int(np.argmax(holds))
+    return stop

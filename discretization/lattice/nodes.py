@@ -1,0 +1,289 @@
+"""Fixed nodes: the discrete energy and what is exact on the lattice itself.
+
+Nodes x_i = origin + iΔx, a spring kΔx under each, a link of the stretched surface between
+neighbours. With t = γ₁/Δx and contact links C (both ends in contact), the nodal energy is
+
+    U[u] = Σ_i kΔx u_i²/2 + Σ_i t (u_{i+1} - u_i)²/2 - w Δx |C|     min over u, s.t. u_i >= g_i.
+
+Free nodes obey t(u_{i-1} - 2u_i + u_{i+1}) = kΔx u_i, so a free tail decays by
+λ = exp(-2 asinh(√κ/2)), κ = kΔx²/γ₁, per node, exactly. Eliminating the tail leaves a spring
+t(1-λ) on the last node: the half-infinite far field needs no nodes.
+
+Finite slopes: with s = (u_{i+1} - u_i)/Δx a free link has the energy γ₁Δx(√(1+s²) - 1), and on a
+contact link wΔx becomes wΔx√(1+s²). The tail is eliminated by tails.py.
+
+Adhesion is counted per link: a lone node has none. With γ₁ = 0 there are no links and the springs
+are independent, so it is counted per node, and a contact reaches half a node past its last one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice.tails import (
+    TURNING,
+    FiniteTail,
+    LatticeTail,
+    TailResponse,
+    tail_response,
+)
+from energy import Indenter, Scene
+from energy.checks import positive
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
+
+    Small slopes; `FiniteLattice` answers the same questions for finite ones.
+    """
+
+    slopes: ClassVar[str] = "small"
+    spacing: float
+    origin: float
+    k: float
+    gamma1: float
+    w: float
+    spring: float = field(init=False)
+    link: float = field(init=False)
+    log_decay: float = field(init=False)
+    link_over_decay: float = field(init=False)
+
+    @classmethod
+    def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
+        """Lattice for a scene with a node on `origin`.
+
+        By default that is the indenter's lowest point, which may be a tip; a body between two
+        edges is centred, so that the outermost nodes are at most Δx/2 inside them.
+        """
+        positive("spacing", spacing)
+        if origin is None:
+            origin = _origin(scene.indenter, spacing)
+        kind = FiniteLattice if scene.slopes == "finite" and scene.gamma1 else Lattice
+        return kind(spacing, origin, scene.stiffness, scene.gamma1, scene.work_of_adhesion)
+
+    def __post_init__(self) -> None:
+        dx, k, gamma1 = self.spacing, self.k, self.gamma1
+        spring, link = k * dx, gamma1 / dx
+        half = spring / 2
+        derived = {
+            "spring": spring,
+            "link": link,
+            "log_decay": 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf,
+            # t/λ without dividing by a λ that may underflow or vanish
+            "link_over_decay": link + half + math.sqrt(half) * math.sqrt(half + 2 * link),
+        }
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def decay(self) -> float:
+        """λ, the factor by which a free tail decays per node."""
+        return math.exp(-self.log_decay)
+
+    @property
+    def loss(self) -> float:
+        """1 - λ without cancellation."""
+        return -math.expm1(-self.log_decay)
+
+    @property
+    def end_stiffness(self) -> float:
+        """t(1-λ): what a half-infinite free tail does to its first node."""
+        return self.link * self.loss
+
+    @property
+    def critical_gap(self) -> float:
+        """Gap at the first free node beyond which the line does not advance: Δx√(2wλ/γ₁).
+
+        Root of `advance_cost`; for independent springs it is δ₀.
+        """
+        return math.sqrt(2 * self.w * self.spacing / self.link_over_decay)
+
+    @property
+    def edge(self) -> float:
+        """How far, in nodes, a contact reaches beyond its last node."""
+        return 0.0 if self.gamma1 else 0.5
+
+    @property
+    def contact_tension(self) -> float:
+        """Tension of the surface in contact."""
+        return self.gamma1
+
+    @property
+    def greatest_displacement(self) -> float:
+        """Displacement at a contact line beyond which the tail is not described."""
+        return math.inf
+
+    @property
+    def tail(self) -> LatticeTail:
+        """The free surface beyond a contact line."""
+        return LatticeTail(self.log_decay / self.spacing)
+
+    def tail_energy(self, u):
+        """F(u) of a tail whose first node is displaced by u, without that node's own spring."""
+        return self.end_stiffness / 2 * u * u
+
+    def tail_reaction(self, u):
+        """F'(u): pull of the tail's first link."""
+        return self.end_stiffness * u
+
+    def tail_force(self, u):
+        """Σ_{j>=1} kΔx u_j: force of the tail's springs; the same number in balance."""
+        return self.spring * self.decay / self.loss * u
+
+    def tail_stiffness(self, u):
+        """F''(u)."""
+        return self.end_stiffness
+
+    def tension(self, steps):
+        """Vertical force of links over which u changes by `steps`."""
+        return self.link * steps
+
+    def surface_energy(self, steps: Array) -> float:
+        """Energy of links over which u changes by `steps`, of the free surface."""
+        return self.link / 2 * float(steps @ steps)
+
+    def adhesion(self, links: int, surface: float) -> float:
+        """Adhesion of contact links whose energy as free surface would be `surface`."""
+        return -self.w * self.spacing * links
+
+    def least_stiffness(self, steps: Array) -> float:
+        """Smallest stiffness of links over which u changes by `steps`."""
+        return self.link
+
+    def arc(self, rise):
+        """Length of a link on which f rises by `rise`, over Δx, as far as adhesion counts it."""
+        return 1.0
+
+    def gap(self, f, f_next, depth):
+        """λg - g': what node m+1 is away from contact if the contact ends at node m.
+
+        f, f_next: heights of the profile there, g = d - f.
+        """
+        return f_next - f - self.loss * (depth - f)
+
+    def holds(self, f, f_next, depth, reach):
+        """Whether the line advances over these links: gap <= reach."""
+        return self.gap(f, f_next, depth) <= reach
+
+    def advance_cost(self, gap):
+        """Energy by which a line's advance over one link changes the re-equilibrated energy.
+
+        From end node m to m+1, with the tail re-equilibrated before and after,
+
+            ΔE = kΔx g'²/2 + t(g'-g)²/2 + F(g') - F(g) - wΔx = t/(2λ) (λg - g')² - wΔx,
+
+        g = g_m, g' = g_{m+1}.
+        """
+        return self.link_over_decay / 2 * gap * gap - self.w * self.spacing
+
+    def advance_energy(self, f, f_next, depth):
+        """ΔE for links at the heights f, f_next."""
+        return self.arc(f_next - f) * self.advance_cost(self.gap(f, f_next, depth))
+
+    def advance_force(self, f, f_next, depth):
+        """dΔE/dd = kΔx g' + F'(g') - F'(g) = -kΔx/(1-λ) gap."""
+        return -self.spring / self.loss * self.gap(f, f_next, depth)
+
+    def x(self, node):
+        """Position of a node (or an array of nodes)."""
+        return self.origin + self.spacing * node
+
+
+@dataclass(frozen=True)
+class FiniteLattice(Lattice):
+    """The lattice with finite slopes.
+
+    Its `gap` is scaled so that with the same `advance_cost` as for small slopes
+
+        ΔE = kΔx g'²/2 + contact link + F(g') - F(g) = √(1+s²) advance_cost(gap),  s = (f'-f)/Δx,
+
+    and has the sign of g_{m+1} below the resting tail: the line advances by the same rule.
+    """
+
+    slopes: ClassVar[str] = "finite"
+    length: float = field(init=False)
+    response: TailResponse = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        length = math.sqrt(self.gamma1 / self.k)
+        object.__setattr__(self, "length", length)
+        object.__setattr__(self, "response", tail_response(self.spacing / length))
+
+    @property
+    def contact_tension(self) -> float:
+        """γ₁ - w."""
+        return self.gamma1 - self.w
+
+    @property
+    def greatest_displacement(self) -> float:
+        """1.3 l, near √2 l where the surface turns over, and Δx, to which it is resolved."""
+        return TURNING * self.length + self.spacing
+
+    @property
+    def tail(self) -> LatticeTail:
+        return FiniteTail(self.log_decay / self.spacing, self.length, self.response)
+
+    def tail_energy(self, u):
+        return self.gamma1 * self.length * self.response.energy(u / self.length)
+
+    def tail_reaction(self, u):
+        return self.gamma1 * self.response.reaction(u / self.length)
+
+    def tail_force(self, u):
+        after = self.response.after(u / self.length)
+        return self.spring * self.length * after + self.gamma1 * self.response.reaction(after)
+
+    def tail_stiffness(self, u):
+        return self.gamma1 / self.length * self.response.stiffness(u / self.length)
+
+    def tension(self, steps):
+        slope = steps / self.spacing
+        return self.gamma1 * slope / np.sqrt(1 + slope * slope)
+
+    def surface_energy(self, steps: Array) -> float:
+        squares = (steps / self.spacing) ** 2
+        return self.gamma1 * self.spacing * float(np.sum(squares / (1 + np.sqrt(1 + squares))))
+
+    def adhesion(self, links: int, surface: float) -> float:
+        return super().adhesion(links, surface) - self.w / self.gamma1 * surface
+
+    def least_stiffness(self, steps: Array) -> float:
+        steepest = float(np.max(np.abs(steps), initial=0.0)) / self.spacing
+        return self.link / (1 + steepest**2) ** 1.5
+
+    def arc(self, rise):
+        return np.hypot(1, rise / self.spacing)
+
+    def gap(self, f, f_next, depth):
+        u, rise = (depth - f) / self.length, (f_next - f) / self.spacing
+        whole = self.link_over_decay / self.link * np.hypot(1, rise)
+        return self.spacing * self.response.parting(u, rise) / np.sqrt(whole)
+
+    def holds(self, f, f_next, depth, reach):
+        u = (depth - f) / self.length
+        parting = f_next - f - self.spacing * self.response.fall(u)  # never less than the gap
+        holds = (parting <= 0) | ((parting <= reach) & (np.abs(u) <= self.response.reach))
+        rest = ~holds
+        holds[rest] = self.gap(f[rest], f_next[rest], depth) <= reach
+        return holds
+
+    def advance_force(self, f, f_next, depth):
+        g, g_next = depth - f, depth - f_next
+        return self.spring * g_next + self.tail_reaction(g_next) - self.tail_reaction(g)
+
+
+def _origin(indenter: Indenter, spacing: float) -> float:
+    lo, hi = indenter.extent
+    if len(indenter.walls) == len(indenter.corners) == 2:
+        links = math.floor((hi - lo) / spacing + 1e-9)
+        return lo + max(0.0, (hi - lo) - links * spacing) / 2
+    return 0.0 if indenter.apex is None else indenter.apex

@@ -1,0 +1,48 @@
+"""The metastable state of several contacts on the lattice: the end of the path that leads there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import certify, measured
+from discretization.equilibrium import Equilibrium
+from discretization.lattice import fronts
+from discretization.lattice.lowest import of_contacts
+from discretization.lattice.many_contacts import ManyContacts
+from discretization.lattice.nodes import Lattice
+from energy import Scene
+
+
+def on_path(
+    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
+) -> Equilibrium | None:
+    """The state with these contacts; None where there is only one. NotCertifiedError as there."""
+    nodes = contacts_on_path(scene, depth, lattice, where)
+    if nodes is None:
+        return None
+    return of_contacts(scene, depth, "adhered", lattice, where, nodes)
+
+
+def contacts_on_path(
+    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
+) -> NDArray[np.int64] | None:
+    """Contacts (m, 2) of the path that touches first and then moves to this depth, event by event.
+
+    None where there is only one contact on the way, that of fronts.py: as long as the surface
+    beside it is clear of the indenter at the largest depth of the path it was before, as v = u - g
+    falls with the depth and with every node that comes into contact.
+    """
+    if scene.indenter.convex or scene.slopes != "small" or not scene.work_of_adhesion:
+        return None
+    if not scene.gamma1 or scene.pattern is not None or scene.opening is not None:
+        return None
+    touch = float(fronts.heights(lattice, scene.indenter, np.array([float(where.lowest)]))[0])
+    deepest = max(depth, touch)
+    contact = fronts.adhered(lattice, scene.indenter, deepest, where)
+    if contact is not None:
+        sums = measured(lattice, scene.indenter, deepest, contact)
+        if certify(lattice, scene.indenter, deepest, where, contact, sums).ok:
+            return None
+    branch = ManyContacts.of(scene, lattice.spacing, deepest, lattice.origin)
+    return branch.reached(depth)

@@ -1,0 +1,103 @@
+"""Free spans between contact nodes in closed form, and the surface built from them.
+
+Between two contact nodes T links apart free nodes obey u_{i-1} - 2u_i + u_{i+1} = κ u_i: u is a sum
+of sinh μ(i - left) and sinh μ(right - i), μ = -ln λ; beyond the outermost contact nodes T = ∞ and u
+is a tail. Everything is scaled so that no sinh overflows and no difference cancels.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice.nodes import Lattice
+
+Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
+
+
+def shares(rate: float, p: Array, q: Array) -> tuple[Array, Array, Array]:
+    """a, b and 1 - a - b of the free surface u = a left + b right, p from left and q from right.
+
+    a = sinh(rate·q)/sinh(rate·(p+q)), b = sinh(rate·p)/sinh(rate·(p+q)),
+    1 - a - b = 2 sinh(rate·p/2) sinh(rate·q/2)/cosh(rate·(p+q)/2);
+
+    p and q may be inf. A tail decays by exp(-rate): μ per link, μ/Δx per length on the lattice.
+    """
+    ep, eq, both = np.exp(-rate * p), np.exp(-rate * q), np.expm1(-2 * rate * (p + q))
+    near, far = ep * np.expm1(-2 * rate * q) / both, eq * np.expm1(-2 * rate * p) / both
+    return near, far, np.expm1(-rate * p) * np.expm1(-rate * q) / (1 + ep * eq)
+
+
+def excess(lattice: Lattice, p: Array, q: Array, left: Array, own: Array, right: Array) -> Array:
+    """How far `own` lies above the span between its neighbours, p nodes left and q nodes right."""
+    near, far, rest = shares(lattice.log_decay, p, q)
+    result = near * (own - left)
+    result += far * (own - right)
+    return result + rest * own
+
+
+def advance(lattice: Lattice, g: Array, links: Array, facing: float) -> tuple[Array, Array, Array]:
+    """`Lattice.gap`, `advance_energy` and `advance_force` of a line that faces another one.
+
+    g: (n+1,) at the line's successive nodes; links: (n,) from the first n of them to the facing
+    line, where u = facing; they need not be whole. Advancing lifts the next node out of the span,
+
+        ΔE = (K_1 + K_{T-1} - t sinh μ) gap² - wΔx,
+
+    and the gap returned is scaled so that ΔE has the form of `Lattice.advance_cost`.
+    """
+    one = np.ones_like(links)
+    half = lattice.link_over_decay / 2 + (stiffness(lattice, links - 1) - unit(lattice))
+    gap = -excess(lattice, one, links - 1, g[:-1], g[1:], facing * one)
+    energy = half * gap * gap - lattice.w * lattice.spacing
+    force = -2 * half * gap * excess(lattice, one, links - 1, one, one, one)
+    return gap * np.sqrt(2 * half / lattice.link_over_decay), energy, force
+
+
+def above(lattice: Lattice, y: Array, held: Nodes, at: Nodes, own: Array) -> Array:
+    """Excess of `own` at the nodes `at` over the spans through y at the held nodes."""
+    k = np.searchsorted(held, at)
+    x = np.concatenate([[-math.inf], held, [math.inf]])
+    ends = np.concatenate([[0.0], y[held], [0.0]])
+    return excess(lattice, at - x[k], x[k + 1] - at, ends[k], own, ends[k + 1])
+
+
+def displacement(lattice: Lattice, g: Array, contact: NDArray[np.bool_]) -> Array:
+    """u (n,): g on the contact nodes, spans between and tails beyond them."""
+    u, free = np.where(contact, g, 0.0), np.flatnonzero(~contact)
+    u[free] = -above(lattice, g, np.flatnonzero(contact), free, u[free])
+    return u
+
+
+def unit(lattice: Lattice) -> float:
+    """t sinh μ: what a half-infinite tail and half of the spring below do to a node."""
+    return lattice.link * math.sinh(lattice.log_decay)
+
+
+def stiffness(lattice: Lattice, links: Array) -> Array:
+    """K_T = t sinh μ/(1 - λ²ᵀ); a span to u' instead of a tail from u costs K_T (u' - λᵀu)²."""
+    with np.errstate(divide="ignore"):  # T = 0
+        both = np.divide(-1.0, np.expm1(-2 * lattice.log_decay * links))
+    return unit(lattice) * both
+
+
+def energy(lattice: Lattice, g: Array, held: Nodes) -> float:
+    """Springs and surface of the state held at these nodes only, span by span; no adhesion."""
+    links = np.diff(held, prepend=-math.inf)
+    before = np.concatenate([[0.0], g[held]])[: held.size]
+    rise = g[held] - before - np.expm1(-lattice.log_decay * links) * before
+    return float(np.sum(stiffness(lattice, links) * rise**2))
+
+
+def running_max(values: Array, group: Nodes) -> Array:
+    """Largest value so far within each group; group (n,): 0, ..., 0, 1, ..., 1, 2, ..."""
+    order = np.argsort(values, kind="stable")
+    rank = np.empty(values.size, np.int64)
+    rank[order] = np.arange(values.size)
+    rank += group * values.size
+    rank = np.maximum.accumulate(rank)
+    rank -= group * values.size
+    return values[order[rank]]

@@ -1,0 +1,212 @@
+"""What holds the indenter: an imposed depth, a dead load, or a spring to a drive.
+
+The load L(d; c) at control value c is c (force) or K(c - d) (a machine of stiffness K whose drive
+is at c); equilibrium is P(d) = L(d; c), stable where P'(d) + K > 0 (force: K = 0). The indenter
+moves towards the first equilibrium in the direction in which it is pushed; where there is none
+before P' + K changes sign, the state is unstable and jumps at fixed control.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from discretization.fitted.lines import bracketed
+from discretization.paths.branch import Branch, Point
+
+_MARCH = 40
+_HALVINGS = 60
+_ROUNDING = 1e-14
+_NUDGE = 1e-6
+_NEAREST = 1e-5
+_STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
+_STRIDE = 0.006  # ε^(1/7)
+_SAMPLES = 32
+_LEAST = 1e-18  # of the depths, where it closes at depth 0
+_LOCAL = 1e-2
+_REDUCED = 1e-10  # of the first imbalance: one more secant step makes it rounding
+_CLOSE = 1e-14  # error of a secant step: itself times the distance of the points it is drawn by
+
+
+@dataclass(frozen=True)
+class Control:
+    """stiffness K: None for an imposed depth, 0 for a dead load."""
+
+    stiffness: float | None
+
+    def load(self, depth: float, value: float) -> float:
+        """L(d; c)."""
+        return self.stiffness * (value - depth) if self.stiffness else value
+
+    def value(self, depth: float, force: float) -> float:
+        """c with L(d; c) = force; the depth itself if that is imposed."""
+        if self.stiffness is None:
+            return depth
+        return depth + force / self.stiffness if self.stiffness else force
+
+    def potential(self, depth: float, value: float) -> float:
+        """Energy of what holds the indenter: 0, -F d or K/2 (D - d)²."""
+        if self.stiffness is None:
+            return 0.0
+        return self.stiffness / 2 * (value - depth) ** 2 if self.stiffness else -value * depth
+
+
+class Unstable(NamedTuple):
+    """Where a state becomes unstable, and the last point at which there is a contact beyond it."""
+
+    point: Point
+    closes: Point
+
+
+def settled(
+    branch: Branch, control: Control, point: Point, old: float, value: float, rate: float
+) -> Point | Unstable:
+    """The equilibrium that a stable contact moves to as the control goes from `old` to `value`.
+
+    By secants from where it was; rate: a guess of P' + K, 0 for none.
+    """
+    excess, remembers = _excess(branch, control, value), branch.scene.hysteretic
+    here, r = point, control.load(point.depth, old) - control.load(point.depth, value)
+    least = _unfelt(branch, point)
+    if abs(r) <= least:
+        r = excess(point)
+        if abs(r) <= least:
+            return point
+    side, first = (-1.0 if r > 0 else 1.0), abs(r)
+    guess = abs(r) / rate if rate > 0 else _NUDGE * (abs(point.depth - branch.touch) + branch.lift)
+    guess = guess or abs(r) / branch.scene.layer.modulus
+    held = branch.lift if branch.scene.gamma1 else 0.0  # springs alone: P is not smooth at touching
+    there, beyond = _tried(branch, here, here.depth, side * guess)
+    for _ in range(_MARCH):
+        scale = held + max(abs(at.depth - branch.touch) for at in (point, there))
+        q = excess(there) if there.state is not None else math.nan
+        if q == 0 or (there.depth == here.depth and beyond is None):
+            return there
+        if there.depth == here.depth:
+            break
+        slope = (q - r) / (there.depth - here.depth)
+        if not slope > 0:
+            break
+        step, gap = -q / slope, abs(there.depth - here.depth)
+        near = gap <= _LOCAL * scale and abs(step) * gap <= _CLOSE * scale**2
+        here, r, done = there, q, near or abs(q) <= _REDUCED * first
+        there, beyond = _tried(branch, point if remembers else here, here.depth, step)
+        if done and there.state is not None and beyond is None:
+            return there
+    if beyond is not None:
+        raise beyond
+    closes = closing_point(branch, point) if side < 0 else there
+    fold = point_of_fold(branch, control, point, closes if there.state is None else there)
+    if excess(fold) * excess(point) <= 0:
+        return _between(branch, excess, point, fold)
+    return Unstable(fold, closes)
+
+
+def _unfelt(branch: Branch, point: Point) -> float:
+    """A change of the load that the rounding of P hides."""
+    left, right = point.state.ends
+    scene, lift = branch.scene, abs(point.depth - branch.touch) + branch.lift
+    return _ROUNDING * scene.stiffness * lift * (right - left + scene.elastocapillary_length)
+
+
+def jumped(
+    branch: Branch, control: Control, point: Point, value: float, last: float
+) -> Point | None:
+    """The first equilibrium between an unstable point and the depth `last`; None: there is none."""
+    excess = _excess(branch, control, value)
+    here, r, step = point, excess(point), (last - point.depth) / _SAMPLES
+    for i in range(1, _SAMPLES + 1):
+        there = moved(branch, here, last if i == _SAMPLES else point.depth + i * step)
+        if there.state is None:
+            return None
+        if excess(there) * r <= 0:
+            return _between(branch, excess, here, there)
+        here = there
+    return None
+
+
+def _excess(branch: Branch, control: Control, value: float) -> Callable[[Point], float]:
+    """P - L at a point, as a function."""
+
+    def excess(at: Point) -> float:
+        return branch.force(at.state, at.depth) - control.load(at.depth, value)
+
+    return excess
+
+
+def moved(branch: Branch, point: Point, depth: float) -> Point:
+    """The point at another depth."""
+    return Point(depth, branch.follow(point.state, depth))
+
+
+def _between(branch: Branch, excess: Callable[[Point], float], here: Point, there: Point) -> Point:
+    """The equilibrium between two points at which P - L has different signs."""
+    sign = -1.0 if excess(here) > 0 else 1.0
+    depth = bracketed(lambda d: sign * excess(moved(branch, here, d)), here.depth, there.depth)
+    return moved(branch, here, depth)
+
+
+def _tried(
+    branch: Branch, point: Point, depth: float, step: float
+) -> tuple[Point, ValueError | None]:
+    """The point a step further, halved while that is refused; with the refusal, if there was one.
+
+    A trial depth may lie beyond the known profile while the equilibrium does not.
+    """
+    beyond: ValueError | None = None
+    for _ in range(_HALVINGS):
+        try:
+            return moved(branch, point, depth + step), beyond
+        except ValueError as refusal:
+            beyond, step = refusal, step / 2
+    return moved(branch, point, depth), beyond
+
+
+def closing_point(branch: Branch, point: Point) -> Point:
+    """The last depth of a retraction from `point` at which there still is a contact."""
+    held, gone = point, branch.touch - (1 + _NUDGE) * branch.lift - _NUDGE * abs(point.depth)
+    least = _LEAST * (abs(point.depth) + branch.lift)
+    while True:
+        middle = (held.depth + gone) / 2
+        if not gone < middle < held.depth or held.depth - gone <= least:
+            return held
+        state = branch.follow(point.state, middle)
+        if state is None:
+            gone = middle
+        else:
+            held = Point(middle, state)
+
+
+def point_of_fold(branch: Branch, control: Control, stable: Point, end: Point) -> Point:
+    """Where P' + K changes sign between a stable point and `end`; `end` if it does not."""
+    size = branch.lift or abs(stable.depth - end.depth)
+    room = abs(stable.depth - end.depth)
+
+    def rate(depth: float, stride: float) -> float:
+        total = control.stiffness or 0.0
+        for count, weight in _STENCIL:
+            ahead, behind = (moved(branch, stable, depth + s * count * stride) for s in (1, -1))
+            rise = branch.force(ahead.state, ahead.depth) - branch.force(behind.state, behind.depth)
+            total += weight * rise / stride
+        return total
+
+    def smooth(depth: float) -> float:
+        return rate(depth, _STRIDE * min(size, abs(depth - end.depth)))
+
+    first = end.depth + math.copysign(_NEAREST * size, stable.depth - end.depth)
+    if first == end.depth or abs(first - end.depth) >= room or smooth(first) >= 0:
+        return end
+    found = bracketed(smooth, first, stable.depth)
+    for finer in (1e-3, 1e-6):  # where a pinned line comes free P' jumps: seen by short strides
+        stride = finer * _STRIDE * min(size, abs(found - end.depth))
+        reach = math.copysign(4 / finer * stride, stable.depth - end.depth)
+        inner, outer = found - reach, found + reach
+        if abs(outer - end.depth) > room or rate(inner, stride) >= 0 or rate(outer, stride) <= 0:
+            break
+        kink = bracketed(lambda depth: rate(depth, stride), inner, outer)  # noqa: B023
+        if abs(kink - found) <= stride:  # smooth: the long stride is the more accurate
+            break
+        found = kink
+    return moved(branch, stable, found)

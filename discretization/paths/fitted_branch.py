@@ -1,0 +1,265 @@
+"""The metastable branch of one contact on the fitted mesh, followed from state to state.
+
+At a new depth every contact line moves downhill in energy from where it was: outwards while dU/dq
+of a contact that closes is negative, inwards while that of one that opens is positive, else it
+stays. With one work of adhesion both change sign at the same place. Springs without tension
+(γ₁ = 0) close on touching and open at u = -δ₀.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import NotCertifiedError
+from discretization.fitted.lines import FittedLine, Problem, find_line, lowest_point, mirrored
+from discretization.fitted.quadrature import along, arc_length, pressing, totals
+from discretization.fitted.response import ABSENT, Response, chosen
+from discretization.fitted.spectral import rounded
+from discretization.fitted.state import certify_lines
+from energy import Plane, Scene
+
+Array = NDArray[np.float64]
+_SECANTS = 12
+_NUDGE = 1e-6
+_CLOSED = 1e-15
+_STALLED = 1e-12
+_LOCAL = 1e-3
+_REDUCED = 1e-10
+_FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
+_WORK = 1e-12
+
+
+class Contact(NamedTuple):
+    """A contact between two lines."""
+
+    left: FittedLine
+    right: FittedLine
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """x of both lines."""
+        return self.left.x, self.right.x
+
+
+State = Contact | None
+
+
+@dataclass(frozen=True, eq=False)
+class FittedBranch:
+    """States of one contact of a convex indenter under a prescribed depth; None: detached."""
+
+    scene: Scene
+    response: Response
+    apex: float
+    touch: float
+    rtol: float
+
+    @classmethod
+    def of(cls, scene: Scene, rtol: float) -> FittedBranch:
+        """ValueError for an indenter that may have more than one contact, or endless ones."""
+        indenter = scene.indenter
+        if not indenter.convex or isinstance(indenter, Plane):
+            raise ValueError(
+                f"indenter = {indenter!r}: a load path needs a convex profile with a lowest point, "
+                "such as a punch, wedge, parabola, power law, or a sum of these"
+            )
+        if scene.pattern is not None:
+            raise ValueError(
+                f"pattern = {scene.pattern!r} with method = 'fitted': a line that is pinned by a "
+                "pattern is followed on the lattice; use method='lattice' with a spacing"
+            )
+        apex = indenter.apex
+        if apex is None:
+            apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
+        response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
+        return cls(scene, response, apex, float(indenter.height(apex)), rtol)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether P is a smooth function of d between events."""
+        return True
+
+    @property
+    def lift(self) -> float:
+        """How far below touching a contact can be held: δ₀ of opening."""
+        return self.scene.opened.critical_separation
+
+    def _problems(self, depth: float) -> tuple[Problem, Problem]:
+        """That of a contact that closes, and that of one that opens."""
+        closing = Problem(self.scene, depth, self.touch, 0.0, self.response)
+        if self.scene.gamma1 and self.scene.opening is None:
+            return closing, closing
+        opened = self.scene.opened
+        return closing, Problem(opened, depth, self.touch, self.lift, self.response)
+
+    def follow(self, before: State, depth: float) -> State:
+        """The state at this depth when it was `before` on the way here."""
+        if before is None:
+            if depth < self.touch:
+                return None
+            seed = FittedLine(self.apex, True, False)
+            before = Contact(seed, seed)
+        problems = self._problems(depth)
+        right = self._moved(problems, 1, before.right)
+        if self.scene.indenter.symmetric and self.apex == self.scene.indenter.apex:
+            left = right._replace(x=mirrored(self.scene.indenter, right.x))
+        else:
+            left = self._moved(problems, -1, before.left)
+        if left.x > right.x or (left.x == right.x and depth < self.touch):
+            return None
+        for line in (left, right):
+            problems[1].refuse_overhang(line.x)
+        return Contact(left, right)
+
+    def _moved(self, problems: tuple[Problem, Problem], side: int, line: FittedLine) -> FittedLine:
+        closing, opening = problems
+        if closing is opening:
+            near = _near(closing, side, line, self.apex)
+            return near or find_line(closing, side, self.apex)
+        outer = find_line(closing, side, self.apex)
+        if side * (outer.x - line.x) > 0:
+            return outer
+        inner = find_line(opening, side, self.apex)
+        return inner if side * (inner.x - line.x) <= 0 else line
+
+    def contact(self, *lines: float) -> State:
+        """The state with lines at these positions; nan: detached."""
+        if math.isnan(lines[0]):
+            return None
+        corners = self.scene.indenter.corners
+        ends = (FittedLine(x, bool(np.any(np.equal(corners, x))), False) for x in lines)
+        return Contact(*ends)
+
+    def jump(self, state: State, start: float, end: float) -> None:
+        """A convex profile has no jumps."""
+
+    def pinned(self, state: State) -> tuple[str, str]:
+        """What holds each line: "edge", "tip" or "" where it is free."""
+        if state is None:
+            return ("", "")
+        walls, corners = self.scene.indenter.walls, self.scene.indenter.corners
+        held = []
+        for line in state:
+            tip = line.x == self.apex and line.x in corners
+            held.append("edge" if line.x in walls else "tip" if tip else "")
+        return held[0], held[1]
+
+    def force(self, state: State, depth: float) -> float:
+        """P."""
+        if state is None:
+            return 0.0
+        return pressing(self.scene, self.response, depth, *state.ends, self.rtol)
+
+    def energy(self, state: State, depth: float) -> float:
+        """U, with the work of adhesion of `surfaces`."""
+        if state is None:
+            return 0.0
+        return totals(self.scene, self.response, depth, *state.ends, 1e-15)[1].energy
+
+    def friction(self, before: State, after: State) -> float:
+        """Lost to adhesion hysteresis as the lines move without a jump.
+
+        Per length of the indenter, w - w_closing where it closes and w_opening - w where it opens;
+        w_closing is w, or 0 for springs without tension, which have to be touched.
+        """
+        if before is None or after is None:
+            return 0.0
+        w, opening = self.scene.work_of_adhesion, self.scene.opened.work_of_adhesion
+        closing, lost = w if self.scene.gamma1 else 0.0, 0.0
+        for side, old, new in zip((-1, 1), before.ends, after.ends, strict=True):
+            per_length = w - closing if side * (new - old) > 0 else opening - w
+            if per_length and new != old:
+                lost += per_length * arc_length(self.scene, old, new)
+        return lost
+
+    def work(self, before: State, start: float, end: float) -> float:
+        """∫P dd from one depth to another without a jump on the way, by adaptive Lobatto rules."""
+        if before is None:
+            return 0.0
+        return integral(lambda depth: self.force(self.follow(before, depth), depth), start, end)
+
+    def observed(self, depths: Array, states: Sequence[Contact]) -> tuple[Array, Array, Array]:
+        """Lines (n, 2), P and U (n,)."""
+        lines = np.array([state.ends for state in states])
+        found, change = along(self.scene, self.response, depths, lines)
+        if change <= self.rtol / 10:
+            return lines, found.force, found.energy
+        finer = [
+            totals(self.scene, self.response, depth, left, right, self.rtol)[1]
+            for depth, (left, right) in zip(depths.tolist(), lines.tolist(), strict=True)
+        ]
+        return lines, *np.array([(one.force, one.energy) for one in finer]).T
+
+    def certify(self, state: State, depth: float) -> None:
+        """NotCertifiedError unless the state is in equilibrium."""
+        if state is None:
+            return
+        closing, opening = self._problems(depth)
+        found = totals(self.scene, self.response, depth, *state.ends, 1e-15)[1]
+        certificate = certify_lines(closing, state, found, opening)
+        if not certificate.ok:
+            raise NotCertifiedError(
+                f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
+                f"({certificate}); the path stops before it"
+            )
+
+
+def integral(
+    force: Callable[[float], float], start: float, end: float, rtol: float = _WORK
+) -> float:
+    """∫P dd by Lobatto rules, on parts halved until fewer points agree to rtol of the whole."""
+    if start == end:
+        return 0.0
+
+    def part(lo: float, hi: float, order: int) -> tuple[float, float]:
+        points, weights, _ = rounded(order)
+        depths = [lo, *(lo + (points[1:-1] + 1) / 2 * (hi - lo)).tolist(), hi]
+        forces = np.array([force(depth) for depth in depths])
+        weights = weights * ((hi - lo) / 2)
+        return float(weights @ forces), float(np.abs(weights) @ np.abs(forces))
+
+    size = part(start, end, _FEW)[1]
+    done, parts = 0.0, [(start, end)]
+    while parts:
+        lo, hi = parts.pop()
+        fine = part(lo, hi, _MORE)[0]
+        middle = (lo + hi) / 2
+        if abs(fine - part(lo, hi, _FEW)[0]) <= rtol * size or middle in (lo, hi):
+            done += fine
+        else:
+            parts += [(lo, middle), (middle, hi)]
+    return done
+
+
+def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedLine | None:
+    """A free line close to where it was, by secants; None where a corner is near or they fail."""
+    if line.pinned:
+        return None
+    inner, outer = side * apex, math.inf
+    if len(problem.scene.indenter.corners):
+        corners = side * np.asarray(problem.scene.indenter.corners, float)
+        inner = float(max(inner, corners[corners < side * line.x].max(initial=-math.inf)))
+        outer = float(corners[corners > side * line.x].min(initial=math.inf))
+    size = abs(line.x - apex)
+    x0, x1 = line.x, line.x - side * _NUDGE * size
+    h0, h1, last = problem.drive(side, x0, 0.0), problem.drive(side, x1, 0.0), math.inf
+    least = _REDUCED * abs(h0)
+    for _ in range(_SECANTS):
+        if not (h1 - h0) * side * (x1 - x0) > 0:
+            return None
+        step = -h1 * (x1 - x0) / (h1 - h0)
+        # a steep far end makes any step look small
+        local = abs(x1 - x0) <= _LOCAL * size or abs(h1) <= least
+        if local and (abs(step) <= _CLOSED * size or last / 2 <= abs(step) <= _STALLED * size):
+            return FittedLine(x1 + step, False, False)
+        x0, h0, x1, last = x1, h1, x1 + step, abs(step)
+        if not inner < side * x1 < outer:
+            return None
+        h1 = problem.drive(side, x1, 0.0)
+    return None

@@ -1,0 +1,244 @@
+"""A load path: what was recorded at every step, its events, and the ledger of its energy."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice.many_contacts import ManyContacts
+from discretization.paths import ledger
+from discretization.paths.branch import Branch, State
+from discretization.paths.control import Control
+from discretization.paths.events import Event, PullOff, Snapshot, half_length
+from discretization.paths.fitted_branch import FittedBranch
+from discretization.paths.fitted_many import FittedMany
+from discretization.paths.lattice_branch import LatticeBranch
+from discretization.paths.load_path import inner_lines
+from energy import Scene
+from energy.description import described, rebuilt
+
+Array = NDArray[np.float64]
+_TITLE = "elastocap load path"
+_NOTES = (
+    "per unit length of the line contact, in the units of the scene: control [length or force],",
+    "depth d [length] > 0 into the layer, force P [force] > 0 compressive, energy U [energy],",
+    "lines left, right [length], nan: detached. event: kind, control, before, after (depth,",
+    "force, energy, left, right, inner lines), energy released, step",
+)
+_COLUMNS = ("control", "depth", "force", "energy", "left", "right", "inner")
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """A load path of n steps, per unit length of the line contact.
+
+    control: "depth", "force" or "drive"; values (n,): the programme; machine_stiffness K of a
+    drive. depth, force (P > 0 compressive), half_width, energy U (n,); contacts (n, 2): lines, nan
+    when detached. friction: lost by lines that moved without a jump under adhesion hysteresis.
+    spacing: of the nodes, None on the fitted mesh. inner (n,): the lines between the outermost
+    ones, where there are several contacts. A detached indenter under a tensile dead load is at
+    depth -inf.
+    """
+
+    scene: Scene
+    control: str
+    machine_stiffness: float | None
+    values: Array
+    depth: Array
+    force: Array
+    energy: Array
+    contacts: Array
+    events: tuple[Event, ...]
+    friction: float
+    rtol: float
+    spacing: float | None = None
+    inner: tuple[tuple[float, ...], ...] = ()
+
+    @classmethod
+    def empty(
+        cls,
+        scene: Scene,
+        control: str,
+        machine_stiffness: float | None,
+        rtol: float,
+        spacing: float | None,
+    ) -> History:
+        """A path without steps."""
+        none, lines = np.empty(0), np.empty((0, 2))
+        return cls(
+            scene, control, machine_stiffness, none, none, none, none, lines, (), 0.0, rtol, spacing
+        )
+
+    def extended(
+        self,
+        branch: Branch,
+        values: Array,
+        depths: Array,
+        states: list[State],
+        events: list[Event],
+        friction: float,
+    ) -> History:
+        """This path and further steps along the branch."""
+        lines, (force, energy) = np.full((depths.size, 2), math.nan), np.zeros((2, depths.size))
+        held = np.array([state is not None for state in states])
+        if held.any():
+            found = branch.observed(depths[held], [s for s in states if s is not None])
+            lines[held], force[held], energy[held] = found
+        return replace(
+            self,
+            values=np.concatenate([self.values, values]),
+            depth=np.concatenate([self.depth, depths]),
+            force=np.concatenate([self.force, force]),
+            energy=np.concatenate([self.energy, energy]),
+            contacts=np.concatenate([self.contacts, lines]),
+            events=(*self.events, *events),
+            friction=self.friction + friction,
+            inner=(*self.inner, *map(inner_lines, states)),
+        )
+
+    @property
+    def half_width(self) -> Array:
+        """Half the total contact length a (n,), 0 when detached."""
+        width = self.contacts[:, 1] - self.contacts[:, 0]
+        gaps = [-half_length(lines) if lines else 0.0 for lines in self.inner]
+        return np.where(np.isnan(width), 0.0, width / 2 + np.array(gaps))
+
+    @property
+    def dissipated(self) -> float:
+        """Energy lost on the way: released in the events, and to adhesion hysteresis."""
+        return sum(event.energy_released for event in self.events) + self.friction
+
+    @property
+    def segments(self) -> list[tuple[Snapshot, Snapshot]]:
+        """Start and end of every part of the path without a jump, while in contact."""
+        parts, here = [], Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)
+        events = iter((*self.events, None))
+        event = next(events)
+        for step in range(len(self.depth)):
+            while event is not None and event.step == step:
+                parts.append((here, event.before))
+                here, event = event.after, next(events)
+            there = self.at(step)
+            parts.append((here, there))
+            here = there
+        return [(a, b) for a, b in parts if not math.isnan(a.left + b.left)]
+
+    def at(self, step: int) -> Snapshot:
+        """The state at a step."""
+        columns = (self.depth, self.force, self.energy, *self.contacts.T)
+        depth, force, energy, left, right = (float(column[step]) for column in columns)
+        return Snapshot(depth, force, energy, left, right, self.inner[step])
+
+    def work(self) -> float:
+        """∫P dd of the path from the forces alone, where the state jumps that of the applied load.
+
+        The ledger of a path that starts and ends without contact: work = dissipated.
+        """
+        hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
+        return ledger.work(self._branch, hold, self.segments, self.events)
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write everything, with units, signs and the scene in the header; exact to the last bit.
+
+        The file is replaced at once: a reader finds the old one or the new one, never half.
+        """
+        path = Path(path)
+        header = {
+            "control": self.control,
+            "machine_stiffness": self.machine_stiffness,
+            "rtol": self.rtol,
+            "spacing": self.spacing,
+            "friction": self.friction,
+            "scene": described(self.scene),
+        }
+        lines = [f"# {_TITLE}", *(f"# {note}" for note in _NOTES), f"# {json.dumps(header)}"]
+        for event in self.events:
+            lines.append(f"# event {json.dumps(event)}")
+        lines.append(",".join(_COLUMNS))
+        columns = (self.values, self.depth, self.force, self.energy, *self.contacts.T)
+        for *row, inner in zip(*(column.tolist() for column in columns), self.inner, strict=True):
+            lines.append(",".join([*map(repr, row), " ".join(map(repr, inner))]))
+        beside = path.with_name(path.name + ".part")
+        beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        os.replace(beside, path)
+
+    @classmethod
+    def from_csv(cls, path: str | Path, scene: Scene | None = None) -> History:
+        """Read what `to_csv` wrote. `scene`: for an indenter given by functions; else it is read.
+
+        ValueError for another file, or if `scene` is not the one in the file.
+        """
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+        if not lines or lines[0] != f"# {_TITLE}":
+            raise ValueError(f"path = {str(path)!r} holds no load path; write one with to_csv")
+        notes = [line[2:] for line in lines if line.startswith("# ")]
+        header = json.loads(notes[1 + len(_NOTES)])
+        if scene is not None and described(scene) != header["scene"]:
+            raise ValueError(f"scene = {scene!r} is not the scene of {str(path)!r}; pass that one")
+        rows = [line.split(",") for line in lines if not line.startswith("#")][1:]
+        numbers = np.array([row[:6] for row in rows], float).reshape(-1, 6)
+        values, depth, force, energy, left, right = numbers.T
+        events = [json.loads(note[6:]) for note in notes if note.startswith("event ")]
+        return cls(
+            scene=rebuilt(header["scene"]) if scene is None else scene,
+            control=header["control"],
+            machine_stiffness=header["machine_stiffness"],
+            values=values,
+            depth=depth,
+            force=force,
+            energy=energy,
+            contacts=np.stack([left, right], axis=1),
+            events=tuple(
+                Event(kind, value, _snapshot(before), _snapshot(after), *rest)
+                for kind, value, before, after, *rest in events
+            ),
+            inner=tuple(tuple(map(float, row[6].split())) for row in rows),
+            friction=header["friction"],
+            rtol=header["rtol"],
+            spacing=header["spacing"],
+        )
+
+    @functools.cached_property
+    def pull_off(self) -> PullOff:
+        """The most tensile state: at a step, before an event, or at a minimum between them.
+
+        ValueError for a path without tension.
+        """
+        return ledger.most_tensile(self._branch, self.segments)
+
+    @functools.cached_property
+    def _branch(self) -> Branch:
+        if self.spacing is None:
+            return on_mesh(self.scene, self.rtol, float(self.depth.max()))
+        return on_nodes(self.scene, self.spacing, float(self.depth.max()))
+
+
+def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
+    """The fitted mesh's branch: of one contact where there can be no other, else of many."""
+    if scene.indenter.convex:
+        return FittedBranch.of(scene, rtol)
+    return FittedMany.of(scene, rtol, deepest)
+
+
+def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:
+    """The lattice's branch: of one contact where there can be no other, else of many.
+
+    With a pattern or separate works of adhesion only one contact can be followed.
+    """
+    single = scene.pattern is not None or scene.opening is not None
+    if scene.indenter.convex or single:
+        return LatticeBranch.of(scene, spacing, deepest)
+    return ManyContacts.of(scene, spacing, deepest)
+
+
+def _snapshot(parts: list[Any]) -> Snapshot:
+    depth, force, energy, left, right, inner = parts
+    return Snapshot(depth, force, energy, left, right, tuple(inner))
