@@ -1,8 +1,9 @@
 """Small gaps at re-entrant corners of a contact, below what a lattice resolves (small slopes).
 
-A surface that is pressed with u = g > 0 into a corner at which f' falls by J opens a gap there if
-J > 2√(2w/γ₁): its two lines carry √(2w/γ₁) each, and the curvature u/l² of the free surface has to
-make up for the rest, so they are about (J - 2√(2w/γ₁)) l²/(2g) away from the corner.
+A surface that is pressed with u = g > 0 into a corner at which f' falls by J may span it. A short
+span of length b saves γ₁J²b/8 of surface energy and costs the adhesion w b, so a gap opens where
+J > √(8w/γ₁), and grows until the springs pull as strongly: its lines are then about
+(J - √(8w/γ₁)) l²/(2g) away from the corner. This only says where to look for them.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def _gaps(scene: Scene, depth: float, corners: Array) -> Array:
         return np.empty((0, 2))
     aside = _ASIDE * scene.elastocapillary_length
     fall = scene.indenter.slope(corners - aside) - scene.indenter.slope(corners + aside)
-    rest = fall - 2 * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+    rest = fall - math.sqrt(8 * scene.work_of_adhesion / scene.gamma1)
     g = depth - scene.indenter.height(corners)
     opens = (rest > 0) & (g > 0)
     at = corners[opens]

@@ -1,8 +1,8 @@
 """The depth at which a contact line on the fitted mesh is in equilibrium where it is.
 
-With small slopes the kink r = f' - S/γ₁ of the surface at a line is linear in the depth, so that
-r = √(2w/γ₁), the condition of equilibrium, is solved for it: in units of l, with the response s of
-a tail, and B, A, t = (f_other - f_own)/2 of a gap (../fitted/gap.py),
+The energy of the mesh changes by dU/dq = γ₁/2 r² - w as a line moves (../fitted/lines.py). With
+small slopes its r = f' - S/γ₁ is linear in the depth, so that dU/dq = 0 is solved for it: in units
+of l, with the response s of a tail, and B, A, t = (f_other - f_own)/2 of a gap (../fitted/gap.py),
 
     D = f + (f' - √(2w/γ₁))/s,          D = (f_own + f_other)/2 + (f' - √(2w/γ₁) - t A)/B,
 
@@ -29,7 +29,7 @@ class Levels:
 
     @property
     def kink(self) -> float:
-        """√(2w/γ₁), of a line in equilibrium."""
+        """√(2w/γ₁), the r at which dU/dq = 0."""
         return math.sqrt(2 * self.scene.work_of_adhesion / self.scene.gamma1)
 
     def _excess(self, side: int, x: float, aside: float) -> float:
