@@ -79,13 +79,11 @@ def load_path(
     history = History.empty(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if after is not None:
         _same(after, history)
-        history, path.step = after, len(after.values)
-        last = after.at(-1)
-        path.point = Point(last.depth, branch.contact(*last.lines))
-        path.value = float(after.values[-1])
-        path.trail = [*zip(after.values[-2:].tolist(), after.depth[-2:].tolist(), strict=True)]
-    for start in range(0, values.size, every if save is not None else values.size):
-        part = values[start : start + every] if save is not None else values
+        _go_to_end(path, after)
+        history = after
+    size = every if save is not None else values.size
+    for start in range(0, values.size, size):
+        part = values[start : start + size]
         for value in part.tolist():
             path.go(value)
         branch.certify(path.point.state, path.point.depth)
@@ -93,6 +91,14 @@ def load_path(
         if save is not None:
             history.to_csv(save)
     return history
+
+
+def _go_to_end(path: LoadPath, history: History) -> None:
+    """Put a path where this one ended."""
+    last = history.at(-1)
+    path.step, path.value = len(history.values), float(history.values[-1])
+    path.point = Point(last.depth, path.branch.contact(*last.lines))
+    path.trail = [*zip(history.values[-2:].tolist(), history.depth[-2:].tolist(), strict=True)]
 
 
 def _branch(

@@ -74,9 +74,7 @@ def settled(
         r = excess(point)
         if abs(r) <= least:
             return point
-    side, first = (-1.0 if r > 0 else 1.0), abs(r)
-    guess = abs(r) / rate if rate > 0 else _NUDGE * (abs(point.depth - branch.touch) + branch.lift)
-    guess = guess or abs(r) / branch.scene.layer.modulus
+    side, first, guess = (-1.0 if r > 0 else 1.0), abs(r), _guess(branch, point, abs(r), rate)
     held = branch.lift if branch.scene.gamma1 else 0.0  # springs alone: P is not smooth at touching
     there, beyond = _tried(branch, here, here.depth, side * guess)
     for _ in range(_MARCH):
@@ -102,6 +100,12 @@ def settled(
     if excess(fold) * excess(point) <= 0:
         return _between(branch, excess, point, fold)
     return Unstable(fold, closes)
+
+
+def _guess(branch: Branch, point: Point, excess: float, rate: float) -> float:
+    """Length of a first step."""
+    step = _NUDGE * (abs(point.depth - branch.touch) + branch.lift)
+    return (excess / rate if rate > 0 else step) or excess / branch.scene.layer.modulus
 
 
 def _unfelt(branch: Branch, point: Point) -> float:
