@@ -170,10 +170,12 @@ class Equilibrium:
     @property
     def validity(self) -> tuple[Assumption, ...]:
         """How far the assumptions of the model hold here; see Scene.validity."""
-        steepest = 0.0
+        steepest = farthest = 0.0
         if self.contacts.size and np.isfinite(self.contacts).all():
             steepest = float(np.max(np.abs(self.line_slopes)))
-        return self.scene.validity(self.depth, self.half_width, steepest)
+            lifted = self.depth - self.scene.indenter.height(self.contacts)
+            farthest = float(np.max(np.abs(lifted)))
+        return self.scene.validity(self.depth, self.half_width, steepest, farthest)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -113,17 +113,23 @@ class Scene:
         """Whether a contact line resists both ways: two works of adhesion, or springs alone."""
         return self.opening is not None or not self.gamma1
 
-    def validity(self, depth: float, half_width: float, slope: float) -> tuple[Assumption, ...]:
+    def validity(
+        self, depth: float, half_width: float, slope: float, displacement: float = 0.0
+    ) -> tuple[Assumption, ...]:
         """How far the assumptions of the model hold at an equilibrium.
 
-        depth d, contact half-width a and steepest surface inclination |slope| near the contact
-        line. Conditions of Sections 2 and 6: d ≪ h ≪ a, slopes ≪ 1, 2w ≪ γ₁, and for a nearly
-        incompressible layer (h/a)² ≪ 1 - 2ν. "≪" is read as "less than a tenth of".
+        depth d, contact half-width a, steepest surface inclination |slope| and largest displacement
+        |u| at the contact lines: a surface lifted far strains the layer at any d. Conditions of
+        Sections 2 and 6: d ≪ h ≪ a, slopes ≪ 1, 2w ≪ γ₁, and for a nearly incompressible layer
+        (h/a)² ≪ 1 - 2ν. "≪" is read as "less than a tenth of".
         """
         h, nu = self.layer.h, self.layer.nu
         report = [Assumption("d/h", abs(depth) / h, 0.1, "the layer is strained beyond linearity")]
         if half_width > 0:
             report += [
+                Assumption(
+                    "u/h", abs(displacement) / h, 0.1, "the layer is strained beyond linearity"
+                ),
                 Assumption("h/a", h / half_width, 0.1, "the layer is not thin against the contact"),
                 Assumption(
                     "(h/a)²/(1-2ν)",

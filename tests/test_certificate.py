@@ -12,7 +12,16 @@ from scenes import adhesive
 from discretization import Lattice, NodalEnergy, minimise, on_lattice
 from discretization.certificate import certify, measured
 from discretization.lattice import fronts
-from energy import FlatPunch, Parabola, Profile, Sampled, Scene, SurfaceEnergies, Wedge
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
 
 SCENE, DEPTH = adhesive(Parabola(0.02)), 2e-3
 DX = SCENE.elastocapillary_length / 100
@@ -125,6 +134,16 @@ def test_the_state_carries_a_validity_warning_and_is_not_refused():
     assert any("2w/γ₁" in text for text in state.warnings)
     assert any(text.startswith("slope") for text in state.warnings)
     assert "VIOLATED" in str(state)
+
+
+def test_a_layer_lifted_far_is_warned_of_at_any_depth():
+    layer, surfaces = ElasticLayer(3e3, 0.45, 20e-6), SurfaceEnergies.from_work(0.07, 3e-3)
+    thin = Scene(layer, surfaces, Parabola(1))
+    at_rest = {assumption.name: assumption for assumption in minimise(thin, 0.0).validity}
+    lifted = thin.indenter.height(minimise(thin, 0.0).half_width) / 20e-6
+    assert at_rest["d/h"].holds
+    assert at_rest["u/h"].value == pytest.approx(float(lifted), rel=1e-12, abs=0)
+    assert not at_rest["u/h"].holds
 
 
 def test_nodal_energy_derivatives():
