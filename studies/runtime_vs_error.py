@@ -52,7 +52,7 @@ class Parameters:
     steps: of the loop; repeats: at least 3 times this is 1.
     """
 
-    sizes: tuple[int, ...] = (10**3, 10**4, 10**5, 10**6, 10**7)
+    sizes: tuple[int, ...] = (1000, 2000, 4000, 10_000, 20_000, 40_000, 10**5, 10**6, 10**7)
     patience: float = 4.0
     repeats: int = 7
     steps: int = 1000

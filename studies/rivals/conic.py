@@ -12,6 +12,7 @@ from scipy import sparse
 from studies.rivals.problem import Answer, Grid, package
 
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "HIGHS", "PROXQP", "DAQP")
+TIGHT = ("eps_abs", "eps_rel", "eps_duality_gap_abs", "eps_duality_gap_rel")  # of PIQP
 Prepare = Callable[[Grid], Callable[[], Answer]]
 
 
@@ -35,12 +36,12 @@ def _modelled(grid: Grid, parametrised: bool) -> tuple[Any, Any, Any]:
     return cp.Problem(cp.Minimize(springs + links + ends), [u >= floor]), u, floor
 
 
-def cold(grid: Grid, solver: str) -> Callable[[], Answer]:
-    """cvxpy as people write it: model and solve, default tolerances."""
+def cold(grid: Grid, solver: str, **options: float) -> Callable[[], Answer]:
+    """cvxpy as people write it: model and solve, default tolerances unless options are given."""
 
     def solve() -> Answer:
         problem, u, _ = _modelled(grid, False)
-        problem.solve(solver=solver)
+        problem.solve(solver=solver, **options)
         return _read(grid, problem, u)
 
     return solve
@@ -109,13 +110,15 @@ def osqp(grid: Grid, tolerance: float | None = None) -> Callable[[], Answer]:
     return solve
 
 
-def piqp(grid: Grid) -> Callable[[], Answer]:
-    """PIQP called directly, default tolerances."""
+def piqp(grid: Grid, tolerance: float | None = None) -> Callable[[], Answer]:
+    """PIQP called directly, with default tolerances or with this one."""
     made, n, matrix = package("piqp"), grid.nodes, sparse.csc_matrix(grid.matrix())
 
     def solve() -> Answer:
         solver = made.SparseSolver()
         solver.settings.verbose = False
+        for name in TIGHT if tolerance else ():
+            setattr(solver.settings, name, tolerance)
         solver.setup(matrix, np.zeros(n), x_l=grid.g)
         done = solver.solve() == made.PIQP_SOLVED
         return grid.read(solver.result.x, grid.pushed(solver.result.x), done)
@@ -129,4 +132,6 @@ def through_cvxpy() -> dict[str, Prepare]:
     for solver in cvxpy_solvers():
         ways[f"cvxpy {solver}"] = partial(cold, solver=solver)
         ways[f"cvxpy {solver}, parametrised"] = partial(parametrised, solver=solver)
+    if "PIQP" in cvxpy_solvers():
+        ways["cvxpy PIQP 1e-10"] = partial(cold, solver="PIQP", **dict.fromkeys(TIGHT, 1e-10))
     return ways

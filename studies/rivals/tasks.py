@@ -176,6 +176,9 @@ def _parabola(name: str, w: float) -> Task:
         Method("OSQP, direct", _on_grid(conic.osqp), 10**5),
         Method("OSQP 1e-9, direct", _on_grid(partial(conic.osqp, tolerance=1e-9)), 10**4),
         Method("PIQP, direct", _on_grid(conic.piqp), 10**6, ("piqp",)),
+        Method(
+            "PIQP 1e-10, direct", _on_grid(partial(conic.piqp, tolerance=1e-10)), 10**5, ("piqp",)
+        ),
         *(Method(n, _on_grid(p), 10**5) for n, p in conic.through_cvxpy().items()),
         Method("scipy L-BFGS-B", _on_grid(descent.bounded), 10**4),
         Method("scipy trust-constr", _on_grid(descent.trust_region), only=(50, 100, 200, 400)),
