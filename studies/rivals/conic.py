@@ -36,8 +36,9 @@ def _modelled(grid: Grid, parametrised: bool) -> tuple[Any, Any, Any]:
     return cp.Problem(cp.Minimize(springs + links + ends), [u >= floor]), u, floor
 
 
-def cold(grid: Grid, solver: str, **options: float) -> Callable[[], Answer]:
-    """cvxpy as people write it: model and solve, default tolerances unless options are given."""
+def cold(grid: Grid, solver: str, tolerance: float | None = None) -> Callable[[], Answer]:
+    """cvxpy as people write it: model and solve, default tolerances; or this one, of PIQP."""
+    options = dict.fromkeys(TIGHT, tolerance) if tolerance else {}
 
     def solve() -> Answer:
         problem, u, _ = _modelled(grid, False)
@@ -133,5 +134,5 @@ def through_cvxpy() -> dict[str, Prepare]:
         ways[f"cvxpy {solver}"] = partial(cold, solver=solver)
         ways[f"cvxpy {solver}, parametrised"] = partial(parametrised, solver=solver)
     if "PIQP" in cvxpy_solvers():
-        ways["cvxpy PIQP 1e-10"] = partial(cold, solver="PIQP", **dict.fromkeys(TIGHT, 1e-10))
+        ways["cvxpy PIQP 1e-10"] = partial(cold, solver="PIQP", tolerance=1e-10)
     return ways
