@@ -43,12 +43,12 @@ that no digit changes:
 """
 
 from discretization.certificate import NotCertifiedError
-from discretization.equilibrium import Equilibrium
+from discretization.equilibrium import AccuracyWarning, Equilibrium
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.state import on_lattice
 from discretization.loading import load_path
-from discretization.minimise import AccuracyWarning, minimise
+from discretization.minimise import minimise
 from discretization.paths.events import Event, PullOff
 from discretization.paths.history import History
 

@@ -20,6 +20,10 @@ _ONE_SIDED = 1e-9
 QUANTITIES = ("half_width", "force", "energy")
 
 
+class AccuracyWarning(UserWarning):
+    """The requested rtol was not reached, or a profile is not resolved; the message says more."""
+
+
 class Tail(Protocol):
     """The free surface beyond a contact line at which the displacement is u_line.
 

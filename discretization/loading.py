@@ -60,7 +60,8 @@ def load_path(
     and the path goes on from there, with the same result to the last bit.
 
     ValueError for an unusable programme or a scene that the method cannot follow;
-    NotCertifiedError if a state is no equilibrium: the path never continues from one.
+    NotCertifiedError if a state is no equilibrium: the path never continues from one;
+    AccuracyWarning where the profile varies within the least distance at which events are sought.
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 
-from discretization.equilibrium import Equilibrium
+from discretization.equilibrium import AccuracyWarning, Equilibrium
 from discretization.fitted.state import on_fitted_mesh
 from discretization.lattice.state import estimated, on_lattice
 from energy import Plane, Scene
@@ -15,10 +15,6 @@ METHODS = ("auto", "lattice", "fitted", "shortest_path", "oracle")
 ON_NODES = ("lattice", "shortest_path", "oracle")
 LOWEST = ("shortest_path", "oracle")
 BRANCHES = ("adhered", "global")
-
-
-class AccuracyWarning(UserWarning):
-    """The requested rtol was not reached; error_estimate says what was."""
 
 
 def minimise(

@@ -11,8 +11,8 @@ from scenes import adhesive
 from test_fitted_contacts import wavy
 from test_global import DELTA0, L
 
-from discretization import History, load_path, minimise
-from energy import Parabola, Profile, Sampled
+from discretization import AccuracyWarning, History, load_path, minimise
+from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
 UP = np.r_[-0.1, 0.6, 1.485, 1.8] * DELTA0
 LOOP = np.r_[UP, np.linspace(1.2, -0.9, 6) * DELTA0]
@@ -190,3 +190,18 @@ def test_a_file_continues_it(path, tmp_path):
 def test_what_it_cannot_follow_is_refused(change, programme, message):
     with pytest.raises(ValueError, match=message):
         load_path(replace(crests(), **change), **{"depths": UP, **programme})
+
+
+def test_a_profile_too_rough_to_see_every_event_is_warned_of():
+    def rippled(k):
+        return Profile(
+            height=lambda x: x * x / 20 + 1e-2 * np.sin(k * x) / k,
+            slope=lambda x: x / 10 + 1e-2 * np.cos(k * x),
+            extent=(-3.0, 3.0),
+        )
+
+    surfaces = SurfaceEnergies.from_work(1.0, 1e-3)
+    layer = ElasticLayer(1.0, 0.0, 1.0)
+    load_path(Scene(layer, surfaces, rippled(30.0)), depths=[-1e-3, 1e-3])
+    with pytest.warns(AccuracyWarning, match="some may be missed"):
+        load_path(Scene(layer, surfaces, rippled(3e4)), depths=[-1e-3, 1e-3])

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.equilibrium import AccuracyWarning
 from discretization.fitted.contacts import FittedContacts, totals
 from discretization.fitted.lines import FittedLine, Problem
 from discretization.fitted.quadrature import Interval
@@ -252,7 +254,16 @@ def _sampled(scene: Scene, deepest: float) -> tuple[Array, float]:
         smooth &= np.diff(np.searchsorted(corners, points)) == 0
         slope, middle = scene.indenter.slope(points), (points[1:] + points[:-1]) / 2
         bend = np.abs(scene.indenter.slope(middle) - (slope[1:] + slope[:-1]) / 2)[smooth]
-        fine = bend.max(initial=0.0) <= _RESOLVED * kink
-        if fine or step <= least or points.size > _MOST_POINTS:
+        if bend.max(initial=0.0) <= _RESOLVED * kink:
+            return points, step
+        if step <= least or points.size > _MOST_POINTS:
+            warnings.warn(_unresolved(step), AccuracyWarning, stacklevel=6)
             return points, step
         step /= 2
+
+
+def _unresolved(step: float) -> str:
+    return (
+        f"the slope of the profile varies within {step!r}, the least distance at which events are "
+        "looked for: some may be missed; smooth the profile, or use method='lattice'"
+    )
