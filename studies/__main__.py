@@ -8,26 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-STUDIES = (
-    "verify",
-    "run",
-    "new",
-    "sweep",
-    "fit",
-    "contact_angle",
-    "applicability",
-    "hysteresis",
-    "pull_off",
-    "rough",
-    "tolerance",
-    "lattice_speed",
-    "fitted_speed",
-    "path_speed",
-    "skipping",
-    "runtime_vs_error",
-    "stress",
-    "report",
-)
+from studies import STUDIES
 
 
 def question(name: str) -> str:

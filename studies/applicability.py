@@ -58,34 +58,27 @@ class Parameters:
     γ₁/w of the conjecture.
     """
 
-    ratios: tuple[float, ...]
-    steepness: tuple[float, ...]
-    widths: tuple[float, ...]
-    turning: tuple[float, ...]
-    lines: tuple[float, ...]
-    scan: tuple[float, ...]
-    paths: tuple[float, ...]
-    tensions: tuple[float, ...]
-
-
-FULL = Parameters(
-    ratios=(
+    ratios: tuple[float, ...] = (
         *(1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35, 0.5, 0.7, 0.9),
         *(0.98, 1.04, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7),
-    ),
-    steepness=(0.01, 0.03, 0.07, 0.15, 0.25, 0.4, 0.65, 1.0),
-    widths=(0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0),
-    turning=(0.01, 0.1, 0.3, 1.0),
-    lines=(0.01, 0.1, 0.3),
-    scan=(1e-4, 1e-2, 0.1, 0.4, 0.8),
-    paths=(0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0),
-    tensions=(0.56, 0.65, 0.75, 0.85, 0.95, 1.02, 1.2, 1.6, 2.5, 5.0, 12.0, 40.0, 200.0, 1e3, 1e4),
-)
+    )
+    steepness: tuple[float, ...] = (0.01, 0.03, 0.07, 0.15, 0.25, 0.4, 0.65, 1.0)
+    widths: tuple[float, ...] = (0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0)
+    turning: tuple[float, ...] = (0.01, 0.1, 0.3, 1.0)
+    lines: tuple[float, ...] = (0.01, 0.1, 0.3)
+    scan: tuple[float, ...] = (1e-4, 1e-2, 0.1, 0.4, 0.8)
+    paths: tuple[float, ...] = (0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0)
+    tensions: tuple[float, ...] = (
+        *(0.56, 0.65, 0.75, 0.85, 0.95, 1.02, 1.2, 1.6, 2.5, 5.0, 12.0, 40.0, 200.0, 1e3, 1e4),
+    )
+
+
+FULL = Parameters()
 QUICK = Parameters(
     ratios=(1e-4, 1e-3, 0.01, 0.1, 0.4, 0.8, 1.3, 1.8),
     steepness=(0.03, 0.1, 0.3, 1.0),
     widths=(0.1, 1.0, 10.0),
-    turning=(1.0,),
+    turning=(0.03, 0.3, 1.0),
     lines=(0.1,),
     scan=(1e-4, 0.05, 0.3),
     paths=(0.1, 0.2, 0.4),

@@ -157,7 +157,7 @@ def _conjecture(record: Record) -> Iterator[str]:
                 f"- {shape}, {what}: the largest error over all γ₁ tried grows as f'(a₀)^"
                 f"{power(steepness, errors):.2f}, from {errors[0]:.1e} {scale} at f'(a₀) = "
                 f"{steepness[0]:g} to {errors[-1]:.1e} at {steepness[-1]:g}: within 1 % for all γ₁ "
-                f"if f'(a₀) {_bound(one)}, within 10 % if {_bound(ten)}."
+                f"if f'(a₀) {_bound(one)}, within 10 % if it {_bound(ten)}."
             )
             orders.append(power(steepness, errors))
     yield _range(record)
@@ -185,7 +185,7 @@ def _range(record: Record) -> str:
 def _bound(steepness: float) -> str:
     if math.isnan(steepness):
         return "is below all tried"
-    return "is any of those tried" if math.isinf(steepness) else f"<= {steepness:.2g}"
+    return "is any of those tried" if math.isinf(steepness) else f"is <= {steepness:.2g}"
 
 
 def _overhang(record: Record) -> Iterator[str]:

@@ -98,8 +98,9 @@ def processes(jobs: int) -> Any:
 
 def tell(progress: Progress) -> None:
     """The progress on the screen, beside what is kept of it: on stderr, one line on a terminal."""
-    end = "\r" if sys.stderr.isatty() and progress.done < progress.total else "\n"
-    print(f"{progress!s:50s}", end=end, file=sys.stderr, flush=True)
+    alone = sys.stderr.isatty()
+    end = "\r" if alone and progress.done < progress.total else "\n"
+    print(f"{progress!s:{50 if alone else 0}s}", end=end, file=sys.stderr, flush=True)
 
 
 def each(

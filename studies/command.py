@@ -11,31 +11,41 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from studies import figures, table
+from studies import TIMED, figures, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 def parser(
-    name: str, doc: str | None, quick: str, *, timed: bool = False, jobs: int | None = None
+    name: str, doc: str | None, quick: str, jobs: int | None = None
 ) -> argparse.ArgumentParser:
     """--preset, --out and --jobs; `quick` says what the quick preset does.
 
-    timed: times are measured, so there is one job; jobs: their default, if not all cores.
+    jobs: their default, if not all cores; where times are measured there is one.
     """
     found = argparse.ArgumentParser(prog=f"python -m studies {name}", description=doc)
     found.formatter_class = argparse.RawDescriptionHelpFormatter
     presets = ("quick", "full")
-    found.add_argument("--preset", choices=presets, default="full", help=f"quick: {quick}")
+    found.add_argument(
+        "--preset", choices=presets, default="full", help=f"quick: {quick}; default: full"
+    )
     same = "the same as --preset quick"
     found.add_argument("--quick", action="store_const", const="quick", dest="preset", help=same)
     where = "folder of tables and figures; default: results/"
     found.add_argument("--out", type=Path, default=Path("results"), metavar="DIR", help=where)
+    timed = name in TIMED
     kind, default = (_one, 1) if timed else (_jobs, jobs or os.cpu_count() or 1)
     about = "processes; " + ("1, for times are measured" if timed else f"default: {default}")
     found.add_argument("--jobs", type=kind, default=default, metavar="N", help=about)
     return found
+
+
+def some_of(parser: argparse.ArgumentParser, option: str, names: Sequence[str]) -> None:
+    """An option that takes some of these names; without it, all."""
+    about = f"some of {', '.join(names)}; default: all"
+    given: dict[str, Any] = {"nargs": "+", "choices": names, "default": names, "metavar": "NAME"}
+    parser.add_argument(option, help=about, **given)
 
 
 def _jobs(text: str) -> int:
@@ -89,9 +99,15 @@ class Output:
 def parse(
     parser: argparse.ArgumentParser, argv: Sequence[str] | None
 ) -> tuple[argparse.Namespace, Output]:
-    """The options, and where to write: nothing is made before something is written."""
+    """The options, and where to write: nothing is made before something is written.
+
+    ValueError, before any work, if --out can be neither written to nor made.
+    """
     given = sys.argv[2:] if argv is None else list(argv)
     options = parser.parse_args(given)
+    there = next(part for part in (options.out, *options.out.absolute().parents) if part.exists())
+    if not (there.is_dir() and os.access(there, os.W_OK)):
+        raise ValueError(f"--out {options.out}: {there} is no folder to write to; give another")
     return options, Output(options.out, shlex.join([*parser.prog.split(), *given]))
 
 

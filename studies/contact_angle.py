@@ -49,30 +49,24 @@ SHAPES = {**INDENTERS, **TILTED}
 @dataclass(frozen=True)
 class Parameters:
     """ratios: w/γ₁; widths: a/l by Eq. (16); path: w/γ₁ of the loading paths, with `steps` depths
-    each way; spacings: l/Δx of the lattices, each shifted sideways by offsets·Δx."""
+    each way; cells: l/Δx of the lattices, each shifted sideways by offsets·Δx."""
 
-    ratios: tuple[float, ...]
-    widths: tuple[float, ...]
-    path: tuple[float, ...]
-    steps: int
-    cells: tuple[int, ...]
-    offsets: tuple[float, ...]
+    ratios: tuple[float, ...] = (
+        *(1e-4, 1e-3, 0.01, 0.03, 0.1, 0.25, 0.5, 0.75, 0.95, 1.0, 1.2, 1.4, 1.6),
+    )
+    widths: tuple[float, ...] = (0.2, 1.1, 5.0)
+    path: tuple[float, ...] = (0.01, 0.1, 0.5)
+    steps: int = 24
+    cells: tuple[int, ...] = (25, 50, 100, 200)
+    offsets: tuple[float, ...] = (0.0, 0.23, 0.5, 0.81)
 
 
-FULL = Parameters(
-    ratios=(1e-4, 1e-3, 0.01, 0.03, 0.1, 0.25, 0.5, 0.75, 0.95, 1.0, 1.2, 1.4, 1.6),
-    widths=(0.2, 1.1, 5.0),
-    path=(0.01, 0.1, 0.5),
-    steps=24,
-    cells=(25, 50, 100, 200),
-    offsets=(0.0, 0.23, 0.5, 0.81),
-)
+FULL = Parameters()
 QUICK = Parameters(
     ratios=(1e-4, 0.01, 0.1, 0.5, 1.2),
     widths=(0.3, 2.0),
     path=(0.1, 0.5),
     steps=6,
-    cells=(25, 50, 100, 200),
     offsets=(0.0, 0.37),
 )
 

@@ -60,7 +60,8 @@ def _draw_residuals(axes: Any, record: Record) -> None:
         residuals = [max(angle.residual, 1e-17) for angle in angles]
         style: dict[str, Any] = {"ls": "", "marker": MARKERS[i], "color": COLOURS[i], "ms": 4}
         axes.plot([angle.ratio for angle in angles], residuals, label=label, **style)
-    axes.set(xlabel="w/γ₁", ylabel="relative difference of π - θ", ylim=(1e-17, 1e3))
+    axes.set_title("Against the laws; below 1e-17: drawn there")
+    axes.set(xlabel="w/γ₁", ylabel="relative difference of π - θ", ylim=(3e-18, 1e3))
     axes.legend(fontsize=8, ncols=2, loc="upper left")
 
 
@@ -90,6 +91,6 @@ def _draw_loops(panels: Any, record: Record) -> None:
         label = f"{one.shape}, w/γ₁ = {one.ratio:g}"
         marks: dict[str, Any] = {"color": COLOURS[i % 8], "marker": MARKERS[i % 8], "ms": 4}
         bottom.semilogy(depths, residuals, ls="", label=label, **marks)
-    bottom.set(xlabel="depth d/δ₀", ylabel="relative difference to (8)", ylim=(1e-17, 1e-6))
+    bottom.set(xlabel="depth d/δ₀", ylabel="relative difference to (8)", ylim=(3e-18, 1e-6))
     bottom.legend(fontsize=8, ncols=2)
     top.set_xlabel("depth d/l")

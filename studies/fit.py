@@ -57,11 +57,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     quick_means = "linearised intervals only; 20 trials"
     parser = command.parser("fit", __doc__, quick_means, jobs=1)
     parser.add_argument("data", type=Path, nargs="?", metavar="DATA.csv", help="measured curve")
-    parser.add_argument("--scene", type=Path, help="scene file to start from")
+    parser.add_argument("--scene", type=Path, metavar="FILE.toml", help="scene file to start from")
     known = f"default: w gamma1; known: {' '.join(NAMES)}"
-    parser.add_argument("--parameters", nargs="+", default=["w", "gamma1"], help=known)
+    parser.add_argument(
+        "--parameters", nargs="+", default=["w", "gamma1"], metavar="NAME", help=known
+    )
     parser.add_argument("--self-test", action="store_true", help="synthetic data in place of DATA")
-    parser.add_argument("--trials", type=int, default=None, help="of --self-test; default: 100")
+    parser.add_argument(
+        "--trials", type=int, metavar="N", help="of --self-test; default: 100, quick 20"
+    )
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:

@@ -44,8 +44,8 @@ def plot(found: Fit, title: str) -> Figure:
     for axes in (top, bottom):
         axes.axhline(0, color=GREY, lw=0.8)
         axes.grid(alpha=0.25)
-    top.set_ylabel(f"force per length P [{y.symbol}]")
-    bottom.set(xlabel=f"indentation depth d [{x.symbol}]", ylabel=f"residual [{z.symbol}]")
+    top.set_ylabel(f"force P in {y.symbol}")
+    bottom.set(xlabel=f"depth d in {x.symbol}", ylabel=f"residual in {z.symbol}")
     bottom.margins(y=0.25)
     top.legend()
     bottom.legend(loc="upper left", ncols=3, fontsize=8)
@@ -74,7 +74,7 @@ def plot_trials(record: Record) -> Figure:
             style = {"ls": "", "color": colour, "marker": marker, "ms": 3, "lw": 1}
             axes.errorbar(number, middle, np.abs(ends - middle), label=label, **style)
         axes.axhline(1.0 if truth else 0.0, color="black", lw=0.8)
-        axes.set_ylabel(f"{name} / truth" if truth else f"{name} [m]")
+        axes.set_ylabel(f"{name} / truth" if truth else f"{name} in m")
         axes.margins(y=0.25)
         axes.legend(fontsize=8, ncols=2, loc="upper right")
     panels[-1].set_xlabel("trial")

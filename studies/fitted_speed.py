@@ -32,8 +32,9 @@ from energy import Plane, Profile, Sampled, cards
 from studies import command
 from studies.batches import each
 from studies.figures import BLUE, COLOURS, MARKERS, ORANGE
-from studies.lattice_speed import tridiagonal_seconds
 from studies.random_cases import SHAPES, Case, random_case, random_steep_case
+from studies.table import aligned
+from studies.timing import tridiagonal_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -184,7 +185,7 @@ def run(
     parameters: Parameters = Parameters(), show: Callable[[str], object] = lambda line: None
 ) -> list[Row]:
     """Measure every indenter; `show` gets a line for each."""
-    show(_columns(*HEADER.split("|")))
+    show(aligned(WIDTHS, HEADER.split("|")))
     rows = []
     cases = [(slopes, shape) for slopes, makers in MAKERS.items() for shape in makers]
     for row in each(partial(_row, parameters), cases, 1):
@@ -203,13 +204,14 @@ def _row(parameters: Parameters, case: tuple[str, str]) -> Row:
 
 
 HEADER = "slopes|indenter|scenes|dptsv|95 %|bar|time|err a|err P|err U|err θ|bar|errors"
+WIDTHS = (-6, -18, 6, 6, 6, 4, 6, 6, 6, 6, 6, 6, 6)
 
 
 def line(row: Row) -> str:
     """One line of the table."""
     errors = ("—" if math.isnan(e) else f"{e:.0e}" for e in row.worst)
     failures = [trial.failure for trial in row.trials if trial.failure]
-    text = _columns(
+    cells = [
         row.slopes,
         row.shape,
         str(len(row.trials)),
@@ -220,14 +222,9 @@ def line(row: Row) -> str:
         *errors,
         f"{row.bar.error:.0e}",
         "ok" if row.accurate else "FAIL",
-    )
+    ]
+    text = aligned(WIDTHS, cells)
     return text + (f"\n  {len(failures)} not solved, first: {failures[0]}" if failures else "")
-
-
-def _columns(*cells: str) -> str:
-    widths = (-6, -18, 6, 6, 6, 4, 6, 6, 6, 6, 6, 6, 6)
-    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
-    return " ".join(texts).rstrip()
 
 
 def table(rows: Sequence[Row]) -> tuple[list[str], list[list[object]]]:
@@ -255,14 +252,14 @@ def plot(rows: Sequence[Row]) -> Figure:
     spread = np.array([middle - low, high - middle])
     left.errorbar(middle, at, xerr=spread, fmt="o", color=BLUE, label="median, middle 90 %")
     left.plot([row.bar.ratio for row in rows], at, "|", ms=12, color=ORANGE, label="bar of 95 %")
-    left.set(xscale="log", xlabel="time of minimise / time of one dptsv", yticks=at)
+    left.set(xscale="log", xlabel="time of minimise / time of one dptsv, n = 10⁵", yticks=at)
     left.set_yticklabels([f"{row.shape}, {row.slopes}" for row in rows])
     left.invert_yaxis()
     for k, name in enumerate(("a", "P", "U", "θ")):
         errors = [max(row.worst[k], 1e-17) for row in rows]
         right.semilogx(errors, at, MARKERS[k], color=COLOURS[k], ms=5, label=name)
     right.plot([row.bar.error for row in rows], at, "|", ms=12, color="black", label="bar")
-    right.set(xlabel="largest relative error (below 1e-17: drawn there)")
+    right.set(xlabel="largest relative error, of θ in rad (below 1e-17: drawn there)")
     for axes in (left, right):
         axes.grid(alpha=0.25, axis="x")
         axes.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=5)
@@ -272,10 +269,14 @@ def plot(rows: Sequence[Row]) -> Figure:
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if an error bar is missed, with --strict also for a time bar."""
     quick = "10 and 5 scenes per indenter"
-    parser = command.parser("fitted_speed", __doc__, quick, timed=True)
+    parser = command.parser("fitted_speed", __doc__, quick)
     preset = Parameters()
-    parser.add_argument("--scenes", type=int, default=preset.small, help="per indenter, small")
-    parser.add_argument("--steep", type=int, default=preset.finite, help="per indenter, finite")
+    for name, default, slopes in (
+        ("scenes", preset.small, "small"),
+        ("steep", preset.finite, "finite"),
+    ):
+        about = f"scenes per indenter with {slopes} slopes; default: {default}"
+        parser.add_argument(f"--{name}", type=int, default=default, metavar="N", help=about)
     parser.add_argument("--strict", action="store_true", help="a missed time bar fails too")
     options, out = command.parse(parser, argv)
     if options.preset == "quick":
@@ -290,7 +291,3 @@ def main(argv: Sequence[str] | None = None) -> int:
     inaccurate, slow = (sum(not getattr(row, n) for row in rows) for n in ("accurate", "fast"))
     print(f"{len(rows)} rows: {inaccurate} miss an error bar, {slow} miss the time bar")
     return 1 if inaccurate or (options.strict and slow) else 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

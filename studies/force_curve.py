@@ -31,7 +31,8 @@ def read_curve(path: Path) -> Curve:
     try:
         text = path.read_text("utf-8-sig")
     except (OSError, ValueError) as error:
-        raise ValueError(f"{path}: cannot be read: {error}; give a text file") from None
+        why = getattr(error, "strerror", None) or error
+        raise ValueError(f"{path}: {why}; give a text file") from None
     lines = [
         (number, [cell.strip() for cell in re.split("[,;\t]", line)])
         for number, line in enumerate(text.splitlines(), 1)

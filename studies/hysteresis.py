@@ -31,6 +31,7 @@ from studies import command, hysteresis_figures, loops
 from studies.batches import each
 from studies.loops import INDENTERS, LAYER, SIZE, WORK, Form
 from studies.path_animation import animate
+from studies.table import aligned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -133,7 +134,7 @@ def run(
     jobs: int = 1,
 ) -> Record:
     """Follow all loops in `jobs` processes; `show` gets a line for each."""
-    show(_columns(*HEADER.split("|")))
+    show(aligned(WIDTHS, HEADER.split("|")))
     found, maps = [], []
     scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
     for own in each(partial(_controls, parameters), scenes, jobs):
@@ -171,13 +172,14 @@ def _map_column(up: Sequence[float], case: tuple[str, float]) -> Array:
 
 
 HEADER = "indenter|γ₁ N/m|w N/m|control|jump-in a µm|pull-off P N/m|d µm|a µm|area J/m|error|ledger"
+WIDTHS = (-10, 6, 6, -12, 12, 14, 9, 9, 12, 6, 6)
 
 
 def line(loop: Loop) -> str:
     """One line of the table."""
     scene = loop.history.scene
     values = {f.name: f.simulated if abs(f.simulated) > _NIL * f.scale else 0 for f in loop.forms}
-    return _columns(
+    cells = [
         loop.shape,
         f"{scene.gamma1:.3g}",
         f"{scene.work_of_adhesion:.3g}",
@@ -189,13 +191,8 @@ def line(loop: Loop) -> str:
         f"{values['loop area']:.6g}",
         f"{loop.error:.0e}",
         f"{loop.imbalance:.0e}",
-    ) + ("" if loop.passed else "  FAIL")
-
-
-def _columns(*cells: str) -> str:
-    widths = (-10, 6, 6, -12, 12, 14, 9, 9, 12, 6, 6)
-    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
-    return " ".join(texts).rstrip()
+    ]
+    return aligned(WIDTHS, cells) + ("" if loop.passed else "  FAIL")
 
 
 def summary(record: Record) -> str:
@@ -267,7 +264,3 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {out.folder}")
     print(summary(record))
     return 0 if record.passed else 1
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

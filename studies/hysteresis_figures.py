@@ -27,11 +27,12 @@ _DEPTHS = (0.5, 0.0, -0.4, -0.75, -0.95)  # of the landscape, in δ₀
 
 def all_of(record: Record, history: History) -> dict[str, Figure]:
     """Every figure by file name; `history`: the parabola's loop to look at closely."""
+    title = f"parabola, γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, imposed depth"
     return {
         "hysteresis_tension.png": over_tension(record),
         "hysteresis_control.png": over_control(record),
         "hysteresis_map.png": dissipation(record),
-        "hysteresis_loop.png": figure(history, closed_form(history)),
+        "hysteresis_loop.png": figure(history, title, closed_form(history)),
         "hysteresis_landscape.png": landscape(history, nearest(history)),
     }
 

@@ -12,68 +12,46 @@ bars hold for the largest size, and with the error estimate.
 from __future__ import annotations
 
 import statistics
-import subprocess
-import sys
-import time
 import tracemalloc
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.linalg import lapack
 
 from discretization import minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies import command
 from studies.batches import each
-from studies.figures import BLUE, ORANGE
+from studies.figures import BLUE, GREEN, ORANGE
+from studies.table import aligned
+from studies.timing import interpreter_seconds, middle, seconds, tridiagonal_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 K, GAMMA1, W, RADIUS, DEPTH = 1.3e6, 0.04, 2e-4, 0.02, 6e-6
 REPEATS = 7
+SIZES = (10**3, 10**4, 10**5, 10**6)
 BARS = {"time": 1.2, "arrays": 4.0, "import": 1.5}
 
 
 class Row(NamedTuple):
-    """One size: seconds and ratio to dptsv without and with the error estimate, relative errors,
-    peak memory in arrays of n doubles.
+    """One size: seconds, ratio to dptsv and its spread without and with the error estimate.
+
+    spread: interquartile range over the median; arrays: peak memory in arrays of n doubles.
     """
 
     nodes: int
     seconds: float
     ratio: float
+    spread: float
     seconds_estimated: float
     ratio_estimated: float
+    spread_estimated: float
     error_half_width: float
     error_force: float
     arrays: float
     certified: bool
-
-
-def median_seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Median wall time of calling work."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
-
-
-def once(work: Callable[[], object]) -> float:
-    """Wall time of calling work once."""
-    return median_seconds(work, 1)
-
-
-def tridiagonal_seconds(n: int, repeats: int = REPEATS) -> float:
-    """Median wall time of one LAPACK dptsv in place, without making its inputs."""
-    times = []
-    for _ in range(repeats):
-        system = np.full(n, 2.1), np.full(n - 1, -1.0), np.ones(n)
-        times.append(median_seconds(lambda a=system: lapack.dptsv(*a, 1, 1, 1), 1))  # type: ignore[misc]
-    return statistics.median(times)
 
 
 def measure(nodes: int) -> Row:
@@ -93,19 +71,17 @@ def measure(nodes: int) -> Row:
     state = solve()
     estimated()
     works = solve, estimated
-    times = np.array([[*map(once, works), tridiagonal_seconds(nodes, 1)] for _ in range(REPEATS)])
-    seconds = np.median(times[:, :2], axis=0).tolist()
-    ratios = np.median(times[:, :2] / times[:, 2:], axis=0).tolist()
+    runs = [[*map(seconds, works), tridiagonal_seconds(nodes, 1)] for _ in range(REPEATS)]
+    *times, floor = np.transpose(runs)
+    alone, estimate = ((float(np.median(own)), *middle(own / floor)) for own in times)
     tracemalloc.start()
     estimated()
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return Row(
         nodes,
-        seconds[0],
-        ratios[0],
-        seconds[1],
-        ratios[1],
+        *alone,
+        *estimate,
         abs(state.half_width / a - 1),
         abs(state.force / force - 1),
         peak / (8 * nodes),
@@ -113,39 +89,41 @@ def measure(nodes: int) -> Row:
     )
 
 
-def import_ratio(repeats: int = REPEATS) -> float:
+def import_ratio() -> float:
     """Median time to import the package over that to import numpy and scipy.linalg."""
-
-    def interpreter(code: str) -> Callable[[], object]:
-        return lambda: subprocess.run([sys.executable, "-c", code], check=True)
-
-    ours = interpreter("import energy, discretization")
-    floor = interpreter("import numpy, scipy.linalg")
-    pairs = [(median_seconds(ours, 1), median_seconds(floor, 1)) for _ in range(repeats)]
-    return statistics.median(a / b for a, b in pairs)
+    codes = "import energy, discretization", "import numpy, scipy.linalg"
+    pairs = [[*map(interpreter_seconds, codes)] for _ in range(REPEATS)]
+    return statistics.median(ours / floor for ours, floor in pairs)
 
 
-def run(sizes: Sequence[int] = (10**3, 10**4, 10**5, 10**6)) -> list[Row]:
+HEADER = "nodes|alone ms|× dptsv|±|estimated ms|× dptsv|±|err a|err P|arrays"
+WIDTHS = (9, 9, 8, 5, 13, 8, 5, 8, 8, 7)
+
+
+def run(sizes: Sequence[int] = SIZES) -> list[Row]:
     """Measure each size, printing as they come."""
-    print("                    alone       with estimate")
-    print(f"{'nodes':>9} " + f"{'ms':>9} {'x dptsv':>8} " * 2 + "    err a     err P  arrays")
+    print(aligned(WIDTHS, HEADER.split("|")))
     rows = []
-    for n, row in zip(sizes, each(measure, sizes, 1), strict=True):
+    for row in each(measure, sizes, 1):
         rows.append(row)
-        print(
-            f"{n:9d} {row.seconds * 1e3:9.2f} {row.ratio:8.2f} "
-            f"{row.seconds_estimated * 1e3:9.2f} {row.ratio_estimated:8.2f} "
-            f"{row.error_half_width:9.1e} {row.error_force:9.1e} {row.arrays:7.2f}"
-            + ("" if row.certified else "  FAILED"),
-            flush=True,
-        )
+        command.say(line(row))
     return rows
+
+
+def line(row: Row) -> str:
+    """One line of the table; ±: half the interquartile range."""
+    cells = [str(row.nodes)]
+    for time, ratio, spread in (row[1:4], row[4:7]):
+        cells += [f"{1e3 * time:.2f}", f"{ratio:.2f}", f"{spread / 2:.0%}"]
+    errors = f"{row.error_half_width:.1e}", f"{row.error_force:.1e}", f"{row.arrays:.2f}"
+    return aligned(WIDTHS, [*cells, *errors]) + ("" if row.certified else "  FAILED")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if a state is not certified, with --strict also if a bar is missed."""
-    parser = command.parser("lattice_speed", __doc__, "up to 10⁵ nodes", timed=True)
-    parser.add_argument("--nodes", type=int, nargs="+", default=[10**3, 10**4, 10**5, 10**6])
+    parser = command.parser("lattice_speed", __doc__, "up to 10⁵ nodes")
+    about = f"in contact; default: {' '.join(map(str, SIZES))}"
+    parser.add_argument("--nodes", type=int, nargs="+", default=SIZES, metavar="N", help=about)
     parser.add_argument("--strict", action="store_true", help="a missed bar fails too")
     options, out = command.parse(parser, argv)
     sizes = [10**3, 10**5] if options.preset == "quick" else options.nodes
@@ -159,7 +137,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     imports = import_ratio()
     results = {"time": largest.ratio_estimated, "arrays": largest.arrays, "import": imports}
     for name, value in results.items():
-        verdict = "pass" if value <= BARS[name] else "FAIL"
+        verdict = "pass" if value <= BARS[name] else "missed"
         print(f"{name:>7}: {value:.2f} (bar {BARS[name]:g}) {verdict}")
     slow = options.strict and any(v > BARS[name] for name, v in results.items())
     return 0 if largest.certified and not slow else 1
@@ -172,9 +150,20 @@ def plot(rows: Sequence[Row]) -> Figure:
     figure = Figure(figsize=(11, 4), layout="constrained")
     left, right = figure.subplots(1, 2)
     nodes = [row.nodes for row in rows]
-    left.loglog(nodes, [row.ratio for row in rows], "o-", color=BLUE, label="minimise")
-    left.axhline(BARS["time"], color=ORANGE, ls="--", label=f"bar at 10⁶ nodes, {BARS['time']:g}")
-    left.set(ylabel="time / time of one dptsv of that size")
+    for end, fmt, colour, label in (
+        ("", "o-", BLUE, "minimise"),
+        ("_estimated", "s-", GREEN, "with its error estimate"),
+    ):
+        ratio, spread = np.transpose(
+            [[getattr(row, n + end) for n in ("ratio", "spread")] for row in rows]
+        )
+        left.errorbar(
+            nodes, ratio, ratio * spread / 2, fmt=fmt, color=colour, label=label, capsize=3
+        )
+    left.axhline(
+        BARS["time"], color=ORANGE, ls="--", label=f"bar with estimate, 10⁶ nodes: {BARS['time']:g}"
+    )
+    left.set(xscale="log", yscale="log", ylabel="time / time of one dptsv of that size")
     for name, marker, colour, label in (
         ("error_half_width", "o", BLUE, "half-width, Eq. (33)"),
         ("error_force", "s", ORANGE, "force, Eq. (11)"),

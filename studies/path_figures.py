@@ -162,15 +162,20 @@ def mark(axes: Any, history: History, quantity: str, scale: tuple[Unit, Unit]) -
 
 
 def figure(
-    history: History, closed_form: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None
+    history: History,
+    title: str,
+    closed_form: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
 ) -> Figure:
-    """P(d) and a(d) of a path with its events; closed_form: (d, P, a) to draw beside it."""
+    """P(d) and a(d) of a path with its events; closed_form: (d, P, a) to draw beside it.
+
+    Under a force or a machine also the depth over what is imposed.
+    """
     from matplotlib.figure import Figure
 
-    drawn = Figure(figsize=(12, 5), layout="constrained")
-    for axes, quantity, i in zip(
-        drawn.subplots(1, 2), ("force", "half_width"), (1, 2), strict=True
-    ):
+    driven = history.control != "depth"
+    drawn = Figure(figsize=(16 if driven else 12, 5), layout="constrained")
+    panels = drawn.subplots(1, 2 + driven)
+    for axes, quantity, i in zip(panels, ("force", "half_width"), (1, 2), strict=False):
         scale = units([history], quantity)
         draw(axes, history, quantity, scale)
         if closed_form is not None:
@@ -183,5 +188,18 @@ def figure(
         mark(axes, history, quantity, scale)
         axes.axhline(0, color=GREY, lw=0.6, ls=":")
         axes.grid(alpha=0.25)
-    drawn.axes[0].legend(fontsize=9)
+    panels[0].legend(fontsize=9)
+    if driven:
+        _programme(panels[2], history)
+    drawn.suptitle(title, fontsize=14)
     return drawn
+
+
+def _programme(axes: Any, history: History) -> None:
+    """The depth against the imposed force or drive."""
+    label, unit = {"force": ("imposed force", "N/m"), "drive": ("drive D", "m")}[history.control]
+    depth = np.where(np.isfinite(history.depth), history.depth, math.nan)
+    x, y = prefixed(history.values, unit), prefixed(depth, "m")
+    axes.plot(history.values / x.size, depth / y.size, ".-", color=BLUE, lw=1, ms=4)
+    axes.set(xlabel=f"{label} in {x.symbol}", ylabel=f"depth d in {y.symbol}")
+    axes.grid(alpha=0.25)

@@ -23,7 +23,8 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies import command
 from studies.batches import each
 from studies.figures import BLUE, ORANGE
-from studies.lattice_speed import median_seconds, tridiagonal_seconds
+from studies.table import aligned
+from studies.timing import middle, seconds, tridiagonal_seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,10 +55,14 @@ class Parameters:
 
 
 class Row(NamedTuple):
-    """One kind of loop: time in dptsv, relative error of the loop area, imbalance of the ledger."""
+    """One kind of loop: time in dptsv with its interquartile range over it, error of the loop area.
+
+    ledger: its imbalance; bar: of the error of the area.
+    """
 
     name: str
     ratio: float
+    spread: float
     error: float
     ledger: float
     bar: float
@@ -87,7 +92,7 @@ def loops(params: Parameters) -> dict[str, tuple[dict[str, Any], float, float]]:
         "imposed depth": ({"depths": depths}, area, 1e-8),
         "dead load": ({"forces": forces}, dead, 1e-8),
         "machine": ({"drives": drives, "machine_stiffness": stiffness}, machine, 1e-8),
-        f"lattice, {params.nodes:.0e} nodes": (
+        f"lattice, {params.nodes:g} nodes": (
             {"depths": depths, "method": "lattice", "spacing": spacing},
             area,
             1e-3,  # the last link lets go early: first order
@@ -104,33 +109,28 @@ def measured(params: Parameters, name: str) -> Row:
     """Time and errors of one of the loops."""
     scene, (arguments, area, bar) = params.scene, loops(params)[name]
     path: History = load_path(scene, **arguments)
-
-    def loop() -> object:
-        return load_path(scene, **arguments)
-
-    ratios = [
-        median_seconds(loop, 1) / tridiagonal_seconds(params.unknowns)
-        for _ in range(params.repeats)
-    ]
+    loop = partial(load_path, scene, **arguments)
+    floors = partial(tridiagonal_seconds, params.unknowns)
+    ratio, spread = middle([seconds(loop) / floors() for _ in range(params.repeats)])
     error = abs(path.dissipated / area - 1)
     ledger = abs(path.work() / path.dissipated - 1)
-    return Row(name, float(np.median(ratios)), error, ledger, bar)
+    return Row(name, ratio, spread, error, ledger, bar)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
-    parser = command.parser("path_speed", __doc__, "100 steps, 10⁴ nodes", timed=True)
+    parser = command.parser("path_speed", __doc__, "100 steps, 10⁴ nodes")
     parser.add_argument("--strict", action="store_true", help="judge the times too")
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
-    params = Parameters(steps=100, nodes=10**4, repeats=1) if quick else Parameters()
+    params = Parameters(steps=100, nodes=10**4, repeats=3) if quick else Parameters()
     rows = run(params)
-    print(
-        f"{params.steps} steps            dptsv({params.unknowns:.0e})  error of the area  ledger"
-    )
+    widths = (-24, 14, 5, 18, 7, 6)
+    head = [f"{params.steps} steps", f"dptsv({params.unknowns:.0e})", "±", "error of the area"]
+    print(aligned(widths, [*head, "ledger", ""]))
     for row in rows:
-        verdict = "ok" if row.accurate else "MISSED"
-        print(f"{row.name:24s} {row.ratio:8.1f}  {row.error:18.1e}  {row.ledger:.1e}  {verdict}")
+        errors = f"{row.error:.1e}", f"{row.ledger:.1e}", "ok" if row.accurate else "MISSED"
+        print(aligned(widths, [row.name, f"{row.ratio:.1f}", f"{row.spread / 2:.0%}", *errors]))
     out.table("path_speed.csv", params, Row._fields, rows)
     out.figure("path_speed.png", plot(rows, params))
     slow = options.strict and any(row.ratio > TIME_BAR for row in rows)
@@ -144,8 +144,9 @@ def plot(rows: Sequence[Row], params: Parameters) -> Figure:
     figure = Figure(figsize=(11, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     at, names = np.arange(len(rows)), [row.name for row in rows]
-    left.barh(at, [row.ratio for row in rows], color=BLUE, height=0.6)
-    left.axvline(TIME_BAR, color=ORANGE, ls="--", label=f"bar, {TIME_BAR:g}")
+    spread = [row.ratio * row.spread / 2 for row in rows]
+    left.barh(at, [row.ratio for row in rows], color=BLUE, height=0.6, xerr=spread, capsize=3)
+    left.axvline(TIME_BAR, color=ORANGE, ls="--", label=f"bar of 1000 steps, {TIME_BAR:g}")
     unit = f"time of {params.steps} steps / time of one dptsv, n = {params.unknowns:g}"
     left.set(xlabel=unit, yticks=at, yticklabels=names)
     left.invert_yaxis()
@@ -157,5 +158,6 @@ def plot(rows: Sequence[Row], params: Parameters) -> Figure:
     right.set(xlabel=f"relative error (below {least:.0e} drawn there)", xlim=(least / 3, 1))
     for axes in (left, right):
         axes.grid(alpha=0.25, axis="x")
+        axes.set_axisbelow(True)
         axes.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
     return figure

@@ -34,6 +34,7 @@ from studies import command, loops, pull_off_figures
 from studies.batches import each
 from studies.loops import INDENTERS, LAYER, SIZE
 from studies.pull_off_conclusions import conclusions
+from studies.table import aligned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -120,7 +121,7 @@ def run(
     jobs: int = 1,
 ) -> tuple[Curve, ...]:
     """Pull every scene off in `jobs` processes; `show` gets a line for each."""
-    show(_columns(*HEADER.split("|")))
+    show(aligned(WIDTHS, HEADER.split("|")))
     cases = list(product(INDENTERS, (0.0, *sorted(parameters.ratios))))
     pulls: dict[str, list[Pull]] = {shape: [] for shape in INDENTERS}
     for (shape, _), pull in zip(cases, each(pulled, cases, jobs), strict=True):
@@ -168,6 +169,7 @@ def balanced_card(scene: Scene) -> State:
 
 
 HEADER = "indenter|l/b|γ₁ N/m|F_A N/m|closed form|d µm|a µm|global F_A|error"
+WIDTHS = (-10, 8, 9, 14, 14, 9, 9, 14, 6)
 
 
 def line(shape: str, pull: Pull) -> str:
@@ -175,7 +177,7 @@ def line(shape: str, pull: Pull) -> str:
     scene, state = pull.scene, pull.simulated
     depth = state.depth if abs(state.depth) > BAR * scene.critical_separation else 0.0
     a = state.half_width if state.half_width > BAR * loops.size(scene) else 0.0
-    return _columns(
+    cells = [
         shape,
         f"{pull.ratio:.3g}",
         f"{scene.gamma1:.3g}",
@@ -185,13 +187,8 @@ def line(shape: str, pull: Pull) -> str:
         f"{1e6 * a:.5g}",
         "" if pull.balanced is None else f"{pull.balanced.force:.9g}",
         f"{pull.error:.0e}",
-    )
-
-
-def _columns(*cells: str) -> str:
-    widths = (-10, 8, 9, 14, 14, 9, 9, 14, 6)
-    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
-    return " ".join(texts).rstrip()
+    ]
+    return aligned(WIDTHS, cells)
 
 
 def plot(curves: Sequence[Curve]) -> dict[str, Figure]:
@@ -234,7 +231,3 @@ def main(argv: Sequence[str] | None = None) -> int:
     judged = f"worst relative error {error:.1e} (bar {BAR:.0e})"
     print(f"{total} scenes, {judged}; written: {out.folder}")
     return 0 if error <= BAR else 1
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

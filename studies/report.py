@@ -21,31 +21,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from studies import command
+from studies import REPORTED, TIMED, command
 from studies.table import commit, read, versions
 
-ORDER = (
-    "verify",
-    "contact_angle",
-    "applicability",
-    "hysteresis",
-    "pull_off",
-    "rough",
-    "tolerance",
-    "fitted_speed",
-    "path_speed",
-    "skipping",
-    "lattice_speed",
-    "runtime_vs_error",
-    "stress",
-)
-TIMED = (
-    "fitted_speed",
-    "path_speed",
-    "skipping",
-    "lattice_speed",
-    "runtime_vs_error",
-)  # one job only
 LONG = 2000  # characters that are folded away
 PICTURES = {".png": "image/png", ".gif": "image/gif"}
 STYLE = """
@@ -153,7 +131,7 @@ def page(sections: Sequence[Section], preset: str) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
     parser = command.parser("report", __doc__, "the quick presets of all")
-    parser.add_argument("--only", nargs="+", choices=ORDER, default=ORDER, metavar="NAME")
+    command.some_of(parser, "--only", REPORTED)
     options, out = command.parse(parser, argv)
     sections = []
     for i, name in enumerate(options.only, 1):

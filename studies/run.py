@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from discretization import Equilibrium, minimise
 from energy import Assumption, Scene
 from energy.description import described
-from studies import command, scene_path, sweep
+from studies import command, path_figures, scene_path, sweep
 from studies.batches import Progress, each, tell
 from studies.figures import BLUE, GREY, ORANGE
 from studies.scene_file import SceneFile, built, read
@@ -157,8 +157,8 @@ def plot(record: Record) -> Any:
     figure = Figure(figsize=(11, 9 if several else 5), layout="constrained")
     axes = figure.subplots(1 + several, 2, squeeze=False)
     if several:
-        _curve(axes[0, 0], record, "force", "force per length P", "N/m")
-        _curve(axes[0, 1], record, "half_width", "contact half-width a", "m")
+        _curve(axes[0, 0], record, "force", "force P", "N/m")
+        _curve(axes[0, 1], record, "half_width", "half-width a", "m")
     _surface(axes[-1, 0], state, *_window(state))
     last = ", last in contact" if several and record.attached else ""
     axes[-1, 0].set_title(f"surface at {_depth(state)}{last} (not to scale)")
@@ -198,7 +198,7 @@ def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
             spread = error[chosen] * np.abs(height)
             axes.errorbar(at, height, yerr=spread, ls="", ms=4, label=text, capsize=2, **style)
     axes.axhline(0, color=GREY, lw=0.8)
-    axes.set(xlabel=f"indentation depth d [{x.symbol}]", ylabel=f"{label} [{y.symbol}]")
+    axes.set(xlabel=f"depth d in {x.symbol}", ylabel=f"{label} in {y.symbol}")
     axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
     axes.legend()
 
@@ -227,8 +227,8 @@ def _surface(axes: Any, state: Equilibrium, lo: float, hi: float, origin: float 
     axes.fill_between(s, body / height.size, top, color=RIGID, lw=0, label="indenter, d - f(x)")
     axes.plot(s, u / height.size, color=BLUE, lw=2, label="surface u(x)")
     axes.axhline(0, color=GREY, lw=0.8, ls="--", label="undeformed surface")
-    axes.set(xlim=(s[0], s[-1]), ylim=(bottom, top), xlabel=f"position x [{scale.symbol}]")
-    axes.set_ylabel(f"displacement u, downwards [{height.symbol}]")
+    axes.set(xlim=(s[0], s[-1]), ylim=(bottom, top), xlabel=f"position x in {scale.symbol}")
+    axes.set_ylabel(f"displacement u, downwards, in {height.symbol}")
     axes.legend(loc="upper center", ncols=2, fontsize=9)
 
 
@@ -288,4 +288,4 @@ def response(given: SceneFile, out: command.Output) -> list[Path]:
     written = out.at(f"{name}.csv")
     about = [f"title: {given.title}", f"source: {given.source}"]
     scene_path.write_csv(history, written, [*about, *head])
-    return [written, *out.figure(name, scene_path.plot(given, history))]
+    return [written, *out.figure(name, path_figures.figure(history, given.title))]

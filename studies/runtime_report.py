@@ -133,7 +133,7 @@ def plot(task: str, points: Sequence[Point], floors: Sequence[Floor]) -> Figure:
             axes.annotate(text, (0.99, floor.dptsv), ha="right", va="bottom", **place)
         axes.set(xscale="log", yscale="log", xlabel=f"relative error of {QUANTITIES[quantity]}")
         axes.grid(alpha=0.25)
-        axes.set_xlim(left=LEAST / 3)
+        axes.set_xlim(LEAST / 3, max(axes.get_xlim()[1], 100 * LEAST))
     for axes in panels[::2]:
         axes.set_ylabel("time of one step" if task == "loop" else "time")
     plain_ticks(panels[0].yaxis, "s", (1.0,))

@@ -3,21 +3,21 @@
 Work-precision: wall time against the relative errors of a, P, U and θ (P and U over their largest
 value on the path or their own; θ over θ) for
 
-| task       | question                                                                        |
-| ---------- | ------------------------------------------------------------------------------- |
-| nonadhesive | parabola, w = 0: convex, any quadratic solver can do it                         |
-| adhesive   | parabola, w > 0                                                                 |
-| finite     | parabola, w > 0, finite slopes                                                  |
-| loop       | a loading and unloading loop of the adhesive parabola; time of one step          |
-| rough      | lowest energy of all on a rough profile; error of its energy against the proven one |
+| task        | question                                                                       |
+| ----------- | ------------------------------------------------------------------------------ |
+| nonadhesive | parabola, w = 0: convex, any quadratic solver can do it                        |
+| adhesive    | parabola, w > 0                                                                |
+| finite      | parabola, w > 0, finite slopes                                                 |
+| loop        | loading and unloading of the adhesive parabola; time of one step               |
+| rough       | lowest energy of all on a rough profile; its error against the proven one      |
 
 Every point carries its size, its success and the spread of its time; times are medians, as ratios
 to one LAPACK `dptsv` of that size measured in between. Modelling (building a cvxpy problem,
 matrices, the first solve of a parametrised one) is timed apart from solving. The floors in each
 figure: one `dptsv`, one pass over an array.
 
---check measures only the ratios of `GUARDED` and compares them with studies/baseline.json: a ratio
-1.5 times larger fails. --update stores new ones.
+--check measures only the ratios of rivals.tasks.guarded and compares them with
+studies/baseline.json: a ratio 1.5 times larger fails. --update stores new ones.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ import numpy as np
 
 from studies import command
 from studies.batches import each
-from studies.lattice_speed import tridiagonal_seconds
 from studies.rivals.problem import installed
 from studies.rivals.tasks import TASKS, Method, Task, guarded
 from studies.runtime_report import machine, plot, rows, table
+from studies.timing import middle, seconds, tridiagonal_seconds
 
 BASELINE = Path(__file__).with_name("baseline.json")
 LOSS = 1.5
@@ -120,7 +120,7 @@ def measure(task: Task, method: Method, size: float, parameters: Parameters) -> 
     """One point; a method that fails says so in its note."""
     try:
         start = time.perf_counter()
-        solve, unknowns = method.prepare(task, size)
+        solve, unknowns = method.make(task, size)
         modelling = time.perf_counter() - start
         (first,), answer = timed(solve, 1, 0.0)
         times = [first]
@@ -130,8 +130,7 @@ def measure(task: Task, method: Method, size: float, parameters: Parameters) -> 
         note = f"{type(problem).__name__}: {problem}".splitlines()[0][:120]
         return Point.failed(task.name, method.name, size, note)
     per_step = np.array(times) / method.steps(task)
-    seconds = float(np.median(per_step))
-    spread = float(np.subtract(*np.percentile(per_step, [75, 25]))) / seconds
+    median, spread = middle(per_step)
     floor = tridiagonal_seconds(unknowns, 3)
     return Point(
         task.name,
@@ -140,9 +139,9 @@ def measure(task: Task, method: Method, size: float, parameters: Parameters) -> 
         unknowns,
         modelling,
         first / method.steps(task),
-        seconds,
+        median,
         spread,
-        seconds / floor,
+        median / floor,
         task.errors(answer),
         answer.success,
     )
@@ -208,7 +207,7 @@ def ratios(repeats: int = 15) -> dict[str, float]:
     for name, (work, floor) in guarded().items():
         work()
         floor()
-        pairs = [(timed(work, 1, 1)[0][0], timed(floor, 1, 1)[0][0]) for _ in range(repeats)]
+        pairs = [(seconds(work), seconds(floor)) for _ in range(repeats)]
         found[name] = statistics.median(a / b for a, b in pairs)
     return found
 
@@ -241,8 +240,8 @@ def check(update: bool) -> int:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study; with --check 1 if a ratio was lost."""
-    parser = command.parser("runtime_vs_error", __doc__, "small sizes, under 20 s", timed=True)
-    parser.add_argument("--tasks", nargs="+", default=list(TASKS), choices=TASKS)
+    parser = command.parser("runtime_vs_error", __doc__, "small sizes, under 20 s")
+    command.some_of(parser, "--tasks", TASKS)
     parser.add_argument("--check", action="store_true", help="compare with the stored baseline")
     parser.add_argument("--update", action="store_true", help="store a new baseline")
     options, out = command.parse(parser, argv)
@@ -265,5 +264,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def line(point: Point) -> str:
     """One point on the screen."""
     size = f"{point.size:9.3g}" if point.size else "         "
-    says = point.note or f"{point.seconds * 1e3:10.3f} ms, error of a {point.errors[0]:.1e}"
+    k = 2 if math.isnan(point.errors[0]) else 0
+    error = f"error of {'aPUθ'[k]} {point.errors[k]:.1e}"
+    says = point.note or f"{point.seconds * 1e3:10.3f} ms, {error}"
     return f"{point.task:12s} {point.method:40s} {size} {says}"

@@ -11,9 +11,6 @@ Output: a line per row, skipping.csv, a figure. Exit status 1 if a digit changed
 
 from __future__ import annotations
 
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +21,9 @@ import numpy as np
 from studies import command
 from studies.batches import each
 from studies.figures import BLUE, GREY
-from studies.skipping_routes import ROUTES, Route
+from studies.skipping_routes import ROUTES
+from studies.table import aligned
+from studies.timing import interpreter_seconds, seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -81,14 +80,8 @@ def measure(parameters: Parameters, name: str) -> Row:
     changed = difference(skips(), general())
     pairs: list[tuple[float, float]] = []
     while len(pairs) < parameters.pairs and np.sum(pairs) <= parameters.patience:
-        pairs.append((_seconds(skips), _seconds(general)))
+        pairs.append((seconds(skips), seconds(general)))
     return _row(name, pairs, changed)
-
-
-def _seconds(work: Route) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
 
 
 def _row(name: str, pairs: Sequence[tuple[float, float]], changed: float) -> Row:
@@ -100,22 +93,15 @@ def _row(name: str, pairs: Sequence[tuple[float, float]], changed: float) -> Row
 def imports(pairs: int) -> Row:
     """Both in fresh interpreters."""
     general = f"{PLAIN}, cvxpy, matplotlib.figure"
-    found = [(interpreter(PLAIN), interpreter(general)) for _ in range(pairs)]
+    found = [(interpreter_seconds(PLAIN), interpreter_seconds(general)) for _ in range(pairs)]
     return _row(IMPORTS, found, float("nan"))
-
-
-def interpreter(code: str) -> float:
-    """Seconds of a Python that does nothing else."""
-    start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", code], check=True)
-    return time.perf_counter() - start
 
 
 def run(
     parameters: Parameters = Parameters(), show: Callable[[str], object] = lambda line: None
 ) -> list[Row]:
     """All rows; `show` gets a line for each."""
-    show(_columns("not needed", "skipped", "general", "factor", "quartiles", "difference"))
+    show(aligned(WIDTHS, HEADER.split("|")))
     rows = []
     for row in each(partial(measure, parameters), [*ROUTES, IMPORTS], 1):
         rows.append(row)
@@ -123,17 +109,15 @@ def run(
     return rows
 
 
+HEADER = "not needed|skipped|general|factor|quartiles|difference"
+WIDTHS = (-21, 11, 11, 8, 13, 11)
+
+
 def line(row: Row) -> str:
     """One row on the screen."""
     changed = "" if np.isnan(row.difference) else f"{row.difference:.0e}"
     times = (f"{1e3 * row.seconds:.3g} ms", f"{1e3 * row.general:.3g} ms", f"{row.factor:.3g}")
-    return _columns(row.name, *times, f"{row.low:.3g}..{row.high:.3g}", changed)
-
-
-def _columns(*cells: str) -> str:
-    widths = (-21, 11, 11, 8, 13, 11)
-    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
-    return " ".join(texts).rstrip()
+    return aligned(WIDTHS, [row.name, *times, f"{row.low:.3g}..{row.high:.3g}", changed])
 
 
 def plot(rows: Sequence[Row]) -> Figure:
@@ -156,6 +140,7 @@ def plot(rows: Sequence[Row]) -> Figure:
         axes.text(max(row.high, row.factor), height, text, va="center", fontsize=8)
     axes.axvline(1, color="black", lw=0.8)
     axes.grid(alpha=0.25, axis="x")
+    axes.set_axisbelow(True)
     axes.set_title("What is not needed is not done: saved time, and change Δ of a, P, U")
     return figure
 
@@ -163,7 +148,7 @@ def plot(rows: Sequence[Row]) -> Figure:
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if a digit changed."""
     quick = "few pairs, under 10 s"
-    options, out = command.parse(command.parser("skipping", __doc__, quick, timed=True), argv)
+    options, out = command.parse(command.parser("skipping", __doc__, quick), argv)
     parameters = QUICK if options.preset == "quick" else Parameters()
     rows = run(parameters, command.say)
     out.table("skipping.csv", parameters, Row._fields, rows)

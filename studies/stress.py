@@ -28,17 +28,14 @@ from __future__ import annotations
 
 import math
 import re
-import warnings
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import partial
-from typing import Any, Literal, NamedTuple
+from itertools import product
 
-import numpy as np
-
-from discretization import AccuracyWarning, Equilibrium, NotCertifiedError, minimise
+from discretization import NotCertifiedError, minimise
 from discretization.certificate import measured
 from discretization.lattice import fronts
 from discretization.lattice.nodes import Lattice
@@ -46,16 +43,23 @@ from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene,
 from studies import command, stress_profiles, stress_reference
 from studies.batches import each
 from studies.stress_figure import plot
+from studies.stress_verdicts import (
+    KEPT,
+    NO_DIGITS,
+    Judgement,
+    Trial,
+    Work,
+    against_reference,
+    judged,
+    verdict,
+)
 
-EPS = float(np.finfo(float).eps)
-SLACK, TOLERANCE = 1000.0, 1e-12
-TIE = 16 * EPS  # relative distance from -δ₀ within which both verdicts are right
-KEPT, REASON = 12.0, 120  # digits, characters
-GRIDS = ("fitted", "finite", "lattice", "edge", "profiles")
+REASON = 120  # characters
 UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre
 POISSON = (0.0, 0.3, 0.49, 0.4999, -0.9)
-RTOL = 1e-13
+SHAPES = ("parabola", "x1", "x3", "x4", "flat")
 BAD = ("lost", "wrong", "crash", "floating point")
+Point = tuple[str, float, float, Work]  # shape, x, y, and what is judged there
 
 
 @dataclass(frozen=True)
@@ -67,99 +71,6 @@ class Parameters:
 
 
 QUICK = Parameters(stride=3, nodes=10**4)
-
-
-class Trial(NamedTuple):
-    """One point of a grid: x, y decades; digits of a, P, U; largest e/(ε(1 + c)); verdict."""
-
-    grid: str
-    shape: str
-    x: float
-    y: float
-    digits: tuple[float, float, float]
-    excess: float
-    verdict: str
-    note: str
-
-
-NO_DIGITS = (math.nan,) * 3
-Judgement = tuple[tuple[float, float, float], float, str, str]
-
-
-def judged(grid: str, shape: str, x: float, y: float, work: Callable[[], Judgement]) -> Trial:
-    """Run with warnings as errors; `work` returns digits, excess, verdict and note.
-
-    A number that underflows is noted, and the work repeated with zero in its place.
-    """
-    try:
-        try:
-            return Trial(grid, shape, x, y, *_strictly(work, "raise"))
-        except FloatingPointError as problem:
-            digits, excess, word, note = _strictly(work, "ignore")
-            return Trial(grid, shape, x, y, digits, excess, word, f"{problem} {note}")
-    except FloatingPointError as problem:
-        return Trial(grid, shape, x, y, NO_DIGITS, math.inf, "floating point", str(problem))
-    except (ValueError, NotCertifiedError) as refusal:
-        note = f"{type(refusal).__name__}: {refusal}"
-        return Trial(grid, shape, x, y, NO_DIGITS, math.nan, "refused", note[:200])
-    except Exception as problem:
-        note = f"{type(problem).__name__}: {problem}"
-        return Trial(grid, shape, x, y, NO_DIGITS, math.inf, "crash", note[:200])
-
-
-def _strictly(work: Callable[[], Judgement], underflow: Literal["raise", "ignore"]) -> Judgement:
-    with np.errstate(all="raise", under=underflow), warnings.catch_warnings():
-        warnings.simplefilter("error")
-        warnings.simplefilter("ignore", AccuracyWarning)  # digits are judged here
-        return work()
-
-
-def against_reference(scene: Scene, depth: float) -> Judgement:
-    """The default method against 60 digits."""
-    with localcontext(prec=stress_reference.DIGITS):
-        given = stress_reference.inputs(scene, depth)
-        exact = stress_reference.answer(given, scene.slopes)
-    state = minimise(scene, depth, rtol=RTOL)
-    if exact is None or not state.contacts.size:
-        alike = exact is None and not state.contacts.size
-        with localcontext(prec=stress_reference.DIGITS):
-            tied = state.label == "neutral" and stress_reference.from_letting_go(given) <= TIE
-        word = "ok" if alike or tied else "wrong"
-        return NO_DIGITS, 0.0, word, "" if alike else _letting_go(scene, depth)
-    return compared(given, scene.slopes, exact, state)
-
-
-def _letting_go(scene: Scene, depth: float) -> str:
-    return (
-        f"contact or not differs from the reference at d/δ₀ = {depth / scene.critical_separation!r}"
-    )
-
-
-def compared(given: Any, slopes: str, exact: Any, state: Equilibrium) -> Judgement:
-    """Errors of a state whose certificate is known to hold."""
-    found = (state.half_width, state.force, state.energy)
-    scales = (float(exact[0]), state.scales["force"], state.scales["energy"])
-    with localcontext(prec=stress_reference.DIGITS):
-        errors = [
-            float(abs(Decimal(value) - true) / Decimal(scale or 1))
-            for value, true, scale in zip(found, exact, scales, strict=True)
-        ]
-        sizes = stress_reference.Exact(*map(Decimal, scales))
-        condition = stress_reference.conditions(given, slopes, sizes)
-    return verdict(errors, condition, state.certificate.ok)
-
-
-def verdict(errors: Sequence[float], condition: Sequence[float], certified: bool) -> Judgement:
-    """Digits, excess, and whether more was lost than the problem's condition explains."""
-    bounds = [max(SLACK * EPS * (1 + c), TOLERANCE) for c in condition]
-    excess = max(e / (EPS * (1 + c)) for e, c in zip(errors, condition, strict=True))
-    lost = [n for n, e, b in zip("aPU", errors, bounds, strict=True) if not e <= b]
-    a, force, energy = (-math.log10(max(e, EPS / 2)) for e in errors)
-    note = f"errors {', '.join(f'{e:.1e}' for e in errors)}, "
-    note += f"condition {', '.join(f'{c:.1e}' for c in condition)}"
-    word = "wrong" if not certified else "lost" if lost else "ok"
-    explained = not lost and min(a, force, energy) >= KEPT
-    return (a, force, energy), excess, word, "" if explained else note
 
 
 def scene_at(
@@ -185,112 +96,83 @@ def scene_at(
     return Scene(layer, surfaces, body, slopes=slopes), depth
 
 
-def fitted(params: Parameters) -> list[Trial]:
+def fitted(params: Parameters) -> Iterator[Point]:
     """a/l against w/γ₁, small slopes."""
-    trials: list[Trial] = []
-    for x in range(-3, 7, params.stride):
-        for y in range(-12, 7, params.stride):
-            for shape in ("parabola", "x1", "x3", "x4", "flat"):
-                scene, depth = scene_at(len(trials), 10.0**x, 10.0**y, shape)
-                work = _reference(scene, depth)
-                trials.append(judged("fitted", shape, x, y, work))
-    return trials
+    decades = range(-3, 7, params.stride), range(-12, 7, params.stride)
+    for number, (x, y, shape) in enumerate(product(*decades, SHAPES)):
+        scene, depth = scene_at(number, 10.0**x, 10.0**y, shape)
+        yield shape, x, y, partial(against_reference, scene, depth)
 
 
-def _reference(scene: Scene, depth: float) -> Callable[[], Judgement]:
-    return lambda: against_reference(scene, depth)
-
-
-def finite(params: Parameters) -> list[Trial]:
+def finite(params: Parameters) -> Iterator[Point]:
     """a/l against w/γ₁ up to 2, finite slopes."""
-    trials: list[Trial] = []
-    for x in range(-3, 7, params.stride):
-        for y in (*range(-12, 0, params.stride), math.log10(0.5), 0.0, math.log10(1.99)):
-            for shape in ("parabola", "flat"):
-                scene, depth = scene_at(len(trials), 10.0**x, 10.0**y, shape, "finite")
-                if shape == "flat":  # no closed form here
-                    continue
-                trials.append(judged("finite", shape, x, y, _reference(scene, depth)))
-    return trials
+    works = (*range(-12, 0, params.stride), math.log10(0.5), 0.0, math.log10(1.99))
+    for number, (x, y) in enumerate(product(range(-3, 7, params.stride), works)):
+        scene, depth = scene_at(number, 10.0**x, 10.0**y, "parabola", "finite")
+        yield "parabola", x, y, partial(against_reference, scene, depth)
 
 
-def lattice(params: Parameters) -> list[Trial]:
+def lattice(params: Parameters) -> Iterator[Point]:
     """l/Δx against a/l: energy, force and place of the line on the same lattice."""
-    trials: list[Trial] = []
-    for x in range(-3, 10, params.stride):
-        for y in range(-3, 7, params.stride):
-            if not 0.5 <= 10.0 ** (x + y) <= params.nodes / 2:
-                continue
-            scene, depth = scene_at(len(trials), 10.0**y, 1e-2, "parabola")
-            spacing = scene.elastocapillary_length / 10.0**x
-            trials.append(judged("lattice", "parabola", x, y, _nodes(scene, depth, spacing)))
-    return trials
+    decades = product(range(-3, 10, params.stride), range(-3, 7, params.stride))
+    held = ((x, y) for x, y in decades if 0.5 <= 10.0 ** (x + y) <= params.nodes / 2)
+    for number, (x, y) in enumerate(held):
+        scene, depth = scene_at(number, 10.0**y, 1e-2, "parabola")
+        spacing = scene.elastocapillary_length / 10.0**x
+        yield "parabola", x, y, partial(on_nodes, scene, depth, spacing)
 
 
-def _nodes(scene: Scene, depth: float, spacing: float) -> Callable[[], Judgement]:
-    def work() -> Judgement:
-        body, lat = scene.indenter, Lattice.of(scene, spacing)
-        where = fronts.region(lat, body, depth)
-        contact = fronts.adhered(lat, body, depth, where)
-        if contact is None:
-            return NO_DIGITS, 0.0, "refused", "no contact node"
-        sums = measured(lat, body, depth, contact)
-        with localcontext(prec=stress_reference.DIGITS):
-            given = stress_reference.inputs(scene, depth)
-            exact = stress_reference.on_nodes(given, spacing, contact.last)
-            misplaced = max(
-                0.0,
-                stress_reference.resistance(given, spacing, contact.last - 1),
-                -stress_reference.resistance(given, spacing, contact.last),
-            )
-            errors = [
-                misplaced,
-                float(abs(Decimal(sums.force) - exact.force) / Decimal(sums.force_scale)),
-                float(abs(Decimal(sums.energy) - exact.energy) / Decimal(sums.energy_scale)),
-            ]
-        found = verdict(errors, (max(1.0, contact.last), 10.0, 10.0), True)
-        try:
-            minimise(scene, depth, method="lattice", spacing=spacing)
-        except NotCertifiedError as refusal:
-            return (*found[:2], "refused" if found[2] == "ok" else found[2], str(refusal)[:200])
-        return found
-
-    return work
+def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
+    """Energy, force and place of the line on a lattice, against 60 digits."""
+    body, lat = scene.indenter, Lattice.of(scene, spacing)
+    where = fronts.region(lat, body, depth)
+    contact = fronts.adhered(lat, body, depth, where)
+    if contact is None:
+        return NO_DIGITS, 0.0, "refused", "no contact node"
+    sums = measured(lat, body, depth, contact)
+    with localcontext(prec=stress_reference.DIGITS):
+        given = stress_reference.inputs(scene, depth)
+        exact = stress_reference.on_nodes(given, spacing, contact.last)
+        before, beyond = (
+            stress_reference.resistance(given, spacing, contact.last - i) for i in (1, 0)
+        )
+        errors = [
+            max(0.0, before, -beyond),
+            float(abs(Decimal(sums.force) - exact.force) / Decimal(sums.force_scale)),
+            float(abs(Decimal(sums.energy) - exact.energy) / Decimal(sums.energy_scale)),
+        ]
+    found = verdict(errors, (max(1.0, contact.last), 10.0, 10.0), True)
+    try:
+        minimise(scene, depth, method="lattice", spacing=spacing)
+    except NotCertifiedError as refusal:
+        return (*found[:2], "refused" if found[2] == "ok" else found[2], str(refusal)[:200])
+    return found
 
 
-def edge(params: Parameters) -> list[Trial]:
+def edge(params: Parameters) -> Iterator[Point]:
     """Depths ever closer to letting go, from both sides."""
-    trials: list[Trial] = []
-    for shape in ("parabola", "x1", "x3", "x4", "flat"):
-        for j in range(1, 16, max(1, params.stride - 1)):
-            for side in (1, -1):
-                scene, _ = scene_at(len(trials), 3.0, 1e-2, shape)
-                last = -scene.critical_separation
-                if shape == "x1":
-                    last += scene.elastocapillary_length * float(scene.indenter.slope(1.0))
-                depth = last * (1 - side * 10.0**-j)
-                trials.append(judged("edge", shape, j, side, _reference(scene, depth)))
-    return trials
+    steps = range(1, 16, max(1, params.stride - 1))
+    for number, (shape, j, side) in enumerate(product(SHAPES, steps, (1, -1))):
+        scene, _ = scene_at(number, 3.0, 1e-2, shape)
+        last = -scene.critical_separation
+        if shape == "x1":
+            last += scene.elastocapillary_length * float(scene.indenter.slope(1.0))
+        depth = last * (1 - side * 10.0**-j)
+        yield shape, j, side, partial(against_reference, scene, depth)
 
 
-def profiles(params: Parameters) -> list[Trial]:
+def profiles(params: Parameters) -> Iterator[Point]:
     """Odd profiles in all units, and lattice against the default method."""
-    trials = []
-    for number, name in enumerate(stress_profiles.NAMES):
-        for unit in range(-9, 10, 3 * params.stride):
-            for depth in (0.5, -0.3):
-                work = stress_profiles.compare(name, depth, 10.0**unit)
-                trials.append(judged("profiles", name, unit, number + depth / 2, work))
-    return trials
+    units = range(-9, 10, 3 * params.stride)
+    for (number, name), unit, depth in product(
+        enumerate(stress_profiles.NAMES), units, (0.5, -0.3)
+    ):
+        work = partial(stress_profiles.compare, name, depth, 10.0**unit)
+        yield name, unit, number + depth / 2, work
 
 
-RUNS = {
-    "fitted": fitted,
-    "finite": finite,
-    "lattice": lattice,
-    "edge": edge,
-    "profiles": profiles,
-}
+RUNS = {grid.__name__: grid for grid in (fitted, finite, lattice, edge, profiles)}
+GRIDS = tuple(RUNS)
 
 
 def run(
@@ -299,17 +181,16 @@ def run(
     show: Callable[[str], object] = lambda line: None,
     jobs: int = 1,
 ) -> list[Trial]:
-    """All trials, grids in `jobs` processes; `show` gets a line for each grid."""
+    """All trials, grids in `jobs` processes; `show` gets a line for each."""
     trials: list[Trial] = []
-    work = [RUNS[name] for name in grids]
-    for name, own in zip(grids, each(partial(_called, params), work, jobs), strict=True):
+    for name, own in zip(grids, each(partial(_tried, params), grids, jobs), strict=True):
         show(summary(name, own))
         trials += own
     return trials
 
 
-def _called(params: Parameters, grid: Callable[[Parameters], list[Trial]]) -> list[Trial]:
-    return grid(params)
+def _tried(params: Parameters, name: str) -> list[Trial]:
+    return [judged(name, *point) for point in RUNS[name](params)]
 
 
 def summary(name: str, trials: Sequence[Trial]) -> str:
@@ -345,7 +226,7 @@ def table(trials: Sequence[Trial]) -> tuple[list[str], list[list[object]]]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study; 1 if anything was lost or failed."""
     parser = command.parser("stress", __doc__, "every third decade")
-    parser.add_argument("--grids", nargs="+", default=list(GRIDS), choices=GRIDS)
+    command.some_of(parser, "--grids", GRIDS)
     options, out = command.parse(parser, argv)
     params = QUICK if options.preset == "quick" else Parameters()
     trials = run(params, options.grids, command.say, options.jobs)

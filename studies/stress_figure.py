@@ -8,18 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from studies.stress_profiles import NAMES
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from studies.stress import Trial
+    from studies.stress_verdicts import Trial
 
 LABELS = {
     "fitted": ("log₁₀ a/l", "log₁₀ w/γ₁"),
     "finite": ("log₁₀ a/l", "log₁₀ w/γ₁"),
     "lattice": ("log₁₀ l/Δx", "log₁₀ a/l"),
-    "edge": ("j: 10⁻ʲ of the depth away", "beyond (-1) or before (1) letting go"),
-    "profiles": ("log₁₀ unit of length in m", "number of the profile"),
+    "edge": ("j: 10⁻ʲ of the depth away", "side of letting go"),
+    "profiles": ("log₁₀ unit of length in m", "profile, at two depths"),
 }
+TICKS = {"edge": {-1: "beyond", 1: "before"}, "profiles": dict(enumerate(NAMES))}
 MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
 
 
@@ -34,6 +37,8 @@ def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
     for axes, name in zip(panels, grids, strict=False):
         drawn = _draw(axes, [t for t in trials if t.grid == name])
         axes.set(xlabel=LABELS[name][0], ylabel=LABELS[name][1], title=name)
+        if name in TICKS:
+            axes.set_yticks([*TICKS[name]], [*TICKS[name].values()])
     for axes in panels[len(grids) :]:
         axes.set_visible(False)
     style: dict[str, Any] = {"ls": "", "mfc": "none", "mec": "black"}

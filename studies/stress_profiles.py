@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -19,10 +18,10 @@ from energy import (
     SurfaceEnergies,
     Wedge,
 )
+from studies.stress_verdicts import Judgement
 
 NAMES = ("kink", "double kink", "plateau", "jump", "noise", "smooth noise", "tilted", "edge")
 ALIKE, CLOSE = 1e-9, 2e-3
-Judgement = tuple[tuple[float, float, float], float, str, str]
 
 
 def profile(name: str, unit: float) -> Indenter:
@@ -63,21 +62,17 @@ def _plain(name: str, depth: float) -> tuple[Equilibrium, Equilibrium]:
     return minimise(own, depth), minimise(own, depth, method="lattice", spacing=1 / 400)
 
 
-def compare(name: str, depth: float, unit: float) -> Callable[[], Judgement]:
+def compare(name: str, depth: float, unit: float) -> Judgement:
     """Digits on which two units agree; the lattice close to the default method."""
-
-    def work() -> Judgement:
-        here, nodes = _plain(name, depth)
-        there = minimise(scene(name, unit), depth * unit)
-        size = max(1.0, np.abs(np.nan_to_num(_numbers(here, 1.0))).max())
-        apart = np.abs(np.nan_to_num(_numbers(there, unit) - _numbers(here, 1.0))) / size
-        if here.contacts.shape != there.contacts.shape:
-            apart[:] = 1.0
-        off = float(np.nan_to_num(np.abs(_numbers(nodes, 1.0) - _numbers(here, 1.0))).max() / size)
-        certified = here.certificate.ok and there.certificate.ok and nodes.certificate.ok
-        digits = tuple(-math.log10(max(e, 1e-16)) for e in (apart[:2].max(), *apart[2:]))
-        word = "ok" if apart.max() <= ALIKE and off <= CLOSE and certified else "lost"
-        note = "" if word == "ok" else f"units differ by {apart.max():.1e}, lattice by {off:.1e}"
-        return digits, float(apart.max()), word, note  # type: ignore[return-value]
-
-    return work
+    here, nodes = _plain(name, depth)
+    there = minimise(scene(name, unit), depth * unit)
+    size = max(1.0, np.abs(np.nan_to_num(_numbers(here, 1.0))).max())
+    apart = np.abs(np.nan_to_num(_numbers(there, unit) - _numbers(here, 1.0))) / size
+    if here.contacts.shape != there.contacts.shape:
+        apart[:] = 1.0
+    off = float(np.nan_to_num(np.abs(_numbers(nodes, 1.0) - _numbers(here, 1.0))).max() / size)
+    certified = here.certificate.ok and there.certificate.ok and nodes.certificate.ok
+    a, force, energy = (-math.log10(max(e, 1e-16)) for e in (apart[:2].max(), *apart[2:]))
+    word = "ok" if apart.max() <= ALIKE and off <= CLOSE and certified else "lost"
+    note = "" if word == "ok" else f"units differ by {apart.max():.1e}, lattice by {off:.1e}"
+    return (a, force, energy), float(apart.max()), word, note

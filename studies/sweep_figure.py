@@ -21,9 +21,9 @@ CONVENTIONS = (
     "units: SI, per unit length of the line contact: lengths in m, forces in N/m, energies in J/m, "
     "angles in rad; error_* are estimated relative errors; nan: detached or not defined"
 )
-STATE = (("force", "force per length P", "N/m"), ("half_width", "contact half-width a", "m"))
+STATE = (("force", "force P", "N/m"), ("half_width", "half-width a", "m"))
 PATH = (
-    ("pull_off_force", "most tensile force per length", "N/m"),
+    ("pull_off_force", "most tensile force P", "N/m"),
     ("dissipated", "energy lost on the path", "J/m"),
 )
 LINES = 6  # of the second axis; more become a map
@@ -49,7 +49,7 @@ def plot(record: Record, title: str) -> Figure:
         if second is not None and first > second:
             table, relative = table.T, relative.T
         size, error = prefixed(table, unit), np.abs(np.nan_to_num(table) * np.nan_to_num(relative))
-        quantity = f"{label} [{size.symbol}]"
+        quantity = f"{label} in {size.symbol}"
         _draw(axes, record, (first, second), table / size.size, error / size.size, quantity)
     fixed = ", ".join(_named(record, i, record.grid.axes[i].values[0]) for i in order[2:])
     failed = f"{record.failed} of {len(record.results)} points failed" if record.failed else ""
@@ -118,7 +118,7 @@ def _coordinate(record: Record, i: int) -> tuple[Array, str, bool]:
     if isinstance(axis.values[0], str):
         return np.arange(len(axis.values), dtype=float), f"{axis.key}: {axis.values}", False
     values = np.array(axis.values, float)
-    symbol = f" [{unit.symbol}]" if unit.symbol else ""
+    symbol = f" in {unit.symbol}" if unit.symbol else ""
     far = bool((values > 0).all()) and float(values.max() / values.min()) > 30
     log = far and bool(np.ptp(np.diff(np.log(values))) < np.ptp(np.diff(values)) / values.min())
     return values / unit.size, f"{axis.key}{symbol}", log

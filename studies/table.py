@@ -43,6 +43,12 @@ def header(command: str, parameters: object) -> list[str]:
     return [*lines, f"commit: {commit()}"]
 
 
+def aligned(widths: Sequence[int], cells: Iterable[str]) -> str:
+    """A line of the table on the screen; a cell of negative width begins at its left."""
+    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
+    return " ".join(texts).rstrip()
+
+
 def write(
     path: Path, head: Iterable[str], columns: Sequence[str], rows: Iterable[Iterable[Any]]
 ) -> None:

@@ -17,7 +17,7 @@ Output: one line per check, report.md with all figures, verify.csv. Exit status 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -26,6 +26,7 @@ from studies import command, verify_figures
 from studies.batches import each
 from studies.checks import CHECKS, Check, curves
 from studies.checks.convergence import Result, refine
+from studies.table import aligned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,21 +66,13 @@ def run(
     jobs: int = 1,
 ) -> Record:
     """Run the checks (all by default) in `jobs` processes; `show` gets a line for each."""
-    show(
-        _columns(
-            "Eq.", "what", "simulated", "closed form", "unit", "lattice", "order", "fitted", "", "s"
-        )
-    )
+    show(aligned(WIDTHS, HEADER.split("|")))
+    work = partial(refine, cells=parameters.cells, offsets=parameters.offsets)
     results = []
-    for result in _refined(parameters, CHECKS if checks is None else checks, jobs):
+    for result in each(work, CHECKS if checks is None else checks, jobs):
         results.append(result)
         show(line(result))
     return Record(parameters, tuple(results), curves.simulate(parameters.points))
-
-
-def _refined(parameters: Parameters, checks: Sequence[Check], jobs: int) -> Iterator[Result]:
-    work = partial(refine, cells=parameters.cells, offsets=parameters.offsets)
-    return each(work, checks, jobs)
 
 
 def plot(record: Record) -> dict[str, Figure]:
@@ -109,10 +102,14 @@ def label(equations: Sequence[int]) -> str:
     return ", ".join(f"({n})" for n in equations) or "-"
 
 
+HEADER = "Eq.|what|simulated|closed form|unit|lattice|order|fitted||s"
+WIDTHS = (6, -57, 13, 13, -4, 8, 6, 8, 5, 5)
+
+
 def line(result: Result) -> str:
     """One line of the table on the screen."""
     item = result.check
-    return _columns(
+    cells = [
         label(item.equations),
         item.what,
         f"{result.simulated:.6g}",
@@ -123,13 +120,8 @@ def line(result: Result) -> str:
         fitted(result),
         "ok" if result.passed else "FAIL",
         f"{result.seconds:.1f}",
-    ) + (f"\n       {result.note}" if result.note else "")
-
-
-def _columns(*cells: str) -> str:
-    widths = (6, -57, 13, 13, -4, 8, 6, 8, 5, 5)
-    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
-    return " ".join(texts).rstrip()
+    ]
+    return aligned(WIDTHS, cells) + (f"\n       {result.note}" if result.note else "")
 
 
 def order(result: Result) -> str:
@@ -240,7 +232,3 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(f"report: {out.folder / 'report.md'}")
     print(closing)
     return 1 if record.failed else 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

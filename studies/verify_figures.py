@@ -139,7 +139,9 @@ def case_studies(branches: Sequence[Branch]) -> Figure:
         column[1].plot(dense, data.force_card / force.size, label=data.sources[1], **LINE)
         column[1].plot(x, data.forces / force.size, **style)
         column[1].axhline(0, color="black", lw=0.7, ls=":")
-        column[0].set(title=data.name, ylim=(0, 1.15 * data.half_width_card.max() / width.size))
+        column[0].set(
+            title=data.name, ylim=np.array([-0.05, 1.15]) * data.half_width_card.max() / width.size
+        )
         column[1].set_xlabel(f"depth d in {depth.symbol}")
         for axes, corner in zip(column, ("lower right", "upper left"), strict=True):
             axes.grid(alpha=0.25)

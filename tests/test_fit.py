@@ -286,7 +286,7 @@ def test_the_figure_shows_both_branches_and_what_took_no_part():
     top, bottom = fit_figure.plot(found, "a title").axes
     names = [text.get_text() for text in top.get_legend().get_texts()]
     assert names == ["out of contact", "fit", "loading", "unloading"]
-    assert top.get_ylabel() == "force per length P [mN/m]"
-    assert bottom.get_xlabel() == "indentation depth d [nm]"
+    assert top.get_ylabel() == "force P in mN/m"
+    assert bottom.get_xlabel() == "depth d in nm"
     drawn = sum(line.get_xdata().size for line in bottom.lines[:2])
     assert drawn == found.used.sum()

@@ -122,7 +122,7 @@ def test_the_area_between_the_drawn_jumps_is_the_loop(record):
 
 
 def test_figures_tell_loading_from_unloading_and_mark_the_events(parabola):
-    axes = figure(parabola, ([0, 1e-6], [0, 1e-3], [0, 1e-5])).axes
+    axes = figure(parabola, "a parabola", ([0, 1e-6], [0, 1e-3], [0, 1e-5])).axes
     labels = [text.get_text() for text in axes[0].get_legend().get_texts()]
     assert {"closed form", "loading", "unloading", "jump-in", "detachment"} <= set(labels)
     assert axes[0].get_xlabel() == "depth d in µm"

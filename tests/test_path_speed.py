@@ -5,7 +5,7 @@ import pytest
 
 from discretization import load_path
 from discretization.paths.fitted_branch import FittedBranch
-from studies import path_speed
+from studies import path_speed, timing
 from studies.table import read
 
 
@@ -14,11 +14,15 @@ def test_loops_are_accurate_and_written(tmp_path, capsys):
     assert "MISSED" not in capsys.readouterr().out
     rows = read(tmp_path / "path_speed.csv")
     assert [row["name"] for row in rows][:3] == ["imposed depth", "dead load", "machine"]
-    assert all(float(row["ratio"]) > 0 for row in rows)
+    assert all(float(row["ratio"]) > 0 and float(row["spread"]) >= 0 for row in rows)
+
+
+def test_the_middle_of_times():
+    assert timing.middle([1.0, 2.0, 3.0, 4.0, 100.0]) == (3.0, 2 / 3)
 
 
 def test_a_wrong_loop_fails():
-    row = path_speed.Row("x", 1.0, 2e-8, 0.0, 1e-8)
+    row = path_speed.Row("x", 1.0, 0.0, 2e-8, 0.0, 1e-8)
     assert not row.accurate
     assert not row._replace(error=0.0, ledger=1e-8).accurate
     assert row._replace(error=0.0).accurate

@@ -63,7 +63,7 @@ def test_the_default_method_reaches_its_digits(points):
 def test_a_nested_active_set_is_of_second_order():
     task = Task.named("nonadhesive", 1)
     (method,) = (m for m in task.methods if m.name == "active set, nested grids")
-    errors = [task.errors(method.prepare(task, n)[0]())[0] for n in (500, 1000, 2000, 4000, 8000)]
+    errors = [task.errors(method.make(task, n)[0]())[0] for n in (500, 1000, 2000, 4000, 8000)]
     slope = np.polyfit(np.log([500, 1000, 2000, 4000, 8000]), np.log(errors), 1)[0]
     assert -2.6 < slope < -1.4
     assert errors[-1] < 2e-6

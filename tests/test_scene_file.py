@@ -319,10 +319,10 @@ def test_the_figure_of_one_depth(drawn):
     assert figure.get_suptitle() == "drawn"
     assert whole.get_title().startswith("surface at d = 2 µm")
     assert (whole.get_xlabel(), line.get_xlabel()) == (
-        "position x [mm]",
-        "distance from the contact line [µm]",
+        "position x in mm",
+        "distance from the contact line in µm",
     )
-    assert whole.get_ylabel() == "displacement u, downwards [µm]"
+    assert whole.get_ylabel() == "displacement u, downwards, in µm"
     assert whole.yaxis_inverted()
     assert figure.get_supxlabel() == ""
     x, u = whole.lines[0].get_data()
@@ -334,9 +334,9 @@ def test_the_figure_of_one_depth(drawn):
 def test_the_figure_of_several_depths(drawn):
     figure = drawn(Parabola(0.017), [2e-6, 0.0, -4e-5])
     force, width, whole, _ = figure.axes
-    assert force.get_ylabel() == "force per length P [mN/m]"
-    assert width.get_ylabel() == "contact half-width a [µm]"
-    assert force.get_xlabel() == "indentation depth d [µm]"
+    assert force.get_ylabel() == "force P in mN/m"
+    assert width.get_ylabel() == "half-width a in µm"
+    assert force.get_xlabel() == "depth d in µm"
     assert [text.get_text() for text in force.get_legend().get_texts()][-1] == "detached"
     assert whole.get_title().startswith("surface at d = 0 m, last in contact")
     assert "h/a up to" in figure.get_supxlabel()

@@ -127,7 +127,7 @@ def test_the_study_measures_every_row_and_fails_where_a_digit_changes(
     tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setattr(skipping, "QUICK", skipping.Parameters(2, 1, 0.0))
-    monkeypatch.setattr(skipping, "interpreter", len)
+    monkeypatch.setattr(skipping, "interpreter_seconds", len)
     few = {name: ROUTES[name] for name in ("contact", "fields")}
     monkeypatch.setattr(skipping, "ROUTES", few)
     assert skipping.main(["--quick", "--out", str(tmp_path)]) == 0

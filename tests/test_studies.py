@@ -6,8 +6,8 @@ import shlex
 
 import pytest
 
+from studies import TIMED, command, figures, table
 from studies import __main__ as command_line
-from studies import command, figures, report, table
 from studies.units import prefixed, quantity
 
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
@@ -53,11 +53,20 @@ def test_no_study_writes_tables_and_figures_by_itself(name):
         assert own not in text, own
 
 
-@pytest.mark.parametrize("name", report.TIMED)
+@pytest.mark.parametrize("name", TIMED)
 def test_studies_that_measure_times_refuse_company(name, capsys):
     with pytest.raises(SystemExit):
         command_line.main([name, "--jobs", "2"])
     assert "would disturb the times" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_any_work(tmp_path, capsys):
+    (tmp_path / "file").write_text("", "utf-8")
+    for where in ("file", "file/below"):
+        given = ["tolerance", "--quick", "--out", str(tmp_path / where)]
+        assert command_line.main(given) == 2
+        said = capsys.readouterr()
+        assert said.err.count("\n") == 1 and "no folder to write to; give another" in said.err
 
 
 def test_no_jobs_are_refused(capsys):

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from energy import FlatPunch, Scene, cards
-from studies.checks.convergence import FIRST, Comparison, check
+from studies.checks.convergence import FIRST, Comparison, check, swept
 from studies.checks.mesh import Mesh
 from studies.checks.observe import last_contact, least_force
 from studies.checks.scenes import (
@@ -14,6 +14,8 @@ from studies.checks.scenes import (
     POWER_LAWS,
     PUNCH,
     WEDGE,
+    Case,
+    case,
     constants,
     gel,
     pulled_parabola,
@@ -25,30 +27,16 @@ LEVELS = np.array([-0.45, 0.2, 1.1])  # depths over δ₀
 
 @check(what="energy U(d) of punch, wedge, parabola, |x|ⁿ", unit="N", anchored=True)
 def energies(mesh: Mesh) -> Comparison:
-    given = [
-        (PUNCH, cards.flat_punch, {"a": PUNCH.half_width}),
-        (WEDGE, cards.wedge, {"delta": WEDGE.delta}),
-        (PARABOLA, cards.parabola, {"R": PARABOLA.R}),
-        *((p, cards.power_law, {"c": p.c, "n": p.n}) for p in POWER_LAWS),
-    ]
-    measured, expected = [], []
-    for indenter, card, shape in given:
-        scene = gel(indenter)
-        depths = LEVELS * scene.critical_separation
-        measured.append(mesh.sweep(scene, depths, "energy"))
-        expected.append(card.energy(depths, **shape, **constants(scene)))
-    return Comparison(measured, expected)
+    known = (PUNCH, cards.flat_punch), (WEDGE, cards.wedge), (PARABOLA, cards.parabola)
+    pairs = *known, *((p, cards.power_law) for p in POWER_LAWS)
+    found = [swept(mesh, [case(shape, LEVELS)], "energy", card.energy) for shape, card in pairs]
+    return Comparison([c.simulated for c in found], [c.closed_form for c in found])
 
 
 @check(what="half-width a(d) of |x|ⁿ, n = 1.5, 3, 4", unit="m")
 def power_law_half_width(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
-    for p in POWER_LAWS:
-        scene = gel(p)
-        depths = LEVELS * scene.critical_separation
-        measured.append(mesh.sweep(scene, depths, "half_width"))
-        expected.append(cards.power_law.half_width(depths, c=p.c, n=p.n, **constants(scene)))
-    return Comparison(measured, expected)
+    cases = [case(shape, LEVELS) for shape in POWER_LAWS]
+    return swept(mesh, cases, "half_width", cards.power_law.half_width)
 
 
 @check(what="parabola: pull-off force, Λ = 0.2, 0.5, 0.8", unit="N/m")
@@ -89,10 +77,9 @@ def abrupt_pull_off(mesh: Mesh) -> Comparison:
 @check(what="sharp wedge held at its tip: P = 2kld", unit="N/m", anchored=True)
 def tip_pinned_force(mesh: Mesh) -> Comparison:
     shape = sharp_wedge(1.7)
-    scene = gel(shape)
-    given = {"delta": shape.delta, **constants(scene)}
+    scene, _, given = case(shape, LEVELS)
     depths = np.array([0.2, 0.5, 0.8]) * cards.wedge.tip_pinned_depths(**given)[1]
-    return Comparison(mesh.sweep(scene, depths, "force"), cards.wedge.force(depths, **given))
+    return swept(mesh, [Case(scene, depths, given)], "force", cards.wedge.force)
 
 
 @check(what="flat punch: depth where detached has less energy", unit="m")

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from discretization import Equilibrium
-from energy import Indenter, Scene, SurfaceEnergies, cards
+from energy import Indenter, Parabola, Scene, SurfaceEnergies, cards
 from studies.checks.convergence import (
     DIFFERENCED,
     EXACT,
@@ -39,11 +39,11 @@ def _states(mesh: Mesh, scene: Scene) -> list[Equilibrium]:
     return [mesh.solve(scene, d) for d in LEVELS * scene.critical_separation]
 
 
-def _lines(scene: Scene) -> tuple[Array, Array, Array]:
-    """Depths, half-widths by Eq. (33) and displacements of the line of the shared parabola."""
+def _lines(scene: Scene) -> tuple[Array, Array]:
+    """Half-widths by Eq. (33) and displacements of the line of the shared parabola."""
     depths = LEVELS * scene.critical_separation
     a = np.array(cards.parabola.half_width(depths, R=PARABOLA.R, **constants(scene)))
-    return depths, a, depths - PARABOLA.height(a)
+    return a, depths - PARABOLA.height(a)
 
 
 @check(8, what="Young's angle π-θ, w/γ₁ = 1e-6 and 4e-7", unit="rad", fitted_bar=1e-7)
@@ -52,7 +52,7 @@ def young_angle(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for w in (1e-6 * GAMMA1, 4e-7 * GAMMA1):
         surfaces = SurfaceEnergies(GAMMA1, GAMMA2, GAMMA1 + GAMMA2 - w)
-        scene = Scene(LAYER, surfaces, PARABOLA.__class__(R=0.6))
+        scene = Scene(LAYER, surfaces, Parabola(R=0.6))
         measured.append([state.angle_deficit for state in _states(mesh, scene)])
         gammas = (surfaces.gamma1, surfaces.gamma2, surfaces.gamma12)
         expected.append([np.pi - cards.contact_line.angle(*gammas)])
@@ -67,7 +67,7 @@ def young_angle(mesh: Mesh) -> Comparison:
 )
 def boundary_condition(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
-    _, a, u_a = _lines(scene)
+    a, u_a = _lines(scene)
     kinks = [outer - inner for inner, outer in map(slopes_at_line, _states(mesh, scene))]
     slope = cards.tail.slope_at_line(u_a, k=scene.stiffness, gamma1=scene.gamma1)
     theta = cards.contact_line.boundary_condition(PARABOLA.slope(a), slope)
@@ -77,7 +77,7 @@ def boundary_condition(mesh: Mesh) -> Comparison:
 @check(13, what="amplitude C of the tail from the far field", unit="m")
 def amplitude(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
-    _, a, u_a = _lines(scene)
+    a, u_a = _lines(scene)
     measured = [tail(state).amplitude for state in _states(mesh, scene)]
     k, gamma1 = scene.stiffness, scene.gamma1
     expected = cards.tail.amplitude(u_a, a=a, k=k, gamma1=gamma1)
@@ -156,7 +156,7 @@ def place_of_both_lines(mesh: Mesh) -> Comparison:
 )
 def raw_half_width(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
-    _, a, _ = _lines(scene)
+    a, _ = _lines(scene)
     ends = [np.abs(state.nodes[0]) for state in _states(mesh, scene)]
     return Comparison(ends, a[:, None])
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from studies.checks.mesh import Fitted, Grid, Mesh
+from studies.checks.scenes import Case
 
 Band = tuple[float, float]
 Numbers = Any  # a number, an array, or nested lists of them
@@ -64,6 +65,18 @@ class Comparison:
 def residual(values: Numbers, scale: Numbers) -> Comparison:
     """A residual that should vanish, relative to `scale`."""
     return Comparison(values, np.zeros_like(np.asarray(values, float)), scale)
+
+
+def swept(
+    mesh: Mesh, cases: Iterable[Case], name: str, card: Callable[..., Any], **options: Any
+) -> Comparison:
+    """The attribute `name` of the states of each case against card(depths, ...)."""
+    pairs = [
+        (mesh.sweep(scene, depths, name, **options), card(depths, **given))
+        for scene, depths, given in cases
+    ]
+    measured, expected = zip(*pairs, strict=True)
+    return Comparison(measured, expected)
 
 
 @dataclass(frozen=True)

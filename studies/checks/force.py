@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from energy import Indenter, Scene, cards
+from energy import Indenter, Parabola, Scene, cards
 from studies.checks.convergence import Comparison, check
 from studies.checks.mesh import Array, Mesh
 from studies.checks.observe import (
@@ -15,7 +16,7 @@ from studies.checks.observe import (
     slopes_at_line,
     whole_line_force,
 )
-from studies.checks.scenes import GAMMA1, PARABOLA, POWER_LAWS, WEDGE, constants, gel
+from studies.checks.scenes import GAMMA1, PARABOLA, POWER_LAWS, WEDGE, case
 
 LEVELS = np.array([-0.55, -0.1, 1.6])  # depths over δ₀
 FAINT = 2.3e-9  # w for Eq. (10): slopes of 3e-4, for which sin β = tan β to 2e-8
@@ -23,32 +24,20 @@ FAINT = 2.3e-9  # w for Eq. (10): slopes of 3e-4, for which sin β = tan β to 2
 QUADRATURE = 1e-9  # fitted error left by the 64 points of the closed form (11) for |x|^1.5
 
 
-class Case(NamedTuple):
-    """A scene with the depths asked about and the half-widths that Eq. (16) gives there."""
-
-    scene: Scene
-    depths: Array
-    half_widths: Array
+def _case(indenter: Indenter, card: Any, **options: float) -> tuple[Scene, Array, Array]:
+    """A scene, depths, and the half-widths that Eq. (16) gives there."""
+    scene, depths, given = case(indenter, LEVELS, **options)
+    return scene, depths, card.half_width(depths, **given)
 
 
-def _case(indenter: Indenter, card: Any, shape: dict[str, float], w: float | None = None) -> Case:
-    scene = gel(indenter) if w is None else gel(indenter, w=w)
-    depths = LEVELS * scene.critical_separation
-    return Case(scene, depths, card.half_width(depths, **shape, **constants(scene)))
+def _cases() -> list[tuple[Scene, Array, Array]]:
+    power_laws = [_case(p, cards.power_law) for p in POWER_LAWS]
+    return [_case(WEDGE, cards.wedge), _case(PARABOLA, cards.parabola), *power_laws]
 
 
-def _cases() -> list[Case]:
-    cases = [
-        _case(WEDGE, cards.wedge, {"delta": WEDGE.delta}),
-        _case(PARABOLA, cards.parabola, {"R": PARABOLA.R}),
-    ]
-    return cases + [_case(p, cards.power_law, {"c": p.c, "n": p.n}) for p in POWER_LAWS]
-
-
-def _totals(case: Case) -> Array:
-    scene, k, gamma1 = case.scene, case.scene.stiffness, case.scene.gamma1
-    f = scene.indenter.height
-    return np.array(cards.force.total(case.depths, case.half_widths, f=f, k=k, gamma1=gamma1))
+def _totals(scene: Scene, depths: Array, widths: Array) -> Array:
+    f, k = scene.indenter.height, scene.stiffness
+    return np.array(cards.force.total(depths, widths, f=f, k=k, gamma1=scene.gamma1))
 
 
 @check(9, what="∫ pressure dx over the contact, five shapes", unit="N/m")
@@ -77,25 +66,28 @@ def surface_force_from_balance(mesh: Mesh) -> Comparison:
 
 def _faint() -> tuple[Scene, Array, Array]:
     """A parabola with faint adhesion, depths, and its closed form (10) with β from Eq. (6)."""
-    wide = PARABOLA.__class__(R=2.3)
-    scene, depths, a = _case(wide, cards.parabola, {"R": wide.R}, FAINT)
+    wide = Parabola(R=2.3)
+    scene, depths, a = _case(wide, cards.parabola, w=FAINT)
     k = scene.stiffness
     slope = cards.tail.slope_at_line(depths - wide.height(a), k=k, gamma1=GAMMA1)
     return scene, depths, np.array(cards.force.surface(np.arctan(slope), gamma1=GAMMA1))
 
 
+def _compared(measure: Callable[[Scene, Array], Any]) -> Comparison:
+    """What is measured of each scene at its depths, against (11)."""
+    cases = _cases()
+    measured = [measure(scene, depths) for scene, depths, _ in cases]
+    return Comparison(measured, [_totals(*one) for one in cases])
+
+
 @check(11, what="total force, five shapes", unit="N/m", fitted_bar=QUADRATURE)
 def total_force(mesh: Mesh) -> Comparison:
-    cases = _cases()
-    measured = [mesh.sweep(c.scene, c.depths, "force") for c in cases]
-    return Comparison(measured, [_totals(c) for c in cases])
+    return _compared(lambda scene, depths: mesh.sweep(scene, depths, "force"))
 
 
 @check(11, what="total force as k∫u dx over the whole line", unit="N/m")
 def total_force_from_field(mesh: Mesh) -> Comparison:
-    cases = _cases()
-    measured = [[whole_line_force(mesh.solve(c.scene, d)) for d in c.depths] for c in cases]
-    return Comparison(measured, [_totals(c) for c in cases])
+    return _compared(lambda scene, ds: [whole_line_force(mesh.solve(scene, d)) for d in ds])
 
 
 @check(
@@ -106,6 +98,4 @@ def total_force_from_field(mesh: Mesh) -> Comparison:
     fitted_bar=QUADRATURE,
 )
 def total_force_from_energy(mesh: Mesh) -> Comparison:
-    cases = _cases()
-    measured = [[energy_derivative(mesh, c.scene, d) for d in c.depths] for c in cases]
-    return Comparison(measured, [_totals(c) for c in cases])
+    return _compared(lambda scene, ds: [energy_derivative(mesh, scene, d) for d in ds])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from energy import Scene, cards
-from studies.checks.convergence import Comparison, check, residual
+from studies.checks.convergence import Comparison, check, residual, swept
 from studies.checks.mesh import Mesh
 from studies.checks.observe import tail
-from studies.checks.scenes import GAMMA1, PARABOLA, POWER_LAWS, gel
+from studies.checks.scenes import GAMMA1, PARABOLA, POWER_LAWS, Case, gel
 
 DEPTHS = np.array([2e-7, 5e-7, 9e-7])
 TENSIONS = (0.012, GAMMA1, 0.19)
@@ -44,32 +44,25 @@ def line_condition(mesh: Mesh) -> Comparison:
 
 @check(38, what="no adhesion: a² + 2al - 2Rd, three tensions", unit="m²")
 def quadratic(mesh: Mesh) -> Comparison:
-    misfits, R = [], PARABOLA.R
-    for gamma1 in TENSIONS:
-        scene = gel(PARABOLA, gamma1=gamma1, w=0.0)
-        a = mesh.sweep(scene, DEPTHS, "half_width")
-        spring = {"k": scene.stiffness, "gamma1": gamma1}
-        misfits.append(cards.nonadhesive.parabola_residual(a, DEPTHS, R=R, **spring))
-    return residual(misfits, 2 * R * DEPTHS)
+    misfits = []
+    for scene, depths, given in _cases():
+        a = mesh.sweep(scene, depths, "half_width")
+        misfits.append(cards.nonadhesive.parabola_residual(a, depths, **given))
+    return residual(misfits, 2 * PARABOLA.R * DEPTHS)
+
+
+def _cases() -> list[Case]:
+    scenes = [gel(PARABOLA, gamma1=gamma1, w=0.0) for gamma1 in TENSIONS]
+    return [
+        Case(s, DEPTHS, {"R": PARABOLA.R, "k": s.stiffness, "gamma1": s.gamma1}) for s in scenes
+    ]
 
 
 @check(39, what="no adhesion: half-width a(d), three tensions", unit="m")
 def half_width(mesh: Mesh) -> Comparison:
-    measured, expected, R = [], [], PARABOLA.R
-    for gamma1 in TENSIONS:
-        scene = gel(PARABOLA, gamma1=gamma1, w=0.0)
-        spring = {"k": scene.stiffness, "gamma1": gamma1}
-        measured.append(mesh.sweep(scene, DEPTHS, "half_width"))
-        expected.append(cards.nonadhesive.parabola_half_width(DEPTHS, R=R, **spring))
-    return Comparison(measured, expected)
+    return swept(mesh, _cases(), "half_width", cards.nonadhesive.parabola_half_width)
 
 
 @check(40, what="no adhesion: force P(d), three tensions", unit="N/m")
 def force(mesh: Mesh) -> Comparison:
-    measured, expected, R = [], [], PARABOLA.R
-    for gamma1 in TENSIONS:
-        scene = gel(PARABOLA, gamma1=gamma1, w=0.0)
-        spring = {"k": scene.stiffness, "gamma1": gamma1}
-        measured.append(mesh.sweep(scene, DEPTHS, "force"))
-        expected.append(cards.nonadhesive.parabola_force(DEPTHS, R=R, **spring))
-    return Comparison(measured, expected)
+    return swept(mesh, _cases(), "force", cards.nonadhesive.parabola_force)

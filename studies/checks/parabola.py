@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from energy import Parabola, Scene, cards
-from studies.checks.convergence import EXACT, Comparison, check
-from studies.checks.mesh import Array, Mesh
+from energy import Parabola, cards
+from studies.checks.convergence import EXACT, Comparison, check, swept
+from studies.checks.mesh import Mesh
 from studies.checks.observe import curvature, depth_at_width
-from studies.checks.scenes import GAMMA1, PARABOLA, constants, gel
+from studies.checks.scenes import PARABOLA, Case, case
 
 SHAPES = (PARABOLA, Parabola(R=6.1e-3))
 LEVELS = np.array([-0.55, 0.0, 0.5, 1.1])  # depths over δ₀
 
 
-def _scene(shape: Parabola, gamma1: float = GAMMA1) -> tuple[Scene, Array, dict[str, Any]]:
-    """Scene, depths, and the arguments of its closed forms."""
-    scene = gel(shape, gamma1=gamma1)
-    return scene, LEVELS * scene.critical_separation, {"R": shape.R, **constants(scene)}
+def _cases(**options: float) -> list[Case]:
+    return [case(shape, LEVELS, **options) for shape in SHAPES]
 
 
 @check(
@@ -33,14 +29,14 @@ def _scene(shape: Parabola, gamma1: float = GAMMA1) -> tuple[Scene, Array, dict[
 def radius(mesh: Mesh) -> Comparison:
     """The bars are the rounding of a difference quotient of second order."""
     x, measured = np.array([-2.1e-5, 0.0, 1.7e-5]), []
-    for scene, depths, _ in map(_scene, SHAPES):
+    for scene, depths, _ in _cases():
         measured.append([-1 / curvature(mesh.solve(scene, d), x) for d in depths[1:]])
     return Comparison(measured, np.array([shape.R for shape in SHAPES])[:, None, None])
 
 
 @check(32, what="parabola: depth d(a) of a chosen half-width, by roots", unit="m")
 def depth(mesh: Mesh) -> Comparison:
-    scene, _, given = _scene(PARABOLA)
+    scene, _, given = case(PARABOLA, LEVELS)
     delta0, widths = scene.critical_separation, np.array([4.3e-5, 1.1e-4, 2.3e-4])
     measured = [depth_at_width(mesh, scene, a, -0.9 * delta0, 3 * delta0) for a in widths]
     return Comparison(measured, cards.parabola.depth(widths, **given), delta0)
@@ -48,19 +44,10 @@ def depth(mesh: Mesh) -> Comparison:
 
 @check(33, what="parabola: half-width a(d)", unit="m")
 def half_width(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
-    for scene, depths, given in map(_scene, SHAPES):
-        measured.append(mesh.sweep(scene, depths, "half_width"))
-        expected.append(cards.parabola.half_width(depths, **given))
-    return Comparison(measured, expected)
+    return swept(mesh, _cases(), "half_width", cards.parabola.half_width)
 
 
 @check(33, what="parabola: half-width a(d) for γ₁ = 0, lowest energy", order=EXACT, unit="m")
 def half_width_without_tension(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
-    for shape in SHAPES:
-        scene, depths, given = _scene(shape, 0.0)
-        options = {"length": 3e-5, "branch": "global"}
-        measured.append(mesh.sweep(scene, depths, "half_width", **options))
-        expected.append(cards.parabola.half_width(depths, **given))
-    return Comparison(measured, expected)
+    card, options = cards.parabola.half_width, {"length": 3e-5, "branch": "global"}
+    return swept(mesh, _cases(gamma1=0.0), "half_width", card, **options)

@@ -7,8 +7,11 @@ E = 310 Pa, ν = 0.38, h = 11 µm, γ₁ = 47 mN/m, w = 23 µJ/m²: l = 29.8 µm
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from energy import (
     ElasticLayer,
@@ -41,6 +44,23 @@ def gel(
 ) -> Scene:
     """An indenter on the gel film; surface tension, work of adhesion and layer as given."""
     return Scene(layer, SurfaceEnergies.from_work(gamma1, w), indenter)
+
+
+class Case(NamedTuple):
+    """A scene, depths (n,), and the arguments of its closed forms: the shape's, k, γ₁ and w."""
+
+    scene: Scene
+    depths: np.ndarray
+    given: dict[str, float]
+
+
+def case(indenter: Any, levels: ArrayLike, **options: Any) -> Case:
+    """levels: depths over δ₀; options: of `gel`."""
+    scene = gel(indenter, **options)
+    flat = isinstance(indenter, FlatPunch)
+    shape = {"a": indenter.half_width} if flat else asdict(indenter)
+    depths = np.asarray(levels, float) * scene.critical_separation
+    return Case(scene, depths, shape | constants(scene))
 
 
 def constants(scene: Scene) -> dict[str, float]:

@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from energy import Scene, cards
+from energy import Indenter, cards
 from studies.checks.convergence import DIFFERENCED, EXACT, Comparison, check
-from studies.checks.mesh import Array, Grid, Mesh
+from studies.checks.mesh import Grid, Mesh
 from studies.checks.observe import curvature, membrane
 from studies.checks.scenes import (
     PARABOLA,
     POWER_LAWS,
     PUNCH,
     WEDGE,
-    constants,
+    case,
     gel,
     uneven_profiles,
 )
@@ -70,38 +70,29 @@ def surface_equation(mesh: Mesh) -> Comparison:
     return Comparison(measured, expected)
 
 
-def _outside(mesh: Mesh, scene: Scene, card: Any, **shape: float) -> Comparison:
+def _outside(mesh: Mesh, shape: Indenter, card: Any) -> Comparison:
     """Free surface up to three decay lengths from the closed form's contact line."""
-    ell, measured, expected = scene.elastocapillary_length, [], []
-    for d in LEVELS * scene.critical_separation:
-        a = card.half_width(d, **shape, **constants(scene))
-        x = a + ell * np.linspace(0, 3, 7)
+    (scene, depths, given), measured, expected = case(shape, LEVELS), [], []
+    spring = {"k": scene.stiffness, "gamma1": scene.gamma1}
+    widths = np.asarray(card.half_width(depths, **given))
+    ends = depths - shape.height(widths)
+    for d, a, u_a in zip(depths, widths, ends, strict=True):
+        x = a + scene.elastocapillary_length * np.linspace(0, 3, 7)
         measured.append(mesh.solve(scene, d).displacement(x))
-        line = scene.indenter.height(np.array(a))
-        u_a = d - line
-        expected.append(cards.tail.displacement(x, a=a, u_a=u_a, **_spring(scene)))
-    return Comparison(measured, expected, np.abs(_ends(expected))[:, None])
-
-
-def _spring(scene: Scene) -> dict[str, float]:
-    return {"k": scene.stiffness, "gamma1": scene.gamma1}
-
-
-def _ends(fields: list[Any]) -> Array:
-    return np.array([field[0] for field in fields])
+        expected.append(cards.tail.displacement(x, a=a, u_a=u_a, **spring))
+    return Comparison(measured, expected, np.abs(ends)[:, None])
 
 
 @check(6, what="free surface -C exp(-x/l) beside a wedge", unit="m")
 def outside_wedge(mesh: Mesh) -> Comparison:
-    return _outside(mesh, gel(WEDGE), cards.wedge, delta=WEDGE.delta)
+    return _outside(mesh, WEDGE, cards.wedge)
 
 
 @check(6, what="free surface -C exp(-x/l) beside a parabola", unit="m")
 def outside_parabola(mesh: Mesh) -> Comparison:
-    return _outside(mesh, gel(PARABOLA), cards.parabola, R=PARABOLA.R)
+    return _outside(mesh, PARABOLA, cards.parabola)
 
 
 @check(6, what="free surface -C exp(-x/l) beside |x|³", unit="m")
 def outside_power_law(mesh: Mesh) -> Comparison:
-    shape = POWER_LAWS[1]
-    return _outside(mesh, gel(shape), cards.power_law, c=shape.c, n=shape.n)
+    return _outside(mesh, POWER_LAWS[1], cards.power_law)

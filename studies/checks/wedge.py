@@ -3,32 +3,29 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
-from energy import Scene, Wedge, cards
-from studies.checks.convergence import Comparison, check, residual
-from studies.checks.mesh import Array, Mesh
+from energy import Scene, cards
+from studies.checks.convergence import Comparison, check, residual, swept
+from studies.checks.mesh import Mesh
 from studies.checks.observe import depth_at_width, least_force
-from studies.checks.scenes import WEDGE, constants, gel, sharp_wedge
+from studies.checks.scenes import WEDGE, Case, case, constants, sharp_wedge
 
 SHAPES = (WEDGE, sharp_wedge(0.4))  # blunt: tan δ < √(2w/γ₁)
 LEVELS = np.array([-0.4, 0.15, 0.6, 1.1])  # depths over δ₀
 HALF_WIDTHS = np.array([4.3e-5, 1.1e-4, 2.3e-4])
 
 
-def _scene(shape: Wedge) -> tuple[Scene, Array, dict[str, Any]]:
-    """Scene, depths, and the arguments of its closed forms."""
-    scene = gel(shape)
-    return scene, LEVELS * scene.critical_separation, {"delta": shape.delta, **constants(scene)}
+def _cases() -> list[Case]:
+    return [case(shape, LEVELS) for shape in SHAPES]
 
 
 @check(24, what="wedge: a tan δ - d - δ₀ + l tan δ", unit="m")
 def line_condition(mesh: Mesh) -> Comparison:
     misfits = []
     for shape in SHAPES:
-        scene, depths, _ = _scene(shape)
+        scene, depths, _ = case(shape, LEVELS)
         a, slope = mesh.sweep(scene, depths, "half_width"), math.tan(shape.delta)
         misfits.append(
             cards.contact_line.line_residual(depths, a * slope, slope, **constants(scene))
@@ -38,17 +35,13 @@ def line_condition(mesh: Mesh) -> Comparison:
 
 @check(25, what="wedge: half-width a(d)", unit="m")
 def half_width(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
-    for scene, depths, given in map(_scene, SHAPES):
-        measured.append(mesh.sweep(scene, depths, "half_width"))
-        expected.append(cards.wedge.half_width(depths, **given))
-    return Comparison(measured, expected)
+    return swept(mesh, _cases(), "half_width", cards.wedge.half_width)
 
 
 @check(26, what="wedge: whole surface u(x), contact and outside", unit="m")
 def surface(mesh: Mesh) -> Comparison:
     measured, expected = [], []
-    for scene, depths, given in map(_scene, SHAPES):
+    for scene, depths, given in _cases():
         x = np.linspace(-4e-4, 4e-4, 37)
         measured.append([mesh.solve(scene, d).displacement(x) for d in depths])
         expected.append([cards.wedge.displacement(x, d=d, **given) for d in depths])
@@ -57,11 +50,7 @@ def surface(mesh: Mesh) -> Comparison:
 
 @check(27, what="wedge: force P(d)", unit="N/m")
 def force(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
-    for scene, depths, given in map(_scene, SHAPES):
-        measured.append(mesh.sweep(scene, depths, "force"))
-        expected.append(cards.wedge.force(depths, **given))
-    return Comparison(measured, expected)
+    return swept(mesh, _cases(), "force", cards.wedge.force)
 
 
 def _depths_at_widths(mesh: Mesh, scene: Scene) -> list[float]:
@@ -71,14 +60,14 @@ def _depths_at_widths(mesh: Mesh, scene: Scene) -> list[float]:
 
 @check(28, what="wedge: depth d(a) of a chosen half-width, by root finding", unit="m")
 def depth(mesh: Mesh) -> Comparison:
-    scene, _, given = _scene(WEDGE)
+    scene, _, given = case(WEDGE, LEVELS)
     expected = cards.wedge.depth(HALF_WIDTHS, **given)
     return Comparison(_depths_at_widths(mesh, scene), expected, scene.critical_separation)
 
 
 @check(29, what="wedge: force P(a) at a chosen half-width", unit="N/m")
 def force_of_width(mesh: Mesh) -> Comparison:
-    scene, _, given = _scene(WEDGE)
+    scene, _, given = case(WEDGE, LEVELS)
     measured = mesh.sweep(scene, _depths_at_widths(mesh, scene), "force")
     return Comparison(measured, cards.wedge.force_of_width(HALF_WIDTHS, **given))
 
@@ -87,7 +76,7 @@ def force_of_width(mesh: Mesh) -> Comparison:
 def adhesion_force(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for shape in (*SHAPES, sharp_wedge(0.7)):
-        scene, _, given = _scene(shape)
+        scene, _, given = case(shape, LEVELS)
         delta0 = scene.critical_separation
         measured.append(-least_force(mesh, scene, -0.2 * delta0, 0.4 * delta0))
         expected.append(cards.wedge.adhesion_force(**given))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy import optimize
@@ -13,9 +14,15 @@ from studies.rivals.problem import Answer, Array, Grid
 RANGE = 0.05  # of a smoothed attraction, in δ₀
 
 
+def _bounded(grid: Grid, energy: Callable[[Array], tuple[float, Array]], options: Any) -> Any:
+    """L-BFGS-B with u >= g as bounds; energy and its gradient."""
+    start, bounds = np.maximum(grid.g, 0), optimize.Bounds(grid.g, np.inf)
+    method: dict[str, Any] = {"jac": True, "method": "L-BFGS-B"}
+    return optimize.minimize(energy, start, bounds=bounds, options=options, **method)
+
+
 def bounded(grid: Grid) -> Callable[[], Answer]:
     """w = 0: L-BFGS-B with u >= g as bounds, tolerances as tight as they go."""
-    lower = np.column_stack((grid.g, np.full(grid.nodes, np.inf)))
     options = {"ftol": 1e-16, "gtol": 1e-12, "maxiter": 10**5, "maxfun": 10**6, "maxcor": 20}
 
     def solve() -> Answer:
@@ -23,14 +30,7 @@ def bounded(grid: Grid) -> Callable[[], Answer]:
             force = grid.pushed(u)
             return float(u @ force) / 2, force
 
-        found = optimize.minimize(
-            energy,
-            np.maximum(grid.g, 0),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=lower,
-            options=options,
-        )
+        found = _bounded(grid, energy, options)
         return grid.read(found.x, np.maximum(grid.pushed(found.x), 0), bool(found.success))
 
     return solve
@@ -58,7 +58,6 @@ def trust_region(grid: Grid) -> Callable[[], Answer]:
 
 def smoothed(grid: Grid) -> Callable[[], Answer]:
     """w > 0: L-BFGS-B with the adhesion smoothed, -w Σ Δx exp(-(u-g)/ρ), ρ = δ₀/20."""
-    lower = np.column_stack((grid.g, np.full(grid.nodes, np.inf)))
     weight = grid.scene.work_of_adhesion * grid.spacing
     ranged = RANGE * grid.scene.critical_separation
     free = NodalEnergy(grid.lattice, np.zeros(grid.nodes, bool))
@@ -69,14 +68,7 @@ def smoothed(grid: Grid) -> Callable[[], Answer]:
 
     def solve() -> Answer:
         options = {"ftol": 1e-15, "gtol": 1e-10, "maxiter": 20_000, "maxfun": 10**5}
-        found = optimize.minimize(
-            energy,
-            np.maximum(grid.g, 0),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=lower,
-            options=options,
-        )
+        found = _bounded(grid, energy, options)
         u = found.x
         held = np.flatnonzero(u - grid.g < ranged)
         a = float(grid.x[held[-1]] - grid.x[held[0]]) / 2

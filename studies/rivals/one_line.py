@@ -48,13 +48,9 @@ def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
         at = (energy[0] - energy[2]) / (2 * bend)
         a = float(high + at) * grid.spacing
         m = middle + high + 2
-        deficit = grid.deficit(near[1][2][m : m + 3], m, a)
-        return Answer(
-            a,
-            float(force[1] + at * (force[2] - force[0]) / 2),
-            float(energy[1] - at * at * bend / 2),
-            math.pi - deficit,
-        )
+        angle = math.pi - grid.deficit(near[1][2][m : m + 3], m, a)
+        pull = float(force[1] + at * (force[2] - force[0]) / 2)
+        return Answer(a, pull, float(energy[1] - at * at * bend / 2), angle)
 
     return solve
 
@@ -74,12 +70,8 @@ def _bracket(advances: Callable[[int], bool], largest: int, around: int | None) 
 
 def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Callable[[], Answer]:
     """scipy's solve_bvp for the free surface and a; Young's law has to be put in by hand."""
-    k, gamma1, w, ell = (
-        scene.stiffness,
-        scene.gamma1,
-        scene.work_of_adhesion,
-        scene.elastocapillary_length,
-    )
+    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    ell = scene.elastocapillary_length
     finite = scene.slopes == "finite"
     deficit = scene.surfaces.angle_deficit if finite else scene.surfaces.small_slope_deficit
     length, f, f1 = FAR * ell, scene.indenter.height, scene.indenter.slope

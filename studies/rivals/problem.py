@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from discretization import Lattice
-from energy import Scene
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 
 Array = NDArray[np.float64]
+RADIUS = 10.0
 
 
 class Answer(NamedTuple):
@@ -32,6 +33,22 @@ class Answer(NamedTuple):
     energy: Any
     angle: Any
     success: bool = True
+
+
+def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
+    """A parabola on a layer with k = γ₁ = 1."""
+    surfaces = SurfaceEnergies.from_work(1.0, w)
+    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes=slopes)
+
+
+def rough(n: int) -> tuple[Lattice, Array]:
+    """d - f for a parabola with four waves of random phase, n nodes over 16 l."""
+    scene, rng = elastic(0.05, RADIUS), np.random.default_rng(5)
+    x = np.linspace(-8, 8, n)
+    waves = sum(
+        0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6)) for j in (1, 2, 3, 5)
+    )
+    return Lattice.of(scene, 16 / (n - 1), 0.0), 0.5 - x * x / (2 * RADIUS) + waves
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -11,23 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from discretization import AccuracyWarning, Equilibrium, Lattice, load_path, minimise
-from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import Oracle
 from discretization.lattice.shortest_path import global_minimum
-from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
-from studies.lattice_speed import tridiagonal_seconds
+from energy import Scene, cards
 from studies.random_cases import steep_totals
-from studies.rivals import active_set, conic, descent, elements, one_line
-from studies.rivals.problem import Answer, Array, Grid
+from studies.rivals import active_set, conic, descent, elements, one_line, ours
+from studies.rivals.ours import Solve
+from studies.rivals.problem import RADIUS, Answer, Array, Grid, elastic, rough
+from studies.timing import tridiagonal_seconds
 
 TASKS = ("nonadhesive", "adhesive", "finite", "loop", "rough")
-RADIUS, DEPTH, WORK = 10.0, 5.0, 0.02  # k = γ₁ = 1
+DEPTH, WORK = 5.0, 0.02  # k = γ₁ = 1
 STEEP_RADIUS, STEEP_WIDTH, STEEP_WORK = 5.0, 2.0, 0.3
 MARGIN = 15.0  # elastocapillary lengths of free surface that a rival's grid covers on each side
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 FEW = 20  # steps of the loop given to slow methods
-Solve = Callable[[], Answer]
 
 
 @dataclass(frozen=True)
@@ -45,10 +42,6 @@ class Method:
     only: tuple[int, ...] = ()
     tolerances: bool = False
     few: bool = False
-
-    def prepare(self, task: Task, size: float) -> tuple[Solve, int]:
-        """A call that solves it, and the number of unknowns."""
-        return self.make(task, size)
 
     def sizes(self, given: Sequence[int]) -> Sequence[float]:
         """The sizes, or the tolerances of a method without nodes."""
@@ -107,12 +100,6 @@ class Task:
         return self.exact[:, self.chosen]
 
 
-def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
-    """A parabola on a layer with k = γ₁ = 1."""
-    surfaces = SurfaceEnergies.from_work(1.0, w)
-    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes=slopes)
-
-
 def _grid(task: Task, size: float, depth: float | None = None) -> Grid:
     n = int(size) // 2 * 2 + 1
     reach = float(task.exact[0].max()) + MARGIN * task.scene.elastocapillary_length
@@ -127,49 +114,25 @@ def _on_grid(prepare: Callable[[Grid], Solve]) -> Callable[[Task, float], tuple[
     return make
 
 
-def _answer(state: Equilibrium) -> Answer:
-    done = state.certificate.ok
-    return Answer(state.half_width, state.force, state.energy, state.contact_angle, done)
-
-
-def _ours(task: Task, rtol: float) -> tuple[Solve, int]:
-    def solve() -> Answer:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)
-            return _answer(minimise(task.scene, task.depth, rtol=rtol))
-
-    return solve, 50_000
-
-
-def _lattice(task: Task, size: float) -> tuple[Solve, int]:
-    """As many nodes in contact as asked for."""
-    dx = 2 * float(task.exact[0, -1]) / size
-    return lambda: _answer(minimise(task.scene, task.depth, method="lattice", spacing=dx)), int(
-        size
-    )
-
-
-def _hull(grid: Grid) -> Solve:
-    def solve() -> Answer:
-        found = obstacle(grid.lattice, grid.g)
-        read = grid.read(found.u, found.multipliers)
-        return read._replace(force=found.force, energy=found.energy)
-
-    return solve
-
-
 def _bvp(task: Task, rtol: float) -> tuple[Solve, int]:
     guess = 1.1 * float(task.exact[0, -1])
     return one_line.boundary_value(task.scene, task.depth, rtol, guess), 50_000
 
 
-def _parabola(name: str, w: float) -> Task:
-    m = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
-    card = cards.parabola
-    values = [f(DEPTH, **m) for f in (card.half_width, card.force, card.energy)]
-    exact = np.array([[*values, math.pi - math.sqrt(2 * w)]], float).T
-    convex = (
-        Method("ours, obstacle (lattice)", _on_grid(_hull)),
+OURS = (
+    Method("ours, default", ours.default, tolerances=True),
+    Method("ours, lattice", ours.lattice),
+)
+BY_HAND = (
+    Method("one line by hand, dptsv", _on_grid(one_line.bisection), 10**6),
+    Method("scipy solve_bvp (angle put in)", _bvp, tolerances=True),
+    Method("L-BFGS-B, smoothed adhesion", _on_grid(descent.smoothed), only=(200, 1000, 4000)),
+)
+
+
+def _convex() -> tuple[Method, ...]:
+    return (
+        Method("ours, obstacle (lattice)", _on_grid(ours.hull)),
         Method("active set, nested grids", _on_grid(active_set.nested)),
         Method("active set, plain", _on_grid(active_set.plain), 10**4),
         Method("Clarabel, direct", _on_grid(conic.clarabel), 10**5),
@@ -184,24 +147,15 @@ def _parabola(name: str, w: float) -> Task:
         Method("scipy trust-constr", _on_grid(descent.trust_region), only=(50, 100, 200, 400)),
         Method("scikit-fem, nested", _on_grid(elements.scikit_fem), 10**6, ("skfem",)),
     )
-    return Task(name, elastic(w, RADIUS), np.array([DEPTH]), exact, (*_both(), *_rivals(w, convex)))
 
 
-def _both() -> tuple[Method, ...]:
-    return (
-        Method("ours, default", _ours, tolerances=True),
-        Method("ours, lattice", _lattice),
-    )
-
-
-def _rivals(w: float, convex: tuple[Method, ...]) -> tuple[Method, ...]:
-    if not w:
-        return convex
-    return (
-        Method("one line by hand, dptsv", _on_grid(one_line.bisection), 10**6),
-        Method("scipy solve_bvp (angle put in)", _bvp, tolerances=True),
-        Method("L-BFGS-B, smoothed adhesion", _on_grid(descent.smoothed), only=(200, 1000, 4000)),
-    )
+def _parabola(name: str, w: float) -> Task:
+    m = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
+    card = cards.parabola
+    values = [f(DEPTH, **m) for f in (card.half_width, card.force, card.energy)]
+    exact = np.array([[*values, math.pi - math.sqrt(2 * w)]], float).T
+    methods = (*OURS, *(BY_HAND if w else _convex()))
+    return Task(name, elastic(w, RADIUS), np.array([DEPTH]), exact, methods)
 
 
 def _finite() -> Task:
@@ -212,8 +166,7 @@ def _finite() -> Task:
     )
     exact = np.array([[a, *steep_totals(scene, d, a), scene.surfaces.contact_angle]]).T
     hand = Method("one line by hand, Newton", _on_grid(one_line.bisection), 10**5)
-    others = (hand, *_rivals(w, ())[1:])
-    return Task("finite", scene, np.array([d]), exact, (*_both(), *others))
+    return Task("finite", scene, np.array([d]), exact, (*OURS, hand, *BY_HAND[1:]))
 
 
 def _loop(steps: int) -> Task:
@@ -225,40 +178,12 @@ def _loop(steps: int) -> Task:
     values = [f(depths, **m) for f in (card.half_width, card.force, card.energy)]
     exact = np.array([*values, np.full(steps, math.pi - math.sqrt(2 * WORK))])
     methods = (
-        Method("ours, load_path", _path, tolerances=True),
-        Method("ours, load_path on the lattice", _lattice_path),
-        Method("ours, minimise at each step", _each, tolerances=True),
+        Method("ours, load_path", ours.path, tolerances=True),
+        Method("ours, load_path on the lattice", ours.lattice_path),
+        Method("ours, minimise at each step", ours.each_step, tolerances=True),
         Method("one line by hand, from the last", _by_hand, 10**5, few=True),
     )
     return Task("loop", elastic(WORK, RADIUS), depths, exact, methods)
-
-
-def _followed(task: Task, **options: Any) -> Solve:
-    def solve() -> Answer:
-        path = load_path(task.scene, depths=task.depths, **options)
-        angle = np.full(task.depths.size, math.nan)
-        return Answer(path.half_width, path.force, path.energy, angle)
-
-    return solve
-
-
-def _path(task: Task, rtol: float) -> tuple[Solve, int]:
-    return _followed(task, rtol=rtol), 50_000
-
-
-def _lattice_path(task: Task, size: float) -> tuple[Solve, int]:
-    dx = 2 * float(task.exact[0].max()) / size
-    return _followed(task, method="lattice", spacing=dx), int(size)
-
-
-def _each(task: Task, rtol: float) -> tuple[Solve, int]:
-    def solve() -> Answer:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)
-            found = [_answer(minimise(task.scene, d, rtol=rtol)) for d in task.depths.tolist()]
-        return Answer(*np.array([answer[:4] for answer in found]).T)
-
-    return solve, 50_000
 
 
 def _by_hand(task: Task, size: float) -> tuple[Solve, int]:
@@ -279,34 +204,14 @@ def _rough() -> Task:
     """The lowest energy of all; exact is what each size proves itself, so that only U counts."""
     nothing = np.array([[1.0, 1.0, 1.0, 1.0]]).T
     methods = (
-        Method("ours, shortest path (lattice)", _shortest, 10**5),
+        Method("ours, shortest path (lattice)", ours.shortest, 10**5),
         Method("cvxpy SCIP, mixed integer", _integers, packages=("pyscipopt",), only=(30, 60)),
     )
     return Task("rough", elastic(0.05, RADIUS), np.array([0.5]), nothing, methods)
 
 
-def _rough_g(n: int) -> tuple[Lattice, Array]:
-    """d - f for a parabola with four waves of random phase, n nodes over 16 l."""
-    scene, rng = elastic(0.05, RADIUS), np.random.default_rng(5)
-    x = np.linspace(-8, 8, n)
-    waves = sum(
-        0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6)) for j in (1, 2, 3, 5)
-    )
-    return Lattice.of(scene, 16 / (n - 1), 0.0), 0.5 - x * x / (2 * RADIUS) + waves
-
-
-def _shortest(task: Task, size: float) -> tuple[Solve, int]:
-    lattice, g = _rough_g(int(size))
-
-    def solve() -> Answer:
-        found = global_minimum(lattice, g, margin=False)
-        return Answer(math.nan, math.nan, 1 + found.proof.violation, math.nan)
-
-    return solve, int(size)
-
-
 def _integers(task: Task, size: float) -> tuple[Solve, int]:
-    lattice, g = _rough_g(int(size))
+    lattice, g = rough(int(size))
     proven, oracle = global_minimum(lattice, g).energy, Oracle(lattice, int(size), "integer")
     return lambda: Answer(math.nan, math.nan, oracle.solve(g).energy / proven, math.nan), int(size)
 
@@ -317,16 +222,16 @@ def guarded() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
     steep, loop = Task.named("finite", 1), Task.named("loop", 100)
     grid = _grid(flat, 10**5)
 
-    def dptsv(n: int, times: int = 1) -> Callable[[], object]:
-        return lambda: [tridiagonal_seconds(n, 1) for _ in range(times)]
+    def dptsv(n: int) -> Callable[[], object]:
+        return partial(tridiagonal_seconds, n, 1)
 
     return {
-        "adhesive, default / dptsv(50000)": (_ours(sticky, 1e-8)[0], dptsv(50_000)),
-        "finite, default / dptsv(50000)": (_ours(steep, 1e-8)[0], dptsv(50_000)),
-        "adhesive, lattice 1e5 / dptsv(1e5)": (_lattice(sticky, 1e5)[0], dptsv(10**5)),
-        "adhesive, lattice 1e6 / dptsv(1e6)": (_lattice(sticky, 1e6)[0], dptsv(10**6)),
-        "nonadhesive, obstacle 1e5 / active set 1e5": (_hull(grid), active_set.nested(grid)),
-        "loop of 100, load_path / dptsv(1e6)": (_path(loop, 1e-8)[0], dptsv(10**6)),
-        "loop of 100, lattice 1e4 / dptsv(1e6)": (_lattice_path(loop, 1e4)[0], dptsv(10**6)),
-        "rough, shortest path 1e3 / dptsv(1e6)": (_shortest(sticky, 1e3)[0], dptsv(10**6)),
+        "adhesive, default / dptsv(50000)": (ours.default(sticky, 1e-8)[0], dptsv(50_000)),
+        "finite, default / dptsv(50000)": (ours.default(steep, 1e-8)[0], dptsv(50_000)),
+        "adhesive, lattice 1e5 / dptsv(1e5)": (ours.lattice(sticky, 1e5)[0], dptsv(10**5)),
+        "adhesive, lattice 1e6 / dptsv(1e6)": (ours.lattice(sticky, 1e6)[0], dptsv(10**6)),
+        "nonadhesive, obstacle 1e5 / active set 1e5": (ours.hull(grid), active_set.nested(grid)),
+        "loop of 100, load_path / dptsv(1e6)": (ours.path(loop, 1e-8)[0], dptsv(10**6)),
+        "loop of 100, lattice 1e4 / dptsv(1e6)": (ours.lattice_path(loop, 1e4)[0], dptsv(10**6)),
+        "rough, shortest path 1e3 / dptsv(1e6)": (ours.shortest(sticky, 1e3)[0], dptsv(10**6)),
     }

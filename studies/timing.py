@@ -1,0 +1,40 @@
+"""Wall times, their spread, and the solve against which they are measured."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import lapack
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """Wall time of one call."""
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def tridiagonal_seconds(n: int, repeats: int = 7) -> float:
+    """Median wall time of one LAPACK dptsv with n unknowns in place, without making its inputs."""
+    times = []
+    for _ in range(repeats):
+        system = np.full(n, 2.1), np.full(n - 1, -1.0), np.ones(n)
+        times.append(seconds(lambda a=system: lapack.dptsv(*a, 1, 1, 1)))  # type: ignore[misc]
+    return statistics.median(times)
+
+
+def interpreter_seconds(code: str) -> float:
+    """Wall time of a Python that does nothing else."""
+    return seconds(lambda: subprocess.run([sys.executable, "-c", code], check=True))
+
+
+def middle(values: ArrayLike) -> tuple[float, float]:
+    """Median, and the interquartile range over it."""
+    low, median, high = np.percentile(np.asarray(values, float), [25, 50, 75]).tolist()
+    return median, (high - low) / median
