@@ -17,12 +17,13 @@ leaves in a nodal force, 32 ε (kΔx + 4t) δ, or in their sum, 4 ε √Σ(link 
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.blas import dasum
 
 from discretization.lattice.fronts import (
     BLOCK,
@@ -34,14 +35,14 @@ from discretization.lattice.fronts import (
     heights,
     mirror_axis,
 )
+from discretization.lattice.line import End, ends
 from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-9
-_TAIL = np.arange(1.0, FIRST_BLOCK + 1)
+_TAIL = np.arange(FIRST_BLOCK + 1.0)
 _EPSILON = float(np.finfo(float).eps)
-End = tuple[int, int, int]  # node, side, last node on that side
 
 
 class NotCertifiedError(RuntimeError):
@@ -72,8 +73,7 @@ class Sums(NamedTuple):
         return self.springs + self.surface - self.adhesion + self.tails
 
 
-@dataclass(frozen=True)
-class Certificate:
+class Certificate(NamedTuple):
     """Violations of the equilibrium conditions (dimensionless, 0 is perfect) and their verdict."""
 
     penetration: float
@@ -91,8 +91,9 @@ class Certificate:
     @property
     def failures(self) -> tuple[str, ...]:
         """Names of the violated conditions."""
-        names = ("penetration", "stationarity", "opening", "neighbours", "force")
-        return tuple(n for n in names if not getattr(self, n) <= self.tolerance)
+        *violations, tolerance = self
+        named = zip(self._fields, violations, strict=False)
+        return tuple(name for name, violation in named if not violation <= tolerance)
 
 
 class _Half(NamedTuple):
@@ -153,21 +154,20 @@ def _half(lat: Lattice, indenter: Indenter, depth: float, middle: int, end: int)
             half = float(g[0]) / 2
             squares, total, size = 2 * half * half, half, abs(half)
             middle_pull = lat.spring * half - (float(tension[0]) if links else 0.0)
-        squares += float(own @ own)
-        surface += lat.surface_energy(step[:-1])
+        squares += float(own.dot(own))
+        surface += lat.surface_energy(step if stop == end else step[:-1])
         total += float(own.sum())
-        size += float(np.abs(own).sum())
+        size += dasum(own) if own.size else 0.0
         pull = lat.spring * own
         pull -= tension[1:]
         pull += tension[:-1]
         reactions += float(pull.sum())
-        weakest = min(weakest, float(pull.min()) if links > 1 else math.inf)
+        weakest = min(weakest, float(pull[pull.argmin()]) if links > 1 else math.inf)
         stiffness = min(stiffness, lat.least_stiffness(step))
     u = float(g[-1])
     reactions += middle_pull + float(lat.tail_reaction(u))
     if links:
         squares, total, size = squares + u * u, total + u, size + abs(u)
-        surface += lat.surface_energy(step[-1:])
         reactions += lat.spring * u + float(tension[-1])
     return _Half(squares, surface, total, size, reactions, middle_pull, weakest, stiffness, u)
 
@@ -181,23 +181,34 @@ def certify(
     sums: Sums | None,
 ) -> Certificate:
     """Judge the state with this contact set (None: detached) against its own sums."""
-    lat = lattice
     if contact is None or sums is None:
-        lowest = height(lat, indenter, where.lowest)
-        scale = max(abs(depth), math.sqrt(2 * lat.w / lat.k)) or 1.0
+        lowest = height(lattice, indenter, where.lowest)
+        scale = max(abs(depth), math.sqrt(2 * lattice.w / lattice.k)) or 1.0
         return Certificate(max(0.0, (depth - lowest) / scale), 0.0, 0.0, 0.0, 0.0)
-    ends = [(contact.last, 1, where.last), (contact.first, -1, where.first)]
-    if mirror_axis(lat, indenter, contact.first, contact.last) is not None:
-        ends.pop()
-    u_ends = [depth - height(lat, indenter, node) for node, _, _ in ends]
+    both = ends(lattice, indenter, depth, where, contact)
+    return judged(lattice, indenter, depth, contact, sums, both)
+
+
+def judged(
+    lattice: Lattice,
+    indenter: Indenter,
+    depth: float,
+    contact: Contact,
+    sums: Sums,
+    both: list[End],
+) -> Certificate:
+    """Judge the state with this contact set, whose `line.ends` are these, against its own sums."""
+    lat = lattice
+    u_ends = [depth - end.height for end in both]
     delta = max(abs(depth), *map(abs, u_ends), math.sqrt(2 * lat.w / lat.k))
     if delta == 0:  # touching in one point, nothing deformed
         return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
     penetration = stationarity = 0.0
-    for end, u in zip(ends, u_ends, strict=True):
-        tail = lat.tail.displacement(lat.spacing * _TAIL, u)
+    distances = lat.spacing * _TAIL
+    for end, u in zip(both, u_ends, strict=True):
+        tail = lat.tail.displacement(distances, u)
         penetration = max(penetration, _penetration(lat, indenter, depth, end, u, tail) / delta)
-        excess = _imbalance(lat, u, tail) - rounding(lat, delta)
+        excess = _imbalance(lat, tail) - rounding(lat, delta)
         stationarity = max(stationarity, excess / (lat.spring * delta))
     apart = abs(sums.force - sums.force_by_reactions) - _summed_rounding(lat, sums)
     force = max(0.0, apart) / (sums.force_scale or 1.0)
@@ -205,7 +216,7 @@ def certify(
         penetration,
         stationarity,
         _opening(lat, contact, sums, delta),
-        _descent(lat, indenter, depth, contact, ends) / (sums.energy_scale or 1.0),
+        _descent(lat, contact, both) / (sums.energy_scale or 1.0),
         force,
     )
 
@@ -213,37 +224,36 @@ def certify(
 def _penetration(
     lat: Lattice, indenter: Indenter, depth: float, end: End, u: float, tail: Array
 ) -> float:
-    """max (g_i - u_i) over the free nodes from the contact's end outwards, first those of `tail`.
+    """max (g_i - u_i) over the free nodes from the contact's end outwards; u of the first: tail.
 
     A tail pressed down is convex: where the profile is so, too, it can only be met at the line.
     """
-    node, _, limit = end
     clear = depth + max(0.0, -u)  # beyond this height a rising profile cannot be met any more
     rising = indenter.apex is not None or indenter.convex
-    deepest = 0.0
-    for start, f in blocks(lat, indenter, node, limit):
-        if start != node:
-            steps = np.arange(1.0, f.size) + abs(start - node)
+    deepest, near = 0.0, end.f[-end.start :]
+    rest = blocks(lat, indenter, end.node + end.side * (near.size - 1), end.limit)
+    for start, f in itertools.chain([(end.node, near)], rest):
+        if start != end.node:
+            steps = np.arange(float(f.size)) + abs(start - end.node)
             tail = lat.tail.displacement(lat.spacing * steps, u)
         through = depth - f[1:]
-        through -= tail[: through.size]
-        deepest = max(deepest, float(through.max(initial=0.0)))
+        through -= tail[1 : f.size]
+        if through.size:
+            deepest = max(deepest, float(through[through.argmax()]))
         if (rising and f[-1] >= clear) or (indenter.convex and u >= 0):
             break
     return deepest
 
 
-def _imbalance(lat: Lattice, u: float, tail: Array) -> float:
-    """max |∂U/∂u_i| over the free nodes of a tail that starts with displacement u."""
-    steps = tail.copy()
-    steps[1:] -= tail[:-1]
-    steps[0] -= u
-    tension = lat.tension(steps)
-    force = lat.spring * tail
+def _imbalance(lat: Lattice, tail: Array) -> float:
+    """max |∂U/∂u_i| over the free nodes of a tail, all but its first."""
+    tension = lat.tension(tail[1:] - tail[:-1])
+    force = lat.spring * tail[1:]
     force += tension
     force[:-1] -= tension[1:]
     force[-1] += lat.tail_reaction(tail[-1])
-    return float(np.abs(force).max())
+    size = np.abs(force)
+    return float(size[size.argmax()])
 
 
 def rounding(lat: Lattice, delta: float) -> float:
@@ -267,18 +277,14 @@ def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:
     return max(0.0, -weakest - held - rounding(lat, delta)) / (lat.spring * delta)
 
 
-def _descent(
-    lat: Lattice, indenter: Indenter, depth: float, contact: Contact, ends: list[End]
-) -> float:
+def _descent(lat: Lattice, contact: Contact, both: list[End]) -> float:
     """Largest energy gain among the moves of one line by one link."""
     gain = 0.0
-    for node, side, limit in ends:
-        steps = [s for s in (-1, 0, 1) if (node + side * s - limit) * side <= 0]
-        f = heights(lat, indenter, np.array([node + side * s for s in steps], float))
-        gap = lat.gap(f[:-1], f[1:], depth)
-        cost = lat.arc(f[1:] - f[:-1]) * lat.advance_cost(gap)
-        if contact.last > contact.first and gap[0] > 0:  # one link back, if the surface would part
-            gain = max(gain, float(cost[0]))
-        if len(steps) == 3 and (lat.gamma1 or gap[1] < 0):  # unlinked springs have to be touched
-            gain = max(gain, -float(cost[1]))
+    for end in both:
+        ahead = -end.start
+        back = ahead - 1
+        if contact.last > contact.first and end.gap[back] > 0:  # if the surface would part
+            gain = max(gain, end.energy[back])
+        if end.node != end.limit and (lat.gamma1 or end.gap[ahead] < 0):  # springs: if touched
+            gain = max(gain, -end.energy[ahead])
     return gain

@@ -199,7 +199,12 @@ class Equilibrium:
 
 
 def detached(
-    scene: Scene, depth: float, branch: str, tail: Tail, certificate: Certificate
+    scene: Scene,
+    depth: float,
+    branch: str,
+    tail: Tail,
+    certificate: Certificate,
+    spacing: float = math.nan,
 ) -> Equilibrium:
     """The flat surface without contact."""
     none = np.empty((0, 2))
@@ -218,5 +223,5 @@ def detached(
         errors=dict.fromkeys(QUANTITIES, 0.0),
         method="lattice",
         branch=branch,
-        spacing=math.nan,
+        spacing=spacing,
     )

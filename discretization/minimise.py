@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 
 from discretization.equilibrium import AccuracyWarning, Equilibrium
 from discretization.fitted.state import on_fitted_mesh
-from discretization.lattice.state import estimated, on_lattice
+from discretization.lattice.state import on_lattice
 from energy import Plane, Scene
-from energy.checks import finite, option, positive
+from energy.checks import finite, option
 
 METHODS = ("auto", "lattice", "fitted", "shortest_path", "oracle")
 ON_NODES = ("lattice", "shortest_path", "oracle")
@@ -54,9 +53,7 @@ def minimise(
     if method in ON_NODES:
         if spacing is None:
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
-        positive("spacing", spacing)
-        state = on_lattice(scene, float(depth), float(spacing), branch=branch, method=method)
-        return replace(state, errors=estimated)
+        return on_lattice(scene, float(depth), spacing, branch=branch, method=method)
     if spacing is not None:
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
     if isinstance(scene.indenter, Plane):

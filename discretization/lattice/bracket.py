@@ -10,35 +10,36 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 _AWAY: Array = np.exp2(np.arange(32.0))
+_FIRST: Array = _AWAY - 1
 _AROUND: Array = np.concatenate([-_AWAY[::-1], [0.0], _AWAY])
 
 
-def first_positive(excess: Callable[[Array], Array], count: int) -> int:
-    """The first of 0, 1, ..., count - 1 with excess > 0, as for all after it; else count.
+def first_above(level: float, term: Callable[[Array], Array], count: int) -> int:
+    """The first of 0, 1, ..., count - 1 with term > level, as for all after it; else count.
 
-    excess: of an array of these numbers; where it is not finite it counts as positive. Powers of
-    two are tried first, then the zero of a parabola through what is known and numbers at growing
+    term: of an array of these numbers; where it is not finite it counts as above. Powers of two
+    are tried first, then the root of a parabola through what is known and numbers at growing
     distances on either side of it: no slower than bisection, two rounds where it is a parabola.
     """
-    low, high = 0, count
-    tried: Array = _AWAY[: count.bit_length()] - 1
-    while low < high:
-        with np.errstate(over="ignore", invalid="ignore"):
-            y = excess(tried)
-        positive = ~(y <= 0)  # not finite: far beyond
-        first = int(positive.argmax()) if positive[-1] else y.size
-        near = slice(max(first - 2, 0), first + 1)
-        guess = _zero(tried[near].tolist(), y[near].tolist()) if first < y.size else high
-        if first < y.size:
-            high = int(tried[first])
-        if first:
-            low = int(tried[first - 1]) + 1
-        tried = np.minimum(np.maximum(guess + _AROUND, low), high - 1)
-    return low
+    low, high, tried = 0.0, float(count), _FIRST[: count.bit_length()]
+    with np.errstate(over="ignore", invalid="ignore"):
+        while low < high:
+            y = term(tried)
+            first = int(y.searchsorted(level, side="right"))  # nan: far beyond
+            if first < y.size:
+                high = float(tried[first])
+            if first:
+                low = float(tried[first - 1]) + 1
+            if low < high:
+                known = slice(max(first - 2, 0), first + 1)
+                guess = _root(tried[known], y[known] - level) if first < y.size else high
+                tried = np.minimum(np.maximum(guess + _AROUND, low), high - 1)
+    return int(low)
 
 
-def _zero(x: list[float], y: list[float]) -> float:
-    """Left of the zero between the last two of up to three points, of the parabola through them."""
+def _root(points: Array, values: Array) -> float:
+    """Left of the root between the last two of up to three points, of the parabola through them."""
+    x, y = points.tolist(), values.tolist()
     if len(x) < 2 or not math.isfinite(y[-1]):
         return sum(x[-2:]) // 2
     *before, x0, x1 = x

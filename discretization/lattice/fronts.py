@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.bounds import deepest_contact
-from discretization.lattice.bracket import first_positive
+from discretization.lattice.bracket import first_above
 from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 BLOCK, FIRST_BLOCK = 1 << 14, 64
 MAX_NODES = 1 << 31
 _SEARCH_NODES = 1 << 24
+_BOTH: Array = np.array([[0.0], [1.0]])  # nodes of a link
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
 
 
@@ -75,7 +76,7 @@ def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
     """f at the nodes; nodes on an end of the extent stay on it in spite of rounding."""
     x = _positions(lattice, indenter, nodes)
     f = indenter.height(x)
-    if not math.isfinite(f.sum()):
+    if not (math.isfinite(f.dot(f)) or np.isfinite(f).all()):  # squares are the fastest sum
         _refuse(indenter, float(x[~np.isfinite(f)][0]))
     return f
 
@@ -118,8 +119,10 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
     if first == last and lattice.gamma1:
         raise ValueError(f"spacing = {dx!r} leaves one node on the indenter; give a smaller one")
     if indenter.apex is not None:
-        beside = math.floor((indenter.apex - lattice.origin) / dx + 1e-9)
-        pair = (min(max(node, first), last) for node in (beside, beside + 1))
+        beside = min(max(math.floor((indenter.apex - lattice.origin) / dx + 1e-9), first), last)
+        if lattice.x(beside) == indenter.apex:
+            return Region(first, last, beside)
+        pair = beside, min(beside + 1, last)
         return Region(first, last, min(pair, key=lambda node: height(lattice, indenter, node)))
     if indenter.convex:
         return Region(first, last, _bottom(lattice, indenter, first, last))
@@ -135,9 +138,8 @@ def _bottom(lattice: Lattice, indenter: Indenter, first: int, last: int) -> int:
     """
     start = min(max(0, first), last)
     for side, limit in ((1, last), (-1, first)):
-        found = first_positive(
-            functools.partial(_rise, lattice, indenter, start, side), abs(limit - start)
-        )
+        rise = functools.partial(_rise, lattice, indenter, start, side)
+        found = first_above(0.0, rise, abs(limit - start))
         if found == MAX_NODES:
             raise ValueError(_bottomless(lattice, indenter, found))
         if found:
@@ -231,11 +233,11 @@ def _bracketed(
     """Outwards from node start to the first link that does not hold, no link beyond it holding."""
     side = 1 if limit >= start else -1
 
-    def excess(links: Array) -> Array:
+    def gap(links: Array) -> Array:
         f, f_next = _linked(lattice, indenter, start, side, links)
-        return np.asarray(lattice.gap(f, f_next, depth) - reach)
+        return np.asarray(lattice.gap(f, f_next, depth))
 
-    return start + side * first_positive(excess, abs(limit - start))
+    return start + side * first_above(reach, gap, abs(limit - start))
 
 
 def _rise(lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array) -> Array:
@@ -248,8 +250,9 @@ def _linked(
     lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array
 ) -> tuple[Array, Array]:
     """f, maybe not finite, at both ends of links outwards from node start."""
-    nodes = start + side * links
-    f = indenter.height(_positions(lattice, indenter, np.concatenate([nodes, nodes + side])))
+    outwards = (links + _BOTH).ravel()
+    nodes = float(start) + outwards if side > 0 else float(start) - outwards
+    f = indenter.height(_positions(lattice, indenter, nodes))
     return f[: links.size], f[links.size :]
 
 

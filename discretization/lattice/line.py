@@ -3,7 +3,7 @@
 A contact that ends at node m has the energy E(m). Between nodes the line is where the interpolated
 ΔE changes sign, or at a corner of the profile if ΔE changes sign there by a jump (pinned line).
 Force and energy are interpolated at that position through the values of the same contact sets: a
-step changes them by `Lattice.advance_energy`, ΔE, and `advance_force`, ΔP = dΔE/dd.
+step changes them by `Lattice.advance`, ΔE and ΔP = dΔE/dd.
 
 Raw lattice values are off by up to Δx/2 in the line; these are off by O(Δx²).
 Positions ζ below are in links outwards from the last contact node, ζ = 0.
@@ -17,14 +17,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice import span
-from discretization.lattice.fronts import Contact, Region, heights, mirror_axis
+from discretization.lattice.fronts import FIRST_BLOCK, Contact, Region, heights, mirror_axis
 from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
@@ -46,6 +45,29 @@ class Line(NamedTuple):
     pinned: bool
 
 
+class End(NamedTuple):
+    """One end of a contact: the nodes beside it, and what its line's advance over a link changes.
+
+    Nodes are counted outwards from the last one of the contact, node 0, which is `node` on the
+    lattice; link j leads from node j to j + 1. limit: the last node there is on this side. f: at
+    the nodes from `start` <= 0 on; gap, energy, force: `Lattice.advance` of the links from there.
+    """
+
+    node: int
+    side: int
+    limit: int
+    start: int
+    f: Array
+    gap: list[float]
+    energy: list[float]
+    force: list[float]
+
+    @property
+    def height(self) -> float:
+        """f at the contact's last node."""
+        return float(self.f[-self.start])
+
+
 class Facing(NamedTuple):
     """The line across a free span: its last contact node, and its x as far as it is known."""
 
@@ -58,16 +80,24 @@ def raw(lattice: Lattice, indenter: Indenter, node: int) -> Line:
     return Line(lattice.x(node), 0.0, 0.0, 0.0 in _corners(lattice, indenter, node, 1))
 
 
-def outer(
+def ends(
     lattice: Lattice, indenter: Indenter, depth: float, where: Region, contact: Contact
-) -> tuple[Line, Line]:
-    """Both lines of a single contact."""
-    first, last, reach = contact
-    right = recover(lattice, indenter, depth, where, last, 1, reach)
-    axis = mirror_axis(lattice, indenter, first, last)
-    if axis is not None:
-        return right._replace(x=max(2 * axis - right.x, indenter.extent[0])), right
-    return recover(lattice, indenter, depth, where, first, -1, reach), right
+) -> list[End]:
+    """Both ends of a single contact, the right one first; of a mirrored contact that one alone."""
+    first, last, _ = contact
+    right = _end(lattice, indenter, depth, where, last, 1, FIRST_BLOCK)
+    if mirror_axis(lattice, indenter, first, last) is not None:
+        return [right]
+    return [right, _end(lattice, indenter, depth, where, first, -1, FIRST_BLOCK)]
+
+
+def outer(lattice: Lattice, indenter: Indenter, reach: float, both: list[End]) -> tuple[Line, Line]:
+    """Left and right line of a single contact with these `ends`."""
+    right = _line(lattice, indenter, both[0], reach)
+    if len(both) > 1:
+        return _line(lattice, indenter, both[1], reach), right
+    x = max(2 * (indenter.apex or 0.0) - right.x, indenter.extent[0])
+    return Line(x, right.force, right.energy, right.pinned), right
 
 
 def between(
@@ -107,47 +137,38 @@ def recover(
     facing: Facing | None = None,
 ) -> Line:
     """Contact line beyond `node` on `side` (+1 right, -1 left); a link holds while gap <= reach."""
-    before, beyond = (node - where.first, where.last - node)[::side]
-    known = range(max(-before, -_INWARDS), min(beyond, _OUTWARDS) + 1)
-    nodes = np.arange(node + side * known.start, node + side * known.stop, side, dtype=float)
-    f = heights(lattice, indenter, nodes)
-    corners = _corners(lattice, indenter, node, side)
-    gap, force, energy = _moves(lattice, indenter, depth, nodes, f, facing)
-    excess = dict(zip(known, (gap - reach).tolist(), strict=False))
-    zeta, used, pinned = _locate(lattice, excess, corners)
-    ends = sorted({j + end for j in used for end in (0, 1)}) or [0]
-    added = (_added(known, step.tolist(), ends, zeta - lattice.edge) for step in (force, energy))
-    x = lattice.x(node + side * zeta)
-    if pinned:  # the corner itself, not its position rounded on the lattice
-        corners_x = np.asarray(indenter.corners, float)
-        x = float(corners_x[np.argmin(np.abs(corners_x - x))])
-    x = min(max(x, indenter.extent[0]), indenter.extent[1])
-    return Line(x, next(added), next(added), pinned)
+    end = _end(lattice, indenter, depth, where, node, side, _OUTWARDS, facing)
+    return _line(lattice, indenter, end, reach)
 
 
-def _added(known: range, steps: list[float], ends: list[int], zeta: float) -> float:
-    """What a contact set that ends at ζ has more than the one that ends at node 0.
-
-    steps: changes from each known node to the next; ends: the nodes to interpolate between.
-    """
-    totals = dict(zip(known, itertools.accumulate(steps, initial=0.0), strict=True))
-    return _value(_polynomial(ends, [totals[j] - totals[0] for j in ends]), zeta)
-
-
-def _moves(
+def _end(
     lattice: Lattice,
     indenter: Indenter,
     depth: float,
-    nodes: Array,
-    f: Array,
-    facing: Facing | None,
-) -> tuple[Array, Array, Array]:
-    """Gap of each link outwards over the nodes, heights f; force and energy of its closing."""
+    where: Region,
+    node: int,
+    side: int,
+    outwards: int,
+    facing: Facing | None = None,
+) -> End:
+    """The end of a contact at `node`, with so many nodes outwards."""
+    before, beyond = (node - where.first, where.last - node)[::side]
+    start, stop = -min(before, _INWARDS), min(beyond, outwards) + 1
+    nodes = np.arange(node + side * start, node + side * stop, side, dtype=float)
+    f = heights(lattice, indenter, nodes)
+    near = f[: _OUTWARDS + 1 - start]
     if facing is None:
-        f, f_next = f[:-1], f[1:]
-        gap = lattice.gap(f, f_next, depth)
-        energy = lattice.arc(f_next - f) * lattice.advance_cost(gap)
-        return gap, lattice.advance_force(f, f_next, depth), energy
+        gap, energy, force = lattice.advance(near[:-1], near[1:], depth)
+    else:
+        gap, energy, force = _facing(lattice, indenter, depth, nodes, near, facing)
+    limit, changes = node + side * beyond, (gap.tolist(), energy.tolist(), force.tolist())
+    return End(node, side, limit, start, f, *changes)
+
+
+def _facing(
+    lattice: Lattice, indenter: Indenter, depth: float, nodes: Array, f: Array, facing: Facing
+) -> tuple[Array, Array, Array]:
+    """`Lattice.advance` between these nodes, heights f, towards another line."""
     x, there = lattice.x(nodes[:-1]), lattice.x(facing.node)
     found = []
     for end in (facing.x, (facing.x + there) / 2):
@@ -155,7 +176,33 @@ def _moves(
         u = depth - float(indenter.height(end))
         found.append(span.advance(lattice, depth - f, links, u))
     (gap, _, _), (_, energy, force) = found
-    return gap, force, energy
+    return gap, energy, force
+
+
+def _line(lattice: Lattice, indenter: Indenter, end: End, reach: float) -> Line:
+    """The line at this end; a link holds while gap <= reach."""
+    corners = _corners(lattice, indenter, end.node, end.side)
+    excess = [gap - reach for gap in end.gap]
+    zeta, links, pinned = _locate(lattice, end.start, excess, corners)
+    x = lattice.x(end.node + end.side * zeta)
+    if pinned:  # the corner itself, not its position rounded on the lattice
+        corners_x = np.asarray(indenter.corners, float)
+        x = float(corners_x[np.argmin(np.abs(corners_x - x))])
+    x, at = min(max(x, indenter.extent[0]), indenter.extent[1]), zeta - lattice.edge
+    force = _added(end.start, end.force, links, at)
+    return Line(x, force, _added(end.start, end.energy, links, at), pinned)
+
+
+def _added(start: int, steps: list[float], links: range, zeta: float) -> float:
+    """What a contact set that ends at ζ has more than the one that ends at node 0.
+
+    steps: changes over link `start` and those after it; links: those to interpolate over.
+    """
+    if not links:
+        return 0.0
+    totals = list(itertools.accumulate(steps, initial=0.0))
+    own = [total - totals[-start] for total in totals[links.start - start : links.stop - start + 1]]
+    return _value(_differences(own), zeta - links.start)
 
 
 def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> list[float]:
@@ -170,66 +217,80 @@ def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> list
 
 
 def _locate(
-    lattice: Lattice, excess: dict[int, float], corners: list[float]
-) -> tuple[float, list[int], bool]:
+    lattice: Lattice, start: int, excess: list[float], corners: list[float]
+) -> tuple[float, range, bool]:
     """ζ of the line, the links whose polynomial found it, and whether a corner pins it.
 
-    excess: gap - reach of each link; link j spans ζ = j..j+1.
+    excess: gap - reach of link `start` and those after it; link j spans ζ = j..j+1.
     """
+    known = range(start, start + len(excess))
     near = [corner for corner in corners if -1 < corner < 1]
-    if len(near) > 1:  # corners as dense as the nodes: secant through the two links
-        used = [j for j in excess if j in (-1, 0)]
-        return _root(lattice, used, excess), used, False
-    below = max((corner for corner in corners if corner <= -1), default=-math.inf)
-    above = min((corner for corner in corners if corner >= 1), default=math.inf)
-    clear = [j for j in excess if below <= j and j + 1 <= above]
-    if not near:
-        used = [j for j in clear if -2 <= j <= 1]
-        return _root(lattice, used, excess), used, False
-    corner = near[0]
-    inside = [j for j in clear if j + 1 <= corner][-3:]
-    outside = [j for j in clear if j >= corner][:3]
-    for face, sign in ((inside, 1), (outside, -1)):
-        middles, values = [j + 0.5 for j in face], [excess[j] for j in face]
-        if values and sign * _value(_polynomial(middles, values), corner) > 0:
-            return _root(lattice, face, excess), face, False
+    if len(near) != 1:  # corners as dense as the nodes: secant through the two links
+        links = _within(known, -1, 1) if near else _within(_clear(known, corners), -2, 2)
+        return _root(lattice, links, _of(links, start, excess)), links, False
+    corner, clear = near[0], _clear(known, corners)
+    inside = _within(clear, math.floor(corner) - 3, math.floor(corner))
+    outside = _within(clear, math.ceil(corner), math.ceil(corner) + 3)
+    for links, sign in ((inside, 1), (outside, -1)):
+        values, at = _of(links, start, excess), corner - links.start - 0.5
+        if values and sign * _value(_differences(values), at) > 0:
+            return _root(lattice, links, values), links, False
     return corner, inside, True
 
 
-def _root(lattice: Lattice, links: list[int], excess: dict[int, float]) -> float:
+def _clear(links: range, corners: list[float]) -> range:
+    """The links about node 0 up to the first corners that are a link or more away from it."""
+    if not corners:
+        return links
+    below = max((math.ceil(corner) for corner in corners if corner <= -1), default=links.start)
+    above = min((math.floor(corner) for corner in corners if corner >= 1), default=links.stop)
+    return _within(links, below, above)
+
+
+def _within(links: range, first: int, stop: int) -> range:
+    """Those of the links that are first..stop-1."""
+    first = max(links.start, first)
+    return range(first, max(first, min(links.stop, stop)))
+
+
+def _of(links: range, start: int, values: list[float]) -> list[float]:
+    """Of values of link `start` and all after it, those of these links."""
+    return values[links.start - start : links.stop - start]
+
+
+def _root(lattice: Lattice, links: range, excess: list[float]) -> float:
     """Zero of the polynomial through the excess at the links' middles: secant steps to rounding."""
-    middles = [j + 0.5 for j in links]
-    if not middles:
+    if not links:
         raise ValueError(
             f"spacing = {lattice.spacing!r} leaves no link between two corners; use a smaller one"
         )
-    if len(middles) < 2:
-        return middles[0] + lattice.edge
-    values = [excess[j] for j in links]
-    curve = _polynomial(middles, values)
-    after = next((i for i, y in enumerate(values) if y > 0), len(values) - 1) or 1
-    (x0, x1), (y0, y1) = middles[after - 1 : after + 1], values[after - 1 : after + 1]
+    middle, curve = links.start + 0.5, _differences(excess)
+    if len(links) < 2:
+        return middle + lattice.edge
+    after = next((i for i, y in enumerate(excess) if y > 0), len(excess) - 1) or 1
+    x0, x1, y0, y1 = middle + after - 1, middle + after, excess[after - 1], excess[after]
     for _ in range(8):
-        if y1 == y0:
+        if y1 == y0 or abs(x1 - x0) <= _ROUNDING:
             break
-        x0, x1, y0 = x1, min(max(x1 - y1 * (x1 - x0) / (y1 - y0), -1.0), 1.0), y1
-        y1 = _value(curve, x1)
-        if abs(x1 - x0) <= _ROUNDING:
-            break
+        x = x1 - y1 * (x1 - x0) / (y1 - y0)
+        x0, x1, y0 = x1, x if abs(x) <= 1 else math.copysign(1.0, x), y1
+        y1 = _value(curve, x1 - middle)
     return x1 + lattice.edge
 
 
-def _polynomial(x: Sequence[float], y: Sequence[float]) -> list[tuple[float, float]]:
-    """The polynomial through the points in Newton's form: nodes and divided differences."""
-    divided = list(y)
-    for order in range(1, len(x)):
-        for i in range(len(x) - 1, order - 1, -1):
-            divided[i] = (divided[i] - divided[i - 1]) / (x[i] - x[i - order])
-    return list(zip(x, divided, strict=True))[::-1]
+def _differences(values: list[float]) -> list[float]:
+    """Δᵏy/k! of equidistant values y at the first of them: their polynomial in Newton's form."""
+    found = values.copy()
+    for order in range(1, len(found)):
+        for i in range(len(found) - 1, order - 1, -1):
+            found[i] = (found[i] - found[i - 1]) / order
+    return found
 
 
-def _value(polynomial: list[tuple[float, float]], at: float) -> float:
-    total = 0.0
-    for node, divided in polynomial:
-        total = total * (at - node) + divided
+def _value(differences: list[float], at: float) -> float:
+    """The polynomial, `at` steps after the first of its points."""
+    total, steps = 0.0, len(differences)
+    for divided in reversed(differences):
+        steps -= 1
+        total = total * (at - steps) + divided
     return total

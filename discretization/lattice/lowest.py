@@ -82,9 +82,7 @@ def of_contacts(
     NotCertifiedError if it is no equilibrium; ValueError as `on_lowest`.
     """
     if not nodes.size:
-        certificate = certify(lattice, scene.indenter, depth, where, None, None)
-        state = detached(scene, depth, branch, lattice.tail, passed(depth, certificate))
-        return replace(state, spacing=lattice.spacing)
+        return without_contact(scene, depth, branch, lattice, where)
     refuse_unknown(scene, depth, lattice, where, nodes)
     contacts = ContactSet.of(lattice, scene.indenter, depth, where, nodes)
     sums = totals(contacts)
@@ -92,6 +90,14 @@ def of_contacts(
     ends = _lines(lattice, scene, depth, where, contacts.nodes)
     label = "global" if branch == "global" or not lattice.w else "metastable"
     return state_of(scene, branch, contacts, sums, certificate, ends, label)
+
+
+def without_contact(
+    scene: Scene, depth: float, branch: str, lattice: Lattice, where: fronts.Region
+) -> Equilibrium:
+    """The certified flat surface. NotCertifiedError if the indenter would be in it."""
+    certificate = passed(depth, certify(lattice, scene.indenter, depth, where, None, None))
+    return detached(scene, depth, branch, lattice.tail, certificate, lattice.spacing)
 
 
 def _search(lattice: Lattice, g: Array, method: str, margin: bool) -> tuple[Nodes, Proof | None]:
@@ -175,7 +181,8 @@ def _lines(
     indenter, reach, rows = scene.indenter, lattice.critical_gap, nodes.tolist()
     if len(rows) == 1:
         contact = fronts.Contact(rows[0][0], rows[0][1], reach)
-        return [line.outer(lattice, indenter, depth, where, contact)]
+        both = line.ends(lattice, indenter, depth, where, contact)
+        return [line.outer(lattice, indenter, reach, both)]
     (a, b), (c, d) = rows[0], rows[-1]
     found = [line.raw(lattice, indenter, a), line.raw(lattice, indenter, d)]
     if a < b:

@@ -42,6 +42,10 @@ Array = NDArray[Any]
 class Lattice:
     """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
 
+    spring: kΔx; link: t; log_decay: -ln λ; decay: λ, the factor by which a free tail decays per
+    node; loss: 1 - λ without cancellation; end_stiffness: t(1-λ), what a half-infinite free tail
+    does to its first node; link_over_decay: t/λ.
+
     Small slopes; `FiniteLattice` answers the same questions for finite ones.
     """
 
@@ -54,6 +58,9 @@ class Lattice:
     spring: float = field(init=False)
     link: float = field(init=False)
     log_decay: float = field(init=False)
+    decay: float = field(init=False)
+    loss: float = field(init=False)
+    end_stiffness: float = field(init=False)
     link_over_decay: float = field(init=False)
 
     @classmethod
@@ -63,7 +70,7 @@ class Lattice:
         By default that is the indenter's lowest point, which may be a tip; a body between two
         edges is centred, so that the outermost nodes are at most Δx/2 inside them.
         """
-        positive("spacing", spacing)
+        spacing = positive("spacing", spacing)
         if origin is None:
             origin = _origin(scene.indenter, spacing)
         kind = FiniteLattice if scene.slopes == "finite" and scene.gamma1 else Lattice
@@ -73,30 +80,19 @@ class Lattice:
         dx, k, gamma1 = self.spacing, self.k, self.gamma1
         spring, link = k * dx, gamma1 / dx
         half = spring / 2
-        derived = {
-            "spring": spring,
-            "link": link,
-            "log_decay": 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf,
-            # t/λ without dividing by a λ that may underflow or vanish
-            "link_over_decay": link + half + math.sqrt(half) * math.sqrt(half + 2 * link),
-        }
-        for name, value in derived.items():
-            object.__setattr__(self, name, value)
-
-    @property
-    def decay(self) -> float:
-        """λ, the factor by which a free tail decays per node."""
-        return math.exp(-self.log_decay)
-
-    @property
-    def loss(self) -> float:
-        """1 - λ without cancellation."""
-        return -math.expm1(-self.log_decay)
-
-    @property
-    def end_stiffness(self) -> float:
-        """t(1-λ): what a half-infinite free tail does to its first node."""
-        return self.link * self.loss
+        log_decay = 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf
+        loss = -math.expm1(-log_decay)
+        # t/λ without dividing by a λ that may underflow or vanish
+        link_over_decay = link + half + math.sqrt(half) * math.sqrt(half + 2 * link)
+        vars(self).update(
+            spring=spring,
+            link=link,
+            log_decay=log_decay,
+            decay=math.exp(-log_decay),
+            loss=loss,
+            end_stiffness=link * loss,
+            link_over_decay=link_over_decay,
+        )
 
     @property
     def critical_gap(self) -> float:
@@ -148,7 +144,7 @@ class Lattice:
 
     def surface_energy(self, steps: Array) -> float:
         """Energy of links over which u changes by `steps`, of the free surface."""
-        return self.link / 2 * float(steps @ steps)
+        return self.link / 2 * float(steps.dot(steps))
 
     def adhesion(self, links: int, surface: float) -> float:
         """Adhesion of contact links whose energy as free surface would be `surface`."""
@@ -184,13 +180,13 @@ class Lattice:
         """
         return self.link_over_decay / 2 * gap * gap - self.w * self.spacing
 
-    def advance_energy(self, f, f_next, depth):
-        """ΔE for links at the heights f, f_next."""
-        return self.arc(f_next - f) * self.advance_cost(self.gap(f, f_next, depth))
+    def advance(self, f, f_next, depth):
+        """Gap, ΔE and ΔP of a line's advance over links at the heights f, f_next.
 
-    def advance_force(self, f, f_next, depth):
-        """dΔE/dd = kΔx g' + F'(g') - F'(g) = -kΔx/(1-λ) gap."""
-        return -self.spring / self.loss * self.gap(f, f_next, depth)
+        ΔP = dΔE/dd = kΔx g' + F'(g') - F'(g) = -kΔx/(1-λ) gap.
+        """
+        gap = self.gap(f, f_next, depth)
+        return gap, self.advance_cost(gap), -self.spring / self.loss * gap
 
     def x(self, node):
         """Position of a node (or an array of nodes)."""
@@ -276,9 +272,11 @@ class FiniteLattice(Lattice):
         holds[rest] = self.gap(f[rest], f_next[rest], depth) <= reach
         return holds
 
-    def advance_force(self, f, f_next, depth):
-        g, g_next = depth - f, depth - f_next
-        return self.spring * g_next + self.tail_reaction(g_next) - self.tail_reaction(g)
+    def advance(self, f, f_next, depth):
+        gap, g, g_next = self.gap(f, f_next, depth), depth - f, depth - f_next
+        energy = self.arc(f_next - f) * self.advance_cost(gap)
+        pull = self.tail_reaction(g_next) - self.tail_reaction(g)
+        return gap, energy, self.spring * g_next + pull
 
 
 def _origin(indenter: Indenter, spacing: float) -> float:

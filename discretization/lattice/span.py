@@ -40,7 +40,7 @@ def excess(lattice: Lattice, p: Array, q: Array, left: Array, own: Array, right:
 
 
 def advance(lattice: Lattice, g: Array, links: Array, facing: float) -> tuple[Array, Array, Array]:
-    """`Lattice.gap`, `advance_energy` and `advance_force` of a line that faces another one.
+    """`Lattice.advance` of a line that faces another one: gap, ΔE and ΔP.
 
     g: (n+1,) at the line's successive nodes; links: (n,) from the first n of them to the facing
     line, where u = facing; they need not be whole. Advancing lifts the next node out of the span,

@@ -12,16 +12,15 @@ where the branch may, by attaching one; force kΔx Σ u_i by both routes.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, certify, rounding
-from discretization.equilibrium import Equilibrium, detached
+from discretization.certificate import Certificate, rounding
+from discretization.equilibrium import Equilibrium
 from discretization.lattice import fronts, line
 from discretization.lattice.contact_set import ContactSet, totals
-from discretization.lattice.lowest import passed, refuse_unknown, runs, state_of
+from discretization.lattice.lowest import passed, refuse_unknown, runs, state_of, without_contact
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.shortest_path import window
 from energy import Scene
@@ -38,9 +37,7 @@ def on_springs(
     reach = _reach(lattice, branch, float(g.max()))
     nodes = runs(g >= -reach * (1 + _TIE)) + first
     if not nodes.size:
-        certificate = certify(lattice, scene.indenter, depth, where, None, None)
-        state = detached(scene, depth, branch, lattice.tail, passed(depth, certificate))
-        return replace(state, spacing=lattice.spacing)
+        return without_contact(scene, depth, branch, lattice, where)
     refuse_unknown(scene, depth, lattice, where, nodes)
     contacts = ContactSet.of(lattice, scene.indenter, depth, where, nodes)
     sums = totals(contacts)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError, Sums, certify, measured
+from discretization.certificate import Certificate, NotCertifiedError, Sums, judged, measured
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import fronts
-from discretization.lattice.line import Line, outer
-from discretization.lattice.lowest import on_lowest
+from discretization.lattice.line import End, Line, ends, outer
+from discretization.lattice.lowest import on_lowest, without_contact
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.path_state import on_path
 from discretization.lattice.springs import on_springs
@@ -36,7 +37,7 @@ def on_lattice(
     method: str = "lattice",
     margin: bool = True,
 ) -> Equilibrium:
-    """Certified equilibrium on one lattice, a node on `origin`; without an error estimate.
+    """Certified equilibrium on one lattice, a node on `origin`.
 
     method: "lattice", or for the lowest energy of all "shortest_path" or "oracle"; margin: whether
     its proof says how far above the next topology lies.
@@ -47,63 +48,88 @@ def on_lattice(
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
     where = fronts.region(lattice, scene.indenter, depth)
-    if method != "lattice" or _several(scene, branch):
-        return on_lowest(scene, depth, branch, lattice, where, method, margin)
-    if not scene.gamma1 and not scene.indenter.convex:
-        return on_springs(scene, depth, branch, lattice, where)
-    if branch == "adhered" and (several := on_path(scene, depth, lattice, where)) is not None:
-        return several
-    lowest_energy = branch == "global" and not scene.gamma1
-    find = fronts.held if lowest_energy else fronts.adhered
-    contact = find(lattice, scene.indenter, depth, where)
-    sums = None if contact is None else measured(lattice, scene.indenter, depth, contact)
-    apart = branch == "global" and depth <= fronts.height(lattice, scene.indenter, where.lowest)
-    if contact is None or sums is None or (apart and sums.energy > 0):
-        certificate = certify(lattice, scene.indenter, depth, where, None, None)
-        return replace(detached(scene, depth, branch, lattice.tail, certificate), spacing=spacing)
-    ends = outer(lattice, scene.indenter, depth, where, contact)
-    _refuse_overhang(lattice, scene, depth, contact, ends)
-    certificate = certify(lattice, scene.indenter, depth, where, contact, sums)
-    if not certificate.ok:
-        if scene.slopes == "finite" and "penetration" in certificate.failures:
-            raise SeveralContactsError(
-                f"slopes = 'finite' at depth = {depth!r}: the surface beside the contact meets the "
-                "indenter again, and several contacts are only found for small slopes; use "
-                "slopes='small', another depth, or a profile with a single contact"
-            )
-        raise NotCertifiedError(
-            f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
-            f"({certificate}): the surface meets or leaves the indenter elsewhere than at the two "
-            "ends of one contact; try a smaller spacing, slopes='small' for several contacts, or a "
-            "profile with a single one"
-        )
-    return _state(scene, depth, branch, lattice, contact, sums, ends, certificate)
+    several = _several(scene, depth, branch, lattice, where, method, margin)
+    if several is None:
+        return _one_contact(scene, depth, branch, lattice, where)
+    return replace(several, errors=estimated)
 
 
-def _several(scene: Scene, branch: str) -> bool:
-    """Whether the lowest energy of all contact sets is asked.
+def _several(
+    scene: Scene,
+    depth: float,
+    branch: str,
+    lattice: Lattice,
+    where: fronts.Region,
+    method: str,
+    margin: bool,
+) -> Equilibrium | None:
+    """The state of any number of contacts; None where there is one or none on the way to it.
 
-    Of a convex indenter it is that of the one contact of its path, or of none.
+    The lowest energy of all contact sets is, of a convex indenter, that of its path or none.
     """
+    convex, w = scene.indenter.convex, scene.work_of_adhesion
+    if method != "lattice":
+        return on_lowest(scene, depth, branch, lattice, where, method, margin)
+    if convex:
+        return None
     if not scene.gamma1:
-        return False
-    if scene.work_of_adhesion:
-        return branch == "global" and not scene.indenter.convex
-    return scene.slopes == "small" and not scene.indenter.convex
+        return on_springs(scene, depth, branch, lattice, where)
+    if branch == "global" if w else scene.slopes == "small":
+        return on_lowest(scene, depth, branch, lattice, where, method, margin)
+    return on_path(scene, depth, lattice, where) if branch == "adhered" else None
+
+
+def _one_contact(
+    scene: Scene, depth: float, branch: str, lattice: Lattice, where: fronts.Region
+) -> Equilibrium:
+    """The certified state of one contact or none. ValueError or NotCertifiedError for others."""
+    indenter = scene.indenter
+    find = fronts.held if branch == "global" and not scene.gamma1 else fronts.adhered
+    contact = find(lattice, indenter, depth, where)
+    if contact is None:
+        return without_contact(scene, depth, branch, lattice, where)
+    sums = measured(lattice, indenter, depth, contact)
+    apart = branch == "global" and depth <= fronts.height(lattice, indenter, where.lowest)
+    if apart and sums.energy > 0:
+        return without_contact(scene, depth, branch, lattice, where)
+    both = ends(lattice, indenter, depth, where, contact)
+    lines = outer(lattice, indenter, contact.reach, both)
+    _refuse_overhang(lattice, scene, depth, contact, lines)
+    certificate = judged(lattice, indenter, depth, contact, sums, both)
+    if not certificate.ok:
+        _refuse(scene, depth, certificate)
+    neutral = _indifferent(lattice, contact, both[0])
+    return _state(scene, depth, branch, lattice, contact, sums, lines, certificate, neutral)
+
+
+def _refuse(scene: Scene, depth: float, certificate: Certificate) -> NoReturn:
+    """What to say of a state that has not passed its certificate."""
+    if scene.slopes == "finite" and "penetration" in certificate.failures:
+        raise SeveralContactsError(
+            f"slopes = 'finite' at depth = {depth!r}: the surface beside the contact meets the "
+            "indenter again, and several contacts are only found for small slopes; use "
+            "slopes='small', another depth, or a profile with a single contact"
+        )
+    raise NotCertifiedError(
+        f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
+        f"({certificate}): the surface meets or leaves the indenter elsewhere than at the two "
+        "ends of one contact; try a smaller spacing, slopes='small' for several contacts, or a "
+        "profile with a single one"
+    )
 
 
 def _refuse_overhang(
-    lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact, ends: tuple[Line, Line]
+    lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact, lines: tuple[Line, Line]
 ) -> None:
     """ValueError for lines at which the surface would all but turn over (finite slopes)."""
     limit = lattice.greatest_displacement
     if limit == math.inf:
         return
-    u = depth - scene.indenter.height(np.array([end.x for end in ends]))
+    u = depth - scene.indenter.height(np.array([line.x for line in lines]))
     nodes = depth - fronts.heights(lattice, scene.indenter, np.array(contact[:2], float))
-    for end, lift, node in zip(ends, u.tolist(), nodes.tolist(), strict=True):
+    for line, lift, node in zip(lines, u.tolist(), nodes.tolist(), strict=True):
         if abs(lift) > limit or abs(node) > limit + lattice.spacing:
-            raise ValueError(_overhang(lattice, depth, f" x = {end.x!r}", lift))
+            raise ValueError(_overhang(lattice, depth, f" x = {line.x!r}", lift))
 
 
 def _overhang(lattice: Lattice, depth: float, where: str, lift: float) -> str:
@@ -122,57 +148,53 @@ def _state(
     lattice: Lattice,
     contact: fronts.Contact,
     sums: Sums,
-    ends: tuple[Line, Line],
+    lines: tuple[Line, Line],
     certificate: Certificate,
+    neutral: bool,
 ) -> Equilibrium:
-    x = np.array([[ends[0].x, ends[1].x]])
-    if x[0, 0] > x[0, 1]:  # a contact smaller than the interpolation resolves
-        x[:] = x.mean()
+    left, right = lines
+    x = left.x, right.x
+    if left.x > right.x:  # a contact smaller than the interpolation resolves
+        x = ((left.x + right.x) / 2,) * 2
     convex = branch == "global" or scene.work_of_adhesion == 0
-    neutral = _indifferent(lattice, scene, depth, contact)
     return Equilibrium(
         scene=scene,
         depth=depth,
-        contacts=x,
+        contacts=np.array([x]),
         nodes=np.array([[lattice.x(contact.first), lattice.x(contact.last)]]),
-        pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
-        force=sums.force + ends[0].force + ends[1].force,
-        energy=sums.energy + ends[0].energy + ends[1].energy,
+        pinned=np.array([[left.pinned, right.pinned]]),
+        force=sums.force + left.force + right.force,
+        energy=sums.energy + left.energy + right.energy,
         label="neutral" if neutral else "global" if convex else "metastable",
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
-        errors=dict.fromkeys(QUANTITIES, math.nan),
+        errors=estimated,
         method="lattice",
         branch=branch,
         spacing=lattice.spacing,
     )
 
 
-def _indifferent(lattice: Lattice, scene: Scene, depth: float, contact: fronts.Contact) -> bool:
+def _indifferent(lattice: Lattice, contact: fronts.Contact, end: End) -> bool:
     """Whether moving a line by several links costs nothing: any contact width is an equilibrium."""
-    links = range(contact.last - 1, max(contact.first, contact.last - 4) - 1, -1)
-    if len(links) < 3 or not scene.work_of_adhesion:
+    if contact.last - contact.first < 3 or not lattice.w:
         return False
-    for link in links:
-        f, f_next = (fronts.height(lattice, scene.indenter, node) for node in (link, link + 1))
-        gap, cost = lattice.gap(f, f_next, depth), lattice.advance_energy(f, f_next, depth)
-        if gap <= 0 or abs(cost) > 1e-10 * lattice.w * lattice.spacing:
-            return False
-    return True
+    most, links = 1e-10 * lattice.w * lattice.spacing, range(-end.start - 3, -end.start)
+    return all(end.gap[link] > 0 and abs(end.energy[link]) <= most for link in links)
 
 
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
-    gap, adheres = lattice.gap(0.0, 0.0, depth), lattice.gamma1 or branch == "global" or depth < 0
+    gap, cost, _ = map(float, lattice.advance(0.0, 0.0, depth))
+    adheres = lattice.gamma1 or branch == "global" or depth < 0
     lift = max(abs(depth), scene.critical_separation) or 1.0
     apart = Certificate(max(0.0, depth / lift), 0.0, 0.0, 0.0, 0.0)
-    state = replace(detached(scene, depth, branch, lattice.tail, apart), spacing=lattice.spacing)
+    state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
     if gap > (lattice.critical_gap * (1 + 1e-12) if adheres else 0.0):
         return state
     if gap > 0 and abs(depth) > lattice.greatest_displacement:
         raise ValueError(_overhang(lattice, depth, "", depth))
-    cost = float(lattice.advance_energy(0.0, 0.0, depth))
     gain = max(0.0, cost) / (lattice.w * lattice.spacing) if gap > 0 else 0.0
     lowest = depth >= 0 or branch == "global"
     balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
