@@ -41,7 +41,7 @@ from energy import Indenter
 
 Array = NDArray[np.float64]
 TOLERANCE = 1e-9
-_TAIL = np.arange(FIRST_BLOCK + 1.0)
+_TAIL = np.arange(1.0, FIRST_BLOCK + 1)
 _EPSILON = float(np.finfo(float).eps)
 
 
@@ -206,7 +206,7 @@ def judged(
     penetration = stationarity = 0.0
     distances = lat.spacing * _TAIL
     for end, u in zip(both, u_ends, strict=True):
-        tail = lat.tail.displacement(distances, u)
+        tail = np.concatenate([[u], lat.tail.displacement(distances, u)])
         penetration = max(penetration, _penetration(lat, indenter, depth, end, u, tail) / delta)
         excess = _imbalance(lat, tail) - rounding(lat, delta)
         stationarity = max(stationarity, excess / (lat.spring * delta))

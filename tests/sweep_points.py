@@ -1,7 +1,6 @@
-"""Functions of module level for the sweeps of the tests."""
+"""Functions of module level for the sweeps of the tests, and how their results are compared."""
 
-from __future__ import annotations
-
+import json
 import math
 import time
 
@@ -24,3 +23,9 @@ def nap(point):
     """4 ms without work."""
     time.sleep(4e-3)
     return {"x": point["x"]}
+
+
+def lines(path):
+    """The results of a file in the order of the grid, as text."""
+    text = path.read_text("utf-8").splitlines()[1:]
+    return sorted(text, key=lambda line: json.loads(line)["at"])

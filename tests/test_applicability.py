@@ -1,7 +1,5 @@
 """The study `applicability`: what it measures on a small preset, its report and files."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -94,7 +92,9 @@ def test_borders_are_where_the_error_has_the_tolerance(record):
 
 def test_border_says_everywhere_nowhere_or_where():
     scan = (0.01, 0.1, 1.0)
-    assert applicability.border(lambda r: -(r**2), scan, 0.04) == pytest.approx(0.2, rel=2e-3)
+    assert applicability.border(lambda r: -(r**2), scan, 0.04) == pytest.approx(
+        0.2, rel=2e-3, abs=0
+    )
     assert applicability.border(lambda r: 1.0, scan, 0.04) == 0
     assert applicability.border(lambda r: r / 100, scan, 0.04) == math.inf
 

@@ -1,9 +1,6 @@
 """What may import what, what an import costs, and that the README's commands are the CI's."""
 
-from __future__ import annotations
-
 import ast
-import importlib
 import os
 import re
 import shlex
@@ -82,23 +79,6 @@ def test_imports_run_down_inside_discretization(package, never):
             assert not (module.startswith("discretization") and inner & never), f"{path}: {module}"
 
 
-def test_every_function_named_as_skipping_work_exists():
-    table = importlib.import_module("discretization").__doc__.split("| not needed")[1]
-    names = re.findall(r"\| ([a-z_]+\.[\w.]+) +\|$", table, re.MULTILINE)
-    assert len(names) == table.count("\n|") - 1
-    for name in names:
-        parts = name.split(".")
-        depth = next(
-            i
-            for i, p in enumerate(parts)
-            if not (ROOT / "discretization" / Path(*parts[: i + 1])).is_dir()
-        )
-        found = importlib.import_module(".".join(["discretization", *parts[: depth + 1]]))
-        for part in parts[depth + 1 :]:
-            found = getattr(found, part)
-        assert callable(found), name
-
-
 def test_the_minimisers_never_see_the_closed_forms():
     for path in modules("discretization"):
         for module, names, _ in imported(path):
@@ -114,14 +94,6 @@ def test_only_cvxpy_and_matplotlib_are_imported_inside_functions():
             for module, _, nested in imported(path):
                 top = module.split(".")[0]
                 assert nested == (top in LAZY), f"{path}: {module}"
-
-
-def test_plain_use_loads_neither_cvxpy_nor_matplotlib():
-    code = "import sys, energy, discretization; print(*sys.modules)"
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded = {name.split(".")[0] for name in out.stdout.split()}
-    assert "numpy" in loaded
-    assert not loaded & LAZY
 
 
 def test_every_package_is_listed_for_installation():

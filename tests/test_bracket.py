@@ -1,16 +1,14 @@
-"""The first positive term of an increasing sequence."""
-
-from __future__ import annotations
+"""The first term of an increasing sequence that is above a level."""
 
 import math
 
 import numpy as np
 import pytest
 
-from discretization.lattice.bracket import first_positive
+from discretization.lattice.bracket import first_above
 
 
-def searched(term, count):
+def searched(term, count, level=0.0):
     rounds = []
 
     def excess(numbers):
@@ -19,17 +17,18 @@ def searched(term, count):
         assert (np.diff(numbers) >= 0).all()
         rounds.append(numbers.size)
         with np.errstate(over="ignore"):
-            return term(numbers)
+            return level + term(numbers)
 
-    return first_positive(excess, count), rounds
+    return first_above(level, excess, count), rounds
 
 
+@pytest.mark.parametrize("level", [0.0, 0.5, -3.0])
 @pytest.mark.parametrize("shape", [1, 2, 3, 0.3, 40])
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 100, 2**31])
-def test_it_is_the_first_positive_one(count, shape):
+def test_it_is_the_first_one_above(count, shape, level):
     for zero in {-1, 0, 1, 2, 63, 99, 100, 12_345_678, count - 1, count, count + 5}:
         found, rounds = searched(
-            lambda x, zero=zero: np.sign(x - zero) * np.abs(x - zero) ** shape, count
+            lambda x, zero=zero: np.sign(x - zero) * np.abs(x - zero) ** shape, count, level
         )
         assert found == min(max(zero + 1, 0), count)
         assert len(rounds) <= 34

@@ -4,7 +4,7 @@ import inspect
 
 import numpy as np
 import pytest
-from test_cards import check
+from card_cases import check
 
 from energy import cards
 

@@ -1,7 +1,5 @@
 """Layer, surfaces, indenters, scene: formulas, composition, refusals."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -13,6 +11,7 @@ from energy import (
     ElasticLayer,
     FlatPunch,
     Parabola,
+    Patches,
     Plane,
     PowerLaw,
     Profile,
@@ -41,7 +40,7 @@ def test_layer_and_surface_formulas():
 
 def test_the_exact_angle_keeps_its_digits_for_a_vanishing_work_of_adhesion():
     s = SurfaceEnergies.from_work(0.3, 3e-19)
-    assert s.angle_deficit == pytest.approx(math.sqrt(2e-18), rel=1e-12, abs=0)
+    assert s.angle_deficit == pytest.approx(math.sqrt(2e-18), rel=1e-13, abs=0)
     assert SurfaceEnergies.from_work(0.3, 0.6).contact_angle == pytest.approx(0, abs=1e-7)
 
 
@@ -69,7 +68,7 @@ SHAPES = [
 def test_slope_is_the_derivative_of_height(indenter):
     x, step = np.array([-0.537, -0.213, 0.117, 0.389, 0.633]), 1e-5
     difference = (indenter.height(x + step) - indenter.height(x - step)) / (2 * step)
-    assert np.allclose(indenter.slope(x), difference, atol=1e-8)
+    assert np.allclose(indenter.slope(x), difference, rtol=0, atol=1e-8)
 
 
 def test_smooth_samples_converge_to_the_function():
@@ -101,14 +100,20 @@ def test_composition_keeps_track_of_apex_corners_and_walls():
     assert rough.extent == (-2.0, 2.0)
     assert rough.walls == (-2.0, 2.0)
     assert Wedge(0.1).shifted(0.4).apex == 0.4
+    assert (FlatPunch(2.0) + FlatPunch(1.0)).walls == (-1.0, 1.0)
+    lopsided = Sampled([-1.0, 0.0, 2.0], [1.0, 0.0, 1.0])
+    assert (lopsided + Parabola(1.0)).apex == 0
+    assert not (lopsided + Parabola(1.0)).symmetric and not lopsided.shifted(1.0).symmetric
 
 
 def test_densities_and_their_derivatives():
     s, step = np.array([-2.0, -0.3, 0.0, 0.05, 1.7]), 1e-5
     for slopes in terms.SLOPES:
         at = [terms.surface(s + i * step, gamma1=0.3, slopes=slopes) for i in (-1, 0, 1)]
-        assert np.allclose((at[2].value - at[0].value) / (2 * step), at[1].first, atol=1e-9)
-        assert np.allclose((at[2].first - at[0].first) / (2 * step), at[1].second, atol=1e-9)
+        assert np.allclose((at[2].value - at[0].value) / (2 * step), at[1].first, rtol=0, atol=1e-9)
+        assert np.allclose(
+            (at[2].first - at[0].first) / (2 * step), at[1].second, rtol=0, atol=1e-9
+        )
     tiny = np.array([1e-9])
     small, finite = (terms.surface(tiny, gamma1=0.3, slopes=k).value for k in terms.SLOPES)
     assert finite == pytest.approx(small, rel=1e-15, abs=0)
@@ -128,10 +133,13 @@ def test_scene_lengths_and_validity():
     report = {a.name: a for a in scene.validity(1e-6, 1e-2, 0.05)}
     assert report["d/h"].holds
     assert report["h/a"].holds
-    assert report["h/a"].value == pytest.approx(0.03)
+    assert report["h/a"].value == pytest.approx(0.03, rel=1e-14, abs=0)
     assert not report["2w/γ₁"].holds
     assert "VIOLATED" in str(report["2w/γ₁"])
     assert not {a.name: a for a in scene.validity(1e-6, 1e-4, 0.5)}["slope"].holds
+    assert report["(h/a)²/(1-2ν)"].value == pytest.approx(0.03**2 / 0.18, rel=1e-12, abs=0)
+    dry = Scene(LAYER, SurfaceEnergies.from_work(0.0, 0.0), Parabola(0.01))
+    assert {a.name: a for a in dry.validity(1e-6, 1e-2, 0.05)}["2w/γ₁"].value == 0
     with pytest.raises(dataclasses.FrozenInstanceError):
         scene.slopes = "finite"
 
@@ -169,10 +177,8 @@ REFUSED = [
     (lambda: Scene(LAYER, SURFACES, "sphere"), "indenter = 'sphere'"),
     (lambda: Scene(SURFACES, LAYER, Plane()), "layer"),
     (lambda: Scene(LAYER, SURFACES, Plane(), slopes="large"), "'small', 'finite'"),
-    (
-        lambda: Scene(LAYER, SurfaceEnergies.from_work(1.0, 2.1), Plane(), slopes="finite"),
-        "exceeds 2 gamma1",
-    ),
+    (lambda: adhesive(Plane(), gamma1=1.0, w=2.1, slopes="finite"), "exceeds 2 gamma1"),
+    (lambda: adhesive(Plane(), gamma1=1.0, opening=2.1, slopes="finite"), "w = 2.1 exceeds 2 gam"),
 ]
 
 
@@ -182,11 +188,6 @@ def test_bad_input_is_refused_with_name_value_and_remedy(build, says):
         build()
     assert says in str(error.value)
     assert len(str(error.value)) > len(says) + 15
-
-
-def test_scene_helper_uses_no_unit_parameter():
-    scene = adhesive(Parabola(0.02))
-    assert 1.0 not in (scene.stiffness, scene.gamma1, scene.layer.h, scene.work_of_adhesion)
 
 
 @pytest.mark.parametrize("kind", ["linear", "smooth"])
@@ -210,5 +211,17 @@ def test_a_sampled_profile_knows_whether_it_is_convex_and_where_it_is_lowest():
         assert parabola.apex == pytest.approx(0.23, abs=1e-12 if kind == "smooth" else 0.04)
         bump = Sampled(x, (x - 0.23) ** 2 + 0.05 * np.cos(9 * x), kind)
         assert not bump.convex and bump.apex is None
+    few = np.linspace(-1, 1.5, 12)
+    assert Sampled(few, few**2 + 0.3 * few**3, "smooth").apex == pytest.approx(0, abs=1e-13)
+    bent = np.linspace(-1, 0.01, 11)  # -x³ is not convex beyond 0, in the last interval
+    assert not Sampled(bent, -(bent**3), "smooth").convex
     falling = Sampled(x, -x, "smooth")
     assert falling.convex and falling.apex == 1.5
+
+
+def test_stripes_are_as_wide_as_they_say_with_the_strong_one_in_the_middle():
+    stripes = Patches.stripes(2.0, 0.3, 0.9, 7.0)
+    assert stripes.factor([-1.4, -0.6, -0.4, 0.0, 0.4, 0.6, 1.4, 1.6]).tolist() == [
+        *(0.3, 0.3, 0.9, 0.9, 0.9, 0.3, 0.3, 0.9),
+    ]
+    assert max(np.abs(stripes.edges)) >= 5.5

@@ -1,46 +1,18 @@
 """Several contacts on the fitted mesh: against themselves, the lattice, single contacts, energy."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import adhesive
-from test_global import ALPHA, DELTA0, L, rough, two
+from scenes import ALPHA, DELTA0, L, adhesive, rough, two, wavy
 
 from discretization import load_path, minimise
+from discretization.equilibrium import QUANTITIES
 from discretization.fitted import gap
-from discretization.fitted.bubbles import parted
-from discretization.fitted.contacts import FittedContacts, totals
-from discretization.fitted.judgement import certify
-from discretization.fitted.lines import FittedLine, Problem
-from discretization.fitted.response import DEGREES, response
+from discretization.fitted.response import DEGREES
 from discretization.fitted.several import on_several
-from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
-
-
-def wavy(w=0.002, crests=20, unit=1.0, stress=1.0, mirror=False):
-    """Crests 2 l apart of random heights on a shallow bowl, in units of length and stress."""
-    rng = np.random.default_rng(1)
-    q, side = 2 * math.pi / (2 * L), -1 if mirror else 1
-    waves = [(q, 1.5 * DELTA0, math.pi)]
-    waves += [(r * q, 0.15 * DELTA0, rng.uniform(0, 2 * math.pi)) for r in (0.31, 0.17, 0.43)]
-    bowl = 2 * DELTA0 / (crests * L) ** 2
-
-    def height(x):
-        x = side * np.asarray(x, float) / unit
-        return unit * (bowl * x**2 + sum(a * (1 + np.cos(k * x + p)) for k, a, p in waves))
-
-    def slope(x):
-        x = side * np.asarray(x, float) / unit
-        return side * (2 * bowl * x - sum(a * k * np.sin(k * x + p) for k, a, p in waves))
-
-    reach = (crests + 6) * L * unit
-    layer = ElasticLayer(130.0 * 0.03 * stress, 0.0, 0.03 * unit)
-    surfaces = SurfaceEnergies.from_work(0.07 * stress * unit, w * stress * unit)
-    return Scene(layer, surfaces, Profile(height, slope, extent=(-reach, reach)))
+from energy import Parabola, Sampled
 
 
 def linear(seed, w):
@@ -103,7 +75,7 @@ def test_twenty_contacts_are_those_of_the_highest_degree(states, case):
     exact = on_several(state.scene, state.depth, branch=case[1], rtol=1e-14)
     assert exact.tail.response.degree > state.tail.response.degree
     for name, error in errors(state, exact).items():
-        assert error <= 1e-11
+        assert error <= 1e-13
         if name in state.error_estimate:
             assert error <= state.error_estimate[name]
     free = state.angle_deficits[~state.pinned]
@@ -119,7 +91,7 @@ def test_lattices_converge_to_it_in_second_order(states, case):
         coarse = minimise(wavy(w), DEPTH, branch=branch, method="lattice", spacing=spacing)
         assert coarse.contacts.shape == states[case].contacts.shape
         found.append(errors(coarse, states[case]))
-        for name in ("half_width", "force", "energy"):
+        for name in QUANTITIES:
             assert found[-1][name] <= coarse.error_estimate[name]
     for name in ("lines", "force", "energy"):
         order = np.polyfit(np.log(spacings), np.log([each[name] for each in found]), 1)[0]
@@ -149,7 +121,7 @@ def test_the_force_is_the_derivative_of_the_energy(states, case):
         n: minimise(scene, state.depth + n * step, branch=case[1]).energy for n in (-2, -1, 1, 2)
     }
     change = 8 * (energies[1] - energies[-1]) - (energies[2] - energies[-2])
-    assert change / (12 * step) == pytest.approx(state.force, rel=0, abs=1e-8 * abs(state.force))
+    assert change / (12 * step) == pytest.approx(state.force, rel=0, abs=1e-10 * abs(state.force))
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -175,20 +147,26 @@ def test_no_unit_enters(states, case, unit, stress):
 
 
 @pytest.mark.parametrize("w", [0.0, 0.002])
-def test_contacts_many_decay_lengths_apart_are_single_ones(w):
+@pytest.mark.parametrize("nodes", [{}, {"method": "lattice", "spacing": L / 200}])
+def test_contacts_many_decay_lengths_apart_are_single_ones(w, nodes):
     c, depth = 60 * L, 0.4 * DELTA0
-    scene = adhesive(two(c, lift=0.1 * DELTA0), w=w)
-    both = minimise(scene, depth, branch="global")
-    one = minimise(adhesive(Parabola(0.005).shifted(-c), w=w), depth - 0.1 * DELTA0)
-    other = minimise(adhesive(Parabola(0.003).shifted(c), w=w), depth)
+    both, one, other = (
+        minimise(adhesive(body, w=w), d, branch="global", **nodes)
+        for body, d in (
+            (two(c, lift=0.1 * DELTA0), depth),
+            (Parabola(0.005).shifted(-c), depth - 0.1 * DELTA0),
+            (Parabola(0.003).shifted(c), depth),
+        )
+    )
     assert np.allclose(both.contacts, [*one.contacts, *other.contacts], rtol=0, atol=1e-10 * L)
     assert both.force == pytest.approx(one.force + other.force, rel=1e-10, abs=0)
     assert both.energy == pytest.approx(one.energy + other.energy, rel=1e-10, abs=0)
     assert np.allclose(
-        both.contact_angles, [*one.contact_angles, *other.contact_angles], rtol=1e-10
+        both.contact_angles, [*one.contact_angles, *other.contact_angles], rtol=1e-10, atol=0
     )
     x = np.linspace(-3 * L, 3 * L, 50)
     assert np.allclose(both.displacement(c + x), other.displacement(c + x), rtol=1e-9, atol=0)
+    assert np.allclose(both.pressure(x - c), one.pressure(x - c), rtol=1e-9, atol=0)
 
 
 def test_the_surface_in_a_gap_is_the_sum_of_two_decays(states):
@@ -211,7 +189,7 @@ def test_the_lattice_ends_where_its_load_path_does():
         )
         lines = path.at(-1).lines
         assert state.label == "metastable" and state.certificate.ok
-        assert np.allclose(state.nodes.ravel(), lines, rtol=0, atol=1e-9 * spacing)
+        assert np.allclose(state.nodes.ravel(), lines, rtol=0, atol=1e-11 * spacing)
         assert len(state.contacts) >= 5
 
 
@@ -223,7 +201,7 @@ def test_a_retraction_keeps_what_the_first_touch_has_brought(seed, depth):
         scene, depths=np.array([0.0, depth]) * DELTA0, method="lattice", spacing=L / 32
     )
     coarse = minimise(scene, depth * DELTA0, method="lattice", spacing=L / 32)
-    assert np.allclose(coarse.nodes.ravel(), path.at(-1).lines, rtol=0, atol=1e-9 * L)
+    assert np.allclose(coarse.nodes.ravel(), path.at(-1).lines, rtol=0, atol=1e-11 * L)
     state = minimise(scene, depth * DELTA0)
     assert len(coarse.contacts) == len(state.contacts) == 2
     assert errors(coarse, state)["lines"] <= 1e-3
@@ -250,67 +228,6 @@ def test_corners_hold_lines(seed, w):
     assert np.abs(free - (ALPHA if w else 0.0)).max(initial=0.0) <= 1e-9 * ALPHA
     coarse = minimise(scene, depth, branch="global", method="lattice", spacing=L / 80)
     assert abs(coarse.energy - state.energy) <= 2e-3 * state.scales["energy"]
-
-
-def test_a_reentrant_corner_stays_open_without_adhesion():
-    """A vee pressed flat but for its corner: ε = J l²/2g to first order."""
-    fall = 1e-3
-    body = Profile(
-        lambda x: -fall / 2 * np.abs(x), lambda x: -fall / 2 * np.sign(x), (-9 * L, 9 * L), (0.0,)
-    )
-    steep = Parabola(0.5 * L)
-    outside = Profile(
-        lambda x: np.where(np.abs(x) > 6 * L, steep.height(np.abs(x) - 6 * L), 0.0),
-        lambda x: np.where(np.abs(x) > 6 * L, np.sign(x) * steep.slope(np.abs(x) - 6 * L), 0.0),
-        (-9 * L, 9 * L),
-    )
-    scene = adhesive(body + outside, w=0.0)
-    state = minimise(scene, DELTA0)
-    assert len(state.contacts) == 2
-    first = fall * L**2 / (2 * DELTA0)
-    assert state.contacts[1, 0] == pytest.approx(first, rel=1e-2, abs=0)
-    assert state.contacts[0, 1] == pytest.approx(-first, rel=1e-2, abs=0)
-    near = parted(scene, DELTA0, np.array([[-6 * L, 6 * L]]))
-    assert near[1, 0] == pytest.approx(first, rel=1e-12, abs=0)
-
-
-def judged(state, pairs):
-    problem = Problem.of(state.scene, state.depth, 0.0, state.branch, response("small", 10))
-    contacts = FittedContacts(problem, pairs)
-    moved = replace(state, contacts=contacts.x)
-    points = np.linspace(*state.scene.indenter.extent, 4001)
-    return certify(contacts, moved, totals(contacts, 1e-8)[1], points)
-
-
-def lines(state):
-    return [tuple(FittedLine(x, False, False) for x in row) for row in state.contacts.tolist()]
-
-
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("move", [-1e-6, 1e-6])
-@pytest.mark.parametrize("where", [(0, 0), (4, 0), (4, 1), (-1, 1)])
-def test_the_certificate_notices_a_moved_line(states, case, move, where):
-    pairs = lines(states[case])
-    assert judged(states[case], tuple(pairs)).ok
-    contact, end = where
-    pair = list(pairs[contact])
-    pair[end] = FittedLine(pair[end].x + move * L, False, False)
-    pairs[contact] = tuple(pair)
-    assert "neighbours" in judged(states[case], tuple(pairs)).failures
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_the_certificate_notices_a_missing_contact(states, case):
-    pairs = lines(states[case])
-    assert "penetration" in judged(states[case], (*pairs[:6], *pairs[7:])).failures
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_only_adhesion_holds_a_gap_closed(states, case):
-    pairs = lines(states[case])
-    merged = (pairs[5][0], pairs[6][1])
-    judgement = judged(states[case], (*pairs[:5], merged, *pairs[7:]))
-    assert judgement.failures == (() if case[0] else ("opening",))
 
 
 @pytest.mark.parametrize("branch", ["adhered", "global"])

@@ -1,7 +1,5 @@
 """The study `fitted_speed`: what it measures, what makes it fail, what it writes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

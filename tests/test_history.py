@@ -13,7 +13,7 @@ import pytest
 from scenes import adhesive
 
 from discretization import History, load_path
-from energy import Parabola, Profile, Sampled, SurfaceEnergies, Wedge
+from energy import Parabola, Profile, Sampled, Wedge
 
 ROOT = Path(__file__).parent.parent
 PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 40), np.linspace(0.01, -0.01, 60)] * 0.7
@@ -83,13 +83,7 @@ def test_every_control_continues():
 
 
 def test_adhesion_hysteresis_continues():
-    scene = adhesive(Parabola(0.02), w=0.001)
-    scene = type(scene)(
-        scene.layer,
-        scene.surfaces,
-        scene.indenter,
-        opening=SurfaceEnergies.from_work(scene.gamma1, 0.003),
-    )
+    scene = adhesive(Parabola(0.02), w=0.001, opening=0.003)
     whole = load_path(scene, depths=PROGRAMME)
     first = load_path(scene, depths=PROGRAMME[:70])
     again = load_path(scene, depths=PROGRAMME[70:], after=first)

@@ -1,7 +1,5 @@
 """The studies of load paths: loops and pull-off against the cards, their figures and files."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

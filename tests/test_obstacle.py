@@ -1,36 +1,20 @@
 """w = 0: the obstacle problem against enumeration, high precision, and its own conditions."""
 
-from __future__ import annotations
-
-import itertools
 import math
 from dataclasses import replace
 
 import mpmath
 import numpy as np
 import pytest
+from lattices import lattice, lowest, rough_heights
+from scenes import adhesive
 
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import BLOCK, obstacle
 from energy import Parabola, cards
-from tests.scenes import adhesive
 
 SIZES = (3, BLOCK, BLOCK + 1, 300, BLOCK**3 + 1, 20_000)
-
-
-def lattice(ell, *, k=37.0, spacing=0.03, w=0.0):
-    """Lattice whose l/Δx is ell; no parameter is 1."""
-    return Lattice(spacing, 0.0, k, k * (ell * spacing) ** 2, w)
-
-
-def rough(rng, n, *, hurst=0.8, roll_off=3, offset=-0.3):
-    """Self-affine heights (n,), rms 0.07, shifted by some rms."""
-    q = np.arange(1, n // 2 + 1)
-    amplitude = np.maximum(q, roll_off) ** (-hurst - 0.5)
-    spectrum = amplitude * np.exp(2j * math.pi * rng.random(q.size))
-    z = np.fft.irfft(np.concatenate(([0], spectrum)), n)
-    return 0.07 * (z / z.std() + offset)
 
 
 def profiles(rng, n):
@@ -43,19 +27,8 @@ def profiles(rng, n):
         "steps": 0.1 * np.sign(np.sin(9 * x + 1)),
         "waves": 0.2 + np.cos(40 * x) - 2 * x**2,
         "white": rng.normal(size=n) + 2,
-        "rough": rough(rng, n) + 0.2,
+        "rough": rough_heights(rng, n) + 0.2,
     }
-
-
-def enumerated(lat, g):
-    """Lowest energy of all contact sets without penetration, its set and displacements."""
-    best = math.inf, None, None
-    for held in itertools.product((False, True), repeat=g.size):
-        energy = NodalEnergy(lat, held)
-        u = energy.relaxed(g)
-        if (u >= g - 1e-9 * np.abs(g).max()).all() and energy.value(u) < best[0]:
-            best = energy.value(u), np.array(held), u
-    return best
 
 
 @pytest.mark.parametrize("n", [3, 6, 9])
@@ -64,7 +37,7 @@ def test_equals_the_best_of_all_contact_sets(n):
     for ell in (0.2, 1.7, 30.0):
         lat, g = lattice(ell), rng.normal(size=n)
         g[rng.integers(n)] = 1.1
-        energy, contact, u = enumerated(lat, g)
+        energy, contact, u = lowest(lat, g)
         found = obstacle(lat, g)
         assert found.energy == pytest.approx(energy, rel=1e-12, abs=0)
         assert np.array_equal(found.contact, contact)
@@ -125,7 +98,7 @@ def test_keeps_its_digits_as_l_over_spacing_grows(ell):
     two = np.full(400, -math.inf)
     two[50], two[350] = 0.3, 0.3 * (1 - 100 / ell)
     parabola = 0.3 - np.linspace(-1, 0.8, 400) ** 2
-    for g in (two, parabola, rough(np.random.default_rng(8), 400)):
+    for g in (two, parabola, rough_heights(np.random.default_rng(8), 400)):
         found = obstacle(lat, g)
         u, p = solve_exactly(lat, g, found.contact)
         scale = max(p)
@@ -139,7 +112,7 @@ def test_keeps_its_digits_as_l_over_spacing_grows(ell):
 
 
 def test_does_not_depend_on_units():
-    g = rough(np.random.default_rng(2), 5000)
+    g = rough_heights(np.random.default_rng(2), 5000)
     here = obstacle(lattice(40.0), g)
     for length, stress in ((1e3, 1e-6), (7e-7, 3e5)):
         lat = lattice(40.0, k=37.0 * stress / length, spacing=0.03 * length)
@@ -150,7 +123,7 @@ def test_does_not_depend_on_units():
 
 
 def test_mirror_image():
-    g = rough(np.random.default_rng(4), 7013)
+    g = rough_heights(np.random.default_rng(4), 7013)
     one, other = obstacle(lattice(25.0), g), obstacle(lattice(25.0), g[::-1])
     assert np.array_equal(one.contact, other.contact[::-1])
     assert np.array_equal(one.intervals, 7012 - other.intervals[::-1, ::-1])

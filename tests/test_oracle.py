@@ -3,21 +3,19 @@
 ORACLE_SCENES=50 in the environment compares that many random rough scenes of up to 10⁴ nodes.
 """
 
-from __future__ import annotations
-
 import math
 import os
 
 import numpy as np
 import pytest
+from lattices import lattice, lowest, rough_heights
+from scenes import adhesive
 
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import CLARABEL, Oracle
 from energy import Parabola, Scene
-from tests.scenes import adhesive
-from tests.test_obstacle import enumerated, lattice, rough
 
 GAP = CLARABEL["tol_gap_rel"]
 SCENES = int(os.environ.get("ORACLE_SCENES", "0"))
@@ -37,7 +35,7 @@ def kkt_residual(lat, g, u, p):
 @pytest.mark.parametrize("n", SIZES)
 def test_obstacle_equals_the_convex_programme(n):
     rng = np.random.default_rng(n)
-    lat, g = lattice(10 ** rng.uniform(-0.5, 2.5)), rough(rng, n, offset=rng.uniform(-1, 1))
+    lat, g = lattice(10 ** rng.uniform(-0.5, 2.5)), rough_heights(rng, n, offset=rng.uniform(-1, 1))
     ours, theirs = obstacle(lat, g), Oracle(lat, n, "convex").solve(g)
     height, force = np.abs(g).max(), ours.multipliers.max()
     assert theirs.energy == pytest.approx(ours.energy, rel=GAP, abs=0)
@@ -53,7 +51,7 @@ def test_obstacle_equals_the_convex_programme(n):
 @pytest.mark.parametrize("ell", [0.5, 8.0, 300.0])
 def test_frozen_contact_equals_one_banded_solve(ell):
     rng, lat = np.random.default_rng(1), lattice(ell, w=2e-3)
-    g = rough(rng, 200)
+    g = rough_heights(rng, 200)
     oracle = Oracle(lat, 200, "frozen")
     for fraction in (0.02, 0.5, 1.0):
         contact = rng.random(200) < fraction
@@ -81,7 +79,7 @@ def adhesive_scene(rng, n, unit=1.0):
 def test_integers_equal_the_best_of_all_contact_sets(seed):
     pytest.importorskip("pyscipopt", reason="the mixed-integer solver is in the test extra")
     lat, g = adhesive_scene(np.random.default_rng(seed), 9)
-    energy, _, u = enumerated(lat, g)
+    energy, _, u = lowest(lat, g)
     found = Oracle(lat, 9, "integer").solve(g)
     scale = max(abs(energy), lat.w * lat.spacing)
     assert found.energy == pytest.approx(energy, rel=0, abs=1e-9 * scale)
@@ -123,13 +121,13 @@ def test_solved_again_by_changing_parameters():
     oracle = Oracle(lat, 60, "convex")
     (programme,) = oracle._programmes.values()
     assert programme.problem.is_dcp(dpp=True)
-    first = oracle.solve(rough(rng, 60))
+    first = oracle.solve(rough_heights(rng, 60))
     problem, cache = programme.problem, programme.problem._cache.param_prog
     for _ in range(3):
-        g = rough(rng, 60)
+        g = rough_heights(rng, 60)
         assert np.allclose(oracle.solve(g).u, obstacle(lat, g).u, rtol=0, atol=1e-7)
     assert programme.problem is problem and problem._cache.param_prog is cache is not None
-    assert np.array_equal(oracle.solve(rough(np.random.default_rng(6), 60)).u, first.u)
+    assert np.array_equal(oracle.solve(rough_heights(np.random.default_rng(6), 60)).u, first.u)
 
 
 def test_scene():
@@ -180,4 +178,4 @@ def test_refuses_integers_without_a_solver(monkeypatch):
 def test_an_unsolved_programme_is_loud(monkeypatch):
     monkeypatch.setattr("discretization.lattice.oracle.CLARABEL", {"max_iter": 2})
     with pytest.warns(UserWarning, match="inaccurate"), pytest.raises(RuntimeError, match="status"):
-        Oracle(FLAT, 40, "convex").solve(rough(np.random.default_rng(1), 40))
+        Oracle(FLAT, 40, "convex").solve(rough_heights(np.random.default_rng(1), 40))

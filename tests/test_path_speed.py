@@ -6,15 +6,6 @@ import pytest
 from discretization import load_path
 from discretization.paths.fitted_branch import FittedBranch
 from studies import path_speed, timing
-from studies.table import read
-
-
-def test_loops_are_accurate_and_written(tmp_path, capsys):
-    assert path_speed.main(["--quick", "--out", str(tmp_path)]) == 0
-    assert "MISSED" not in capsys.readouterr().out
-    rows = read(tmp_path / "path_speed.csv")
-    assert [row["name"] for row in rows][:3] == ["imposed depth", "dead load", "machine"]
-    assert all(float(row["ratio"]) > 0 and float(row["spread"]) >= 0 for row in rows)
 
 
 def test_the_middle_of_times():

@@ -1,27 +1,17 @@
 """Properties every equilibrium must have, on generated scenes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import SHAPES, random_case
+from scenes import rescaled
 
 from discretization import NodalEnergy, minimise, on_lattice
 from discretization.lattice.nodes import Lattice
-from energy import (
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    PowerLaw,
-    Profile,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-)
+from energy import Profile
+from studies.random_cases import SHAPES, random_case, random_steep_case
 
 cases = st.builds(
     lambda seed, shape: random_case(np.random.default_rng(seed), shape),
@@ -53,31 +43,19 @@ def test_mirror_image_of_the_scene_gives_the_mirror_image_of_the_state(case, til
     one = solved(touched, indenter=case.scene.indenter.tilted(slope), origin=0.0)
     other = solved(touched, indenter=case.scene.indenter.tilted(-slope), origin=0.0)
     size = np.abs(one.contacts).max()
-    assert np.allclose(one.contacts, -other.contacts[:, ::-1], rtol=0, atol=1e-9 * size)
-    assert math.isclose(one.force, other.force, rel_tol=1e-10, abs_tol=1e-10 * one.scales["force"])
-    assert math.isclose(one.energy, other.energy, abs_tol=1e-10 * one.scales["energy"])
+    assert np.allclose(one.contacts, -other.contacts[:, ::-1], rtol=0, atol=1e-13 * size)
+    assert math.isclose(one.force, other.force, rel_tol=0, abs_tol=1e-12 * one.scales["force"])
+    assert math.isclose(one.energy, other.energy, rel_tol=0, abs_tol=1e-12 * one.scales["energy"])
 
 
-def rescaled(scene: Scene, length: float, stress: float) -> Scene:
-    """The same scene with `length` and `stress` as the new units' inverse sizes."""
-    layer, s, indenter = scene.layer, scene.surfaces, scene.indenter
-    tension = stress * length
-    if isinstance(indenter, FlatPunch):
-        indenter = FlatPunch(indenter.half_width * length)
-    elif isinstance(indenter, Parabola):
-        indenter = Parabola(indenter.R * length)
-    elif isinstance(indenter, PowerLaw):
-        indenter = PowerLaw(indenter.c * length ** (1 - indenter.n), indenter.n)
-    else:
-        assert isinstance(indenter, Wedge)
-    return Scene(
-        ElasticLayer(layer.E * stress, layer.nu, layer.h * length),
-        SurfaceEnergies.from_work(s.gamma1 * tension, s.work_of_adhesion * tension),
-        indenter,
-    )
+steep_cases = st.builds(
+    lambda seed, shape: random_steep_case(np.random.default_rng(seed), shape),
+    st.integers(0, 10**6),
+    st.sampled_from(SHAPES),
+)
 
 
-@given(cases, st.floats(-9, 9), st.floats(-9, 9))
+@given(cases | steep_cases, st.floats(-9, 9), st.floats(-9, 9))
 def test_no_result_depends_on_the_units(case, log_length, log_stress):
     length, stress = 10**log_length, 10**log_stress
     dx = case.resolved / 50
@@ -89,12 +67,14 @@ def test_no_result_depends_on_the_units(case, log_length, log_stress):
         spacing=dx * length,
     )
     force, energy = stress * length, stress * length**2
-    assert math.isclose(other.half_width, one.half_width * length, rel_tol=1e-9)
-    assert math.isclose(other.force, one.force * force, abs_tol=1e-9 * one.scales["force"] * force)
+    assert math.isclose(other.half_width, one.half_width * length, rel_tol=1e-10)
     assert math.isclose(
-        other.energy, one.energy * energy, abs_tol=1e-9 * one.scales["energy"] * energy
+        other.force, one.force * force, rel_tol=0, abs_tol=1e-10 * one.scales["force"] * force
     )
-    assert math.isclose(other.contact_angle, one.contact_angle, abs_tol=1e-9)
+    assert math.isclose(
+        other.energy, one.energy * energy, rel_tol=0, abs_tol=1e-12 * one.scales["energy"] * energy
+    )
+    assert math.isclose(other.contact_angle, one.contact_angle, rel_tol=0, abs_tol=1e-10)
     assert other.label == one.label
     fitted, moved = (
         minimise(case.scene, case.depth),
@@ -103,7 +83,7 @@ def test_no_result_depends_on_the_units(case, log_length, log_stress):
     assert math.isclose(moved.half_width, fitted.half_width * length, rel_tol=1e-11)
     for name in ("penetration", "stationarity", "opening", "neighbours", "force"):
         ours, theirs = (getattr(state.certificate, name) for state in (fitted, moved))
-        assert abs(ours - theirs) <= 1e-13
+        assert abs(ours - theirs) <= {"small": 1e-13, "finite": 3e-12}[case.scene.slopes]
 
 
 @given(curved, st.floats(0, 1))
@@ -120,8 +100,8 @@ def test_shifting_indenter_and_grid_together_shifts_the_state(case, shift):
     x0 = shift * case.half_width
     here = solved(case)
     there = solved(case, indenter=case.scene.indenter.shifted(x0))
-    assert np.allclose(there.contacts - x0, here.contacts, rtol=0, atol=1e-9 * case.half_width)
-    assert math.isclose(there.force, here.force, abs_tol=1e-9 * here.scales["force"])
+    assert np.allclose(there.contacts - x0, here.contacts, rtol=0, atol=1e-10 * case.half_width)
+    assert math.isclose(there.force, here.force, rel_tol=0, abs_tol=1e-12 * here.scales["force"])
 
 
 @given(curved)
@@ -200,12 +180,5 @@ def test_a_callable_profile_gives_what_the_built_in_gives(case):
     built_in = case.scene.indenter
     indenter = Profile(built_in.height, built_in.slope, corners=built_in.corners)
     one, other = solved(case), solved(case, indenter=indenter, origin=0.0)
-    assert np.allclose(one.contacts, other.contacts, rtol=0, atol=1e-12 * case.half_width)
-    assert math.isclose(one.force, other.force, abs_tol=1e-12 * one.scales["force"])
-
-
-def test_surface_energies_given_separately_or_as_work_agree():
-    a = SurfaceEnergies(0.07, 0.031, 0.1)
-    assert (
-        a.work_of_adhesion == SurfaceEnergies.from_work(0.07, a.work_of_adhesion).work_of_adhesion
-    )
+    assert np.allclose(one.contacts, other.contacts, rtol=0, atol=1e-13 * case.half_width)
+    assert math.isclose(one.force, other.force, rel_tol=0, abs_tol=1e-13 * one.scales["force"])

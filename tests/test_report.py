@@ -7,8 +7,6 @@ from pathlib import Path
 import pytest
 
 from studies import REPORTED, STUDIES, report
-from studies import __main__ as command
-from studies.table import read
 
 
 @pytest.fixture(scope="module")
@@ -88,12 +86,3 @@ def test_every_study_that_needs_no_input_is_in_the_report():
     files = Path(report.__file__).parent.glob("[!_]*.py")
     found = {file.stem for file in files if "\ndef main(" in file.read_text("utf-8")}
     assert found == set(STUDIES) and set(REPORTED) == found - tools
-
-
-def test_presets_are_the_same_everywhere(tmp_path, capsys):
-    arguments = ["tolerance", "--preset", "quick", "--out", str(tmp_path)]
-    assert command.main(arguments) == 0
-    assert len(read(tmp_path / "tolerance.csv")) == 180
-    with pytest.raises(SystemExit):
-        command.main(["tolerance", "--preset", "tiny"])
-    assert "choose from" in capsys.readouterr().err

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from studies import rough
-from studies.table import read
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +16,7 @@ def test_tension_breaks_the_contact_up_into_spots(loops):
     spots = [int(loop.contacts.max()) for loop in loops]
     assert spots[0] < spots[-1] and spots[-1] >= 8
     deepest = [loop.fraction[14] for loop in loops]
-    assert deepest[0] == pytest.approx(1.0, abs=1e-12) and deepest[-1] < 0.6
+    assert deepest[0] == pytest.approx(1.0, abs=1e-13) and deepest[-1] < 0.6
 
 
 def test_ledgers_balance_and_contacts_are_lost(loops):
@@ -38,10 +37,3 @@ def test_weak_adhesion_comes_to_rest():
     (loop,) = rough.run(params)
     assert loop.contacts.max() >= 10
     assert loop.path.work() == pytest.approx(loop.path.dissipated, rel=1e-11, abs=0)
-
-
-def test_the_command_writes_table_and_figure(tmp_path, capsys):
-    assert rough.main(["--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == 4
-    assert len(read(tmp_path / "rough.csv")) == 3 * 60
-    assert (tmp_path / "rough.png").stat().st_size > 10_000

@@ -1,7 +1,5 @@
 """The work-precision study: its rivals solve the problem, its guard notices a loss."""
 
-from __future__ import annotations
-
 import math
 import time
 
@@ -57,7 +55,7 @@ def test_rivals_solve_the_same_problem(points):
 
 def test_the_default_method_reaches_its_digits(points):
     best = [p for p in points if p.method == "ours, default" and p.size <= 1e-10]
-    assert all(max(p.errors) <= 1e-10 for p in best)
+    assert best and all(max(p.errors) <= 1e-10 for p in best)
 
 
 def test_a_nested_active_set_is_of_second_order():
@@ -80,7 +78,7 @@ def test_absent_packages_are_skipped_with_a_word(monkeypatch):
 
 def test_a_size_that_would_take_for_ever_is_left_out():
     made = [study.Point.failed("t", "m", 0, "")._replace(size=n, seconds=t) for n, t in SLOW]
-    assert study.expected(made[:1], 10**4) == pytest.approx(100 * SLOW[0][1], rel=1e-12, abs=0)
+    assert study.expected(made[:1], 10**4) == pytest.approx(100 * SLOW[0][1], rel=1e-13, abs=0)
     assert study.expected(made, 10**5) == pytest.approx(1e3 * SLOW[1][1], rel=1e-12, abs=0)
     assert study.expected(made, 1e-8) == SLOW[1][1]  # a tolerance
     sizes = []
@@ -113,7 +111,7 @@ def test_the_baseline_names_what_is_guarded():
 def test_exponents_are_those_of_a_power_law():
     blank = study.Point.failed("t", "ours, lattice", 0, "")
     made = [blank._replace(unknowns=n, seconds=3e-9 * n**1.1) for n in (10**4, 10**5, 10**6)]
-    assert study.exponents(made)["t, ours, lattice"] == pytest.approx(1.1, rel=1e-9, abs=0)
+    assert study.exponents(made)["t, ours, lattice"] == pytest.approx(1.1, rel=1e-13, abs=0)
 
 
 def test_time_to_an_error_counts_only_success_and_only_what_reached_it():

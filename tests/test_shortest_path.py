@@ -1,13 +1,12 @@
 """The global minimum against enumeration, against known limits, and at size."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
 import numpy as np
 import pytest
-from scenes import adhesive
+from lattices import enumerated, random_lattice, unpruned
+from scenes import adhesive, roughness
 
 from discretization import NodalEnergy
 from discretization.certificate import measured
@@ -16,49 +15,6 @@ from discretization.lattice.bounds import certain, may_pay
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.shortest_path import global_minimum, window
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Wedge
-
-
-def random_scene(seed, most=14):
-    """Lattice and nodal g of a random profile; decay length, w and depth over decades."""
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(2, most + 1))
-    dx, k = 10 ** rng.uniform(-3, 3, 2)
-    ell = dx * 10 ** rng.uniform(-1, 1.5)
-    f = rng.normal(size=n) if rng.random() < 0.6 else np.cumsum(rng.normal(size=n)) / 2
-    f -= f.min()
-    if rng.random() < 0.1:
-        f = np.round(f)
-    delta = rng.choice([0.0, 10 ** rng.uniform(-1, 1)], p=[0.15, 0.85])
-    height, d = 10 ** rng.uniform(-4, 4), rng.normal() * max(1.0, delta) * 0.7
-    w = k * (height * delta) ** 2 / 2
-    return Lattice(dx, 0.0, k, k * ell**2, w), height * (d - f)
-
-
-def enumerated(lattice, g):
-    """Energies of all contact sets whose relaxed displacements stay above g, else inf.
-
-    One dense solve each of the stationarity of `NodalEnergy`, all sets at once.
-    """
-    n = g.size
-    sets = (np.arange(2**n)[:, None] >> np.arange(n) & 1).astype(bool)
-    band = NodalEnergy(lattice, sets[0]).hessian()
-    hessian = np.diag(band[0]) + np.diag(band[1, :-1], 1) + np.diag(band[1, :-1], -1)
-    held = sets[:, :, None]
-    matrix = np.where(held, np.eye(n), hessian / lattice.spring)
-    u = np.linalg.solve(matrix, np.where(sets, g, 0.0)[:, :, None])[:, :, 0]
-    links = np.count_nonzero(sets[:, 1:] & sets[:, :-1], axis=1)
-    energy = np.einsum("si,ij,sj->s", u, hessian, u) / 2 - lattice.w * lattice.spacing * links
-    feasible = (u >= g - 1e-12 * np.abs(g).max()).all(axis=1)
-    return sets, np.where(feasible, energy, math.inf)
-
-
-def roughness(n, longest, shortest, seed=0):
-    """Self-affine heights of unit rms: amplitude q^-(1/2+H), H = 0.8, flat above `longest`."""
-    q = np.fft.rfftfreq(n)
-    amplitude = np.maximum(q, 1 / longest) ** -1.3 * ((q > 0) & (q < 1 / shortest))
-    phase = np.exp(2j * np.pi * np.random.default_rng(seed).random(q.size))
-    f = np.fft.irfft(amplitude * phase, n)
-    return (f - f.min()) / f.std()
 
 
 def other_topology(lattice, g, sets, energy, contacts):
@@ -88,7 +44,7 @@ def other_topology(lattice, g, sets, energy, contacts):
 def test_all_contact_sets_enumerated(start):
     untied = several = margins = 0
     for seed in range(start, start + 50):
-        lattice, g = random_scene(seed)
+        lattice, g = random_lattice(seed)
         sets, energy = enumerated(lattice, g)
         result = global_minimum(lattice, g)
         ours = np.flatnonzero((sets == result.in_contact).all(axis=1))[0]
@@ -98,7 +54,7 @@ def test_all_contact_sets_enumerated(start):
         least = energy.min()
         assert abs(model.value(u) - least) <= 1e-11 * scale, seed
         assert abs(result.energy - least) <= 1e-10 * scale, seed
-        assert abs(energy[ours] - least) <= 1e-10 * scale, seed
+        assert abs(energy[ours] - least) <= 1e-13 * scale, seed
         assert (result.u() >= g - 1e-12 * np.abs(g).max()).all(), seed
         assert result.proof.violation <= 1e-13, seed
         if np.count_nonzero(energy <= least + 1e-9 * scale) == 1:
@@ -106,7 +62,7 @@ def test_all_contact_sets_enumerated(start):
             assert ours == np.argmin(energy), seed
         other = other_topology(lattice, g, sets, energy, result.contacts)
         if math.isfinite(other) or math.isfinite(result.proof.margin):
-            assert abs(result.proof.margin - (other - least)) <= 1e-9 * scale, seed
+            assert abs(result.proof.margin - (other - least)) <= 1e-11 * scale, seed
             margins += 1
         several += len(result.contacts) > 1
     assert untied >= 35
@@ -114,12 +70,22 @@ def test_all_contact_sets_enumerated(start):
     assert margins >= 6
 
 
+@pytest.mark.parametrize("seed", [4445, 4679, 6123])
+def test_no_span_over_a_silent_contact_passes_through_the_indenter(seed):
+    """Cheaper ones would at these seeds."""
+    lattice, g = random_lattice(seed, 10)
+    sets, energy = enumerated(lattice, g)
+    result = global_minimum(lattice, g)
+    margin = other_topology(lattice, g, sets, energy, result.contacts) - energy.min()
+    assert result.proof.margin == pytest.approx(margin, rel=1e-9, abs=0)
+
+
 @pytest.mark.parametrize("start", [0, 100])
 def test_a_contact_splits_for_less_than_two_links(start):
     """Why a split is no topology of its own: any pulled node inside a contact may let go."""
     splits = 0
     for seed in range(start, start + 100):
-        lattice, g = random_scene(seed, 11)
+        lattice, g = random_lattice(seed, 11)
         sets, energy = enumerated(lattice, g)
         result = global_minimum(lattice, g, margin=False)
         force = NodalEnergy(lattice, result.in_contact).gradient(result.u())
@@ -132,29 +98,6 @@ def test_a_contact_splits_for_less_than_two_links(start):
                     assert cost <= bonds * (1 + 1e-9) + 1e-10 * result.proof.scale, (seed, j)
                     splits += 1
     assert splits >= 40
-
-
-def unpruned(lattice, g, silent=()):
-    """The same minimum over all admissible pairs (i, j) in u itself: O(n²), nothing left out.
-
-    silent: nodes (counted from 1) whose link to the node before does not adhere.
-    """
-    mu, t, n = lattice.log_decay, lattice.link, g.size
-    x = np.concatenate([[-60 / mu], np.arange(n), [n + 60 / mu]])
-    y = np.concatenate([[0.0], g, [0.0]])
-    least = np.concatenate([[0.0], np.full(n + 1, math.inf)])
-    for j in range(1, n + 2):
-        T = x[j] - x[:j]
-        coupling = t * math.sinh(mu) / np.sinh(mu * T)
-        drop = coupling / 2 * (y[j] - y[:j]) ** 2
-        drop += t * math.sinh(mu) * np.tanh(mu * T / 2) / 2 * (y[j] ** 2 + y[:j] ** 2)
-        drop[T == 1] -= lattice.w * lattice.spacing * (j not in silent)
-        for i in range(j):
-            at = x[i + 1 : j] - x[i]
-            line = np.sinh(mu * (T[i] - at)) * y[i] + np.sinh(mu * at) * y[j]
-            if (line >= y[i + 1 : j] * np.sinh(mu * T[i]) * (1 - 1e-13)).all():
-                least[j] = min(least[j], least[i] + drop[i])
-    return least[-1]
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -173,6 +116,18 @@ def test_nothing_is_lost_by_pruning(seed):
             assert 0 < result.proof.margin <= parted - result.energy + 1e-12 * scale
             if len(result.contacts) == 1 and may_pay(lattice, h).sum() < last - first + 4:
                 assert abs(result.proof.margin - (parted - result.energy)) <= 1e-12 * scale
+
+
+def test_a_start_without_an_admissible_span_beats_no_other():
+    """A walk that is pulled everywhere; one seed in two thousand shows it."""
+    rng = np.random.default_rng(1937)
+    n, ell = int(rng.integers(20, 90)), 10 ** rng.uniform(0, 1.8)
+    depth = 10 ** rng.uniform(-1.5, 0)
+    assert rng.random() < 0.5
+    g = -0.3 - depth * np.abs(rng.normal(size=n).cumsum())
+    lattice = Lattice(1.0, 0.0, 1.0, ell**2, 10 ** rng.uniform(-1, 1))
+    result = global_minimum(lattice, g, margin=False)
+    assert abs(result.energy - unpruned(lattice, g)) <= 1e-13 * result.proof.scale
 
 
 @pytest.mark.parametrize("start", range(0, 40, 10))
@@ -267,7 +222,7 @@ def test_the_window_leaves_nothing_out_and_mirror_images_agree(depth, least):
     assert abs(mirrored.energy - result.energy) <= 1e-13 * scale
     if depth < 1:
         assert 0 < result.proof.margin < math.inf
-        assert abs(mirrored.proof.margin - result.proof.margin) <= 1e-12 * scale
+        assert abs(mirrored.proof.margin - result.proof.margin) <= 1e-13 * scale
 
 
 def test_contacts_far_apart_do_not_feel_each_other():
@@ -280,9 +235,9 @@ def test_contacts_far_apart_do_not_feel_each_other():
     assert len(one.contacts) == len(two.contacts) == 1
     shift = tip.size + far.size
     assert both.contacts.tolist() == [*one.contacts.tolist(), *(two.contacts + shift).tolist()]
-    assert abs(both.energy - one.energy - two.energy) <= 1e-10 * both.proof.scale
+    assert abs(both.energy - one.energy - two.energy) <= 1e-13 * both.proof.scale
     least = min(one.proof.margin, two.proof.margin)
-    assert both.proof.margin == pytest.approx(least, rel=1e-9, abs=0)
+    assert both.proof.margin == pytest.approx(least, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("length", [1e-9, 1e3])
@@ -296,7 +251,7 @@ def test_no_unit_enters(length, force):
     assert len(one.contacts) > 3
     assert other.contacts.tolist() == one.contacts.tolist()
     assert abs(other.energy / force - one.energy) <= 1e-12 * one.proof.scale
-    assert abs(other.proof.margin / force - one.proof.margin) <= 1e-10 * one.proof.scale
+    assert abs(other.proof.margin / force - one.proof.margin) <= 1e-13 * one.proof.scale
 
 
 @pytest.mark.parametrize("ell", [1e-3, 1.0, 1e2, 1e4])

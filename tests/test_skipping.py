@@ -1,7 +1,5 @@
 """What is not needed is not done: no digit changes, and the work saved is counted, not timed."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import re
@@ -84,9 +82,12 @@ def test_a_skip_changes_no_digit_and_saves_work(name, counted):
     assert counted[kind] >= least
 
 
-def test_every_row_stands_in_the_three_tables():
+def test_every_row_stands_in_the_docstring_and_in_the_readme():
     said = re.findall(r"^\| (.+?) +\| .+? +\| ([\w.]+\.\w+) +\|$", discretization.__doc__, re.M)
     assert [name for name, _ in said] == [*ROUTES, skipping.IMPORTS]
+    told = README.read_text("utf-8").split("## What a scene does not need")[1].split("\n## ")[0]
+    factors = re.findall(r"\| ([\d.; ]+) \|$", told, re.M)
+    assert sum(len(row.split(";")) for row in factors) == len(said)
     for _, place in said:
         module, *names = place.split(".")
         found = importlib.import_module(f"discretization.{module}")

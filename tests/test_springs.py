@@ -1,16 +1,16 @@
 """γ₁ = 0 with several contacts: every spring by itself, by brute force."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from lattices import of_heights
 from scenes import adhesive
 
-from discretization import minimise
-from discretization.lattice import shortest_path
+from discretization import Lattice, minimise
+from discretization.lattice import shortest_path, springs
+from discretization.lattice.contact_set import totals
 from energy import Parabola, Profile, Sampled
 
 
@@ -110,6 +110,21 @@ def test_a_convex_indenter_agrees_with_one_that_does_not_promise_it():
             minimise(s, depth, method="lattice", spacing=1e-4, branch=branch)
             for s in (convex, same)
         )
-        assert math.isclose(one.half_width, two.half_width, rel_tol=1e-9)
-        assert math.isclose(one.force, two.force, rel_tol=1e-9)
-        assert math.isclose(one.energy, two.energy, rel_tol=1e-9)
+        assert math.isclose(one.half_width, two.half_width, rel_tol=1e-13)
+        assert math.isclose(one.force, two.force, rel_tol=1e-13)
+        assert math.isclose(one.energy, two.energy, rel_tol=1e-13)
+
+
+@pytest.mark.parametrize(("share", "free"), [(0.9, {"neighbours"}), (1.1, set())])
+def test_a_spring_left_alone_must_not_gain_by_attaching(share, free):
+    """Nor one left attached by letting go, nor be pulled by more than it holds."""
+    lattice = Lattice(1.0, 0.0, 130.0, 0.0, 0.002)
+    g = np.array([0.01, -share * lattice.critical_gap])
+    for ends, failures in (
+        ([[0, 0]], free),
+        ([[0, 1]], {"opening", "neighbours"} if share > 1 else set()),
+    ):
+        contacts = of_heights(lattice, g, ends)
+        sums = totals(contacts)
+        judged = springs._judged(contacts, "global", sums.force, sums.force_by_reactions)
+        assert set(judged.failures) == failures

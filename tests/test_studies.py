@@ -4,34 +4,22 @@ import importlib
 import math
 import shlex
 
+import numpy as np
 import pytest
+from scene_files import DEPTH, SURFACES, writer
 
 from studies import TIMED, command, figures, table
 from studies import __main__ as command_line
 from studies.units import prefixed, quantity
 
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
-SCENE = """
-title = "A sweep"
-depth = [1e-6, 0.0]
-[layer]
-E = 2e3
-nu = 0.31
-h = 60e-6
-[surfaces]
-gamma1 = 0.05
-w = [1e-4, 2e-4]
-[indenter]
-shape = "parabola"
-R = 0.017
-"""
-FAST = {
-    "tolerance": ["tolerance"],
-    "path_speed": ["path_speed"],
-    "stress": ["stress", "--grids", "fitted", "lattice"],
-    "rough": ["rough"],
-    "sweep": ["sweep", "SCENE"],
-    "run": ["run", "ONE"],
+FAST = {  # its words, and the rows of its table
+    "tolerance": (["tolerance"], 180),
+    "path_speed": (["path_speed"], 4),
+    "stress": (["stress", "--grids", "fitted", "lattice"], 147),
+    "rough": (["rough"], 180),
+    "sweep": (["sweep", "SCENE"], 4),
+    "run": (["run", "ONE"], 2),
 }
 
 
@@ -42,6 +30,9 @@ def test_every_study_has_the_common_options(name, capsys):
     assert caught.value.code == 0
     told = capsys.readouterr().out
     assert "--preset {quick,full}" in told and "--out DIR" in told and "--jobs N" in told
+    with pytest.raises(SystemExit):
+        command_line.main([name, "--preset", "tiny"])
+    assert "choose from" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -79,10 +70,12 @@ def test_no_jobs_are_refused(capsys):
 @pytest.mark.parametrize("name", FAST)
 def test_a_quick_study_leaves_png_pdf_and_a_table_that_says_how(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.toml").write_text(SCENE, "utf-8")
-    (tmp_path / "one.toml").write_text(SCENE.replace("[1e-4, 2e-4]", "1e-4"), "utf-8")
+    depths = (DEPTH, "depth = [1e-6, 0.0]")
+    writer(tmp_path / "scene.toml")(depths, (SURFACES, "w = [1e-4, 2e-4]"))
+    writer(tmp_path / "one.toml")(depths)
     places = {"SCENE": "scene.toml", "ONE": "one.toml"}
-    given = [places.get(word, word) for word in FAST[name]]
+    words, rows = FAST[name]
+    given = [places.get(word, word) for word in words]
     arguments = [*given, "--preset", "quick", "--jobs", "1", "--out", "out"]
     assert command_line.main(arguments) == 0
     pictures = sorted((tmp_path / "out").glob("*.png"))
@@ -99,7 +92,7 @@ def test_a_quick_study_leaves_png_pdf_and_a_table_that_says_how(name, tmp_path, 
         assert said["commit"] == table.commit()
         assert "numpy" in said["versions"] and "elastocap" in said["versions"]
         assert len(said["parameters"]) > 1
-        assert table.read(one)
+        assert len(table.read(one)) == rows
 
 
 def test_the_command_of_a_table_makes_it_again(tmp_path, monkeypatch):
@@ -164,3 +157,22 @@ def test_the_output_folder_is_made_when_something_is_written(tmp_path):
     out = command.Output(tmp_path / "a" / "b", "a command")
     assert not out.folder.exists()
     assert out.table("t.csv", "none", ["x"], [[1]]).exists()
+
+
+@pytest.mark.parametrize(
+    ("values", "unit", "size", "symbol"),
+    [
+        (3.2e-6, "m", 1e-6, "µm"),
+        ([1e-3, -2.0], "N/m", 1.0, "N/m"),
+        ([-0.4, 0.1], "N/m", 1e-3, "mN/m"),
+        (1e-3, "m", 1e-3, "mm"),
+        (999.0, "Pa", 1.0, "Pa"),
+        (1e3, "Pa", 1e3, "kPa"),
+        ([0.0, np.nan, np.inf], "m", 1.0, "m"),
+        (1e-30, "m", 1e-12, "pm"),
+    ],
+)
+def test_prefix_puts_the_largest_number_between_1_and_1000(values, unit, size, symbol):
+    chosen = prefixed(values, unit)
+    assert chosen.symbol == symbol
+    assert chosen.size == pytest.approx(size, rel=1e-13, abs=0)

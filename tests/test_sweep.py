@@ -1,9 +1,5 @@
 """Sweeps: the same numbers wherever they are computed, nothing lost when killed, failures kept."""
 
-from __future__ import annotations
-
-import csv
-import importlib.util
 import json
 import os
 import signal
@@ -15,47 +11,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sweep_points import cheap, lines, nap, slow
 
-from discretization import minimise
-from studies import run as run_study
-from studies import sweep as study
 from studies.batches import SECONDS, Batch, Clock
-from studies.scene_file import built, read
-from studies.scene_grid import Axis, SolvedScene, axes, placed
+from studies.scene_grid import Axis
 from studies.sweep import Grid, sweep
 from studies.sweep_store import Store
-from tests.sweep_points import cheap, nap, slow
 
 ROOT = Path(__file__).parent.parent
 AXES = {"x": [1.0, 2.0, 0.1], "y": [3.0, 1e-17, 7.0, -2.0]}
-SCENE = """
-depth = [2e-6, 0.0, -4e-5]
-[layer]
-E = [2e3, 4e3]
-nu = 0.31
-h = 60e-6
-[surfaces]
-gamma1 = 0.05
-w = { from = 1e-4, to = 1e-2, steps = 3, spacing = "log" }
-[indenter]
-shape = "parabola"
-R = 0.017
-[options]
-rtol = 1e-6
-"""
-
-
-@pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / "tiny.toml"
-    path.write_text(SCENE, "utf-8")
-    return path
-
-
-def lines(path):
-    """The results of a file in the order of the grid, as text."""
-    text = path.read_text("utf-8").splitlines()[1:]
-    return sorted(text, key=lambda line: json.loads(line)["at"])
 
 
 def test_points_are_numbered_with_the_last_axis_fastest():
@@ -84,30 +48,6 @@ def test_processes_and_threads_give_the_same_file(tmp_path):
     with ThreadPoolExecutor(3) as executor:
         sweep(cheap, AXES, threads, executor=executor, jobs=3)
     assert lines(here) == lines(there) == lines(threads)
-
-
-@pytest.mark.skipif(
-    importlib.util.find_spec("distributed") is None,
-    reason="dask.distributed is not installed: pip install elastocap[sweep]",
-)
-@pytest.mark.filterwarnings("ignore")  # of dask's own imports and of its closing sockets
-def test_a_dask_cluster_gives_the_same_numbers(scene, tmp_path):
-    from distributed import Client, LocalCluster
-
-    content = read(scene)
-    grid = {axis.key: axis.values for axis in axes(scene, content)}
-    function = SolvedScene(scene, content)
-    here = sweep(function, grid, tmp_path / "here", jobs=1, identity="scene")
-    with (
-        LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
-        ) as c,
-        Client(c) as client,
-        client.get_executor() as executor,
-    ):
-        there = sweep(function, grid, tmp_path / "d", executor=executor, jobs=2, identity="scene")
-    assert lines(tmp_path / "here") == lines(tmp_path / "d")
-    assert here.failed == there.failed == 0
 
 
 def test_a_sweep_goes_on_where_it_was_and_computes_nothing_twice(tmp_path):
@@ -154,7 +94,7 @@ def test_another_sweep_and_unusable_arguments_are_refused(tmp_path):
 KILLED = """
 if __name__ == "__main__":
     from studies.sweep import sweep
-    from tests.sweep_points import slow
+    from sweep_points import slow
     sweep(slow, {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}, "PATH", jobs=2)
 """
 
@@ -174,7 +114,7 @@ def test_a_sweep_killed_several_times_loses_nothing_and_leaves_no_process(tmp_pa
     script, path, seen = tmp_path / "killed.py", tmp_path / "a.jsonl", []
     script.write_text(KILLED.replace("PATH", str(path)))
     while len(seen) < 9:
-        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        environment = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
         child = subprocess.Popen([sys.executable, script], start_new_session=True, env=environment)
         before, deadline = len(seen) and seen[-1], time.monotonic() + 30
         while child.poll() is None and time.monotonic() < deadline:
@@ -228,78 +168,3 @@ def test_results_are_flushed_as_they_come(tmp_path):
     with store:
         store.add(['{"at": 3, "found": {}}'])
         assert store.results() == {3: {"at": 3, "found": {}}}
-
-
-def test_lists_and_ranges_are_the_axes_of_a_scene(scene):
-    found = axes(scene, read(scene))
-    assert [axis.key for axis in found] == ["layer.E", "surfaces.w", "depth"]
-    assert found[0].values == (2e3, 4e3)
-    assert found[1].values == pytest.approx((1e-4, 1e-3, 1e-2), rel=1e-14, abs=0)
-    assert found[2].values == (2e-6, 0.0, -4e-5)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ('"log"', '"square"', 'surfaces.w.spacing = \'square\' must be "linear" or "log"'),
-        ("from = 1e-4", "from = 0", "surfaces.w.from = 0.0 to 0.01 crosses zero"),
-        ("steps = 3", "steps = 1", "surfaces.w.steps = 1 must be a whole number of at least 2"),
-        ("[2e3, 4e3]", "[]", "layer.E = [] must be a list of at least one number"),
-        ("[2e3, 4e3]", '[2e3, "4e3"]', "layer.E[1] = '4e3' must be a number"),
-        ("[2e3, 4e3]", "[2e3, 2e3]", "layer.E = [2000.0, 2000.0] has a value twice"),
-        ("[layer]", "[lair]", "lair = "),
-    ],
-)
-def test_an_unusable_axis_is_refused_by_file_and_key(scene, tmp_path, old, new, told):
-    scene.write_text(SCENE.replace(old, new), "utf-8")
-    with pytest.raises(ValueError, match="tiny") as caught:
-        study.main([str(scene), "--out", str(tmp_path / "out")])
-    assert str(caught.value).startswith(f"{scene}: {told}")
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_scene_without_a_sweep_is_refused(scene, tmp_path):
-    text = SCENE.replace("[2e3, 4e3]", "2e3").replace("depth = [2e-6, 0.0, -4e-5]", "depth = 0")
-    scene.write_text(text.replace('{ from = 1e-4, to = 1e-2, steps = 3, spacing = "log" }', "1e-4"))
-    with pytest.raises(ValueError, match="no list or range for a number: use"):
-        study.main([str(scene), "--out", str(tmp_path)])
-
-
-def test_run_sweeps_a_scene_and_writes_what_minimise_says(scene, tmp_path, capsys):
-    assert run_study.main([str(scene), "--out", str(tmp_path)]) == 0
-    text = (tmp_path / "tiny_sweep.csv").read_text("utf-8").splitlines()
-    rows = list(csv.DictReader(line for line in text if not line.startswith("#")))
-    assert len(rows) == 18
-    content = read(scene)
-    for row in rows:
-        point = {key: float(row[key]) for key in ("layer.E", "surfaces.w", "depth")}
-        given = built(scene, placed(content, point))
-        state = minimise(given.scene, point["depth"], rtol=1e-6)
-        assert float(row["force"]) == state.force
-        assert float(row["half_width"]) == state.half_width
-        assert (row["label"], row["error"]) == (state.label, "")
-    assert "h/a" in rows[0]["violated"]
-    assert any("# versions: elastocap" in line for line in text)
-    assert (tmp_path / "tiny_sweep.png").stat().st_size > 10_000
-    assert "18 of 18 points" in capsys.readouterr().err
-
-
-def test_points_of_a_scene_that_fail_are_told(scene, tmp_path, capsys):
-    scene.write_text(SCENE.replace("nu = 0.31", "nu = [0.31, 0.5]"), "utf-8")
-    assert study.main([str(scene), "--out", str(tmp_path), "--jobs", "1"]) == 1
-    assert "; 18 failed" in capsys.readouterr().out
-    text = (tmp_path / "tiny_sweep.csv").read_text("utf-8")
-    assert text.count("nu = 0.5 is outside (-1, 0.5)") == 18
-
-
-def test_load_paths_are_swept(scene, tmp_path):
-    text = SCENE.replace("depth = [2e-6, 0.0, -4e-5]\n", "").replace("[2e3, 4e3]", "2e3")
-    scene.write_text(text + "[path]\ndepths = [0, 1e-6, -4e-5]\nsteps = 3\n", "utf-8")
-    content = read(scene)
-    (axis,) = axes(scene, content)
-    assert axis.key == "surfaces.w"
-    found = [SolvedScene(scene, content)({"surfaces.w": w}) for w in axis.values]
-    assert [row["events"] for row in found] == ["jump-in; detachment"] * 3
-    pulls = [row["pull_off_force"] for row in found]
-    assert pulls[0] > pulls[1] > pulls[2]
-    assert study.main([str(scene), "--out", str(tmp_path), "--jobs", "1"]) == 0

@@ -1,0 +1,101 @@
+"""Lattices with heights of their nodes, and the least energies on them by brute force."""
+
+import math
+
+import numpy as np
+
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.nodal_energy import NodalEnergy
+from discretization.lattice.nodes import Lattice
+
+
+def lattice(ell, *, k=37.0, spacing=0.03, w=0.0):
+    """Lattice whose l/Δx is ell; no parameter is 1."""
+    return Lattice(spacing, 0.0, k, k * (ell * spacing) ** 2, w)
+
+
+def nodes_of(state):
+    """The lattice of a state, and the first and last nodes of its contacts (m, 2)."""
+    lattice = Lattice.of(state.scene, state.spacing)
+    return lattice, np.rint((state.nodes - lattice.origin) / lattice.spacing).astype(int)
+
+
+def rough_heights(rng, n, *, hurst=0.8, roll_off=3, offset=-0.3):
+    """Self-affine heights (n,), rms 0.07, shifted by some rms."""
+    q = np.arange(1, n // 2 + 1)
+    amplitude = np.maximum(q, roll_off) ** (-hurst - 0.5)
+    spectrum = amplitude * np.exp(2j * math.pi * rng.random(q.size))
+    z = np.fft.irfft(np.concatenate(([0], spectrum)), n)
+    return 0.07 * (z / z.std() + offset)
+
+
+def of_heights(lattice, g, ends):
+    """Contacts of these heights, with nothing 16 nodes around them."""
+    g = np.pad(np.asarray(g, float), 16, constant_values=-math.inf)
+    return ContactSet(lattice, 0, g, np.array(ends) + 16, float(np.abs(g[np.isfinite(g)]).max()))
+
+
+def random_lattice(seed, most=14):
+    """Lattice and nodal g of a random profile; decay length, w and depth over decades."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, most + 1))
+    dx, k = 10 ** rng.uniform(-3, 3, 2)
+    ell = dx * 10 ** rng.uniform(-1, 1.5)
+    f = rng.normal(size=n) if rng.random() < 0.6 else np.cumsum(rng.normal(size=n)) / 2
+    f -= f.min()
+    if rng.random() < 0.1:
+        f = np.round(f)
+    delta = rng.choice([0.0, 10 ** rng.uniform(-1, 1)], p=[0.15, 0.85])
+    height, d = 10 ** rng.uniform(-4, 4), rng.normal() * max(1.0, delta) * 0.7
+    w = k * (height * delta) ** 2 / 2
+    return Lattice(dx, 0.0, k, k * ell**2, w), height * (d - f)
+
+
+def enumerated(lattice, g):
+    """Energies of all contact sets whose relaxed displacements stay above g, else inf.
+
+    One dense solve each of the stationarity of `NodalEnergy`, all sets at once.
+    """
+    n = g.size
+    sets = (np.arange(2**n)[:, None] >> np.arange(n) & 1).astype(bool)
+    band = NodalEnergy(lattice, sets[0]).hessian()
+    hessian = np.diag(band[0]) + np.diag(band[1, :-1], 1) + np.diag(band[1, :-1], -1)
+    held = sets[:, :, None]
+    matrix = np.where(held, np.eye(n), hessian / lattice.spring)
+    u = np.linalg.solve(matrix, np.where(sets, g, 0.0)[:, :, None])[:, :, 0]
+    links = np.count_nonzero(sets[:, 1:] & sets[:, :-1], axis=1)
+    energy = np.einsum("si,ij,sj->s", u, hessian, u) / 2 - lattice.w * lattice.spacing * links
+    feasible = (u >= g - 1e-12 * np.abs(g).max()).all(axis=1)
+    return sets, np.where(feasible, energy, math.inf)
+
+
+def lowest(lattice, g):
+    """Energy, contact nodes and displacements of the best of all contact sets."""
+    sets, energy = enumerated(lattice, g)
+    held = sets[np.argmin(energy)]
+    model = NodalEnergy(lattice, held)
+    u = model.relaxed(g)
+    return model.value(u), held, u
+
+
+def unpruned(lattice, g, silent=()):
+    """The same minimum over all admissible pairs (i, j) in u itself: O(n²), nothing left out.
+
+    silent: nodes (counted from 1) whose link to the node before does not adhere.
+    """
+    mu, t, n = lattice.log_decay, lattice.link, g.size
+    x = np.concatenate([[-60 / mu], np.arange(n), [n + 60 / mu]])
+    y = np.concatenate([[0.0], g, [0.0]])
+    least = np.concatenate([[0.0], np.full(n + 1, math.inf)])
+    for j in range(1, n + 2):
+        T = x[j] - x[:j]
+        coupling = t * math.sinh(mu) / np.sinh(mu * T)
+        drop = coupling / 2 * (y[j] - y[:j]) ** 2
+        drop += t * math.sinh(mu) * np.tanh(mu * T / 2) / 2 * (y[j] ** 2 + y[:j] ** 2)
+        drop[T == 1] -= lattice.w * lattice.spacing * (j not in silent)
+        for i in range(j):
+            at = x[i + 1 : j] - x[i]
+            line = np.sinh(mu * (T[i] - at)) * y[i] + np.sinh(mu * at) * y[j]
+            if (line >= y[i + 1 : j] * np.sinh(mu * T[i]) * (1 - 1e-13)).all():
+                least[j] = min(least[j], least[i] + drop[i])
+    return least[-1]

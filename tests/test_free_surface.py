@@ -1,0 +1,60 @@
+"""The spectral free surface, and how wrong what is read of it may be."""
+
+import math
+
+import numpy as np
+import pytest
+
+from discretization.fitted.free_surface import linear
+from discretization.fitted.response import DEGREES, chosen, response
+from energy import cards
+
+
+def test_the_linear_free_surface_converges_spectrally():
+    found = [response("small", degree) for degree in DEGREES["small"]]
+    errors = [abs(linear(degree).reaction - 1) for degree in (2, 4, 6)]
+    assert errors[0] <= 1e-3
+    assert errors[1] <= 1e-3 * errors[0]
+    assert errors[2] <= 1e-4 * errors[1]
+    best = found[-1].surface(1.0)
+    assert abs(best.reaction - 1) <= 1e-14
+    assert abs(best.slope + 1) <= 1e-13
+    assert abs(best.area - 1) <= 1e-14
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+def test_a_response_knows_how_wrong_it_is(slopes):
+    for degree in DEGREES[slopes]:
+        found = response(slopes, degree)
+        for u in (-1.29, -0.4, 1e-4, 0.7, 1.2):
+            pull = u * math.sqrt(1 - u * u / 4) if slopes == "finite" else u
+            phi = 2 * math.asin(u / 2) if slopes == "finite" else u
+            slope = found.surface(u).slope
+            read = math.atan(slope) if slopes == "finite" else slope
+            assert abs(found.reaction(u) / pull - 1) <= found.error + 2e-12
+            assert abs(found.area(u) / pull - 1) <= found.error + 1e-14
+            assert abs(read + phi) <= 3 * found.mismatch + 1e-12
+
+
+def test_the_tolerance_chooses_the_degree():
+    for slopes in ("small", "finite"):
+        degrees = [chosen(slopes, 10.0**-n).degree for n in range(1, 14)]
+        assert degrees == sorted(degrees)
+        assert degrees[0] == DEGREES[slopes][0] < degrees[-1]
+        assert chosen(slopes, 1e-8).mismatch <= 1e-9
+
+
+def test_the_steep_free_surface_obeys_its_own_first_integral():
+    found = chosen("finite", 1e-8)
+    for u in (-1.3, -0.4, 1e-4, 0.7, 1.2, 1.41):
+        surface = found.surface(u)
+        phi = 2 * math.asin(u / 2)
+        assert abs(surface.reaction - math.sin(phi)) <= 1e-12 * abs(u)
+        assert abs(surface.reaction - found.reaction(u)) <= 1e-12 * abs(u)
+        assert abs(math.atan(surface.slope) + phi) <= 1e-9
+        energy = cards.finite.tail_energy(u, k=1.0, gamma1=1.0)
+        assert surface.energy == pytest.approx(energy, rel=1e-12, abs=0)
+        assert found.energy(u) == pytest.approx(energy, rel=1e-12, abs=0)
+        heights = abs(u) * np.array([0.9, 0.6, 0.3])
+        x = cards.finite.meniscus(heights, u_a=abs(u), k=1.0, gamma1=1.0)
+        assert np.abs(np.abs(surface.displacement(x)) - heights).max() <= 1e-12

@@ -1,0 +1,148 @@
+"""The certificate of several contacts on the fitted mesh rejects what is no equilibrium."""
+
+import contextlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import ALPHA, DELTA0, L, adhesive, rippled, tips, wavy
+
+from discretization import NotCertifiedError, minimise
+from discretization.fitted import several
+from discretization.fitted.bubbles import parted
+from discretization.fitted.contacts import FittedContacts, totals
+from discretization.fitted.judgement import certify, penetration
+from discretization.fitted.lines import FittedLine, Problem
+from discretization.fitted.response import response
+from energy import Parabola, Profile
+
+CASES = [(0.0, "adhered"), (0.002, "adhered"), (0.002, "global")]
+
+
+@pytest.fixture(scope="module")
+def states():
+    return {case: minimise(wavy(case[0]), 2.3 * DELTA0, branch=case[1]) for case in CASES}
+
+
+def vee(fall, w):
+    """A vee pressed flat but for its corner, at which the slope falls; steep sides."""
+    body = Profile(
+        lambda x: -fall / 2 * np.abs(x), lambda x: -fall / 2 * np.sign(x), (-9 * L, 9 * L), (0.0,)
+    )
+    steep = Parabola(0.5 * L)
+    outside = Profile(
+        lambda x: np.where(np.abs(x) > 6 * L, steep.height(np.abs(x) - 6 * L), 0.0),
+        lambda x: np.where(np.abs(x) > 6 * L, np.sign(x) * steep.slope(np.abs(x) - 6 * L), 0.0),
+        (-9 * L, 9 * L),
+    )
+    return adhesive(body + outside, w=w)
+
+
+def test_a_reentrant_corner_stays_open_without_adhesion():
+    """ε = J l²/2g to first order."""
+    fall, scene = 1e-3, vee(1e-3, 0.0)
+    state = minimise(scene, DELTA0)
+    assert len(state.contacts) == 2
+    first = fall * L**2 / (2 * DELTA0)
+    assert state.contacts[1, 0] == pytest.approx(first, rel=1e-2, abs=0)
+    assert state.contacts[0, 1] == pytest.approx(-first, rel=1e-2, abs=0)
+    near = parted(scene, DELTA0, np.array([[-6 * L, 6 * L]]))
+    assert near[1, 0] == pytest.approx(first, rel=1e-12, abs=0)
+
+
+def judged(state, pairs):
+    problem = Problem.of(state.scene, state.depth, 0.0, state.branch, response("small", 10))
+    contacts = FittedContacts(problem, pairs)
+    moved = replace(state, contacts=contacts.x)
+    points = np.linspace(*state.scene.indenter.extent, 4001)
+    return certify(contacts, moved, totals(contacts, 1e-8)[1], points)
+
+
+def lines(state):
+    return [tuple(FittedLine(x, False, False) for x in row) for row in state.contacts.tolist()]
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("move", [-1e-6, 1e-6])
+@pytest.mark.parametrize("where", [(0, 0), (4, 0), (4, 1), (-1, 1)])
+def test_the_certificate_notices_a_moved_line(states, case, move, where):
+    pairs = lines(states[case])
+    assert judged(states[case], tuple(pairs)).ok
+    contact, end = where
+    pair = list(pairs[contact])
+    pair[end] = FittedLine(pair[end].x + move * L, False, False)
+    pairs[contact] = tuple(pair)
+    failures = judged(states[case], tuple(pairs)).failures
+    shrunk = (move > 0) == (end == 0)
+    assert failures == (
+        ("penetration", "neighbours") if shrunk and not case[0] else ("neighbours",)
+    )
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_certificate_notices_a_missing_contact(states, case):
+    pairs = lines(states[case])
+    assert "penetration" in judged(states[case], (*pairs[:6], *pairs[7:])).failures
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_only_adhesion_holds_a_gap_closed(states, case):
+    pairs = lines(states[case])
+    merged = (pairs[5][0], pairs[6][1])
+    judgement = judged(states[case], (*pairs[:5], merged, *pairs[7:]))
+    assert judgement.failures == (() if case[0] else ("opening",))
+
+
+@pytest.mark.parametrize(("share", "failures"), [(0.9, ()), (1.1, ("opening",))])
+def test_a_corner_is_torn_open_beyond_what_both_its_lines_hold(share, failures):
+    """J <= 2√(2w/γ₁)."""
+    free = minimise(vee(share * 2 * ALPHA, 0.002), DELTA0, rtol=1e-6)
+    assert len(free.contacts) == 1 + len(failures)
+    assert judged(free, (at(free.contacts[0, 0], free.contacts[-1, 1]),)).failures == failures
+
+
+def at(*positions):
+    return tuple(FittedLine(x, False, False) for x in positions)
+
+
+def test_a_point_of_contact_holds_while_it_is_pressed():
+    """Where it is pulled it lets go, as it does not adhere."""
+    c = 60 * L
+    pairs = tuple((FittedLine(x, True, False),) * 2 for x in (-c, c))
+    for share, failures in ((0.3, ()), (-0.1, ("opening",))):
+        pressed = minimise(adhesive(tips(c)), 0.3 * DELTA0)
+        assert pressed.contacts.tolist() == [[-c, -c], [c, c]]
+        state = replace(pressed, depth=share * DELTA0)
+        assert judged(state, pairs).failures == failures
+
+
+def test_an_unstable_pair_of_lines_is_no_equilibrium():
+    """Lines on ripples where d = f + l (f' - √(2w/γ₁)), Eq. (16), falls outwards."""
+    scene = adhesive(rippled(0.015, 0.4 * L, 0.04 * DELTA0, (-8 * L, 8 * L)))
+    x = np.linspace(0.05 * L, 4 * L, 4001)
+    d = scene.indenter.height(x) + L * scene.indenter.slope(x) - DELTA0
+    for rate, failures in ((np.gradient(d), ()), (-np.gradient(d), ("neighbours",))):
+        i = int(np.argmax(rate))
+        one = minimise(scene, float(d[i]))
+        state = replace(one, contacts=np.array([[-x[i], x[i]]]))
+        assert judged(state, (at(-x[i], x[i]),)).failures == failures
+
+
+def test_penetration_between_the_points_is_found(states):
+    """At points half a lattice's node apart, next to the largest of very many."""
+    state = states[CASES[1]]
+    missing = replace(state, contacts=np.delete(state.contacts, 6, axis=0))
+    left, right = state.contacts[6]
+    few, many = (np.linspace(left - L, right + L, n) for n in (12, 200_001))
+    deepest = (state.depth - state.scene.indenter.height(many) - missing.displacement(many)).max()
+    assert penetration(missing, few) == pytest.approx(deepest, rel=1e-8, abs=0)
+
+
+def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
+    scene = wavy()
+    points = np.linspace(*scene.indenter.extent, 4001)
+    touch = float(scene.indenter.height(points).min())
+    for depth, rejected in ((0.999 * touch, False), (1.001 * touch, True)):
+        problem = Problem.of(scene, depth, depth, "global", response("small", 10))
+        with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
+            several._flat(problem, "global", points)

@@ -1,0 +1,80 @@
+"""The depths of changes on the lattice: where the energies of both contact sets are equal."""
+
+import numpy as np
+import pytest
+from lattices import lattice
+
+from discretization import NodalEnergy
+from discretization.lattice.changes import recedes
+from discretization.lattice.rules import Rules
+
+NODES = 40
+HELD = [(6, 12), (18, 24)]  # a gap of six links
+
+
+def case(seed, ell=4.0):
+    """Rules for random heights, each with the depth in sight of its contacts."""
+    rng = np.random.default_rng(seed)
+    return Rules(lattice(ell, w=2e-3), 0.01 * rng.normal(size=NODES).cumsum() / 6)
+
+
+def energy(rules, contacts, depth):
+    """U of these contacts at a depth, its terms' size, and u - g."""
+    held = np.zeros(NODES, bool)
+    for first, last in contacts:
+        held[first : last + 1] = True
+    model, g = NodalEnergy(rules.lattice, held), depth - rules.f
+    u = model.relaxed(g)
+    return model.value(u), sum(map(abs, model.terms(u).values())), u - g
+
+
+def equal(rules, one, other, depth):
+    """`other` has the lower energy above the depth and the higher one below."""
+    rise = []
+    for at in (depth - 1e-4, depth, depth + 1e-4):
+        (first, size, _), (second, _, _) = (energy(rules, c, at) for c in (one, other))
+        rise.append((second - first) / size)
+    assert abs(rise[1]) <= 1e-13
+    assert rise[0] > 1e-8 and rise[2] < -1e-8
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("links", [6, 3, 2])
+def test_a_line_passes_a_link_or_the_last_two(seed, links):
+    rules, first = case(seed), 12 + links
+    one, right = (6, 12), (first, 24)
+    closed = [(6, 24)] if links == 2 else [(6, 13), right]
+    equal(rules, [one, right], closed, rules.passes(12, 1, first))
+    closed = [(6, 24)] if links == 2 else [one, (first - 1, 24)]
+    equal(rules, [one, right], closed, rules.passes(first, -1, 12))
+    equal(rules, [right], [(first, 25)], rules.passes(24, 1, None))
+    equal(rules, [one], [(5, 12)], rules.passes(6, -1, None))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_node_is_torn_out_of_a_contact(seed):
+    rules = case(seed)
+    depth, node = rules.tears(6, 24)
+    parts = [(6, node - 1), (node + 1, 24)]
+    equal(rules, parts, [(6, 24)], depth)
+    for other in set(range(7, 24)) - {node}:  # all others hold or are pressed
+        opened, _, clear = energy(rules, [(6, other - 1), (other + 1, 24)], depth)
+        pressed = clear.min() < -1e-14
+        assert pressed or opened >= energy(rules, [(6, 24)], depth)[0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(("left", "right"), [(12, 18), (None, 6), (24, None)])
+def test_the_surface_touches_the_first_node_in_its_way(seed, left, right):
+    rules = case(seed)
+    contacts = [pair for pair in HELD if left in pair or right in pair]
+    depth, node = rules.touches(left, right)
+    free = slice(0 if left is None else left + 1, NODES if right is None else right)
+    clear = energy(rules, contacts, depth)[2]
+    assert abs(clear[node]) <= 1e-14
+    assert clear[free].min() >= -1e-14
+    assert rules.pulled(left, node, right) == pytest.approx(depth, rel=0, abs=1e-12)
+    assert rules.pulled(left, node, right) < depth  # what has just touched stays
+    held = [*contacts, (node, node)]
+    (change,) = [c for c in recedes(rules, tuple(sorted(held))) if not c.instead]
+    assert change.depth < depth
