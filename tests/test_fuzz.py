@@ -133,8 +133,13 @@ def balanced(path, programme, options, size):
 
 
 def same_as_minimised(scene, path):
-    """Where the path ends in contact, `minimise` finds the same state at that depth."""
+    """Where the path ends in contact, `minimise` finds the same state at that depth.
+
+    A profile that is not convex may keep what it has met further down.
+    """
     last = path.at(-1)
+    if not scene.indenter.convex and last.depth < path.depth.max():
+        return
     state = answered(lambda: minimise(scene, last.depth))
     if state is None or not state.contacts.size:
         return
