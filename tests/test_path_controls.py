@@ -81,3 +81,13 @@ def test_a_change_of_the_load_below_rounding_is_no_instability():
     path = load_path(scene, drives=drives, machine_stiffness=5.6e-10)
     assert [event.kind for event in path.events] == ["jump-in"]
     assert path.half_width[2] == pytest.approx(path.half_width[1], rel=1e-13, abs=0)
+
+
+def test_a_force_that_bends_upwards_with_depth_is_followed_up_again():
+    """Finite slopes: P' falls on the way, so that a secant points to where there is no contact."""
+    surfaces = SurfaceEnergies.from_work(1.0, 0.3)
+    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, PowerLaw(3e4, 4), slopes="finite")
+    loads = np.array([11.5, -0.545, 0.88, -0.7])
+    path = load_path(scene, forces=loads)
+    assert [event.kind for event in path.events] == ["jump-in"]
+    assert np.allclose(path.force, loads, rtol=1e-12, atol=0)

@@ -65,7 +65,8 @@ def settled(
 ) -> Point | Unstable:
     """The equilibrium that a stable contact moves to as the control goes from `old` to `value`.
 
-    By secants from where it was; rate: a guess of P' + K, 0 for none.
+    By secants from where it was, enclosed once one of them has gone past it; rate: a guess of
+    P' + K, 0 for none.
     """
     excess, remembers = _excess(branch, control, value), branch.scene.hysteretic
     here, r = point, control.load(point.depth, old) - control.load(point.depth, value)
@@ -77,9 +78,11 @@ def settled(
     side, first, guess = (-1.0 if r > 0 else 1.0), abs(r), _guess(branch, point, abs(r), rate)
     held = branch.lift if branch.scene.gamma1 else 0.0  # springs alone: P is not smooth at touching
     there, beyond = _tried(branch, here, here.depth, side * guess)
+    past: Point | None = None
     for _ in range(_MARCH):
         scale = held + max(abs(at.depth - branch.touch) for at in (point, there))
         q = excess(there) if there.state is not None else math.nan
+        past = there if q * side > 0 else past
         if q == 0 or (there.depth == here.depth and beyond is None):
             return there
         if there.depth == here.depth:
@@ -88,18 +91,35 @@ def settled(
         if not slope > 0:
             break
         step, gap = -q / slope, abs(there.depth - here.depth)
+        if past is not None and not _enclosed(there.depth + step, point, past):
+            break
         near = gap <= _LOCAL * scale and abs(step) * gap <= _CLOSE * scale**2
         here, r, done = there, q, near or abs(q) <= _REDUCED * first
         there, beyond = _tried(branch, point if remembers else here, here.depth, step)
         if done and there.state is not None and beyond is None:
             return there
+    if past is not None:
+        return _between(branch, excess, point, past)
     if beyond is not None:
         raise beyond
+    return _before_fold(branch, control, value, point, there, side)
+
+
+def _before_fold(
+    branch: Branch, control: Control, value: float, point: Point, there: Point, side: float
+) -> Point | Unstable:
+    """The equilibrium between a stable point and the fold on this side (down: -1), or that fold."""
+    excess = _excess(branch, control, value)
     closes = closing_point(branch, point) if side < 0 else there
     fold = point_of_fold(branch, control, point, closes if there.state is None else there)
     if excess(fold) * excess(point) <= 0:
         return _between(branch, excess, point, fold)
     return Unstable(fold, closes)
+
+
+def _enclosed(depth: float, one: Point, other: Point) -> bool:
+    """Whether it lies between the depths of two points."""
+    return min(one.depth, other.depth) <= depth <= max(one.depth, other.depth)
 
 
 def _guess(branch: Branch, point: Point, excess: float, rate: float) -> float:
