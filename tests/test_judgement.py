@@ -11,10 +11,10 @@ from discretization import NotCertifiedError, minimise
 from discretization.fitted import several
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import FittedContacts, totals
-from discretization.fitted.judgement import certify, penetration
+from discretization.fitted.judgement import certify, errors, penetration
 from discretization.fitted.lines import FittedLine, Problem
 from discretization.fitted.response import response
-from energy import Parabola, Profile
+from energy import FlatPunch, Parabola, Profile
 
 CASES = [(0.0, "adhered"), (0.002, "adhered"), (0.002, "global")]
 
@@ -146,3 +146,13 @@ def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
         problem = Problem.of(scene, depth, depth, "global", response("small", 10))
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
             several._flat(problem, "global", points)
+
+
+def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
+    edge = 2 * L
+    scene = adhesive(Parabola(0.02) + FlatPunch(edge))
+    problem = Problem.of(scene, 2 * DELTA0, 0.0, "adhered", response("small", 10))
+    ends = (FittedLine(-edge, True, False), FittedLine(edge * (1 - 1e-15), False, False))
+    contacts = FittedContacts(problem, (ends,))
+    found = errors(contacts, *totals(contacts, 1e-8))
+    assert np.isfinite(list(found.values())).all()

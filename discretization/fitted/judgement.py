@@ -150,14 +150,13 @@ def _stretched(problem: Problem, left: float, right: float) -> float:
 def _stiffness(contacts: FittedContacts) -> list[tuple[list[FittedLine], Array]]:
     """The lines that feel each other and are free, and the changes of their drives."""
     problem, own, found = contacts.problem, Gap(contacts.problem), []
-    length = problem.scene.elastocapillary_length
+    length, (start, stop) = problem.scene.elastocapillary_length, problem.scene.indenter.extent
     for side, line in contacts.outer:
         if not line.pinned:
-            step = side * _DIFFERENCE * _room(contacts, line)
-            change = problem.drive(side, line.x + step, 0.0) - problem.drive(
-                side, line.x - step, 0.0
-            )
-            found.append(([line], np.array([[change / (2 * abs(step))]])))
+            step = _DIFFERENCE * _room(contacts, line)
+            lo, hi = max(line.x - step, start), min(line.x + step, stop)
+            change = problem.drive(side, hi, 0.0) - problem.drive(side, lo, 0.0)
+            found.append(([line], np.array([[side * change / (hi - lo)]])))
     for q, p in contacts.gaps:
         free = [i for i, line in enumerate((q, p)) if not line.pinned]
         if free:
