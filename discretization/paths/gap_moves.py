@@ -92,10 +92,16 @@ class GapMoves:
         else:
             return None
         ends = float(x[0]), float(x[1])
-        apart = zip((q, p), ends, strict=True)
-        if any(ground.between(a, b) or ground.corner(a) or ground.corner(b) for a, b in apart):
+        h = self._stride(min(q, ends[0]), max(p, ends[1]))
+        if any(
+            ground.between(min(a, b) - h, max(a, b) + h) for a, b in zip((q, p), ends, strict=True)
+        ):
             return None
         return ends
+
+    def _stride(self, q: float, p: float) -> float:
+        """How far differences look beyond the lines of a gap."""
+        return _DIFFERENCE * min(p - q, self.ground.step)
 
     def _levels(self, x: Array, depth: float) -> tuple[Array, Array]:
         """D - d of both lines of a gap, and its change (rows) with the lines (columns)."""
@@ -105,7 +111,7 @@ class GapMoves:
             return np.array([facing(1, q, p, 0.0), facing(-1, p, q, 0.0)])
 
         q, p = x.tolist()
-        h = _DIFFERENCE * min(p - q, self.ground.step)
+        h = self._stride(q, p)
         here = at(q, p)
         rate = np.column_stack([(at(q - h, p) - here) / -h, (at(q, p + h) - here) / h])
         return here - depth, rate
