@@ -65,7 +65,7 @@ def _column(column: Any, curve: Curve, style: dict[str, Any]) -> None:
     bottom.plot(mine, widths / z.size, **style)
     bottom.set(ylim=(-0.05 * SIZE / z.size, 1.15 * SIZE / z.size))
     bottom.set(xscale="log", xlabel="surface tension γ₁")
-    plain_ticks(bottom.xaxis, "N/m", (1.0,))
+    plain_ticks(bottom.xaxis, "N/m", (1.0,), most=5)
     top.set_ylabel(f"adhesion force $F_A$ in {y.symbol}")
     bottom.set_ylabel(f"half-width at pull-off in {z.symbol}")
     if curve.shape != "wedge":
@@ -80,7 +80,7 @@ def _column(column: Any, curve: Curve, style: dict[str, Any]) -> None:
     for axes in column:
         axes.axvline(LAYER.stiffness * SIZE**2, color=GREY, lw=0.8, ls=":")
         axes.grid(alpha=0.25)
-    top.legend(fontsize=9, loc="lower left" if curve.shape == "wedge" else "upper left")
+    top.legend(fontsize=8, loc="center left" if curve.shape == "wedge" else "upper left")
 
 
 def _beyond(axes: Any, curve: Curve, y: float) -> None:

@@ -91,3 +91,13 @@ def test_a_force_that_bends_upwards_with_depth_is_followed_up_again():
     path = load_path(scene, forces=loads)
     assert [event.kind for event in path.events] == ["jump-in"]
     assert np.allclose(path.force, loads, rtol=1e-12, atol=0)
+
+
+def test_a_trial_line_far_from_its_contact_overflows_no_height():
+    layer = ElasticLayer(15176.15686299098, 0.0, 299295963.32060844)
+    surfaces = SurfaceEnergies.from_work(5161235914605.363, 5161235.914605363)
+    body = PowerLaw(3.0625326182347254e-204, 20).shifted(-60182743520.28064)
+    depths = [236142.71773194047, -451191.5371889529, 1218124.8445969347]
+    path = load_path(Scene(layer, surfaces, body), depths=depths)
+    centred = load_path(Scene(layer, surfaces, body.base), depths=depths)
+    assert np.allclose(path.half_width, centred.half_width, rtol=1e-9, atol=0)

@@ -26,6 +26,7 @@ from energy import Plane, Scene
 
 Array = NDArray[np.float64]
 _SECANTS = 12
+_WIDER = 8.0  # times as wide: farther off a height may overflow
 _NUDGE = 1e-6
 _CLOSED = 1e-15
 _STALLED = 1e-12
@@ -241,12 +242,12 @@ def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedL
     """A free line close to where it was, by secants; None where a corner is near or they fail."""
     if line.pinned:
         return None
-    inner, outer = side * apex, math.inf
+    size = abs(line.x - apex)
+    inner, outer = side * apex, side * apex + _WIDER * size
     if len(problem.scene.indenter.corners):
         corners = side * np.asarray(problem.scene.indenter.corners, float)
         inner = float(max(inner, corners[corners < side * line.x].max(initial=-math.inf)))
-        outer = float(corners[corners > side * line.x].min(initial=math.inf))
-    size = abs(line.x - apex)
+        outer = float(min(outer, corners[corners > side * line.x].min(initial=math.inf)))
     x0, x1 = line.x, line.x - side * _NUDGE * size
     h0, h1, last = problem.drive(side, x0, 0.0), problem.drive(side, x1, 0.0), math.inf
     least = _REDUCED * abs(h0)
