@@ -156,7 +156,7 @@ def balanced(scene: Scene) -> State:
         return minimise(scene, depth).energy
 
     lift = scene.critical_separation
-    least = -(1 - 1e-9) * lift
+    least = -(1 - 1e-14) * lift
     depth = least if energy(least) <= 0 else float(brentq(energy, least, 0, xtol=1e-15 * lift))
     state = minimise(scene, depth)
     return State(-state.force, depth, state.half_width)
