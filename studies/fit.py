@@ -33,6 +33,7 @@ from pathlib import Path
 import numpy as np
 
 from studies import command, fit_figure, fit_trials
+from studies.batches import tell
 from studies.fit_estimate import Fit, fit
 from studies.fit_model import NAMES
 from studies.force_curve import read_curve
@@ -79,7 +80,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.jobs > 1:
         parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
     given = load(options.scene)
-    found = fit(given.scene, read_curve(options.data), options.parameters, profiles=not quick)
+    curve = read_curve(options.data)
+    found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
     written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]

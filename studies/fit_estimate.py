@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.optimize import OptimizeResult, brentq
 from scipy.special import stdtrit
 
 from energy import Scene
+from studies.batches import Progress, each
 from studies.fit_model import FAR, Model, conditioning, minimum
 from studies.force_curve import Curve, in_contact
 
@@ -98,19 +100,20 @@ def fit(
     names: Sequence[str] = ("w", "gamma1"),
     *,
     profiles: bool = True,
+    show: Callable[[Progress], object] = lambda progress: None,
 ) -> Fit:
     """Least squares on the simulator, starting from the scene; names out of fit_model.NAMES.
 
-    profiles: find the profile intervals too (nan without), which costs ten times as much.
+    profiles: find the profile intervals too (nan without), which costs ten times as much. show
+    gets the progress over the parameters.
     ValueError for too few points in contact or a start at which there is no equilibrium.
     """
     model = Model.of(scene, names, curve)
     best = minimum(model, np.zeros(len(names)))
     condition, weakest, spread = conditioning(best.jac)
     reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
-    estimates = tuple(
-        _estimate(model, best, i, float(reach[i]), profiles) for i in range(len(names))
-    )
+    estimate = partial(_estimate, model, best, reach, profiles)
+    estimates = tuple(each(estimate, range(len(names)), 1, show))
     combination = tuple(weakest.tolist())
     return Fit(curve, in_contact(curve), model, best, estimates, condition, combination)
 
@@ -146,9 +149,11 @@ def profiled(model: Model, best: OptimizeResult, i: int, at: float) -> float:
     return float(minimum(model, start, fixed=i, ftol=1e-4).cost / best.cost)
 
 
-def _estimate(model: Model, best: OptimizeResult, i: int, reach: float, profiles: bool) -> Estimate:
-    """Estimate and intervals of one parameter; reach: half-width of the linearised interval."""
-    x, name = float(best.x[i]), model.names[i]
+def _estimate(
+    model: Model, best: OptimizeResult, reaches: Array, profiles: bool, i: int
+) -> Estimate:
+    """Estimate and intervals of parameter i; reaches: half-widths of the linearised intervals."""
+    x, name, reach = float(best.x[i]), model.names[i], float(reaches[i])
     ends = (-math.inf, math.inf) if name == "offset" else (0.0, math.inf)
     if math.isfinite(reach):
         ends = model.value(name, x - reach), model.value(name, x + reach)

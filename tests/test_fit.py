@@ -250,7 +250,8 @@ def test_a_file_is_fitted_from_the_command_line(tmp_path, capsys):
     data.write_text("\n".join(["depth [µm], force [mN/m]", *rows]), "utf-8")
     arguments = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path)]
     assert command_line.main(arguments) == 0
-    said = capsys.readouterr().out
+    said, progress = capsys.readouterr()
+    assert "1 of 2 points" in progress
     assert "95 % profile" in said and "WARNING" not in said
     again = fit(load(scene).scene, Curve(depth, force), profiles=False)
     text = (tmp_path / "curve_fit.csv").read_text("utf-8")
