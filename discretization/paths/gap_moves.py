@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -131,13 +132,15 @@ class _Facing:
     way: int
     ground: Ground
     seen: dict[float, float | None] = field(default_factory=dict)
+    order: list[float] = field(default_factory=list)  # of way·x
 
     def at(self, x: float) -> float | None:
         """None: there is none before the limit."""
         seen = self.seen
         if x not in seen:
-            before = [z for z in seen if self.way * (x - z) >= 0]
-            near = seen[self.way * max(self.way * z for z in before)] if before else self.start
+            before = bisect.bisect(self.order, self.way * x)
+            near = seen[self.way * self.order[before - 1]] if before else self.start
+            self.order.insert(before, self.way * x)
             limit = self.limit(x)
             if near == limit and self.way < 0:
                 seen[x] = near
