@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energy.checks import finite, positive, real
-from energy.indenter import Array, Indenter
+from energy.indenter import Array, Indenter, floats
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,10 @@ class Wedge(Indenter):
             raise ValueError(f"delta = {self.delta!r} is outside (0, π/2); give the angle in rad")
 
     def height(self, x: ArrayLike) -> Array:
-        return np.abs(np.asarray(x, float)) * math.tan(self.delta)
+        return np.abs(floats(x)) * math.tan(self.delta)
 
     def slope(self, x: ArrayLike) -> Array:
-        return np.sign(np.asarray(x, float)) * math.tan(self.delta)
+        return np.sign(floats(x)) * math.tan(self.delta)
 
 
 @dataclass(frozen=True)
@@ -98,11 +98,11 @@ class Parabola(Indenter):
         positive("R", self.R)
 
     def height(self, x: ArrayLike) -> Array:
-        x = np.asarray(x, float)
+        x = floats(x)
         return x * x / (2 * self.R)
 
     def slope(self, x: ArrayLike) -> Array:
-        return np.asarray(x, float) / self.R
+        return floats(x) / self.R
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ class PowerLaw(Indenter):
         return (0.0,)
 
     def height(self, x: ArrayLike) -> Array:
-        return self.c * np.abs(np.asarray(x, float)) ** self.n
+        return self.c * np.abs(floats(x)) ** self.n
 
     def slope(self, x: ArrayLike) -> Array:
-        x = np.asarray(x, float)
+        x = floats(x)
         return self.c * self.n * np.sign(x) * np.abs(x) ** (self.n - 1)

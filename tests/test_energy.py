@@ -190,12 +190,17 @@ def test_bad_input_is_refused_with_name_value_and_remedy(build, says):
     assert len(str(error.value)) > len(says) + 15
 
 
-@pytest.mark.parametrize("kind", ["linear", "smooth"])
-def test_one_position_of_a_sampled_profile_is_the_same_as_many(kind):
+def sampled(kind):
     rng = np.random.default_rng(5)
-    x = np.sort(rng.uniform(-1, 1, 30))
-    body = Sampled(x, rng.normal(size=30), kind)
-    at = np.concatenate([x, rng.uniform(-1.2, 1.2, 200)])
+    return Sampled(np.sort(rng.uniform(-1, 1, 30)), rng.normal(size=30), kind)
+
+
+@pytest.mark.parametrize(
+    "body", [sampled("linear"), sampled("smooth"), *SHAPES], ids=lambda i: type(i).__name__
+)
+def test_one_position_is_the_same_as_many(body):
+    edges = [x for x in body.extent if math.isfinite(x)]
+    at = np.concatenate([edges, body.corners, np.random.default_rng(6).uniform(-1.2, 1.2, 200)])
     for many, one in ((body.height(at), body.height), (body.slope(at), body.slope)):
         single = np.array([one(position) for position in at.tolist()])
         assert np.array_equal(np.isfinite(many), np.isfinite(single))

@@ -13,7 +13,17 @@ from discretization.fitted.lines import FittedLine, Problem, find_line
 from discretization.fitted.quadrature import totals
 from discretization.fitted.response import chosen
 from discretization.fitted.state import certify_lines
-from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
+from energy import (
+    FlatPunch,
+    Parabola,
+    PowerLaw,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+    cards,
+)
 from energy.layer import ElasticLayer
 from studies.random_cases import SHAPES, random_case
 
@@ -174,6 +184,28 @@ def test_a_profile_with_jumps_of_curvature_is_integrated_to_rounding():
     assert max(state.error_estimate.values()) <= 1e-11
     linear = minimise(adhesive(Sampled(x, z)), 1e-3)
     assert max(linear.error_estimate.values()) <= 1e-11
+
+
+def test_to_ask_for_more_digits_than_there_are_loses_none():
+    """As load paths do for the energy an event releases; a power law is not smooth at its tip."""
+    scene, response = adhesive(PowerLaw(2.0, 1.68)), chosen("small", 1e-8)
+    few, many = (totals(scene, response, 1e-3, -0.004, 0.004, rtol)[1] for rtol in (1e-8, 1e-15))
+    assert abs(many.energy - few.energy) <= 1e-14 * few.energy_scale
+    assert abs(many.force - few.force) <= 1e-14 * few.force_scale
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+def test_panels_are_halved_around_a_kink_that_is_not_declared(slopes):
+    body, found = Parabola(0.02) + Wedge(0.3).shifted(0.0013), []
+    for corners in (body.corners, ()):
+        profile = Profile(body.height, body.slope, corners=corners, convex=True)
+        response = chosen(slopes, 1e-8)
+        scene = adhesive(profile, slopes=slopes)
+        found.append(totals(scene, response, 1e-3, -0.004, 0.005, 1e-3)[1])
+    declared, hidden = found
+    for name in ("energy", "force"):
+        scale = getattr(declared, f"{name}_scale")
+        assert abs(getattr(hidden, name) - getattr(declared, name)) <= 1e-3 * scale
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])

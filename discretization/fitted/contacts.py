@@ -16,15 +16,12 @@ from numpy.typing import NDArray
 
 from discretization.fitted.gap_lines import Gap, LostLineError, Search, lines_of_gap, settled
 from discretization.fitted.lines import FittedLine, Problem
-from discretization.fitted.quadrature import Interval, inside
+from discretization.fitted.quadrature import Interval, refined
 
 Array = NDArray[np.float64]
 _STEP = 0.25  # of the lattice's spacing, for the first step of a search
 _SLACK = 2.0
 _TIE = 1e-12
-_HALVINGS = 8
-_PART = 0.1
-_MOST_PANELS = 1 << 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +107,8 @@ def fitted_contacts(problem: Problem, near: Array, spacing: float) -> FittedCont
 
 def totals(contacts: FittedContacts, rtol: float) -> tuple[Interval, Interval]:
     """Energy and force by fewer and by more Gauss points, on panels halved until both agree."""
-    indenter, depth = contacts.problem.scene.indenter, contacts.problem.depth
+    scene, depth = contacts.problem.scene, contacts.problem.depth
+    indenter = scene.indenter
     apex = () if indenter.apex is None else (indenter.apex,)
     cuts = np.unique(np.concatenate([indenter.corners, indenter.knots, apex]))
     parts = [
@@ -118,21 +116,7 @@ def totals(contacts: FittedContacts, rtol: float) -> tuple[Interval, Interval]:
         for left, right in contacts.x.tolist()
     ]
     panels = np.concatenate([np.column_stack([part[:-1], part[1:]]) for part in parts])
-    free = _surfaces(contacts)
-    for _ in range(_HALVINGS):
-        sums, _ = inside(contacts.problem.scene, np.full(len(panels), depth), panels)
-        coarse, fine = (_interval(part.sum(axis=1).tolist(), free) for part in sums)
-        change = max(
-            abs(fine.energy - coarse.energy) / (fine.energy_scale or 1.0),
-            abs(fine.force - coarse.force) / (fine.force_scale or 1.0),
-        )
-        if change <= _PART * rtol or len(panels) > _MOST_PANELS:
-            break
-        middle = panels.mean(axis=1)
-        panels = np.concatenate(
-            [np.column_stack([panels[:, 0], middle]), np.column_stack([middle, panels[:, 1]])]
-        )
-    return coarse, fine
+    return refined(scene, depth, panels, _surfaces(contacts), rtol)
 
 
 def _surfaces(contacts: FittedContacts) -> tuple[float, float, float, float]:
@@ -150,12 +134,3 @@ def _surfaces(contacts: FittedContacts) -> tuple[float, float, float, float]:
     pulls = float(np.abs(pull).sum())
     gamma1 = scene.gamma1
     return gamma1 * length * energy, gamma1 * float(pull.sum()), gamma1 * area, gamma1 * pulls
-
-
-def _interval(sums: list[float], free: tuple[float, float, float, float]) -> Interval:
-    springs, tension, adhesion, force, size = sums
-    energy, pull, area, pulls = free
-    stored = springs + tension + energy
-    return Interval(
-        stored - adhesion, force + pull, force + area, stored + adhesion, size + pulls, 0.0
-    )

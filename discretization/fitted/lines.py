@@ -21,16 +21,17 @@ may change sign by a jump and pin the line.
 
 from __future__ import annotations
 
+import bisect
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.free_surface import OVERHANG, FreeSurface
+from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.response import Response
 from energy import Indenter, Scene
 
@@ -83,10 +84,6 @@ class Problem:
         """g(x) = d - f(x)."""
         return self.depth - float(self.scene.indenter.height(x))
 
-    def surface(self, x: float) -> FreeSurface:
-        """The free surface beyond a line at x, in units of l and γ₁."""
-        return self.response.surface(self.displaced(x) / self.scene.elastocapillary_length)
-
     def refuse_overhang(self, x: float) -> None:
         """ValueError if a line at x would incline the surface by more than π/2."""
         limit = OVERHANG * (1 - _UPRIGHT) * self.scene.elastocapillary_length
@@ -106,7 +103,7 @@ class Problem:
         if not scene.gamma1:
             return 0.0
         f1 = side * float(scene.indenter.slope(x + side * aside))
-        g = self.displaced(x) / self.scene.elastocapillary_length
+        g = self.displaced(x) / scene.elastocapillary_length
         if scene.slopes == "small":
             return f1 - self.response.reaction(g)
         if abs(g) < OVERHANG * (1 - _UPRIGHT):
@@ -135,19 +132,29 @@ class Problem:
         """Relative error of `drive`: rounding, and what a coarse surface's reaction is off by."""
         return _TIE + min(self.response.error, _COARSE)
 
+    def distinct(
+        self, ends: tuple[FittedLine, FittedLine]
+    ) -> tuple[tuple[int, FittedLine, int], ...]:
+        """(side, line, how many like it): of a mirrored contact one line speaks for both."""
+        indenter, (left, right) = self.scene.indenter, ends
+        if indenter.symmetric and left.x == mirrored(indenter, right.x):
+            return ((1, right, 2),)
+        return (-1, left, 1), (1, right, 1)
+
     def scale(self, ends: tuple[FittedLine, FittedLine]) -> float:
         """Size of the terms that cancel in `drive`."""
-        scene = self.scene
-        g = max(abs(self.displaced(end.x)) for end in ends)
+        scene, lines = self.scene, self.distinct(ends)
+        g = max(abs(self.displaced(end.x)) for _, end, _ in lines)
         if not scene.gamma1:
             return abs(self.depth) + g or 1.0
-        slope = max(abs(self.jump(s, e.x, -1e-9 * g)) for s, e in zip((-1, 1), ends, strict=True))
+        slope = max(abs(self.jump(side, end.x, -1e-9 * g)) for side, end, _ in lines)
         slope += 2 * max(g, abs(self.depth)) / scene.elastocapillary_length
-        return math.sqrt(scene.gamma1 / 2) * slope + math.sqrt(scene.work_of_adhesion) or 1.0
+        return math.sqrt(scene.gamma1 / 2) * slope + self.held or 1.0
 
     def imbalance(self, x: float) -> float:
         """Residual of the free surface at a line, and how far its reaction is from the response."""
-        surface, u0 = self.surface(x), self.displaced(x) / self.scene.elastocapillary_length
+        u0 = self.displaced(x) / self.scene.elastocapillary_length
+        surface = self.response.surface(u0)
         apart = max(surface.residual, abs(surface.reaction - self.response.reaction(u0)))
         return apart / (abs(u0) or 1.0)
 
@@ -167,16 +174,19 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     """First contact line outwards from `start`; at `start` itself where nothing beyond holds."""
     indenter = problem.scene.indenter
     size = problem.scene.elastocapillary_length or problem.lift
-    h = functools.partial(problem.drive, side)
+    h = functools.cache(functools.partial(problem.drive, side))
     if start in indenter.walls and start == indenter.extent[0 if side < 0 else 1]:
         return FittedLine(start, True, False)
-    corners = np.asarray(indenter.corners, float)
-    outwards = corners[corners > start] if side > 0 else corners[corners < start][::-1]
-    if indenter.convex and outwards.size > _FEW_CORNERS:
+    corners = indenter.corners
+    if side > 0:
+        outwards = corners[bisect.bisect_right(corners, start) :]
+    else:
+        outwards = corners[: bisect.bisect_left(corners, start)][::-1]
+    if indenter.convex and len(outwards) > _FEW_CORNERS:
         start, outwards = _skipped(problem, side, start, outwards)
-    for corner in [*outwards.tolist(), None]:
+    for corner in [*map(float, outwards), None]:
         aside = 0.0
-        if (corners == start).any():
+        if start in corners:
             aside = 1e-9 * (abs(corner - start) if corner is not None else size)
         first = h(start, aside)
         tie = problem.tie * (abs(first) + problem.held)
@@ -195,9 +205,11 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     return FittedLine(bracketed(lambda x: h(x, 0.0), inside, outside), False, False)
 
 
-def _skipped(problem: Problem, side: int, start: float, corners: Array) -> tuple[float, Array]:
+def _skipped(
+    problem: Problem, side: int, start: float, corners: Sequence[float] | Array
+) -> tuple[float, Sequence[float] | Array]:
     """The last corner the line passes for sure, and the next: a convex drive rises all the way."""
-    passed, stops = 0, corners.size
+    passed, stops = 0, len(corners)
     while passed < stops:
         middle = (passed + stops) // 2
         corner = float(corners[middle])

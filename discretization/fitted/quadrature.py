@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ _MOST_PANELS = 1 << 16
 _HALVINGS = 8
 _PLAIN = 6  # Gauss points of an ungraded panel
 _PART = 0.1  # of rtol for the quadrature
+_ROUNDING = 16 * float(np.finfo(float).eps)
 _CHUNK = 1 << 18
 
 
@@ -29,6 +31,11 @@ class Interval(NamedTuple):
     energy_scale: float
     force_scale: float
     weakest: float
+
+    def change(self, other: Interval) -> float:
+        """Larger of the relative differences of energy and force."""
+        energy = abs(self.energy - other.energy) / (self.energy_scale or 1.0)
+        return max(energy, abs(self.force - other.force) / (self.force_scale or 1.0))
 
 
 class Intervals(NamedTuple):
@@ -43,13 +50,9 @@ class Intervals(NamedTuple):
 
     def change(self, other: Intervals) -> float:
         """Largest relative difference of energy and force."""
-        energy = np.abs(self.energy - other.energy) / _or_one(self.energy_scale)
-        force = np.abs(self.force - other.force) / _or_one(self.force_scale)
-        return float(max(energy.max(initial=0.0), force.max(initial=0.0)))
-
-
-def _or_one(scale: Array) -> Array:
-    return np.where(scale > 0, scale, 1.0)
+        apart = np.abs([self.energy - other.energy, self.force - other.force])
+        scale = np.array([self.energy_scale, self.force_scale])
+        return float((apart / np.where(scale > 0, scale, 1.0)).max(initial=0.0))
 
 
 @functools.lru_cache(maxsize=16)
@@ -76,56 +79,48 @@ def _pair(few: int, many: int) -> tuple[Array, Array]:
 
 
 def _points(ends: Array, at: Array, weights: Array) -> tuple[Array, Array]:
-    """Points (n, ·) and weights (..., n, ·) of a rule on the panels between ends (n, m + 1)."""
-    span = ends[:, 1:] - ends[:, :-1]
-    points = (ends[:, :-1, None] + span[..., None] * at).reshape(len(ends), -1)
-    spread = span[..., None] * weights[..., None, None, :]
-    return points, spread.reshape(*weights.shape[:-1], *points.shape)
+    """Points (n, ·) and weights (2, n, ·) of both rules on the panels between ends (n, m + 1)."""
+    start, stop = ends[:, :-1, None], ends[:, 1:, None]
+    span = stop - start
+    points = (start + span * at).reshape(len(ends), -1)
+    return points, (span * weights[:, None, None]).reshape(2, *points.shape)
 
 
 def inside(scene: Scene, depth: Array, ends: Array) -> tuple[Array, Array]:
-    """Integrals over contacts at depths (n,), and their least g (n,); panels between ends (n, m+1).
+    """Integrals over contacts at depths (n,) or (1,), and their least g (n,).
 
-    (2, 5, n), by fewer and by more points: springs, surface, adhesion as it binds, kg and |kg|.
+    (2, 5, n), on the panels between ends (n, m + 1) by fewer and by more points: springs, surface,
+    adhesion as it binds, kg and |kg|.
     """
-    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    gamma1, w, slopes = scene.gamma1, scene.work_of_adhesion, scene.slopes
     x, span = _points(ends, *_pair(*_orders(ends)))
     g, slope = depth[:, None] - scene.indenter.height(x), scene.indenter.slope(x)
-    stretch = terms.surface(slope, gamma1=gamma1, slopes=scene.slopes).value
-    bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=scene.slopes)
-    pressure = k * g
-    densities = np.array([terms.spring(g, k=k).value, stretch, bound, pressure, np.abs(pressure)])
+    stretch = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
+    bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes)
+    spring, pressure, _ = terms.spring(g, k=scene.stiffness)
+    densities = np.array([spring, stretch, bound, pressure, np.abs(pressure)])
     return np.einsum("rij,dij->rdi", span, densities), g.min(axis=1, initial=0.0)
 
 
-def integrate(
-    scene: Scene, response: Response, depth: Array, lines: Array, ends: Array
-) -> tuple[Intervals, Intervals]:
-    """Energy and force of contacts at depths (n,), by fewer and by more points.
+def surfaces(
+    scene: Scene, response: Response, displaced: Iterable[float]
+) -> tuple[float, float, float, float]:
+    """Energy, reaction, area (times k) and |reaction|, summed over free surfaces beyond lines."""
+    gamma1, length = scene.gamma1, scene.elastocapillary_length
+    if not gamma1:
+        return 0.0, 0.0, 0.0, 0.0
+    u0 = [u / length for u in displaced]
+    pulls = [gamma1 * response.reaction(u) for u in u0]
+    energy, area = sum(map(response.energy, u0)), sum(map(response.area, u0))
+    return gamma1 * length * energy, sum(pulls), gamma1 * area, sum(map(abs, pulls))
 
-    lines (n, 2); panels lie between ends (n, m + 1).
-    """
-    gamma1 = scene.gamma1
-    sums, weakest = inside(scene, depth, ends)
-    energy, pull, area, pulls = np.zeros((4, depth.size))
-    for u in (depth[:, None] - scene.indenter.height(lines)).T if gamma1 else ():
-        u0 = (u / scene.elastocapillary_length).tolist()
-        energy += gamma1 * scene.elastocapillary_length * np.array([*map(response.energy, u0)])
-        reaction = gamma1 * np.array([*map(response.reaction, u0)])
-        pull, pulls = pull + reaction, pulls + np.abs(reaction)
-        area += gamma1 * np.array([*map(response.area, u0)])
-    few, many = (
-        Intervals(
-            springs + tension + energy - adhesion,
-            force + pull,
-            force + area,
-            springs + tension + energy + adhesion,
-            size + pulls,
-            weakest,
-        )
-        for springs, tension, adhesion, force, size in sums
-    )
-    return few, many
+
+def _summed(sums: Iterable[Any], free: Iterable[Any]) -> tuple[Any, Any, Any, Any, Any]:
+    """The first five of an `Interval` from the integrals over contacts and the free surfaces."""
+    springs, tension, adhesion, force, size = sums
+    energy, pull, area, pulls = free
+    stored = springs + tension + energy
+    return stored - adhesion, force + pull, force + area, stored + adhesion, size + pulls
 
 
 def _ends(indenter: Indenter, lines: Array) -> Array:
@@ -144,25 +139,42 @@ def _orders(ends: Array) -> tuple[int, int]:
 def totals(
     scene: Scene, response: Response, depth: float, left: float, right: float, rtol: float
 ) -> tuple[Interval, Interval]:
-    """`integrate` for one state with fewer and more points, on panels halved until both agree."""
-    lines, at = np.array([[left, right]]), np.array([depth])
-    ends = _panels(scene.indenter, left, right)
+    """`refined` for one contact between two lines."""
+    indenter = scene.indenter
+    displaced = [depth - float(indenter.height(x)) for x in (left, right)]
+    free = surfaces(scene, response, displaced)
+    return refined(scene, depth, _panels(indenter, left, right), free, rtol)
+
+
+def refined(
+    scene: Scene, depth: float, ends: Array, free: tuple[float, ...], rtol: float
+) -> tuple[Interval, Interval]:
+    """Energy and force at a depth by fewer and by more points, on panels halved until both agree.
+
+    ends (n, m + 1): of the panels in contact; free: what `surfaces` says of those beyond.
+    """
     for _ in range(_HALVINGS):
-        coarse, fine = integrate(scene, response, at, lines, ends)
-        if fine.change(coarse) <= _PART * rtol or ends.size > _MOST_PANELS:
+        sums, weakest = inside(scene, np.array([depth]), ends)
+        least, parts = float(weakest.min()), sums.sum(axis=2).tolist()
+        coarse, fine = (Interval(*_summed(part, free), least) for part in parts)
+        agree = fine.change(coarse) <= max(_PART * rtol, _ROUNDING)
+        if agree or ends[:, 1:].size > _MOST_PANELS:
             break
-        ends = np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2]))
-    first, second = ([float(part[0]) for part in found] for found in (coarse, fine))
-    return Interval(*first), Interval(*second)
+        ends, m = np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2])), ends.shape[1]
+        ends = np.concatenate([ends[:, :m], ends[:, m - 1 :]])
+    return coarse, fine
 
 
 def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple[Intervals, float]:
-    """`integrate` for many states at once, and its change from fewer points."""
+    """Energy and force at depths (n,) between lines (n, 2), and their change from fewer points."""
     ends, parts, change = _ends(scene.indenter, lines), [], 0.0
+    displaced = (depth[:, None] - scene.indenter.height(lines)).tolist()
+    free = np.array([surfaces(scene, response, pair) for pair in displaced])
     step = max(1, _CHUNK // (40 * 2 * ends.shape[1]))
     for start in range(0, len(depth), step):
         own = slice(start, start + step)
-        coarse, fine = integrate(scene, response, depth[own], lines[own], ends[own])
+        sums, weakest = inside(scene, depth[own], ends[own])
+        coarse, fine = (Intervals(*_summed(part, free[own].T), weakest) for part in sums)
         change = max(change, fine.change(coarse))
         parts.append(fine)
     return Intervals(*(np.concatenate(part) for part in zip(*parts, strict=True))), change

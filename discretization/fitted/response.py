@@ -114,6 +114,7 @@ def _steepest(degree: int) -> tuple[Powers, ...]:
 ABSENT = Response("small", 0, np.empty((0, 0)), (0.0,), (0.0,), (0.0,), 0.0, 0.0)  # γ₁ = 0
 
 
+@functools.lru_cache(maxsize=16)
 def chosen(slopes: str, rtol: float) -> Response:
     """The response of least degree that meets rtol, in S, F, area and in the contact angle."""
     for degree in DEGREES[slopes]:

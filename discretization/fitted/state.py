@@ -139,7 +139,7 @@ def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, F
     indenter = problem.scene.indenter
     right = find_line(problem, 1, starts[1])
     if indenter.symmetric and starts[0] == starts[1] == indenter.apex:
-        left = right._replace(x=mirrored(indenter, right.x))
+        left = FittedLine(mirrored(indenter, right.x), right.pinned, right.neutral)
     else:
         left = find_line(problem, -1, starts[0])
     held = left.x < right.x or (left.x == right.x and problem.depth >= problem.touch)
@@ -178,16 +178,6 @@ def _inside(state: Equilibrium) -> tuple[tuple[float, float], float]:
     return (left + reach, right - reach), float(state.scene.indenter.height(x).min())
 
 
-def _distinct(
-    problem: Problem, ends: tuple[FittedLine, FittedLine]
-) -> tuple[tuple[int, FittedLine, int], ...]:
-    """(side, line, how many like it): of a mirrored contact one line speaks for both."""
-    indenter, (left, right) = problem.scene.indenter, ends
-    if indenter.symmetric and left == right._replace(x=mirrored(indenter, right.x)):
-        return ((1, right, 2),)
-    return (-1, left, 1), (1, right, 1)
-
-
 def certify_lines(
     problem: Problem,
     ends: tuple[FittedLine, FittedLine],
@@ -201,15 +191,14 @@ def certify_lines(
     penetration = neighbours = stationarity = 0.0
     scale = problem.scale(ends)
     step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * problem.scene.elastocapillary_length)
-    for side, end, _ in _distinct(problem, ends):
+    for side, end, _ in problem.distinct(ends):
         if ends[0].x < ends[1].x:
             inner = (opening or problem).drive(side, end.x - side * step, 0.0)
             neighbours = max(neighbours, inner / scale)
         if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
-            beyond = end.x + side * step
-            neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)
-            through = math.sqrt(problem.scene.gamma1 / 2) * problem.jump(side, beyond, 0.0)
-            penetration = max(penetration, -through / scale)
+            outer = problem.drive(side, end.x + side * step, 0.0)
+            neighbours = max(neighbours, -outer / scale)
+            penetration = max(penetration, -(outer + problem.held) / scale)
         if problem.scene.gamma1:
             stationarity = max(stationarity, problem.imbalance(end.x))
     force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
@@ -220,9 +209,8 @@ def certify_lines(
 
 def _yield(problem: Problem, side: int, x: float, width: float, scale: float) -> float:
     """How far a line moves per change of its drive, from a step inwards that rounding leaves."""
-    at = problem.drive(side, x, 0.0)
     for step, least in ((1e-4 * width, 100), (width / 2, 4)):
-        rise = at - problem.drive(side, x - side * step, 0.0)
+        rise = -problem.drive(side, x - side * step, 0.0)
         if rise > least * _ROUNDING * scale:
             return step / rise
     return width / (_ROUNDING * scale)
@@ -235,7 +223,7 @@ def _errors(
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
     surface = _ROUNDING + problem.response.error
     scale = problem.scale(ends)
-    for side, end, count in _distinct(problem, ends):
+    for side, end, count in problem.distinct(ends):
         if end.pinned or not width:
             continue
         error = count * surface * scale * _yield(problem, side, end.x, width, scale)
