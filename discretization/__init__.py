@@ -17,7 +17,7 @@ fitted/   contact lines as unknowns, a spectral mesh of the free surface anchore
 paths/    states followed in depth, load or the position of a machine
 
 The certificate (certificate.py) and the result (equilibrium.py) are the same for all of them. A new
-minimiser returns a contact set or contact lines; the certificate judges it unchanged.
+minimiser returns a contact set or contact lines; what judges those judges it unchanged.
 
 What a scene does not need is not done; `python -m studies skipping` measures what that saves and
 that no digit changes:
@@ -27,7 +27,7 @@ that no digit changes:
 | surface tension      | free surfaces, their solves     | fitted.state.on_fitted_mesh             |
 | adhesion             | search over contact sets        | lattice.lowest.lowest_contacts          |
 | second side, fitted  | line of a symmetric profile     | fitted.state._lines                     |
-| second side, lattice | half of the sums, if symmetric  | certificate.measured                    |
+| second side, lattice | half of the sums, if symmetric  | lattice.sums.measured                   |
 | line of a punch      | bracketing of a line at an edge | fitted.lines.find_line                  |
 | contact              | all but the touching point      | lattice.fronts.adhered                  |
 | far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |

@@ -41,11 +41,11 @@ def load_path(
 ) -> History:
     """The response of a scene to a programme of imposed depths, forces, or drives of a machine.
 
-    Exactly one of `depths`, `forces` and `drives` (n,) is given. machine_stiffness K: the indenter
-    hangs on a spring whose far end is at the drive D, P = K (D - d). A path under imposed depth
-    starts out of contact where the first depth is below touching, and by touching else; under force
-    and machine control it starts at first touch. Without long-range attraction contact begins on
-    touching, at d = min f.
+    Exactly one of `depths` [length], `forces` [force/length] and `drives` [length] (n,) is given.
+    machine_stiffness K [force/length²]: the indenter hangs on a spring whose far end is at the
+    drive D, P = K (D - d). A path under imposed depth starts out of contact where the first depth
+    is below touching, and by touching else; under force and machine control it starts at first
+    touch. Without long-range attraction contact begins on touching, at d = min f.
 
     method "fitted": contact lines as unknowns. A profile that is not convex may have any number of
     contacts (small slopes, w > 0, imposed depths): every event, a contact that begins, meets
@@ -54,6 +54,8 @@ def load_path(
     "lattice": fixed nodes `spacing` apart, for imposed depths: a line takes O(1) per link it
     passes; for rough and measured profiles with many corners, patterns and separate works of
     adhesion.
+    rtol: relative error asked of the fitted mesh's surfaces and integrals; the lattice has its
+    spacing instead.
     after: a history of the same scene and control that this programme continues; it becomes the
     first part of the result. save: a file in which the history so far is kept, written anew every
     `every` steps and at the end; if it exists, it must hold the beginning of this very programme,
@@ -142,7 +144,9 @@ def _same(after: History, history: History) -> None:
                 f"{getattr(after, name)!r}; give the same"
             )
     if described(after.scene) != described(history.scene):
-        raise ValueError(f"scene = {history.scene!r} is not that of the path to continue")
+        raise ValueError(
+            f"scene = {history.scene!r} is not that of the path to continue; give the same"
+        )
 
 
 def _programme(**given: ArrayLike | None) -> tuple[str, Array]:

@@ -34,16 +34,21 @@ class Patches:
                 "edges"
             )
         if not (np.isfinite(factors) & (factors >= 0)).all():
-            raise ValueError(f"factors = {self.factors!r} must be finite and not negative")
+            raise ValueError(
+                f"factors = {self.factors!r} must be finite and not negative: give numbers >= 0"
+            )
         object.__setattr__(self, "edges", tuple(edges.tolist()))
         object.__setattr__(self, "factors", tuple(factors.tolist()))
 
     @classmethod
     def stripes(cls, period: float, low: float, high: float, extent: float) -> Patches:
-        """Stripes of width period/2 of both factors from -extent to extent, `high` at x = 0."""
-        if not 0 < positive("period", period) <= positive("extent", extent):
+        """Stripes of width period/2 of both factors from -extent to extent, `high` at x = 0.
+
+        ValueError for lengths that are not positive, a period above `extent`, and factors as above.
+        """
+        if positive("period", period) > positive("extent", extent):
             raise ValueError(
-                f"period = {period!r} must be positive and at most extent = {extent!r}"
+                f"period = {period!r} exceeds extent = {extent!r}: give a larger extent"
             )
         count = int(extent / period)
         edges = period / 2 * (np.arange(-2 * count, 2 * count) + 0.5)

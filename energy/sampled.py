@@ -20,7 +20,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Sampled(Indenter):
-    """Measured profile: heights z at strictly increasing positions x.
+    """Measured profile: heights z at strictly increasing positions x, (n,) each [length].
 
     kind "linear": straight between the samples, which are corners; "smooth": the cubic spline
     (continuous curvature) whose end slopes are those of the cubic through the four samples there.

@@ -25,6 +25,7 @@ class Assumption(NamedTuple):
 
     @property
     def holds(self) -> bool:
+        """Whether the measure does not exceed its limit."""
         return self.value <= self.limit
 
     def __str__(self) -> str:
@@ -55,13 +56,15 @@ class Scene:
     def __post_init__(self) -> None:
         for name, kind in (("layer", ElasticLayer), ("surfaces", SurfaceEnergies)):
             if not isinstance(getattr(self, name), kind):
-                raise ValueError(f"{name} = {getattr(self, name)!r} must be an {kind.__name__}")
+                raise ValueError(
+                    f"{name} = {getattr(self, name)!r} is not of energy.{kind.__name__}; build one"
+                )
         option("slopes", self.slopes, SLOPES)
         object.__setattr__(self, "indenter", as_indenter(self.indenter))
         if self.opening is not None:
             self._check_opening(self.opening)
         if self.pattern is not None and not isinstance(self.pattern, Patches):
-            raise ValueError(f"pattern = {self.pattern!r} must be Patches or None")
+            raise ValueError(f"pattern = {self.pattern!r} must be Patches(...) or None")
         w = self.opened.work_of_adhesion
         if self.slopes == "finite" and w > 2 * self.gamma1:
             raise ValueError(
@@ -71,7 +74,7 @@ class Scene:
 
     def _check_opening(self, opening: SurfaceEnergies) -> None:
         if not isinstance(opening, SurfaceEnergies):
-            raise ValueError(f"opening = {opening!r} must be a SurfaceEnergies or None")
+            raise ValueError(f"opening = {opening!r} must be SurfaceEnergies(...) or None")
         if opening.gamma1 != self.gamma1 or opening.work_of_adhesion < self.work_of_adhesion:
             raise ValueError(
                 f"opening = {opening!r} must have the gamma1 = {self.gamma1!r} of surfaces and a "

@@ -35,12 +35,15 @@ class SurfaceEnergies:
 
     @classmethod
     def from_work(cls, gamma1: float, w: float) -> SurfaceEnergies:
-        """Surface tension γ₁ and work of adhesion w, with γ₁₂ = γ₁ so that γ₂ = w exactly."""
+        """Surface tension γ₁ and work of adhesion w, with γ₁₂ = γ₁ so that γ₂ = w exactly.
+
+        ValueError if one is negative.
+        """
         return cls(gamma1=gamma1, gamma2=not_negative("w", w), gamma12=gamma1)
 
     @property
     def work_of_adhesion(self) -> float:
-        """w = γ₁ + γ₂ - γ₁₂, Eqs. (1) and (17); zero is the non-adhesive case (34).
+        """w = γ₁ + γ₂ - γ₁₂ [energy/area], Eqs. (1) and (17); zero is the non-adhesive case (34).
 
         A sum that vanishes to rounding counts as zero.
         """
@@ -50,7 +53,10 @@ class SurfaceEnergies:
 
     @property
     def angle_deficit(self) -> float:
-        """π - θ [rad] of Young's law without cancellation: 2 asin √(w/(2γ₁)), Eq. (8)."""
+        """π - θ [rad] of Young's law without cancellation: 2 asin √(w/(2γ₁)), Eq. (8).
+
+        ValueError for γ₁ = 0 and for w > 2γ₁, where there is no angle.
+        """
         w, gamma1 = self.work_of_adhesion, self.gamma1
         if w > 2 * gamma1 or gamma1 == 0:
             raise ValueError(
@@ -61,7 +67,10 @@ class SurfaceEnergies:
 
     @property
     def contact_angle(self) -> float:
-        """Young's contact angle θ [rad]: γ₁₂ + γ₁ cos θ - γ₂ = 0, Eq. (8); π for w = 0 (35)."""
+        """Young's contact angle θ [rad]: γ₁₂ + γ₁ cos θ - γ₂ = 0, Eq. (8); π for w = 0 (35).
+
+        Errors as `angle_deficit`.
+        """
         return math.pi - self.angle_deficit
 
     @property

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from discretization import AccuracyWarning, Equilibrium, Lattice, NodalEnergy, minimise
-from discretization.certificate import measured
 from discretization.fitted import free_surface, response
 from discretization.fitted.quadrature import totals
 from discretization.lattice import fronts
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.shortest_path import global_minimum, window
+from discretization.lattice.sums import measured
 from discretization.paths.fitted_branch import FittedBranch
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Profile, Scene, SurfaceEnergies
 from studies.rivals.active_set import held_at, positive_definite, solved

@@ -36,9 +36,9 @@ from functools import partial
 from itertools import product
 
 from discretization import NotCertifiedError, minimise
-from discretization.certificate import measured
 from discretization.lattice import fronts
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.sums import measured
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene, SurfaceEnergies
 from studies import command, stress_profiles, stress_reference
 from studies.batches import each

@@ -8,8 +8,9 @@ import pytest
 from scenes import adhesive, steep
 
 from discretization import Lattice, NodalEnergy, minimise
-from discretization.certificate import certify, measured
 from discretization.lattice import fronts
+from discretization.lattice.judgement import certify
+from discretization.lattice.sums import measured
 from energy import (
     ElasticLayer,
     FlatPunch,

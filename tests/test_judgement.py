@@ -145,7 +145,7 @@ def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
     for depth, rejected in ((0.999 * touch, False), (1.001 * touch, True)):
         problem = Problem.of(scene, depth, depth, "global", response("small", 10))
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
-            several._flat(problem, "global", points)
+            several._without_contact(problem, "global", points)
 
 
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():

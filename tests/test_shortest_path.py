@@ -9,11 +9,11 @@ from lattices import enumerated, random_lattice, unpruned
 from scenes import adhesive, roughness
 
 from discretization import NodalEnergy
-from discretization.certificate import measured
 from discretization.lattice import fronts
 from discretization.lattice.bounds import certain, may_pay
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.shortest_path import global_minimum, window
+from discretization.lattice.sums import measured
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Wedge
 
 

@@ -9,9 +9,9 @@ import pytest
 from scenes import adhesive
 
 from discretization import NodalEnergy, on_lattice
-from discretization.certificate import measured
 from discretization.lattice import fronts
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.sums import measured
 from energy import Parabola, Wedge
 
 DX = 0.013

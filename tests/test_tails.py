@@ -9,8 +9,8 @@ import pytest
 from scenes import adhesive, steep
 
 from discretization import Lattice, NodalEnergy
-from discretization.certificate import measured
 from discretization.lattice import fronts
+from discretization.lattice.sums import measured
 from discretization.lattice.tails import tail_response
 from energy import Parabola
 

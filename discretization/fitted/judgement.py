@@ -8,8 +8,8 @@ The conditions of ../certificate.py for lines that move continuously:
     stationarity  residual of the free nodes, and of the energy's derivative by the gap
     opening       no corner in contact is torn open, -γ₁[f'] <= √(8γ₁w); a contact of one point,
                   which does not adhere, is not pulled; w = 0: kg + γ₁f'' >= 0 everywhere in contact
-    neighbours    every drive is zero, or of the signs that pin the line; the energy of the lines of
-                  every gap has a positive second variation
+    neighbours    every drive is zero, or of the signs that pin the line; the energy of the lines,
+                  those of a gap together, has a positive second variation
     force         dU/dd against k∫u dx
 """
 
@@ -43,7 +43,7 @@ def certify(
     """Judge contacts with these totals; the state's surface is looked at in points (n,)."""
     problem = contacts.problem
     if problem.lift * problem.scene.elastocapillary_length == 0:
-        return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Certificate.undeformed()
     scale = max(problem.scale(pair) for pair in contacts.pairs)
     through, moves = _signs(contacts, scale)
     own = Gap(problem)

@@ -20,7 +20,6 @@ from discretization.fitted.contacts import FittedContacts, fitted_contacts, tota
 from discretization.fitted.gap_lines import LostLineError
 from discretization.fitted.judgement import certify, errors, penetration
 from discretization.fitted.lines import Problem
-from discretization.fitted.quadrature import Interval
 from discretization.fitted.response import chosen, finer
 from discretization.fitted.tail import FittedTail
 from discretization.lattice import fronts
@@ -45,7 +44,8 @@ _UNKNOWN = Certificate(*5 * (math.nan,))
 def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of a profile that may have several contacts, and its error estimate.
 
-    NotCertifiedError if no lattice fine enough to show the contacts was found.
+    NotCertifiedError if no lattice fine enough to show the contacts was found; ValueError as the
+    lattice's.
     """
     spacing = coarsest(scene)
     state: Equilibrium | None = None
@@ -61,8 +61,8 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
         except (LostLineError, NotCertifiedError, ValueError) as problem:
             failure, state = problem, None
         else:
-            convex = state.contacts.size and not scene.work_of_adhesion
-            if convex or (before is not None and _alike(before, state.contacts, _SAME * spacing)):
+            unique = state.contacts.size and not scene.work_of_adhesion
+            if unique or (before is not None and _alike(before, state.contacts, _SAME * spacing)):
                 return _lowest(state)
         spacing /= ratio
     if isinstance(failure, ValueError):
@@ -117,8 +117,7 @@ def _lowest(state: Equilibrium) -> Equilibrium:
     within = np.linspace(state.contacts[:, 0], state.contacts[:, 1], _SAMPLES)
     if state.depth > state.scene.indenter.height(within).min():
         return state
-    certificate = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
-    flat = detached(state.scene, state.depth, state.branch, state.tail, certificate)
+    flat = detached(state.scene, state.depth, state.branch, state.tail, Certificate.undeformed())
     return replace(flat, method="fitted")
 
 
@@ -129,14 +128,14 @@ def _near(
     points, response = sample_points(scene, depth, spacing), chosen(scene.slopes, rtol)
     touch = float(scene.indenter.height(near).min(initial=math.inf))
     if not near.size:
-        return _flat(Problem.of(scene, depth, touch, branch, response), branch, points)
+        return _without_contact(Problem.of(scene, depth, touch, branch, response), branch, points)
     while True:
         problem = Problem.of(scene, depth, touch, branch, response)
         contacts = fitted_contacts(problem, near, spacing)
         if contacts.pulled.any():  # a contact of one point has let go
             near = contacts.x[~contacts.pulled]
             if not near.size:
-                return _flat(problem, branch, points)
+                return _without_contact(problem, branch, points)
             continue
         state = state_of(contacts, branch, points, rtol)
         better = finer(response)
@@ -146,12 +145,11 @@ def _near(
         response, near = better, state.contacts
 
 
-def _flat(problem: Problem, branch: str, points: Array) -> Equilibrium:
+def _without_contact(problem: Problem, branch: str, points: Array) -> Equilibrium:
     """The detached state."""
     tail = FittedTail(problem.scene.elastocapillary_length, problem.response)
     flat = detached(problem.scene, problem.depth, branch, tail, _UNKNOWN)
-    deep = penetration(flat, points) / problem.lift
-    certificate = Certificate(deep, 0.0, 0.0, 0.0, 0.0)
+    certificate = Certificate.undeformed(penetration(flat, points) / problem.lift)
     return _passed(replace(flat, certificate=certificate, method="fitted"))
 
 
@@ -166,10 +164,14 @@ def sample_points(scene: Scene, depth: float, spacing: float) -> Array:
 
 
 def state_of(contacts: FittedContacts, branch: str, points: Array, rtol: float) -> Equilibrium:
+    """The certified state with these contacts; points (n,): where penetration is looked for.
+
+    rtol: of energy and force. NotCertifiedError if it is no equilibrium.
+    """
     problem, scene = contacts.problem, contacts.problem.scene
     coarse, fine = totals(contacts, rtol)
     lines = [line for pair in contacts.pairs for line in pair]
-    convex = branch == "global" or not scene.work_of_adhesion
+    lowest = branch == "global" or not scene.work_of_adhesion
     neutral = any(line.neutral for line in lines)
     state = Equilibrium(
         scene=scene,
@@ -179,7 +181,7 @@ def state_of(contacts: FittedContacts, branch: str, points: Array, rtol: float) 
         pinned=np.array([line.pinned for line in lines]).reshape(-1, 2),
         force=fine.force,
         energy=fine.energy,
-        label="neutral" if neutral else "global" if convex else "metastable",
+        label="neutral" if neutral else "global" if lowest else "metastable",
         certificate=_UNKNOWN,
         tail=FittedTail(scene.elastocapillary_length, problem.response),
         scales={"force": fine.force_scale, "energy": fine.energy_scale},
@@ -188,16 +190,11 @@ def state_of(contacts: FittedContacts, branch: str, points: Array, rtol: float) 
         branch=branch,
         spacing=math.nan,
     )
-    return _judged(state, contacts, fine, points)
-
-
-def _judged(
-    state: Equilibrium, contacts: FittedContacts, found: Interval, points: Array
-) -> Equilibrium:
-    return _passed(replace(state, certificate=certify(contacts, state, found, points)))
+    return _passed(replace(state, certificate=certify(contacts, state, fine, points)))
 
 
 def _passed(state: Equilibrium) -> Equilibrium:
+    """The state. NotCertifiedError if its certificate failed."""
     if not state.certificate.ok:
         raise NotCertifiedError(
             f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts violates "

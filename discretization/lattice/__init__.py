@@ -1,7 +1,7 @@
 """Fixed nodes: the energy of a set of contact nodes is known, its minimum is searched over sets.
 
 One contact: nodes (nodes.py, tails.py, nodal_energy.py) -> contact nodes (fronts.py, bracket.py)
--> sums and certificate (../certificate.py) -> lines between nodes (line.py) -> Equilibrium, by
+-> sums (sums.py) -> certificate (judgement.py), lines between nodes (line.py) -> Equilibrium, by
 state.py.
 
 Lowest energy of any number of contacts: window -> contact set (obstacle.py where w = 0;

@@ -28,7 +28,6 @@ from discretization.lattice.obstacle import pressing_nodes
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _SLACK = 1e-9  # of wΔx: what a step must gain
-_FAR = 60.0  # decay lengths after which the ends of a span are independent
 _PROGRESS = 0.9  # repeat while a tenth of the nodes drop out
 
 
@@ -71,7 +70,7 @@ def _reached(lattice: Lattice, h: Array, held: Nodes) -> Nodes:
     count = np.diff(held, append=h.size) - 1
     far: Array = 1.0 + count
     if far.size:
-        far[-1] += _FAR / mu
+        far[-1] += span.FAR / mu
     starting = np.flatnonzero(count)
     starting = starting[_gain(lattice, h, held[starting] + 1, far[starting] - 1) > 0]
     count = count[starting]
@@ -120,7 +119,7 @@ def deepest_contact(lattice: Lattice) -> float:
         return lattice.critical_gap
     mu, wdx = lattice.log_decay, lattice.w * lattice.spacing
     r = max(1, round(2.4 / mu))
-    rise = 1 - 1 / math.cosh(min(mu * r, _FAR))
+    rise = 1 - 1 / math.cosh(min(mu * r, span.FAR))
     return math.sqrt(2 * r * wdx * math.tanh(mu * r) / (span.unit(lattice))) / rise
 
 
@@ -133,7 +132,7 @@ def may_pay(lattice: Lattice, h: Array) -> NDArray[np.bool_]:
         before, r = int(np.count_nonzero(pays)), 1
         while r == 1 or (mu * r < 6 and r < h.size):
             ends = np.concatenate([np.full(r, deepest), v, np.full(r, deepest)])
-            rise = h - (ends[: -2 * r] + ends[2 * r :]) / (2 * math.cosh(min(mu * r, _FAR)))
+            rise = h - (ends[: -2 * r] + ends[2 * r :]) / (2 * math.cosh(min(mu * r, span.FAR)))
             links = np.concatenate([[0], np.cumsum(pays[1:] & pays[:-1])])
             lost = links[np.minimum(i + r, h.size - 1)] - links[np.maximum(i - r, 0)]
             stiffness = span.unit(lattice) / math.tanh(mu * r)

@@ -1,7 +1,7 @@
 """Any number of contacts on the lattice: their surface, totals and certificate.
 
-The free surface between and beyond the contacts is exact (span.py). The certificate is that of
-../certificate.py, with no shortcut for a single contact and independent of how the set was found:
+The free surface between and beyond the contacts is exact (span.py). The certificate's conditions
+are those of judgement.py, with no shortcut for a single contact:
 
     penetration   over all free nodes within the outermost tails, and 16 nodes beyond
     stationarity  |∂U/∂u_i| on every free node there, of `NodalEnergy`
@@ -22,11 +22,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, Sums, rounding
+from discretization.certificate import Certificate
 from discretization.lattice import fronts, span
+from discretization.lattice.judgement import rounding
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.shortest_path import mask_of, window
+from discretization.lattice.shortest_path import window
+from discretization.lattice.sums import Sums
 from energy import Indenter
 
 Array = NDArray[np.float64]
@@ -40,12 +42,11 @@ _TINY = np.finfo(float).tiny
 class ContactSet:
     """Contacts among n nodes in a row.
 
-    first: number of node 0; g (n,): d - f, -inf where there is no indenter; ends (m, 2), m >= 1:
-    first and last node of each contact, counted from node 0; depth d.
+    g (n,): d - f, -inf where there is no indenter; ends (m, 2), m >= 1: first and last node of each
+    contact, counted from the first of the row; depth d.
     """
 
     lattice: Lattice
-    first: int
     g: Array
     ends: Nodes
     depth: float
@@ -65,12 +66,12 @@ class ContactSet:
         g = depth - fronts.heights(lattice, indenter, known.astype(float))
         beyond = int(known[0]) - lo, hi - int(known[-1])
         g = np.pad(g, beyond, constant_values=-math.inf)
-        return cls(lattice, lo, g, np.asarray(nodes, np.int64) - lo, depth)
+        return cls(lattice, g, np.asarray(nodes, np.int64) - lo, depth)
 
     @functools.cached_property
     def mask(self) -> Mask:
         """(n,) whether a node is in contact."""
-        return mask_of(self.g.size, self.ends)
+        return span.mask_of(self.g.size, self.ends)
 
     @functools.cached_property
     def u(self) -> Array:
@@ -81,11 +82,6 @@ class ContactSet:
     def force(self) -> Array:
         """∂U/∂u_i (n,): of the indenter on contact nodes, imbalance on free ones."""
         return NodalEnergy(self.lattice, self.mask).gradient(self.u)
-
-    @property
-    def nodes(self) -> Nodes:
-        """First and last node of each contact (m, 2), in the lattice's numbers."""
-        return self.ends + self.first
 
     @property
     def scale(self) -> float:
@@ -113,7 +109,7 @@ def judged(contacts: ContactSet, sums: Sums) -> Certificate:
     """Certificate of a contact set with these totals."""
     lat, delta = contacts.lattice, contacts.scale
     if delta == 0:  # touching, nothing deformed
-        return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Certificate.undeformed()
     unit, noise = lat.spring * delta, rounding(lat, delta)
     imbalance = float(np.abs(contacts.force[~contacts.mask]).max()) - noise
     gain = float(_moves(contacts).max())
@@ -174,7 +170,7 @@ def _lifted(lat: Lattice, gap: Array, links: Array) -> Array:
 
 def _clears(lat: Lattice, g: Array, ends: Nodes, last: Nodes, noise: float) -> Mask:
     """(m,) whether the surface clears the indenter right of each contact if that ends at `last`."""
-    moved = mask_of(g.size, np.column_stack([ends[:, 0], last]))
+    moved = span.mask_of(g.size, np.column_stack([ends[:, 0], last]))
     clear = span.displacement(lat, g, moved) - g
     bounds = np.column_stack([last, np.append(ends[1:, 0], g.size)]).ravel()[:-1]
     return np.minimum.reduceat(clear, bounds)[::2] >= -noise

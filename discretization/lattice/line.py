@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -28,12 +29,12 @@ from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]
+Room = tuple[int, int]  # first and last node there are for a line
 _INWARDS, _OUTWARDS = 3, 4  # nodes beside the last one of a contact
 _ROUNDING = 1e-15
 _TURNS = 20
 _SETTLED = 1e-12  # links
 _CLOSEST = 1.5  # links between two lines that are moved
-_FAR = 36.0  # decay lengths across which lines do not feel each other
 
 
 class Line(NamedTuple):
@@ -50,22 +51,18 @@ class End(NamedTuple):
 
     Nodes are counted outwards from the last one of the contact, node 0, which is `node` on the
     lattice; link j leads from node j to j + 1. limit: the last node there is on this side. f: at
-    the nodes from `start` <= 0 on; gap, energy, force: `Lattice.advance` of the links from there.
+    the nodes from 0 on. gap, energy, force: `Lattice.advance` of the links from `start` <= 0 on,
+    `span.advance` where the line faces another one.
     """
 
     node: int
     side: int
     limit: int
-    start: int
     f: Array
+    start: int
     gap: list[float]
     energy: list[float]
     force: list[float]
-
-    @property
-    def height(self) -> float:
-        """f at the contact's last node."""
-        return float(self.f[-self.start])
 
 
 class Facing(NamedTuple):
@@ -80,45 +77,43 @@ def raw(lattice: Lattice, indenter: Indenter, node: int) -> Line:
     return Line(lattice.x(node), 0.0, 0.0, 0.0 in _corners(lattice, indenter, node, 1))
 
 
-def ends(
+def ends_of(
     lattice: Lattice, indenter: Indenter, depth: float, where: Region, contact: Contact
 ) -> list[End]:
     """Both ends of a single contact, the right one first; of a mirrored contact that one alone."""
-    first, last, _ = contact
-    right = _end(lattice, indenter, depth, where, last, 1, FIRST_BLOCK)
+    (first, last, _), room = contact, where[:2]
+    right = _end(lattice, indenter, depth, room, last, 1, FIRST_BLOCK)
     if mirror_axis(lattice, indenter, first, last) is not None:
         return [right]
-    return [right, _end(lattice, indenter, depth, where, first, -1, FIRST_BLOCK)]
+    return [right, _end(lattice, indenter, depth, room, first, -1, FIRST_BLOCK)]
 
 
-def outer(lattice: Lattice, indenter: Indenter, reach: float, both: list[End]) -> tuple[Line, Line]:
-    """Left and right line of a single contact with these `ends`."""
-    right = _line(lattice, indenter, both[0], reach)
-    if len(both) > 1:
-        return _line(lattice, indenter, both[1], reach), right
+def outer(lattice: Lattice, indenter: Indenter, reach: float, ends: list[End]) -> tuple[Line, Line]:
+    """Left and right line of a single contact with these `ends_of`."""
+    right = _line(lattice, indenter, ends[0], reach)
+    if len(ends) > 1:
+        return _line(lattice, indenter, ends[1], reach), right
     x = max(2 * (indenter.apex or 0.0) - right.x, indenter.extent[0])
     return Line(x, right.force, right.energy, right.pinned), right
 
 
 def between(
-    lattice: Lattice, indenter: Indenter, depth: float, ends: tuple[int, int, int, int]
+    lattice: Lattice, indenter: Indenter, depth: float, one: tuple[int, int], other: tuple[int, int]
 ) -> tuple[Line, Line]:
-    """Both lines of a gap: right one of contact nodes a..b, left one of contact nodes c..d.
+    """Both lines of a gap: the right one of contact nodes a..b, the left one of c..d.
 
     A lone contact node keeps its lines.
     """
-    a, b, c, d = ends
+    (a, b), (c, d), reach = one, other, lattice.critical_gap
     left, right = raw(lattice, indenter, b), raw(lattice, indenter, c)
     for _ in range(_TURNS):
         before = left.x, right.x
         if b > a:
-            where, facing = Region(a, c - 1, b), Facing(c, right.x)
-            left = recover(lattice, indenter, depth, where, b, 1, lattice.critical_gap, facing)
+            left = recover(lattice, indenter, depth, (a, c - 1), b, 1, reach, Facing(c, right.x))
         if d > c:
-            where, facing = Region(b + 1, d, c), Facing(b, left.x)
-            right = recover(lattice, indenter, depth, where, c, -1, lattice.critical_gap, facing)
+            right = recover(lattice, indenter, depth, (b + 1, d), c, -1, reach, Facing(b, left.x))
         moved = max(abs(left.x - before[0]), abs(right.x - before[1]))
-        far = c - b > _FAR / lattice.log_decay
+        far = c - b > span.FAR / lattice.log_decay
         if far or moved <= _SETTLED * lattice.spacing + _ROUNDING * abs(left.x):
             break
     if left.x >= right.x:
@@ -130,14 +125,14 @@ def recover(
     lattice: Lattice,
     indenter: Indenter,
     depth: float,
-    where: Region,
+    room: Room,
     node: int,
     side: int,
     reach: float,
     facing: Facing | None = None,
 ) -> Line:
     """Contact line beyond `node` on `side` (+1 right, -1 left); a link holds while gap <= reach."""
-    end = _end(lattice, indenter, depth, where, node, side, _OUTWARDS, facing)
+    end = _end(lattice, indenter, depth, room, node, side, _OUTWARDS, facing)
     return _line(lattice, indenter, end, reach)
 
 
@@ -145,14 +140,14 @@ def _end(
     lattice: Lattice,
     indenter: Indenter,
     depth: float,
-    where: Region,
+    room: Room,
     node: int,
     side: int,
     outwards: int,
     facing: Facing | None = None,
 ) -> End:
     """The end of a contact at `node`, with so many nodes outwards."""
-    before, beyond = (node - where.first, where.last - node)[::side]
+    before, beyond = (node - room[0], room[1] - node)[::side]
     start, stop = -min(before, _INWARDS), min(beyond, outwards) + 1
     nodes = np.arange(node + side * start, node + side * stop, side, dtype=float)
     f = heights(lattice, indenter, nodes)
@@ -162,13 +157,16 @@ def _end(
     else:
         gap, energy, force = _facing(lattice, indenter, depth, nodes, near, facing)
     limit, changes = node + side * beyond, (gap.tolist(), energy.tolist(), force.tolist())
-    return End(node, side, limit, start, f, *changes)
+    return End(node, side, limit, f[-start:], start, *changes)
 
 
 def _facing(
     lattice: Lattice, indenter: Indenter, depth: float, nodes: Array, f: Array, facing: Facing
 ) -> tuple[Array, Array, Array]:
-    """`Lattice.advance` between these nodes, heights f, towards another line."""
+    """`Lattice.advance` between these nodes, heights f, towards another line.
+
+    gap: with that line where it is; energy and force: with it half way there from its node.
+    """
     x, there = lattice.x(nodes[:-1]), lattice.x(facing.node)
     found = []
     for end in (facing.x, (facing.x + there) / 2):
@@ -182,18 +180,18 @@ def _facing(
 def _line(lattice: Lattice, indenter: Indenter, end: End, reach: float) -> Line:
     """The line at this end; a link holds while gap <= reach."""
     corners = _corners(lattice, indenter, end.node, end.side)
-    excess = [gap - reach for gap in end.gap]
-    zeta, links, pinned = _locate(lattice, end.start, excess, corners)
+    excess = {link: gap - reach for link, gap in enumerate(end.gap, end.start)}
+    zeta, links, pinned = _locate(lattice, excess, corners)
     x = lattice.x(end.node + end.side * zeta)
     if pinned:  # the corner itself, not its position rounded on the lattice
         corners_x = np.asarray(indenter.corners, float)
         x = float(corners_x[np.argmin(np.abs(corners_x - x))])
     x, at = min(max(x, indenter.extent[0]), indenter.extent[1]), zeta - lattice.edge
-    force = _added(end.start, end.force, links, at)
-    return Line(x, force, _added(end.start, end.energy, links, at), pinned)
+    force, energy = (_added(end.start, steps, links, at) for steps in (end.force, end.energy))
+    return Line(x, force, energy, pinned)
 
 
-def _added(start: int, steps: list[float], links: range, zeta: float) -> float:
+def _added(start: int, steps: list[float], links: list[int], zeta: float) -> float:
     """What a contact set that ends at ζ has more than the one that ends at node 0.
 
     steps: changes over link `start` and those after it; links: those to interpolate over.
@@ -201,8 +199,8 @@ def _added(start: int, steps: list[float], links: range, zeta: float) -> float:
     if not links:
         return 0.0
     totals = list(itertools.accumulate(steps, initial=0.0))
-    own = [total - totals[-start] for total in totals[links.start - start : links.stop - start + 1]]
-    return _value(_differences(own), zeta - links.start)
+    own = [total - totals[-start] for total in totals[links[0] - start : links[-1] - start + 2]]
+    return _value(_differences(own), zeta - links[0])
 
 
 def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> list[float]:
@@ -210,65 +208,60 @@ def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> list
     if not len(indenter.corners):
         return []
     corners = np.asarray(indenter.corners, float)
-    middle, span = lattice.x(node), 5 * lattice.spacing
-    lo, hi = np.searchsorted(corners, [middle - span, middle + span])
+    middle, near = lattice.x(node), 5 * lattice.spacing
+    lo, hi = np.searchsorted(corners, [middle - near, middle + near])
     zeta = sorted((side * (corners[lo:hi] - middle) / lattice.spacing).tolist())
     return [float(round(z)) if abs(z - round(z)) < 1e-9 else z for z in zeta]
 
 
 def _locate(
-    lattice: Lattice, start: int, excess: list[float], corners: list[float]
-) -> tuple[float, range, bool]:
+    lattice: Lattice, excess: dict[int, float], corners: list[float]
+) -> tuple[float, list[int], bool]:
     """ζ of the line, the links whose polynomial found it, and whether a corner pins it.
 
-    excess: gap - reach of link `start` and those after it; link j spans ζ = j..j+1.
+    excess: gap - reach by link; link j spans ζ = j..j+1.
     """
-    known = range(start, start + len(excess))
     near = [corner for corner in corners if -1 < corner < 1]
-    if len(near) != 1:  # corners as dense as the nodes: secant through the two links
-        links = _within(known, -1, 1) if near else _within(_clear(known, corners), -2, 2)
-        return _root(lattice, links, _of(links, start, excess)), links, False
-    corner, clear = near[0], _clear(known, corners)
-    inside = _within(clear, math.floor(corner) - 3, math.floor(corner))
-    outside = _within(clear, math.ceil(corner), math.ceil(corner) + 3)
+    if len(near) > 1:  # corners as dense as the nodes: secant through the two links
+        links = _within(excess, -1, 1)
+        return _root(lattice, links, excess), links, False
+    clear = _clear(excess, corners) if corners else excess
+    if not near:
+        links = _within(clear, -2, 2)
+        return _root(lattice, links, excess), links, False
+    corner, below, above = near[0], math.floor(near[0]), math.ceil(near[0])
+    inside, outside = _within(clear, below - 3, below), _within(clear, above, above + 3)
     for links, sign in ((inside, 1), (outside, -1)):
-        values, at = _of(links, start, excess), corner - links.start - 0.5
-        if values and sign * _value(_differences(values), at) > 0:
-            return _root(lattice, links, values), links, False
+        curve = _differences([excess[link] for link in links])
+        if links and sign * _value(curve, corner - links[0] - 0.5) > 0:
+            return _root(lattice, links, excess), links, False
     return corner, inside, True
 
 
-def _clear(links: range, corners: list[float]) -> range:
+def _clear(links: Iterable[int], corners: list[float]) -> list[int]:
     """The links about node 0 up to the first corners that are a link or more away from it."""
-    if not corners:
-        return links
-    below = max((math.ceil(corner) for corner in corners if corner <= -1), default=links.start)
-    above = min((math.floor(corner) for corner in corners if corner >= 1), default=links.stop)
+    below = max((math.ceil(corner) for corner in corners if corner <= -1), default=-math.inf)
+    above = min((math.floor(corner) for corner in corners if corner >= 1), default=math.inf)
     return _within(links, below, above)
 
 
-def _within(links: range, first: int, stop: int) -> range:
+def _within(links: Iterable[int], first: float, stop: float) -> list[int]:
     """Those of the links that are first..stop-1."""
-    first = max(links.start, first)
-    return range(first, max(first, min(links.stop, stop)))
+    return [link for link in links if first <= link < stop]
 
 
-def _of(links: range, start: int, values: list[float]) -> list[float]:
-    """Of values of link `start` and all after it, those of these links."""
-    return values[links.start - start : links.stop - start]
-
-
-def _root(lattice: Lattice, links: range, excess: list[float]) -> float:
+def _root(lattice: Lattice, links: list[int], excess: dict[int, float]) -> float:
     """Zero of the polynomial through the excess at the links' middles: secant steps to rounding."""
     if not links:
         raise ValueError(
             f"spacing = {lattice.spacing!r} leaves no link between two corners; use a smaller one"
         )
-    middle, curve = links.start + 0.5, _differences(excess)
+    middle, values = links[0] + 0.5, [excess[link] for link in links]
+    curve = _differences(values)
     if len(links) < 2:
         return middle + lattice.edge
-    after = next((i for i, y in enumerate(excess) if y > 0), len(excess) - 1) or 1
-    x0, x1, y0, y1 = middle + after - 1, middle + after, excess[after - 1], excess[after]
+    after = next((i for i, y in enumerate(values) if y > 0), len(values) - 1) or 1
+    x0, x1, y0, y1 = middle + after - 1, middle + after, values[after - 1], values[after]
     for _ in range(8):
         if y1 == y0 or abs(x1 - x0) <= _ROUNDING:
             break

@@ -14,23 +14,28 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError, Sums, certify
+from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.lattice import fronts, line
+from discretization.lattice import fronts, judgement, line, span
 from discretization.lattice.contact_set import ContactSet, judged, totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import Oracle
 from discretization.lattice.shortest_path import Proof, global_minimum, window
+from discretization.lattice.sums import Sums
 from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+Pair = tuple[line.Line, line.Line]  # left and right line of a contact
+Errors = dict[str, float] | Callable[[Equilibrium], dict[str, float]]
+_UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 
 
 def on_lowest(
@@ -87,16 +92,15 @@ def of_contacts(
     contacts = ContactSet.of(lattice, scene.indenter, depth, where, nodes)
     sums = totals(contacts)
     certificate = passed(depth, judged(contacts, sums))
-    ends = _lines(lattice, scene, depth, where, contacts.nodes)
-    label = "global" if branch == "global" or not lattice.w else "metastable"
-    return state_of(scene, branch, contacts, sums, certificate, ends, label)
+    lines = _lines(lattice, scene, depth, where, nodes)
+    return state_of(scene, depth, branch, lattice, nodes.tolist(), sums, certificate, lines)
 
 
 def without_contact(
     scene: Scene, depth: float, branch: str, lattice: Lattice, where: fronts.Region
 ) -> Equilibrium:
     """The certified flat surface. NotCertifiedError if the indenter would be in it."""
-    certificate = passed(depth, certify(lattice, scene.indenter, depth, where, None, None))
+    certificate = passed(depth, judgement.detached(lattice, scene.indenter, depth, where))
     return detached(scene, depth, branch, lattice.tail, certificate, lattice.spacing)
 
 
@@ -105,18 +109,12 @@ def _search(lattice: Lattice, g: Array, method: str, margin: bool) -> tuple[Node
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
         kind = "integer" if lattice.w else "convex"
-        return runs(Oracle(lattice, g.size, kind).solve(g).contact), None
+        return span.runs(Oracle(lattice, g.size, kind).solve(g).contact), None
     if method == "lattice" and not lattice.w:
         contact = obstacle(lattice, g).contact
-        return runs(contact if contact.any() else g == 0), None
+        return span.runs(contact if contact.any() else g == 0), None
     found = global_minimum(lattice, g, margin=margin)
     return found.contacts, found.proof
-
-
-def runs(contact: NDArray[np.bool_]) -> Nodes:
-    """First and last node of each contact (m, 2)."""
-    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
-    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
 
 
 def refuse_unknown(
@@ -143,54 +141,57 @@ def passed(depth: float, certificate: Certificate) -> Certificate:
 
 def state_of(
     scene: Scene,
+    depth: float,
     branch: str,
-    contacts: ContactSet,
+    lattice: Lattice,
+    nodes: Sequence[Sequence[int]],
     sums: Sums,
     certificate: Certificate,
-    ends: list[tuple[line.Line, line.Line]],
-    label: str,
+    lines: list[Pair],
+    errors: Errors = _UNKNOWN,
 ) -> Equilibrium:
-    """The state of a contact set with these totals and lines."""
-    lattice, depth = contacts.lattice, contacts.depth
-    x = np.array([[left.x, right.x] for left, right in ends])
-    x[x[:, 0] > x[:, 1]] = x.mean(axis=1, keepdims=True)[x[:, 0] > x[:, 1]]
-    both = [end for pair in ends for end in pair]
+    """The state with these contacts: first and last node, left and right line of each."""
+    both = [end for pair in lines for end in pair]
+    lowest = branch == "global" or not scene.work_of_adhesion
     return Equilibrium(
         scene=scene,
         depth=depth,
-        contacts=x,
-        nodes=np.asarray(lattice.x(contacts.nodes.astype(float))),
-        pinned=np.array([[left.pinned, right.pinned] for left, right in ends]),
-        force=sums.force + sum(end.force for end in both),
-        energy=sums.energy + sum(end.energy for end in both),
-        label=label,
+        contacts=np.array([_interval(*pair) for pair in lines]),
+        nodes=np.array([[lattice.x(first), lattice.x(last)] for first, last in nodes]),
+        pinned=np.array([[left.pinned, right.pinned] for left, right in lines]),
+        force=sum((end.force for end in both), start=sums.force),
+        energy=sum((end.energy for end in both), start=sums.energy),
+        label="global" if lowest else "metastable",
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
-        errors=dict.fromkeys(QUANTITIES, math.nan),
+        errors=errors,
         method="lattice",
         branch=branch,
         spacing=lattice.spacing,
     )
 
 
+def _interval(left: line.Line, right: line.Line) -> list[float]:
+    """x of both lines; their middle if the contact is smaller than interpolation resolves."""
+    return [left.x, right.x] if left.x <= right.x else 2 * [(left.x + right.x) / 2]
+
+
 def _lines(
     lattice: Lattice, scene: Scene, depth: float, where: fronts.Region, nodes: Nodes
-) -> list[tuple[line.Line, line.Line]]:
+) -> list[Pair]:
     """Left and right line of each contact."""
     indenter, reach, rows = scene.indenter, lattice.critical_gap, nodes.tolist()
     if len(rows) == 1:
         contact = fronts.Contact(rows[0][0], rows[0][1], reach)
-        both = line.ends(lattice, indenter, depth, where, contact)
-        return [line.outer(lattice, indenter, reach, both)]
+        ends = line.ends_of(lattice, indenter, depth, where, contact)
+        return [line.outer(lattice, indenter, reach, ends)]
     (a, b), (c, d) = rows[0], rows[-1]
     found = [line.raw(lattice, indenter, a), line.raw(lattice, indenter, d)]
     if a < b:
-        outside = fronts.Region(where.first, b, a)
-        found[0] = line.recover(lattice, indenter, depth, outside, a, -1, reach)
+        found[0] = line.recover(lattice, indenter, depth, (where.first, b), a, -1, reach)
     if c < d:
-        outside = fronts.Region(c, where.last, d)
-        found[1] = line.recover(lattice, indenter, depth, outside, d, 1, reach)
+        found[1] = line.recover(lattice, indenter, depth, (c, where.last), d, 1, reach)
     for one, other in itertools.pairwise(rows):
-        found[-1:-1] = line.between(lattice, indenter, depth, (*one, *other))
+        found[-1:-1] = line.between(lattice, indenter, depth, one, other)
     return list(zip(found[::2], found[1::2], strict=True))

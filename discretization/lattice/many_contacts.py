@@ -52,7 +52,7 @@ class ManyContacts:
         lattice = Lattice.of(scene, spacing, origin)
         for name, given in (("opening", scene.opening), ("pattern", scene.pattern)):
             if given is not None:
-                raise ValueError(f"{name} = {given!r} with several contacts is not available")
+                raise ValueError(f"{name} = {given!r} with several contacts: leave it out")
         if scene.slopes != "small" or not scene.gamma1:
             raise ValueError(
                 f"slopes = {scene.slopes!r} with gamma1 = {scene.gamma1!r}: a load path on the "

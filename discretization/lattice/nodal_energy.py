@@ -45,7 +45,7 @@ class NodalEnergy:
         return sum(self.terms(u).values())
 
     def gradient(self, u: ArrayLike) -> Array:
-        """∂U/∂u_i (n,) at fixed contact: nodal forces; on contact nodes the indenter's."""
+        """∂U/∂u_i [force/length] (n,) at fixed contact: on contact nodes the indenter's force."""
         lat, u = self.lattice, np.asarray(u, float)
         tension = self._links(u)[0]
         force = lat.spacing * terms.spring(u, k=lat.k).first
@@ -56,7 +56,7 @@ class NodalEnergy:
         return force
 
     def hessian(self, u: ArrayLike = 0.0) -> Array:
-        """∂²U/∂u_i∂u_j at u in lower banded form (2, n): diagonal, then sub-diagonal.
+        """∂²U/∂u_i∂u_j [force/length²] at u, lower banded (2, n): diagonal, then sub-diagonal.
 
         For small slopes it is the same at every u.
         """
@@ -74,7 +74,8 @@ class NodalEnergy:
         """argmin U[u] s.t. u_i = g_i on the contact nodes: one banded Cholesky solve.
 
         With finite slopes that solve, whose stiffness is never too small, is the first step of
-        Newton's method, and the one taken where Newton's would raise the energy.
+        Newton's method, and the one taken where Newton's would raise the energy. ArithmeticError
+        if that does not come to rest.
 
         Plain elimination: it loses digits as l/Δx grows (1e-4 relative at 1e6). It is the
         independent check of the exact tails, not what the minimisers run on.

@@ -46,6 +46,9 @@ class Lattice:
     node; loss: 1 - λ without cancellation; end_stiffness: t(1-λ), what a half-infinite free tail
     does to its first node; link_over_decay: t/λ.
 
+    Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
+    shape; energies [energy/length] and forces [force/length] per length of the contact line.
+
     Small slopes; `FiniteLattice` answers the same questions for finite ones.
     """
 
@@ -65,10 +68,11 @@ class Lattice:
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
-        """Lattice for a scene with a node on `origin`.
+        """Lattice for a scene with nodes `spacing` [length] apart, one of them on `origin`.
 
-        By default that is the indenter's lowest point, which may be a tip; a body between two
-        edges is centred, so that the outermost nodes are at most Δx/2 inside them.
+        By default that is the indenter's `apex`, which may be a tip, or x = 0 where it is not
+        known; a body between two edges without other corners is centred, so that the outermost
+        nodes are at most Δx/2 inside them. ValueError unless spacing > 0.
         """
         spacing = positive("spacing", spacing)
         if origin is None:

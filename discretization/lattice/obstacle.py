@@ -30,6 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
 
 Array = NDArray[np.float64]
@@ -55,8 +56,7 @@ class ObstacleSolution:
     @property
     def intervals(self) -> Nodes:
         """First and last node of each contact (m, 2)."""
-        edges = np.diff(self.contact.astype(np.int8), prepend=0, append=0)
-        return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
+        return span.runs(self.contact)
 
     @property
     def energy(self) -> float:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.span import FAR
 from discretization.lattice.starts import Few, Many, Starts
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _TIE = 1e-12  # of wΔx: what more contact may cost
-_FAR = 60.0  # decay lengths after which the ends of a span are independent
 _PRUNE = 8  # steps between two removals of starts that lost at v = 0
 
 
@@ -77,7 +77,7 @@ def _detached(starts: Starts, tie: float) -> tuple[int, float]:
 
 def _steps(lattice: Lattice, chain: Chain) -> Iterator[tuple[int, float, float, float]]:
     """Node, depth, links to the node before and exp(μT) to it, for each node of the chain."""
-    growth = np.minimum(lattice.log_decay * np.diff(chain.node, prepend=chain.node[:1]), _FAR)
+    growth = np.minimum(lattice.log_decay * np.diff(chain.node, prepend=chain.node[:1]), FAR)
     columns = (chain.node, chain.depth, chain.links, np.exp(growth))
     return zip(*(column.tolist() for column in columns), strict=True)
 

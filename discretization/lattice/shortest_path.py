@@ -89,7 +89,7 @@ class GlobalMinimum:
     @property
     def in_contact(self) -> Mask:
         """(n,) whether a node is in contact."""
-        return mask_of(self.g.size, self.contacts)
+        return span.mask_of(self.g.size, self.contacts)
 
     def u(self) -> Array:
         """Displacements (n,): g in contact, free spans and tails elsewhere."""
@@ -113,7 +113,7 @@ def global_minimum(lattice: Lattice, g: ArrayLike, *, margin: bool = True) -> Gl
     chain = _chain(lattice, h)
     paths = shortest(lattice, chain)
     contacts = _contacts(chain, paths)
-    mask = mask_of(g.size, contacts)
+    mask = span.mask_of(g.size, contacts)
     terms = NodalEnergy(lattice, mask).terms(span.displacement(lattice, g, mask)).values()
     proof = Proof(
         bound=span.energy(lattice, g, held) + paths.least,
@@ -180,14 +180,6 @@ def _contacts(chain: Chain, paths: Paths) -> Nodes:
     return chain.node[np.stack([at[ends[:-1]], at[ends[1:]]], axis=1)]
 
 
-def mask_of(n: int, contacts: Nodes) -> Mask:
-    """(n,) whether a node is in one of the contacts."""
-    step = np.zeros(n + 1, np.int64)
-    step[contacts[:, 0]] += 1
-    step[contacts[:, 1] + 1] -= 1
-    return np.cumsum(step[:-1]) > 0
-
-
 def _margin(lattice: Lattice, chain: Chain, contacts: Nodes, paths: Paths) -> float:
     """Energy of the best state of another topology (`Proof`) above the minimum."""
     n, back, ends = chain.node.size, chain.reversed(), np.searchsorted(chain.node, contacts)
@@ -204,7 +196,7 @@ def _margin(lattice: Lattice, chain: Chain, contacts: Nodes, paths: Paths) -> fl
 
 def _elsewhere(lattice: Lattice, chain: Chain, touching: Array, ends: Nodes) -> float:
     """Least energy that touches a free node which is shielded on both sides."""
-    at = np.flatnonzero(~mask_of(chain.node.size, ends))
+    at = np.flatnonzero(~span.mask_of(chain.node.size, ends))
     gap = np.searchsorted(ends[:, 0], at)
     energy, parted = touching[at], np.append(chain.links, 0) == 0
     left = span.running_max(np.where(parted[at], math.inf, energy), gap)

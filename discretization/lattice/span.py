@@ -1,5 +1,7 @@
 """Free spans between contact nodes in closed form, and the surface built from them.
 
+A contact set is the first and last node of each contact, (m, 2), or a mask of all nodes, (n,).
+
 Between two contact nodes T links apart free nodes obey u_{i-1} - 2u_i + u_{i+1} = κ u_i: u is a sum
 of sinh μ(i - left) and sinh μ(right - i), μ = -ln λ; beyond the outermost contact nodes T = ∞ and u
 is a tail. Everything is scaled so that no sinh overflows and no difference cancels.
@@ -16,6 +18,22 @@ from discretization.lattice.nodes import Lattice
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+FAR = 60.0  # decay lengths after which the ends of a span are independent
+
+
+def runs(contact: Mask) -> Nodes:
+    """First and last node of each contact (m, 2)."""
+    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
+    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
+
+
+def mask_of(n: int, contacts: Nodes) -> Mask:
+    """(n,) whether a node is in one of the contacts."""
+    step = np.zeros(n + 1, np.int64)
+    step[contacts[:, 0]] += 1
+    step[contacts[:, 1] + 1] -= 1
+    return np.cumsum(step[:-1]) > 0
 
 
 def shares(rate: float, p: Array, q: Array) -> tuple[Array, Array, Array]:
@@ -65,7 +83,7 @@ def above(lattice: Lattice, y: Array, held: Nodes, at: Nodes, own: Array) -> Arr
     return excess(lattice, at - x[k], x[k + 1] - at, ends[k], own, ends[k + 1])
 
 
-def displacement(lattice: Lattice, g: Array, contact: NDArray[np.bool_]) -> Array:
+def displacement(lattice: Lattice, g: Array, contact: Mask) -> Array:
     """u (n,): g on the contact nodes, spans between and tails beyond them."""
     u, free = np.where(contact, g, 0.0), np.flatnonzero(~contact)
     u[free] = -above(lattice, g, np.flatnonzero(contact), free, u[free])

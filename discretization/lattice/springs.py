@@ -16,16 +16,22 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, rounding
+from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium
-from discretization.lattice import fronts, line
+from discretization.lattice import fronts, line, span
 from discretization.lattice.contact_set import ContactSet, totals
-from discretization.lattice.lowest import passed, refuse_unknown, runs, state_of, without_contact
+from discretization.lattice.judgement import rounding
+from discretization.lattice.lowest import (
+    Pair,
+    passed,
+    refuse_unknown,
+    state_of,
+    without_contact,
+)
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.shortest_path import window
 from energy import Scene
 
-Array = NDArray[np.float64]
 _TIE = 1e-12
 
 
@@ -35,17 +41,15 @@ def on_springs(
     """Certified state of independent springs on this branch; see the module."""
     first, g = window(lattice, scene.indenter, depth)
     reach = _reach(lattice, branch, float(g.max()))
-    nodes = runs(g >= -reach * (1 + _TIE)) + first
+    nodes = span.runs(g >= -reach * (1 + _TIE)) + first
     if not nodes.size:
         return without_contact(scene, depth, branch, lattice, where)
     refuse_unknown(scene, depth, lattice, where, nodes)
     contacts = ContactSet.of(lattice, scene.indenter, depth, where, nodes)
     sums = totals(contacts)
     certificate = passed(depth, _judged(contacts, branch, sums.force, sums.force_by_reactions))
-    ends = _lines(lattice, scene, depth, where, contacts.nodes, reach)
-    lowest = branch == "global" or not lattice.w
-    label = "global" if lowest else "metastable"
-    return state_of(scene, branch, contacts, sums, certificate, ends, label)
+    lines = _lines(lattice, scene, depth, where, nodes, reach)
+    return state_of(scene, depth, branch, lattice, nodes.tolist(), sums, certificate, lines)
 
 
 def _reach(lattice: Lattice, branch: str, highest: float) -> float:
@@ -58,7 +62,7 @@ def _reach(lattice: Lattice, branch: str, highest: float) -> float:
 def _judged(contacts: ContactSet, branch: str, force: float, reactions: float) -> Certificate:
     lat, mask, delta = contacts.lattice, contacts.mask, contacts.scale
     if delta == 0:  # touching, nothing deformed
-        return Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Certificate.undeformed()
     unit, wdx, noise = lat.spring * delta, lat.w * lat.spacing, rounding(lat, delta)
     free, g = contacts.g[~mask], contacts.g[mask]
     pull = np.maximum(-g * lat.spring - noise, 0.0)
@@ -84,16 +88,15 @@ def _lines(
     where: fronts.Region,
     nodes: NDArray[np.int64],
     reach: float,
-) -> list[tuple[line.Line, line.Line]]:
+) -> list[Pair]:
     """Left and right line of each contact, each found as if it were alone."""
     before = np.append(where.first, nodes[:-1, 1] + 1).tolist()
     after = np.append(nodes[1:, 0] - 1, where.last).tolist()
     found = []
     for (first, last), lo, hi in zip(nodes.tolist(), before, after, strict=True):
-        near = fronts.Region(lo, hi, first)
-        ends = (
-            line.recover(lattice, scene.indenter, depth, near, node, side, reach)
+        left, right = (
+            line.recover(lattice, scene.indenter, depth, (lo, hi), node, side, reach)
             for node, side in ((first, -1), (last, 1))
         )
-        found.append((next(ends), next(ends)))
+        found.append((left, right))
     return found

@@ -19,7 +19,6 @@ from discretization.lattice.nodes import Lattice
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-_FAR = 60.0  # decay lengths after which the ends of a span are independent
 NOWHERE = -(1 << 62)  # node of the start "nothing precedes"
 _MOST, _LEAST = 48, 16  # starts from which on arrays are faster, and below which they are not
 _ROWS = ("place", "node", "value", "depth", "slope")
@@ -108,7 +107,7 @@ class Few:
     @functools.cached_property
     def table(self) -> Array:
         """1 - λᵀ and K_T (2, T), T = ∞ the last."""
-        longest = min(self.most, math.ceil(_FAR / self.lattice.log_decay))
+        longest = min(self.most, math.ceil(span.FAR / self.lattice.log_decay))
         links = np.append(np.arange(longest + 1.0), math.inf)
         loss = -np.expm1(-self.lattice.log_decay * links)
         return np.stack([loss, span.stiffness(self.lattice, links)])

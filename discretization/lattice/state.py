@@ -7,19 +7,19 @@ from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError, Sums, judged, measured
+from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import fronts
-from discretization.lattice.line import End, Line, ends, outer
-from discretization.lattice.lowest import on_lowest, without_contact
+from discretization.lattice.judgement import judged
+from discretization.lattice.line import End, Line, ends_of, outer
+from discretization.lattice.lowest import on_lowest, state_of, without_contact
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.path_state import on_path
 from discretization.lattice.springs import on_springs
+from discretization.lattice.sums import measured
 from energy import Plane, Scene
 
-Array = NDArray[np.float64]
 _SAFETY = 1.5
 
 
@@ -37,10 +37,15 @@ def on_lattice(
     method: str = "lattice",
     margin: bool = True,
 ) -> Equilibrium:
-    """Certified equilibrium on one lattice, a node on `origin`.
+    """Certified equilibrium at an imposed depth on nodes `spacing` apart, one of them on `origin`.
 
-    method: "lattice", or for the lowest energy of all "shortest_path" or "oracle"; margin: whether
-    its proof says how far above the next topology lies.
+    min U[u] s.t. u_i >= d - f(x_i), U that of `NodalEnergy`; a, P and U are interpolated between
+    the nodes. branch, and method "lattice", "shortest_path" or "oracle", are those of `minimise`,
+    which looks at its arguments first; origin: by default that of `Lattice.of`; margin: whether the
+    proof of a global minimum says how far above it the next topology lies.
+
+    ValueError for a spacing too large for the body, a contact that would leave the profile, and
+    several contacts with finite slopes; NotCertifiedError if no equilibrium was found.
     """
     lattice = Lattice.of(scene, spacing, origin)
     if isinstance(scene.indenter, Plane):
@@ -67,16 +72,16 @@ def _several(
 
     The lowest energy of all contact sets is, of a convex indenter, that of its path or none.
     """
-    convex, w = scene.indenter.convex, scene.work_of_adhesion
     if method != "lattice":
         return on_lowest(scene, depth, branch, lattice, where, method, margin)
-    if convex:
+    if scene.indenter.convex:
         return None
     if not scene.gamma1:
         return on_springs(scene, depth, branch, lattice, where)
-    if branch == "global" if w else scene.slopes == "small":
+    lowest = branch == "global" if scene.work_of_adhesion else scene.slopes == "small"
+    if lowest:
         return on_lowest(scene, depth, branch, lattice, where, method, margin)
-    return on_path(scene, depth, lattice, where) if branch == "adhered" else None
+    return on_path(scene, depth, lattice, where)
 
 
 def _one_contact(
@@ -92,14 +97,15 @@ def _one_contact(
     apart = branch == "global" and depth <= fronts.height(lattice, indenter, where.lowest)
     if apart and sums.energy > 0:
         return without_contact(scene, depth, branch, lattice, where)
-    both = ends(lattice, indenter, depth, where, contact)
-    lines = outer(lattice, indenter, contact.reach, both)
+    ends = ends_of(lattice, indenter, depth, where, contact)
+    lines = outer(lattice, indenter, contact.reach, ends)
     _refuse_overhang(lattice, scene, depth, contact, lines)
-    certificate = judged(lattice, indenter, depth, contact, sums, both)
+    certificate = judged(lattice, indenter, depth, contact, sums, ends)
     if not certificate.ok:
         _refuse(scene, depth, certificate)
-    neutral = _indifferent(lattice, contact, both[0])
-    return _state(scene, depth, branch, lattice, contact, sums, lines, certificate, neutral)
+    nodes = [contact[:2]]
+    state = state_of(scene, depth, branch, lattice, nodes, sums, certificate, [lines], estimated)
+    return replace(state, label="neutral") if _indifferent(lattice, contact, ends[0]) else state
 
 
 def _refuse(scene: Scene, depth: float, certificate: Certificate) -> NoReturn:
@@ -141,47 +147,13 @@ def _overhang(lattice: Lattice, depth: float, where: str, lift: float) -> str:
     )
 
 
-def _state(
-    scene: Scene,
-    depth: float,
-    branch: str,
-    lattice: Lattice,
-    contact: fronts.Contact,
-    sums: Sums,
-    lines: tuple[Line, Line],
-    certificate: Certificate,
-    neutral: bool,
-) -> Equilibrium:
-    left, right = lines
-    x = left.x, right.x
-    if left.x > right.x:  # a contact smaller than the interpolation resolves
-        x = ((left.x + right.x) / 2,) * 2
-    convex = branch == "global" or scene.work_of_adhesion == 0
-    return Equilibrium(
-        scene=scene,
-        depth=depth,
-        contacts=np.array([x]),
-        nodes=np.array([[lattice.x(contact.first), lattice.x(contact.last)]]),
-        pinned=np.array([[left.pinned, right.pinned]]),
-        force=sums.force + left.force + right.force,
-        energy=sums.energy + left.energy + right.energy,
-        label="neutral" if neutral else "global" if convex else "metastable",
-        certificate=certificate,
-        tail=lattice.tail,
-        scales={"force": sums.force_scale, "energy": sums.energy_scale},
-        errors=estimated,
-        method="lattice",
-        branch=branch,
-        spacing=lattice.spacing,
-    )
-
-
 def _indifferent(lattice: Lattice, contact: fronts.Contact, end: End) -> bool:
     """Whether moving a line by several links costs nothing: any contact width is an equilibrium."""
     if contact.last - contact.first < 3 or not lattice.w:
         return False
-    most, links = 1e-10 * lattice.w * lattice.spacing, range(-end.start - 3, -end.start)
-    return all(end.gap[link] > 0 and abs(end.energy[link]) <= most for link in links)
+    most = 1e-10 * lattice.w * lattice.spacing
+    inside = range(-end.start)
+    return all(end.gap[link] > 0 and abs(end.energy[link]) <= most for link in inside)
 
 
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
@@ -189,7 +161,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     gap, cost, _ = map(float, lattice.advance(0.0, 0.0, depth))
     adheres = lattice.gamma1 or branch == "global" or depth < 0
     lift = max(abs(depth), scene.critical_separation) or 1.0
-    apart = Certificate(max(0.0, depth / lift), 0.0, 0.0, 0.0, 0.0)
+    apart = Certificate.undeformed(max(0.0, depth / lift))
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
     if gap > (lattice.critical_gap * (1 + 1e-12) if adheres else 0.0):
         return state

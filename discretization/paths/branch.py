@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from energy import Scene
 
 Array = NDArray[np.float64]
-State = Any  # lines or contact nodes, with `ends` in x; None: detached
+State = Any  # lines or contact nodes, with `ends` in x, of several contacts `lines`; None: detached
 
 
 class Point(NamedTuple):
@@ -22,7 +22,7 @@ class Point(NamedTuple):
 
 
 class Branch(Protocol):
-    """States of one contact under a prescribed depth.
+    """States under a prescribed depth.
 
     touch: depth at which contact begins; lift: how far below it can be held; smooth: whether P is
     a smooth function of d between events.
@@ -50,7 +50,7 @@ class Branch(Protocol):
         """The state whose lines are here, two for every contact; nan: detached."""
 
     def pinned(self, state: State) -> tuple[str, str]:
-        """What holds each line: "edge", "tip" or "" where it is free."""
+        """What holds each of the outermost lines: "edge", "tip" or "" where it is free."""
 
     def force(self, state: State, depth: float) -> float:
         """P."""

@@ -157,7 +157,7 @@ class FittedMany:
     def _reentrant(self, a: float, b: float) -> bool:
         """Whether there is a corner between at which the slope falls."""
         ground = self.moves.ground
-        corners = np.array([*ground.between(a, b), *(x for x in (a, b) if ground.corner(x))])
+        corners = np.array([*ground.between(a, b), *(x for x in (a, b) if ground.at_corner(x))])
         slope, aside = self.scene.indenter.slope, ground.aside
         return bool((slope(corners + aside) < slope(corners - aside)).any())
 
@@ -170,8 +170,8 @@ class FittedMany:
         return left, right
 
     def _contacts(self, state: Held, depth: float) -> FittedContacts:
-        corner, walls = self.moves.ground.corner, self.scene.indenter.walls
-        lines = [FittedLine(x, corner(x) or x in walls, False) for x in state.lines]
+        at_corner, walls = self.moves.ground.at_corner, self.scene.indenter.walls
+        lines = [FittedLine(x, at_corner(x) or x in walls, False) for x in state.lines]
         reach = self.scene.critical_separation
         problem = Problem(self.scene, depth, self.touch, reach, self.moves.levels.response)
         return FittedContacts(problem, tuple(zip(lines[::2], lines[1::2], strict=True)))

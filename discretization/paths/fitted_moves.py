@@ -11,9 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from discretization.fitted import gap
 from discretization.fitted.lines import bracketed
 from discretization.paths.clearance import Clearance
@@ -21,7 +18,6 @@ from discretization.paths.gap_moves import GapMoves, lower
 from discretization.paths.line_levels import Levels
 from discretization.paths.stops import Ground, first_stop
 
-Array = NDArray[np.float64]
 Lines = tuple[float, ...]
 Pair = tuple[float, float]
 _MOST = 10_000

@@ -25,9 +25,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError, certify, measured
+from discretization.certificate import NotCertifiedError
 from discretization.lattice.fronts import Contact, Region, region
+from discretization.lattice.judgement import certify
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.sums import measured
 from discretization.paths.lattice_side import Side, build
 from energy import Scene
 
@@ -36,7 +38,7 @@ _INTERIOR = 0.499
 _OF_ADHESION = ("opening", "neighbours")  # judged with one work of adhesion only
 
 
-class Nodes(NamedTuple):
+class Links(NamedTuple):
     """A contact of `left` and `right` links beside the node that touches first; its ends in x."""
 
     left: int
@@ -44,7 +46,7 @@ class Nodes(NamedTuple):
     ends: tuple[float, float]
 
 
-State = Nodes | None
+State = Links | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,24 +90,24 @@ class LatticeBranch:
         """How far below touching a contact can be held: δ₀ of opening."""
         return self.scene.opened.critical_separation
 
-    def _nodes(self, left: int, right: int) -> Nodes:
-        return Nodes(left, right, (float(self.left.x[left]), float(self.right.x[right])))
+    def _state(self, left: int, right: int) -> Links:
+        return Links(left, right, (float(self.left.x[left]), float(self.right.x[right])))
 
     def contact(self, *lines: float) -> State:
         """The state whose lines are less than half a link from these positions; nan: detached."""
         if math.isnan(lines[0]):
             return None
         sides = zip((self.left, self.right), lines, strict=True)
-        return self._nodes(*(round(abs(x - side.x[0]) / self.lattice.spacing) for side, x in sides))
+        return self._state(*(round(abs(x - side.x[0]) / self.lattice.spacing) for side, x in sides))
 
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
         if before is None:
             if depth < self.touch:
                 return None
-            before = self._nodes(0, 0)
+            before = self._state(0, 0)
         left, right = self.left.moved(before.left, depth), self.right.moved(before.right, depth)
-        return self._nodes(left, right) if left + right > 0 or depth >= self.touch else None
+        return self._state(left, right) if left + right > 0 or depth >= self.touch else None
 
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """The first depth on the way at which a line crosses several links at once."""
@@ -123,14 +125,14 @@ class LatticeBranch:
         after = depth if rising else math.nextafter(depth, -math.inf)  # there links still hold
         return depth, self._before(state, depth, rising), self.follow(state, after)
 
-    def _before(self, state: Nodes, depth: float, rising: bool) -> Nodes:
+    def _before(self, state: Links, depth: float, rising: bool) -> Links:
         """The state just before the links that are crossed at this depth."""
         counts = []
         for side, links in ((self.left, state.left), (self.right, state.right)):
             at, _ = side.crossed(links, depth)
             done = int(np.count_nonzero(at < depth if rising else at > depth))
             counts.append(links + done if rising else links - done)
-        return self._nodes(*counts)
+        return self._state(*counts)
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds each line: "edge", "tip" or "" where it is free."""
@@ -204,7 +206,7 @@ class LatticeBranch:
             done += float(np.diff(cuts) @ self._pull(side, count.astype(int), middles))
         return done
 
-    def observed(self, depths: Array, states: Sequence[Nodes]) -> tuple[Array, Array, Array]:
+    def observed(self, depths: Array, states: Sequence[Links]) -> tuple[Array, Array, Array]:
         """Lines (n, 2), P and U (n,) of states, interpolated between the nodes."""
         lines = np.array([state.ends for state in states])
         spacing = self.lattice.spacing
@@ -235,10 +237,8 @@ class LatticeBranch:
         """NotCertifiedError unless the contact set is in equilibrium."""
         if state is None:
             return
-        lowest, uniform = (
-            self.where.lowest,
-            self.scene.opening is None and self.scene.pattern is None,
-        )
+        lowest = self.where.lowest
+        uniform = self.scene.opening is None and self.scene.pattern is None
         nodes = Contact(lowest - state.left, lowest + state.right, self.lattice.critical_gap)
         sums = measured(self.lattice, self.scene.indenter, depth, nodes)
         judged = certify(self.lattice, self.scene.indenter, depth, self.where, nodes, sums)

@@ -25,8 +25,9 @@ _BLOCK = 16
 class Side(NamedTuple):
     """One side, outwards from the node that touches first (n nodes, n - 1 links).
 
-    x, f of the nodes; the depths at which each link closes and opens; running sums over the nodes
-    of f and f², over the links of (Δf)² and of the pattern's factor on w, node 0 left out.
+    x, f of the nodes; the depths at which each link closes, inf beyond the last one (n,), and opens
+    (n - 1,); running sums up to each node (n,) of f and f², node 0 left out, and over the links of
+    (Δf)² and of the pattern's factor on w.
     """
 
     x: Array
@@ -65,7 +66,7 @@ class Side(NamedTuple):
 
 
 def build(scene: Scene, lattice: Lattice, where: Region, side: int, deepest: float) -> Side:
-    """Nodes outwards to the first link that resists at the largest depth, and two more."""
+    """Nodes outwards to the first link that resists at the largest depth, and three links more."""
     limit = where.first if side < 0 else where.last
     strongest = max(scene.pattern.factors) if scene.pattern else 1.0
     reach = lattice.critical_gap * math.sqrt(strongest)

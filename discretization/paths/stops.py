@@ -40,7 +40,7 @@ class Ground:
         found = [float(x) for x in self.corners[first:last]]
         return found if end > start else found[::-1]
 
-    def corner(self, x: float) -> bool:
+    def at_corner(self, x: float) -> bool:
         """Whether x is a corner."""
         i = int(np.searchsorted(self.corners, x))
         return i < self.corners.size and bool(self.corners[i] == x)
@@ -51,11 +51,11 @@ def first_stop(h: Function, start: float, limit: float, ground: Ground) -> float
     if start == limit:
         return None
     aside = math.copysign(ground.aside, limit - start)
-    if h(start, aside if ground.corner(start) else 0.0) >= 0:
+    if h(start, aside if ground.at_corner(start) else 0.0) >= 0:
         return start
     x = start
     for end in [*ground.between(start, limit), limit]:
-        kinks = {p: a for p, a in ((x, aside), (end, -aside)) if ground.corner(p)}
+        kinks = {p: a for p, a in ((x, aside), (end, -aside)) if ground.at_corner(p)}
         found = _within(_beside(h, kinks), x, end, ground.step)
         if found is not None:
             return found

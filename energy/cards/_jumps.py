@@ -95,7 +95,7 @@ def _parabola_width(a: Array, ell: Array, reach2: Array, kappa: Array) -> Array:
     """The positive root of a (a² + 3al + 3l²) − 3Rδ₀ (a + l) + (3κ/4)(a (a + 2l) − 2Rδ₀).
 
     That is b³ + (3κ/4) b² − 3Rδ₀ b − l³ − (3κ/4)(l² + 2Rδ₀) with b = a + l. It is convex; the root
-    lies between a(0), the start, and √(3/2) a(0): six Newton steps reach rounding.
+    lies between a(0), the start, and 1.26 a(0): six Newton steps reach rounding.
     """
     for _ in range(6):
         b = a + ell
