@@ -46,7 +46,6 @@ from discretization.certificate import NotCertifiedError
 from discretization.equilibrium import AccuracyWarning, Equilibrium
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.state import on_lattice
 from discretization.loading import load_path
 from discretization.minimise import minimise
 from discretization.paths.events import Event, PullOff
@@ -63,5 +62,4 @@ __all__ = [
     "PullOff",
     "load_path",
     "minimise",
-    "on_lattice",
 ]

@@ -28,7 +28,7 @@ def described(thing: Any) -> Any:
         return thing.tolist()
     if isinstance(thing, (tuple, list)):
         return [described(part) for part in thing]
-    if isinstance(thing, (np.floating, float, int)) and not isinstance(thing, bool):
+    if isinstance(thing, (np.number, float, int)) and not isinstance(thing, bool):
         return float(thing)
     if not is_dataclass(thing) or isinstance(thing, type):
         return thing if thing is None or isinstance(thing, (str, bool)) else repr(type(thing))

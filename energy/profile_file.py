@@ -20,24 +20,25 @@ _SEPARATORS = str.maketrans(",;\t", "   ")
 def read_profile(path: str | Path, *, kind: str = "linear", unit: float = 1.0) -> Sampled:
     """A `Sampled` profile from a file of positions x and heights z, both in `unit` metres.
 
-    Text (.txt, .csv, .dat, .tsv): two columns separated by blanks, tabs, commas or semicolons;
-    lines that start with # and one line of column names are skipped. .npz: arrays `x` and `z`.
-    Anything else is read by the library SurfaceTopography, where installed: a line scan, in its own
-    units brought to metres. Heights are upwards from the indenter's lowest level, as in `Sampled`.
+    Text (.txt, .csv, .dat, .tsv, .xyz): two columns separated by blanks, tabs, commas or
+    semicolons; lines that start with # and one line of column names are skipped. .npz: arrays `x`
+    and `z`. Anything else is a line scan, read by the library SurfaceTopography where installed; a
+    unit that the file states counts, not `unit`. Heights are upwards from the indenter's lowest
+    level, as in `Sampled`.
 
     ValueError for a file that holds no such columns, and for what `Sampled` refuses.
     """
     path, unit = Path(path), positive("unit", unit)
     if not path.is_file():
         raise ValueError(f"path = {str(path)!r} is no file; give the name of a measured profile")
-    if path.suffix == ".npz":
-        x, z = _arrays(path)
+    if path.suffix.lower() == ".npz":
+        x, z = (unit * column for column in _arrays(path))
     elif path.suffix.lower() in TEXT:
-        x, z = _columns(path)
+        x, z = (unit * column for column in _columns(path))
     else:
-        x, z = _topography(path)
+        x, z = _topography(path, unit)
     try:
-        return Sampled(x * unit, z * unit, kind)
+        return Sampled(x, z, kind)
     except ValueError as error:
         raise ValueError(f"path = {str(path)!r}: {error}") from None
 
@@ -76,7 +77,7 @@ def _columns(path: Path) -> tuple[Array, Array]:
     return table[:, 0], table[:, 1]
 
 
-def _topography(path: Path) -> tuple[Array, Array]:
+def _topography(path: Path, unit: float) -> tuple[Array, Array]:
     try:
         library: Any = importlib.import_module("SurfaceTopography")
     except ImportError:
@@ -87,6 +88,6 @@ def _topography(path: Path) -> tuple[Array, Array]:
     scan = library.read_topography(str(path))
     if scan.dim != 1:
         raise ValueError(f"path = {str(path)!r} is an area scan; give a line scan")
-    scan = scan.to_unit("m") if scan.unit is not None else scan
+    scan, unit = (scan, unit) if scan.unit is None else (scan.to_unit("m"), 1.0)
     x, z = scan.positions_and_heights()
-    return np.asarray(x, float), np.asarray(z, float)
+    return unit * np.asarray(x, float), unit * np.asarray(z, float)

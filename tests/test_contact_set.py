@@ -8,13 +8,14 @@ import pytest
 from lattices import nodes_of, of_heights, random_lattice, unpruned
 from scenes import DELTA0, SCENE, L, adhesive, roughness, two
 
-from discretization import Lattice, NodalEnergy, on_lattice
+from discretization import Lattice, NodalEnergy
 from discretization.lattice import fronts
 from discretization.lattice.bounds import deepest_contact
 from discretization.lattice.contact_set import ContactSet, judged, totals
 from discretization.lattice.judgement import certify
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.shortest_path import global_minimum
+from discretization.lattice.state import on_lattice
 from discretization.lattice.sums import measured
 from energy import Profile
 

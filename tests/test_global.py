@@ -8,10 +8,11 @@ import pytest
 from lattices import nodes_of
 from scenes import ALPHA, DELTA0, L, adhesive, rough, two
 
-from discretization import NodalEnergy, NotCertifiedError, minimise, on_lattice
+from discretization import NodalEnergy, NotCertifiedError, minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.lattice import fronts
 from discretization.lattice.oracle import Oracle
+from discretization.lattice.state import on_lattice
 from energy import FlatPunch, cards
 from studies.random_cases import SHAPES, random_case
 

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ import pytest
 from scenes import adhesive
 
 from discretization import History, load_path
-from energy import Parabola, Profile, Sampled, Wedge
+from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
 ROOT = Path(__file__).parent.parent
 PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 40), np.linspace(0.01, -0.01, 60)] * 0.7
@@ -71,6 +71,22 @@ def test_a_path_continues_as_if_it_had_not_stopped(scene, cut, tmp_path):
     first.to_csv(tmp_path / "first.csv")
     read = History.from_csv(tmp_path / "first.csv")
     assert identical(whole, load_path(scene, depths=PROGRAMME[cut:], after=read))
+
+
+def test_a_scene_given_in_whole_numbers_of_numpy_is_read_again(tmp_path):
+    layer = ElasticLayer(np.int64(3), 0.0, np.float32(2.0))
+    scene = Scene(layer, SurfaceEnergies.from_work(1.0, 0.01), PowerLaw(1.0, np.int64(2)))
+    load_path(scene, depths=[0.1]).to_csv(tmp_path / "path.csv")
+    assert History.from_csv(tmp_path / "path.csv").scene == scene
+    other = replace(scene, layer=ElasticLayer(np.int64(4), 0.0, 2.0))
+    with pytest.raises(ValueError, match="scene"):
+        History.from_csv(tmp_path / "path.csv", other)
+
+
+def test_no_pull_is_no_pull_off():
+    path = load_path(adhesive(Parabola(0.02), w=0.0), depths=[1e-3, 2e-3])
+    with pytest.raises(ValueError, match=r"least force = \d.* is not tensile; retract"):
+        _ = path.pull_off
 
 
 def test_every_control_continues():

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import minimise, on_lattice
+from discretization import minimise
+from discretization.lattice.state import on_lattice
 from energy import FlatPunch, Parabola, Plane, PowerLaw, Sampled, Wedge, cards
 from studies.random_cases import SHAPES, random_case
 

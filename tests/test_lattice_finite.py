@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scenes import adhesive, steep
 
-from discretization import minimise, on_lattice
+from discretization import minimise
 from discretization.equilibrium import QUANTITIES
+from discretization.lattice.state import on_lattice
 from energy import FlatPunch, Parabola, Plane, PowerLaw, Profile, Sampled, Wedge, cards
 from studies.random_cases import random_steep_case, steep_totals
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scenes import adhesive, rippled
 
-from discretization import History, NotCertifiedError, load_path, minimise, on_lattice
+from discretization import History, NotCertifiedError, load_path, minimise
+from discretization.lattice.state import on_lattice
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import FlatPunch, Parabola, Patches, Sampled, SurfaceEnergies, Wedge
 

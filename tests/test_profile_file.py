@@ -30,7 +30,8 @@ def test_two_columns_of_text(name, text, tmp_path):
 
 def test_arrays(tmp_path):
     np.savez(tmp_path / "a.npz", x=X, z=Z)
-    assert np.array_equal(read_profile(tmp_path / "a.npz", kind="smooth").z, Z)
+    (tmp_path / "a.npz").rename(tmp_path / "a.NPZ")
+    assert np.array_equal(read_profile(tmp_path / "a.NPZ", kind="smooth").z, Z)
     np.savez(tmp_path / "b.npz", position=X)
     with pytest.raises(ValueError, match=r"holds the arrays \['position'\]; name them x and z"):
         read_profile(tmp_path / "b.npz")
@@ -58,13 +59,16 @@ def test_instrument_files_need_their_library(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r"install elastocap\[topography\]"):
         read_profile(tmp_path / "scan.opd")
 
-    def scan(dim):
-        found = SimpleNamespace(dim=dim, unit="µm", positions_and_heights=lambda: (X * 1e-6, Z))
+    def scan(dim, unit="µm"):
+        found = SimpleNamespace(dim=dim, unit=unit, positions_and_heights=lambda: (X * 1e-6, Z))
         found.to_unit = lambda unit: found
         return SimpleNamespace(read_topography=lambda path: found)
 
     monkeypatch.setitem(sys.modules, "SurfaceTopography", scan(1))
-    assert np.array_equal(read_profile(tmp_path / "scan.opd").x, X * 1e-6)
+    for given in (1.0, 1e-3):  # its own unit counts
+        assert np.array_equal(read_profile(tmp_path / "scan.opd", unit=given).x, X * 1e-6)
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", scan(1, unit=None))
+    assert np.array_equal(read_profile(tmp_path / "scan.opd", unit=2.0).x, 2 * X * 1e-6)
     monkeypatch.setitem(sys.modules, "SurfaceTopography", scan(2))
     with pytest.raises(ValueError, match="area scan; give a line scan"):
         read_profile(tmp_path / "scan.opd")

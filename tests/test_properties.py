@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import rescaled
 
-from discretization import NodalEnergy, minimise, on_lattice
+from discretization import NodalEnergy, minimise
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.state import on_lattice
 from energy import Profile
 from studies.random_cases import SHAPES, random_case, random_steep_case
 

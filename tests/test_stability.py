@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import NodalEnergy, on_lattice
+from discretization import NodalEnergy
 from discretization.lattice import fronts
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.state import on_lattice
 from discretization.lattice.sums import measured
 from energy import Parabola, Wedge
 

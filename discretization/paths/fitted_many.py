@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import NotCertifiedError
 from discretization.equilibrium import AccuracyWarning
 from discretization.fitted.contacts import FittedContacts, totals
 from discretization.fitted.lines import FittedLine, Problem
@@ -207,10 +208,15 @@ class FittedMany:
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError unless the state is in equilibrium."""
-        if state is not None:
-            state_of(
-                self._contacts(state, depth), "adhered", self.moves.clearance.points, self.rtol
-            )
+        if state is None:
+            return
+        points = self.moves.clearance.points
+        try:
+            state_of(self._contacts(state, depth), "adhered", points, self.rtol)
+        except NotCertifiedError as problem:
+            raise NotCertifiedError(
+                f"{problem}: the path stops before it; try other depths, or method='lattice'"
+            ) from None
 
 
 def _refuse(scene: Scene) -> None:

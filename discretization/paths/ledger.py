@@ -33,7 +33,10 @@ def most_tensile(branch: Branch, segments: Sequence[Segment]) -> PullOff:
     """The state of least force. ValueError if no force is tensile."""
     states = [_least(branch, run) for run in _runs(segments)]
     if not states or min(state.force for state in states) >= 0:
-        raise ValueError("this path has no tensile state; retract the indenter further")
+        least = min((state.force for state in states), default=math.inf)
+        raise ValueError(
+            f"least force = {least!r} of this path is not tensile; retract the indenter further"
+        )
     found = min(states, key=lambda state: state.force)
     return PullOff(found.force, found.depth, found.half_width)
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization import AccuracyWarning, Equilibrium, minimise, on_lattice
+from discretization import AccuracyWarning, Equilibrium, minimise
+from discretization.lattice.state import on_lattice
 from energy import Scene
 
 Array = NDArray[np.float64]
