@@ -42,7 +42,7 @@ def cold(grid: Grid, solver: str, tolerance: float | None = None) -> Callable[[]
 
     def solve() -> Answer:
         problem, u, _ = _modelled(grid, False)
-        problem.solve(solver=solver, **options)
+        _solve(problem, solver, **options)
         return _read(grid, problem, u)
 
     return solve
@@ -52,14 +52,24 @@ def parametrised(grid: Grid, solver: str) -> Callable[[], Answer]:
     """The obstacle as a parameter: modelled and solved once before, then solved again."""
     problem, u, floor = _modelled(grid, True)
     floor.value = grid.g
-    problem.solve(solver=solver)
+    _solve(problem, solver)
 
     def solve() -> Answer:
         floor.value = grid.g.copy()
-        problem.solve(solver=solver)
+        _solve(problem, solver)
         return _read(grid, problem, u)
 
     return solve
+
+
+def _solve(problem: Any, solver: str, **options: Any) -> None:
+    """RuntimeError if the solver gives up."""
+    import cvxpy as cp
+
+    try:
+        problem.solve(solver=solver, **options)
+    except cp.error.SolverError as failure:
+        raise RuntimeError(str(failure)) from None
 
 
 def _read(grid: Grid, problem: Any, u: Any) -> Answer:
