@@ -84,7 +84,7 @@ class Equilibrium:
         """a: half the total contact length, 0 when detached."""
         return float(np.sum(self.contacts[:, 1] - self.contacts[:, 0])) / 2
 
-    @property
+    @functools.cached_property
     def line_slopes(self) -> tuple[Array, Array]:
         """Outward slopes at the contact lines, (m, 2) each: indenter f', free surface u'.
 

@@ -77,7 +77,7 @@ def _draw(
         y, label, log = _coordinate(record, chosen[1])
         axes.set_yscale("log" if log else "linear")
         axes.set_ylabel(label)
-        colours = axes.pcolormesh(x, y, table.T, cmap="cividis", shading="nearest")
+        colours = axes.pcolormesh(x, y, table.T, cmap="cividis", shading="nearest", rasterized=True)
         axes.figure.colorbar(colours, ax=axes, label=quantity)
         return
     axes.set_ylabel(quantity)
