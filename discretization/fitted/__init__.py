@@ -1,7 +1,7 @@
 """Contact lines as unknowns, a spectral mesh of the free surface anchored at each.
 
 One contact: free surface (spectral.py, free_surface.py) -> what a line feels of it (response.py) ->
-contact lines (lines.py) -> integrals (quadrature.py) -> certificate and error estimate ->
+contact lines (lines.py, roots.py) -> integrals (quadrature.py) -> certificate and error estimate ->
 Equilibrium, by state.py. The surfaces that it keeps, in the scene's units: tail.py.
 
 Several contacts: contact nodes of the lattice without small gaps (bubbles.py) -> surfaces between

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted import gap
-from discretization.fitted.lines import FittedLine, Problem, bracketed
+from discretization.fitted.lines import FittedLine, Problem
+from discretization.fitted.roots import bracketed
 
 Array = NDArray[np.float64]
 Drive = Callable[[float, float], float]

@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.response import Response
+from discretization.fitted.roots import bracketed
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
@@ -243,37 +244,6 @@ def _around(
         "known any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends "
         "the indenter there"
     )
-
-
-def bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:
-    """Zero of h with h(inside) <= 0 < h(outside), by Chandrupatla's method.
-
-    Inverse quadratic steps where three points support them, halving otherwise, until the bracket
-    is a few roundings wide. T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145.
-    """
-    a, b = inside, outside
-    fa, fb = min(h(a), 0.0), h(b)
-    if not fb > 0:  # a corner whose slope is read from the other side
-        fb = -fa or 1.0
-    fraction = 0.5
-    for _ in range(200):
-        x = a + fraction * (b - a)
-        fx = h(x)
-        if (fx > 0) == (fa > 0):
-            c, fc, a, fa = a, fa, x, fx
-        else:
-            c, fc, b, a, fb, fa = b, fb, a, x, fa, fx
-        best = a if abs(fa) < abs(fb) else b
-        least = 4e-16 * abs(best) / (abs(b - a) or 1.0)
-        if fa == 0 or least > 0.5 or a == b:
-            return a if fa == 0 else best
-        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        fraction = 0.5
-        if phi * phi < xi and (1 - phi) ** 2 < 1 - xi:
-            fraction = fa / (fb - fa) * fc / (fb - fc)
-            fraction += (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-        fraction = min(max(fraction, least), 1 - least)
-    return best
 
 
 def lowest_point(indenter: Indenter, size: float) -> float:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from discretization.fitted.lines import bracketed
+from discretization.fitted.roots import bracketed
 from discretization.paths.branch import Branch, Point
 
 _MARCH = 40

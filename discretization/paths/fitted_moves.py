@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 from discretization.fitted import gap
-from discretization.fitted.lines import bracketed
+from discretization.fitted.roots import bracketed
 from discretization.paths.clearance import Clearance
 from discretization.paths.gap_moves import GapMoves, lower
 from discretization.paths.line_levels import Levels

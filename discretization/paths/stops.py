@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.lines import bracketed
+from discretization.fitted.roots import bracketed
 
 Array = NDArray[np.float64]
 Function = Callable[[float, float], float]
