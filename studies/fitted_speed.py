@@ -8,8 +8,9 @@ same process, next to the true errors against energy.cards,
     |a - a*|/a*,   |P - P*|/ΣP,   |U - U*|/ΣU,   |θ - θ*|,
 
 ΣP and ΣU being the sums of the terms' absolute values (a force may pass through zero). Every scene
-is new and solved once; what is kept between scenes are the free surfaces for finite slopes, in units
-of l and γ₁ the same for all. The time bar is for the 95th percentile. Finite slopes have convex indenters only.
+is new and solved once; what is kept between scenes are the free surfaces for finite slopes, in
+units of l and γ₁ the same for all. The time bar is for the 95th percentile. Finite slopes have
+convex indenters only.
 
 Output: a line per indenter, fitted_speed.csv with a row per scene. Exit status 1 if an error misses
 its bar, with --strict also if a time does: machines may be shared.
