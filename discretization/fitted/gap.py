@@ -13,8 +13,8 @@ with the modes of its inner nodes, K φ = λ M φ, of length 2η its even and od
 
     σ = η - η³/2 Σ c²/(λ+η²),    σ + 2τ = 1/η + η/3 - η³/2 Σ b²/(λ+η²),
 
-c and b the modes' shares of 1 and x; elements in a row fold to s <- σ + τ(σ+s)/(τ+σ+s), which adds
-positive numbers only. Lines more than 40 l apart do not feel each other.
+c and b the modes' shares of 1 and x; two equal parts in a row are one of twice the length, which
+adds positive numbers only (`Piece.doubled`). Lines more than 40 l apart do not feel each other.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,8 +57,35 @@ def modes(degree: int) -> Modes:
     )
 
 
-def element(degree: int, eta: float) -> tuple[float, float, float, float]:
-    """σ, τ of an element of length 2η, and their derivatives by η."""
+class Piece(NamedTuple):
+    """A part of a surface condensed to its two ends, each with the stiffness σ, tied by τ.
+
+    With the derivatives of both by the length of the part; numbers or arrays.
+    """
+
+    ground: Any
+    tie: Any
+    ground_rate: Any
+    tie_rate: Any
+
+    @property
+    def doubled(self) -> Piece:
+        """Two such parts in a row: σ + τσ/(σ+τ) and τ²/(2(σ+τ)), which add positive numbers only.
+
+        The derivatives are those by the length of both.
+        """
+        ground, tie, ground_rate, tie_rate = self
+        whole = ground + tie
+        rise = (tie * tie * ground_rate + ground * ground * tie_rate) / (whole * whole)
+        share = tie / whole
+        fall = share * tie_rate - share * share * (ground_rate + tie_rate) / 2
+        return Piece(
+            ground + share * ground, share * tie / 2, (ground_rate + rise) / 2, fall / 2
+        )
+
+
+def element(degree: int, eta: Any) -> Piece:
+    """One element of length 2η (a number or an array), with derivatives by its length."""
     square, found = eta * eta, modes(degree)
     sums = []
     for family in found:
@@ -72,45 +99,47 @@ def element(degree: int, eta: float) -> tuple[float, float, float, float]:
     ground, ground_rate = eta * (1 - even / 2), 1 - even_rate / 2
     both = 1 / eta + eta * (1 / 3 - odd / 2)
     both_rate = -1 / square + 1 / 3 - odd_rate / 2
-    return ground, (both - ground) / 2, ground_rate, (both_rate - ground_rate) / 2
+    return Piece(ground, (both - ground) / 2, ground_rate / 2, (both_rate - ground_rate) / 4)
+
+
+def piece(degree: int, length: Any) -> Piece:
+    """A part of this length > 0 (a number or an array), on equal elements."""
+    times = _doublings(float(np.max(length)))
+    found = element(degree, length / 2 ** (times + 1))
+    for _ in range(times):
+        found = found.doubled
+    return found
+
+
+def _doublings(length: float) -> int:
+    """How often an element is doubled, so that it is at most _LONGEST long."""
+    return max(0, math.ceil(math.log2(length / _LONGEST)))
 
 
 class Half(NamedTuple):
-    """B and A of a gap, and their derivatives by its length."""
+    """B and A of a gap, and their derivatives by its length; numbers or arrays."""
 
-    even: float
-    odd: float
-    even_rate: float
-    odd_rate: float
+    even: Any
+    odd: Any
+    even_rate: Any
+    odd_rate: Any
 
 
-def _fold(parts: tuple[float, float, float, float], s: float, rate: float) -> tuple[float, float]:
-    """Stiffness at the outer end of an element that has the stiffness s at its inner end."""
-    ground, tie, ground_rate, tie_rate = parts
-    y, y_rate = ground + s, ground_rate + rate
-    whole = tie + y
-    return ground + tie * y / whole, ground_rate + (tie_rate * y * y + y_rate * tie * tie) / (
-        whole * whole
-    )
+def half(degree: int, length: Any) -> Half:
+    """B and A of a gap of this length > 0 (a number or an array)."""
+    if isinstance(length, float) and length > 2 * FAR:
+        surface = linear(degree)
+        return Half(surface.reaction, surface.reaction, 0.0, 0.0)
+    ground, tie, ground_rate, tie_rate = piece(degree, np.minimum(length, 2 * FAR) / 2)
+    whole = ground + tie
+    rise = (tie * tie * ground_rate + ground * ground * tie_rate) / (whole * whole)
+    even, odd = ground + tie * ground / whole, whole
+    return Half(even, odd, (ground_rate + rise) / 2, (ground_rate + tie_rate) / 2)
 
 
 def count(length: float) -> int:
     """Elements on half of a gap."""
-    return max(1, math.ceil(length / 2 / _LONGEST))
-
-
-def half(degree: int, length: float) -> Half:
-    """B and A of a gap of this length > 0."""
-    if length > 2 * FAR:
-        surface = linear(degree)
-        return Half(surface.reaction, surface.reaction, 0.0, 0.0)
-    n = count(length)
-    parts = element(degree, length / (4 * n))
-    even, odd = (0.0, 0.0), (parts[0] + parts[1], parts[2] + parts[3])
-    for i in range(n):
-        even = _fold(parts, *even)
-        odd = _fold(parts, *odd) if i else odd
-    return Half(even[0], odd[0], even[1] / (4 * n), odd[1] / (4 * n))
+    return int(2 ** _doublings(length / 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,22 +195,28 @@ class Shapes:
 def shapes(degree: int, length: float) -> Shapes:
     """The nodal values of a gap that is not `FAR`."""
     n = count(length)
-    parts = element(degree, length / (4 * n))
+    part = element(degree, length / (4 * n))
     ends = np.zeros((2, n + 1))
     ends[:, 0] = 1
     for which, s in enumerate((0.0, math.inf)):
         stiff = [s]
         for _ in range(n - 1):
-            s = parts[0] + parts[1] if math.isinf(s) else _fold(parts, s, 0.0)[0]
+            s = _beyond(part, s)
             stiff.insert(0, s)
         for e, beyond in enumerate(stiff):
-            passed = 0.0 if math.isinf(beyond) else parts[1] / (parts[1] + parts[0] + beyond)
+            passed = 0.0 if math.isinf(beyond) else part.tie / (part.tie + part.ground + beyond)
             ends[which, e + 1] = ends[which, e] * passed
     even, odd = _inner(degree, length / (4 * n))
     mean, half_rise = (ends[:, :-1] + ends[:, 1:]) / 2, np.diff(ends, axis=1) / 2
     inside = mean[..., None] * even + half_rise[..., None] * odd
     u = np.concatenate([ends[:, :1], inside[..., 1:].reshape(2, -1)], axis=1)
     return Shapes(degree, length, u)
+
+
+def _beyond(part: Piece, s: float) -> float:
+    """Stiffness at the outer end of an element that has the stiffness s at its inner end."""
+    y = part.ground + s
+    return float(part.ground + (part.tie if math.isinf(s) else part.tie * y / (part.tie + y)))
 
 
 def _inner(degree: int, eta: float) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -49,11 +50,11 @@ class Response:
     error: float
     mismatch: float
 
-    def reaction(self, u0: float) -> float:
-        """S = dF/du₀ [γ₁]."""
+    def reaction(self, u0: Any) -> Any:
+        """S = dF/du₀ [γ₁]; of an array where none is beyond STEEP."""
         if self.slopes == "small":
             return u0 * self.reactions[0]
-        if self._alone(u0):
+        if not isinstance(u0, np.ndarray) and self._alone(u0):
             return u0 * _beyond(self.degree, u0, 0)
         return u0 * _horner(self.reactions, _along(u0))
 
@@ -82,12 +83,12 @@ class Response:
         return abs(u0) > STEEP and self.slopes == "finite"
 
 
-def _along(u0: float) -> float:
+def _along(u0: Any) -> Any:
     """t, which runs from -1 to 1 up to STEEP."""
     return 2 * u0 * u0 / STEEP**2 - 1
 
 
-def _horner(powers: Powers, t: float) -> float:
+def _horner(powers: Powers, t: Any) -> Any:
     total = 0.0
     for power in powers:
         total = total * t + power

@@ -1,0 +1,83 @@
+"""Where the free surfaces of the fitted mesh come closest to the profile."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.fitted.roots import bracketed
+from discretization.fitted.surfaces import Line, Surfaces
+from discretization.profile import Resolved
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Clearance:
+    """The gap v = u - g of free surfaces above a resolved profile."""
+
+    profile: Resolved
+    surfaces: Surfaces
+
+    def least(self, left: Line | None, right: Line | None, depth: float) -> tuple[float, float]:
+        """The least v between two lines, and where; a line that is None is infinitely far away.
+
+        Read at the samples; between two of them, where v' changes sign, at the minimum of the cubic
+        through v and v', and the least of all these is solved for.
+        """
+        z, f, slope = self._near(left, right, depth)
+        if not z.size:
+            return math.inf, math.nan
+        u, u1 = self.surfaces.shape(z, left, right, depth)
+        v, v1 = u - depth + f, u1 + slope
+        i = int(np.argmin(v))
+        best, place = float(v[i]), float(z[i])
+        dips = np.flatnonzero((v1[:-1] < 0) & (v1[1:] > 0) & (np.diff(z) > 0))
+        if dips.size:
+            low = _dips(z, v, v1, dips)
+            j = int(np.argmin(low))
+            if low[j] < best:
+                return self._bottom(left, right, depth, *z[dips[j] : dips[j] + 2].tolist())
+        return best, place
+
+    def _near(self, left: Line | None, right: Line | None, depth: float) -> Array:
+        """x, f and f' of the samples between two lines that are low enough: v >= f - max(d, f_line)."""
+        ends = [line.x if line is not None else end * math.inf for end, line in ((-1, left), (1, right))]
+        own = self.profile.beyond(*ends)
+        f = self.profile.f[own]
+        low = f <= max([depth, *(line.f for line in (left, right) if line is not None)])
+        kept = low.copy()
+        kept[1:] |= low[:-1]
+        kept[:-1] |= low[1:]
+        return np.array([self.profile.x[own][kept], f[kept], self.profile.slope[own][kept]])
+
+    def _bottom(
+        self,
+        left: Line | None,
+        right: Line | None,
+        depth: float,
+        start: float,
+        end: float,
+    ) -> tuple[float, float]:
+        """The minimum between two samples, as v and its place."""
+        indenter = self.profile.indenter
+
+        def inclined(z: float) -> float:
+            return float(self.surfaces.shape(np.array(z), left, right, depth)[1] + indenter.slope(z))
+
+        place = bracketed(inclined, start, end)
+        u = float(self.surfaces.shape(np.array(place), left, right, depth)[0])
+        return u - depth + float(indenter.height(place)), place
+
+
+def _dips(z: Array, v: Array, v1: Array, at: NDArray[np.intp]) -> Array:
+    """The least v of the cubics between samples `at` and the next."""
+    width = z[at + 1] - z[at]
+    t = v1[at] / (v1[at] - v1[at + 1])
+    t2, t3 = t * t, t * t * t
+    low = v[at] * (2 * t3 - 3 * t2 + 1) + v[at + 1] * (3 * t2 - 2 * t3)
+    low += width * (v1[at] * (t3 - 2 * t2 + t) + v1[at + 1] * (t3 - t2))
+    return np.asarray(low)

@@ -1,0 +1,141 @@
+"""The first place on a way along the profile where a function is no longer negative.
+
+The function is read at the samples of the resolved profile, at corners on either side, until it is.
+Between samples a maximum is looked for wherever one could reach 0, so that a stop is not missed next
+to where it disappears.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.fitted.roots import bracketed
+from discretization.profile import Resolved
+
+Array = NDArray[np.float64]
+Function = Callable[[Any, Any, Any], Any]  # of x, f(x), f'(x): numbers or arrays
+Samples = tuple[Array, ...]  # x, f(x), f'(x)
+_BLOCK = 32  # samples read at once, four times as many each time
+_LEAST = 8  # samples on a way that ends at another line, however short it is
+_TOWARDS = 1 - 0.25 ** np.arange(1, 6)  # samples between the last one and that line
+_GOLDEN = (math.sqrt(5) - 1) / 2
+_HALVINGS = 40  # of the interval in which a maximum is looked for
+_NEAR = 2.0  # times its distance from the next samples, that a maximum may rise above them
+
+
+class Stop(NamedTuple):
+    """The last sample before a stop, the stop itself, and whether it is at a corner."""
+
+    before: float
+    x: float
+    corner: bool
+
+
+def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> Stop | None:
+    """First x from `start` to `limit` (itself left out) with h >= 0; None if there is none."""
+    side = 1 if limit > start else -1
+    f, f1 = profile.at(start, side)
+    last = (np.array([start]), np.array([h(start, f, f1)]))
+    if last[1][0] >= 0:
+        return Stop(start, start, True)
+    for x, f, f1 in _blocks(profile, start, limit, side):
+        seen = np.concatenate([last[0], x]), np.concatenate([last[1], h(x, f, f1)])
+        found = _among(profile, h, *seen)
+        if found is not None:
+            return found
+        last = seen[0][-2:], seen[1][-2:]
+    return None
+
+
+def _blocks(profile: Resolved, start: float, limit: float, side: int) -> Iterator[Samples]:
+    """x, f and f' of the samples strictly between, in the order of the way, in growing blocks."""
+    own = profile.beyond(start, limit)
+    columns = np.array([profile.x[own], profile.f[own], profile.slope[own]])[:, ::side]
+    first, size = 0, _BLOCK
+    while columns.shape[1] - first > size:
+        yield tuple(columns[:, first : first + size])
+        first, size = first + size, 4 * size
+    rest = columns[:, first:]
+    if math.isfinite(limit):
+        rest = _with_more(profile, rest, start if first == 0 else float(columns[0, first - 1]), limit)
+    if rest.size:
+        yield tuple(rest)
+
+
+def _with_more(profile: Resolved, samples: Array, start: float, limit: float) -> Array:
+    """Samples with some more: of a way that is short, and next to its end."""
+    last = float(samples[0, -1]) if samples.size else start
+    x = last + (limit - last) * _TOWARDS
+    if samples.shape[1] < _LEAST:
+        x = np.concatenate([start + (limit - start) * np.arange(1, _LEAST) / _LEAST, x])
+    x = x[(x != limit) & (x != last) & ~np.isin(x, samples[0])]
+    more = np.array([x, profile.indenter.height(x), profile.indenter.slope(x)])
+    both = np.hstack([samples, more])
+    return both[:, np.argsort(np.sign(limit - start) * both[0], kind="stable")]
+
+
+def _among(profile: Resolved, h: Function, x: Array, values: Array) -> Stop | None:
+    """The stop among samples, the first of which is negative."""
+    stops = np.flatnonzero(values >= 0)
+    end = int(stops[0]) if stops.size else values.size
+    for i in _peaks(x[: end + 1], values[: end + 1]):
+        before, beyond = float(x[i - 1]), float(x[i + 1])
+        top = _summit(profile, h, before, beyond)
+        if top is not None:
+            if abs(top - before) > abs(x[i] - before):
+                before = float(x[i])
+            return Stop(before, bracketed(_read(profile, h), before, top), False)
+    if not stops.size:
+        return None
+    inside, outside = float(x[end - 1]), float(x[end])
+    if inside == outside:
+        return Stop(float(x[max(end - 2, 0)]), outside, True)
+    known = {inside: float(values[end - 1]), outside: float(values[end])}
+    return Stop(inside, bracketed(_read(profile, h, known), inside, outside), False)
+
+
+def _read(
+    profile: Resolved, h: Function, known: dict[float, float] | None = None
+) -> Callable[[float], float]:
+    """h as a function of x alone; known: at corners, on one side of them."""
+    values, indenter = known or {}, profile.indenter
+
+    def at(x: float) -> float:
+        if x in values:
+            return values[x]
+        return float(h(x, float(indenter.height(x)), float(indenter.slope(x))))
+
+    return at
+
+
+def _peaks(x: Array, values: Array) -> list[int]:
+    """Samples not less than their neighbours, beside which a maximum could reach 0."""
+    steps = np.abs(np.diff(values))
+    middle, apart = values[1:-1], np.maximum(steps[:-1], steps[1:])
+    top = (middle >= values[:-2]) & (middle >= values[2:]) & (middle < 0)
+    top &= (middle + _NEAR * apart >= 0) & (np.diff(x)[:-1] != 0) & (np.diff(x)[1:] != 0)
+    return (np.flatnonzero(top) + 1).tolist()
+
+
+def _summit(profile: Resolved, h: Function, lo: float, hi: float) -> float | None:
+    """A place between where h >= 0, looked for by golden sections of the interval."""
+    read = _read(profile, h)
+    one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
+    low, high = read(one), read(other)
+    for _ in range(_HALVINGS):
+        if low >= 0 or high >= 0:
+            return one if low >= 0 else other
+        if low > high:
+            hi, other, high = other, one, low
+            one = hi - _GOLDEN * (hi - lo)
+            low = read(one)
+        else:
+            lo, one, low = one, other, high
+            other = lo + _GOLDEN * (hi - lo)
+            high = read(other)
+    return None

@@ -1,0 +1,261 @@
+"""The profile resolved on its own scale: samples between which nothing happens unseen.
+
+An indenter is given by two functions, f(x) and f'(x). Before anything is looked for on it, it is
+sampled where contact is possible until the cubic through heights and slopes of neighbouring samples
+predicts the slope in between:
+
+    |f'(x) - cubic'(x)| <= tolerance,    at two points of every interval.
+
+Corners are kept twice, with the slope on either side, and the local minima of f are samples, too.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.equilibrium import AccuracyWarning
+from energy import Indenter, Scene
+
+Array = NDArray[np.float64]
+MOST = 200_000  # samples
+_FIRST = 512  # samples of the first pass
+_TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
+_PART = 1 / 64  # of √(2w/γ₁), which a slope must change by for a contact line to notice
+_OF_STEEPEST = 1 / 512  # of the largest slope, where w = 0
+_FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
+_ROUNDS = 48
+_HALVINGS = 60
+_ASIDE = 64 * float(np.finfo(float).eps)  # of |x|, to read a slope beside a corner
+_MARGIN = 0.125  # of δ₀ and of the depth, by which the window reaches beyond possible contact
+_WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
+_WIDEST = 2.0**40
+
+
+@dataclass(frozen=True, eq=False)
+class Resolved:
+    """Samples of a profile in increasing order (n,): x, heights f, slopes.
+
+    A corner stands twice: first with the slope on its left, then with that on its right. touch:
+    the least height, at x = lowest; scale: the steepest slope times the width, a size of f.
+    resolved: False where MOST samples were not enough.
+    """
+
+    indenter: Indenter
+    x: Array
+    f: Array
+    slope: Array
+    resolved: bool
+
+    @functools.cached_property
+    def touch(self) -> float:
+        """Depth at which contact begins, min f."""
+        return float(self.f.min())
+
+    @functools.cached_property
+    def lowest(self) -> float:
+        """Where contact begins."""
+        return float(self.x[int(np.argmin(self.f))])
+
+    def beyond(self, start: float, limit: float) -> slice:
+        """Samples strictly between two positions, increasing."""
+        lo = int(np.searchsorted(self.x, min(start, limit), side="right"))
+        hi = int(np.searchsorted(self.x, max(start, limit), side="left"))
+        return slice(lo, max(lo, hi))
+
+    def at(self, x: float, side: int) -> tuple[float, float]:
+        """f and f' at x; the slope of a corner is that on this side (+1: right)."""
+        i = int(np.searchsorted(self.x, x, side="right" if side > 0 else "left"))
+        i -= side > 0
+        if 0 <= i < self.x.size and self.x[i] == x:
+            return float(self.f[i]), float(self.slope[i])
+        return float(self.indenter.height(x)), float(self.indenter.slope(x))
+
+    @functools.cached_property
+    def corners(self) -> Array:
+        """x of the corners in the window."""
+        return self.x[1:][np.diff(self.x) == 0]
+
+
+def resolve(scene: Scene, depth: float) -> Resolved:
+    """The profile of a scene where contact is possible at depths up to this one.
+
+    AccuracyWarning where MOST samples do not resolve it; ValueError for a profile without a lowest
+    point, or with heights that are not finite.
+    """
+    indenter = scene.indenter
+    window = _window(scene, depth)
+    cuts = _cuts(indenter, window)
+    x, f, slope, resolved = _refined(scene, depth, cuts, _FIRST)
+    inside = _contact_possible(scene, depth, x, f)
+    if x[inside[1]] - x[inside[0]] < (x[-1] - x[0]) / 4:  # resolve what remains afresh
+        cuts = _cuts(indenter, (float(x[inside[0]]), float(x[inside[1]])))
+        x, f, slope, resolved = _refined(scene, depth, cuts, _FIRST)
+    if not resolved:
+        warnings.warn(_unresolved(x), AccuracyWarning, stacklevel=4)
+    return Resolved(indenter, *_with_minima(indenter, x, f, slope), resolved)
+
+
+def _unresolved(x: Array) -> str:
+    finest = float(np.diff(np.unique(x)).min())
+    return (
+        f"the profile varies on less than {finest!r}, which {MOST} samples do not resolve: "
+        "contacts may be missed; smooth the profile, or limit its extent"
+    )
+
+
+def _level(scene: Scene, depth: float, touch: float) -> float:
+    """A height above which there is no contact: none is held more than δ₀ below the surface."""
+    top, lift = max(depth, touch), scene.opened.critical_separation
+    return top + lift + _MARGIN * (lift + top - touch)
+
+
+def _window(scene: Scene, depth: float) -> tuple[float, float]:
+    """Where contact is possible: the extent, or as far as the profile is low around x = 0."""
+    lo, hi = scene.indenter.extent
+    if math.isfinite(lo) and math.isfinite(hi):
+        return lo, hi
+    size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
+    start = min(max(0.0, lo), hi)
+    half = _WINDOW * size
+    while half <= _WIDEST * size:
+        ends = max(lo, start - half), min(hi, start + half)
+        x = np.linspace(*ends, 2 * _FIRST + 1)
+        f = heights(scene.indenter, x)
+        low = float(x[int(np.argmin(f))])
+        level = _level(scene, depth, float(f.min()))
+        clear = all(
+            end == limit or f[i] > level for i, end, limit in zip((0, -1), ends, (lo, hi), strict=True)
+        )
+        if abs(low - start) <= half / 2 and clear:
+            return ends
+        half *= 2
+    raise ValueError(
+        f"indenter = {scene.indenter!r} has no lowest point within {half!r} of x = {start!r}; give "
+        "Profile(..., extent=(lo, hi))"
+    )
+
+
+def heights(indenter: Indenter, x: Array) -> Array:
+    """f at x. ValueError unless they are finite."""
+    f = np.asarray(indenter.height(x), float)
+    if not np.isfinite(f).all():
+        bad = float(x[~np.isfinite(f)][0])
+        raise ValueError(
+            f"indenter.height({bad!r}) is not finite; give a profile that is finite inside its "
+            f"extent {indenter.extent}"
+        )
+    return f
+
+
+def _cuts(indenter: Indenter, window: tuple[float, float]) -> Array:
+    """Ends of the window, and the corners and knots in it."""
+    apex = () if indenter.apex is None else (indenter.apex,)
+    known = np.concatenate([indenter.corners, indenter.knots, apex]).astype(float)
+    inner = known[(known > window[0]) & (known < window[1])]
+    return np.unique(np.concatenate([window, inner]))
+
+
+def _refined(scene: Scene, depth: float, cuts: Array, first: int) -> tuple[Array, Array, Array, bool]:
+    """Samples x, f, f' of the pieces between cuts, corners twice; whether they resolve them."""
+    indenter, corners = scene.indenter, np.asarray(scene.indenter.corners, float)
+    count = np.maximum(1, np.ceil(np.diff(cuts) / np.ptp(cuts) * first)).astype(int)
+    t = np.concatenate([np.arange(n) / n for n in count.tolist()])
+    start, width = np.repeat(cuts[:-1], count), np.repeat(np.diff(cuts), count)
+    lo = start + width * t
+    hi = np.append(lo[1:], cuts[-1])
+    low, high = (_read(indenter, corners, x, side) for x, side in ((lo, 1), (hi, -1)))
+    done: list[Array] = []
+    least, total = _FINEST * float(np.ptp(cuts)), lo.size
+    touch, steepest = float(low[0].min()), 0.0
+    for _ in range(_ROUNDS):
+        touch = min(touch, float(low[0].min(initial=math.inf)))
+        steepest = max(steepest, _steepest(low, high))
+        rough = _unpredicted(indenter, lo, hi, low, high, _tolerance(scene, steepest))
+        rough &= _low(lo, hi, low, high, _level(scene, depth, touch)) & (hi - lo > least)
+        done.append(np.array([lo, hi, *low, *high])[:, ~rough])
+        lo, hi, low, high = lo[rough], hi[rough], low[:, rough], high[:, rough]
+        total += lo.size
+        if not lo.size or total > MOST:
+            break
+        middle = (lo + hi) / 2
+        own = _read(indenter, np.empty(0), middle, 1)
+        lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
+        low, high = np.hstack([low, own]), np.hstack([own, high])
+    parts = np.hstack([*done, np.array([lo, hi, *low, *high])])
+    parts = parts[:, np.argsort(parts[0], kind="stable")]
+    doubled = np.append(parts[3, 1:] != parts[5, :-1], True)  # a corner, or the last one
+    x = np.stack([parts[0], parts[1]], axis=1)
+    both = [np.stack([parts[2 + i], parts[4 + i]], axis=1) for i in (0, 1)]
+    kept = np.stack([np.ones_like(doubled), doubled], axis=1)
+    return x[kept], both[0][kept], both[1][kept], not lo.size
+
+
+def _read(indenter: Indenter, corners: Array, x: Array, side: int) -> Array:
+    """f and f' (2, n), the slope at corners on this side of them."""
+    aside = np.where(np.isin(x, corners), side * _ASIDE * max(abs(x[0]), abs(x[-1]), 0.0), 0.0)
+    at = x + aside
+    slope = np.asarray(indenter.slope(np.clip(at, *indenter.extent)), float)
+    return np.array([heights(indenter, x), slope])
+
+
+def _tolerance(scene: Scene, steepest: float) -> float:
+    """What a slope may be mispredicted by."""
+    if scene.gamma1 and scene.work_of_adhesion:
+        kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+        return max(_PART * min(kink, steepest), 1e-10 * steepest)
+    return _OF_STEEPEST * steepest
+
+
+def _steepest(low: Array, high: Array) -> float:
+    return float(max(np.abs(low[1]).max(initial=0.0), np.abs(high[1]).max(initial=0.0)))
+
+
+def _unpredicted(
+    indenter: Indenter, lo: Array, hi: Array, low: Array, high: Array, tolerance: float
+) -> NDArray[np.bool_]:
+    """Intervals within which the cubic does not predict the slope."""
+    width, rough = hi - lo, np.zeros(lo.size, bool)
+    secant = (high[0] - low[0]) / width
+    for t in _TESTS:
+        guess = low[1] * (1 - t) * (1 - 3 * t) + high[1] * t * (3 * t - 2)
+        guess += 6 * t * (1 - t) * secant
+        rough |= np.abs(np.asarray(indenter.slope(lo + t * width)) - guess) > tolerance
+    return rough
+
+
+def _low(lo: Array, hi: Array, low: Array, high: Array, level: float) -> NDArray[np.bool_]:
+    """Intervals in which the profile may be below a level."""
+    drop = (hi - lo) * np.maximum(np.abs(low[1]), np.abs(high[1])) / 2
+    return np.minimum(low[0], high[0]) - drop <= level
+
+
+def _contact_possible(scene: Scene, depth: float, x: Array, f: Array) -> tuple[int, int]:
+    """First and last sample around all that are below the level of possible contact."""
+    below = np.flatnonzero(f <= _level(scene, depth, float(f.min())))
+    return max(0, int(below[0]) - 1), min(x.size - 1, int(below[-1]) + 1)
+
+
+def _with_minima(
+    indenter: Indenter, x: Array, f: Array, slope: Array
+) -> tuple[Array, Array, Array]:
+    """Samples with the local minima of f, where f' changes sign between two of them."""
+    turns = np.flatnonzero((slope[:-1] < 0) & (slope[1:] > 0) & (np.diff(x) > 0))
+    lo, hi = x[turns], x[turns + 1]
+    for _ in range(_HALVINGS if turns.size else 0):
+        middle = (lo + hi) / 2
+        falls = np.asarray(indenter.slope(middle)) < 0
+        lo, hi = np.where(falls, middle, lo), np.where(falls, hi, middle)
+    new = (hi > x[turns]) & (hi < x[turns + 1])
+    at, turns = hi[new], turns[new]
+    read = heights(indenter, at), np.asarray(indenter.slope(at), float)
+    return (
+        np.insert(x, turns + 1, at),
+        np.insert(f, turns + 1, read[0]),
+        np.insert(slope, turns + 1, read[1]),
+    )
