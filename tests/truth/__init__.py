@@ -1,0 +1,8 @@
+"""Reference solutions for profiles that are not convex, independent of the minimisers.
+
+They know the scene and nothing of `discretization`. Slow, and meant to be obviously right:
+
+ground.py       the profile: fine nodes, one-sided slopes, refined extremes
+surfaces.py     free surfaces of small and finite slopes
+walk.py         the adhered state: a quasi-static walk in depth from first touch
+"""

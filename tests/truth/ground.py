@@ -1,0 +1,87 @@
+"""The profile as the reference solutions see it: fine nodes, one-sided slopes, refined extremes."""
+
+import math
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+PER_FEATURE = 48
+MOST = 400_000
+
+
+class Ground:
+    """A profile sampled PER_FEATURE times per `feature`, the shortest length on which it varies."""
+
+    def __init__(self, indenter, feature):
+        self.indenter, self.feature = indenter, feature
+        self.lo, self.hi = (float(end) for end in indenter.extent)
+        if not math.isfinite(self.hi - self.lo):
+            raise ValueError(f"extent = {indenter.extent!r}: the reference needs a finite one")
+        self.corners = np.asarray(indenter.corners, float)
+        self.walls = tuple(indenter.walls)
+        count = int(math.ceil((self.hi - self.lo) / feature * PER_FEATURE)) + 1
+        if count > MOST:
+            raise ValueError(f"feature = {feature!r} needs {count} nodes; give a larger one")
+        self.step = (self.hi - self.lo) / (count - 1)
+        inside = self.corners[(self.corners > self.lo) & (self.corners < self.hi)]
+        self.nodes = np.union1d(np.linspace(self.lo, self.hi, count), inside)
+        self.heights = np.asarray(indenter.height(self.nodes), float)
+        self._aside = 4e-15 * max(abs(self.lo), abs(self.hi))
+        self._kinks = np.union1d(self.corners, [self.lo, self.hi])
+
+    def height(self, x):
+        """f(x)."""
+        return np.asarray(self.indenter.height(x), float)
+
+    def slope(self, x, side):
+        """f'(x), at corners and ends on this side (±1) of them."""
+        x = np.asarray(x, float)
+        near = np.searchsorted(self._kinks, x - self._aside)
+        kink = self._kinks[np.minimum(near, self._kinks.size - 1)]
+        at = np.where(np.abs(x - kink) <= self._aside, kink + 2 * side * self._aside, x)
+        return np.asarray(self.indenter.slope(at), float)
+
+    def between(self, low, high):
+        """Nodes strictly inside."""
+        first = np.searchsorted(self.nodes, low, side="right")
+        return self.nodes[first : np.searchsorted(self.nodes, high, side="left")]
+
+    def lowest(self, tie):
+        """min f and all x where f is that to within `tie`."""
+        below = self.heights.min() + tie
+        minima = list(refined_minima(self.height, self.nodes, self.heights, below))
+        least = min(value for _, value in minima)
+        return least, sorted(x for x, value in minima if value <= least + tie)
+
+
+def refined_minima(function, x, values, below, ends=(math.inf, math.inf)):
+    """Local minima (x, value) of a function sampled at x that may be less than `below`, refined.
+
+    A dip between three nodes is left out where it would have to be deeper below its least sample
+    than its neighbours are above. ends: what to take for the values beyond the first and last node.
+    """
+    padded = np.concatenate([ends[:1], values, ends[1:]])
+    dips = np.flatnonzero((padded[1:-1] <= padded[:-2]) & (padded[1:-1] <= padded[2:]))
+    with np.errstate(invalid="ignore"):
+        rise = np.diff(padded)
+    steps = np.where(np.isfinite(rise), np.abs(rise), 0.0)
+    depth = np.maximum(steps[dips], steps[dips + 1])
+    for i in dips[values[dips] - depth <= below].tolist():
+        yield refined(function, x[max(i - 1, 0)], x[i], x[min(i + 1, x.size - 1)], values[i])
+
+
+def refined(function, low, middle, high, value):
+    """Least point between three nodes: (x, value), with ends and the middle tried as they are."""
+    best = (float(middle), float(value))
+    for one, other in ((low, middle), (middle, high), (low, high)):
+        if one < other:
+            size = max(abs(one), abs(other), 1e-300)
+            found = minimize_scalar(
+                lambda at: float(function(at)),
+                bounds=(one, other),
+                method="bounded",
+                options={"xatol": 1e-9 * (other - one) + 1e-16 * size},
+            )
+            if found.fun < best[1]:
+                best = (float(found.x), float(found.fun))
+    return best
