@@ -77,14 +77,12 @@ class Motion:
     def pressed(self, lines: Lines, start: float, end: float) -> Lines:
         """Lines at rest at the depth `start`, taken to the depth `end` >= start.
 
-        Without adhesion a contact spreads by nothing but touching, which is known to _TOUCHED only:
-        what went too far recedes.
+        Where a contact begins is known to _TOUCHED only: lines that went too far for it recede.
         """
         found: list[float] = []
         for left, right in free(lines):
             found += self._pressed(left, right, start, end)
-        moved = tuple(found[1:-1])
-        return moved if self.scene.work_of_adhesion else self.retracted(moved, end)
+        return self.retracted(tuple(found[1:-1]), end)
 
     def retracted(self, lines: Lines, depth: float) -> Lines:
         """Lines taken to a smaller depth."""
@@ -161,10 +159,11 @@ class Motion:
                 return None
             if _still(a.x, q) and _still(b.x, p):
                 return a.x, b.x
-            q, p = a.x, b.x
+            step, (q, p) = (a.x - q, b.x - p), (a.x, b.x)
             near = None if a.corner or b.corner else self._nearby(q, p, depth, 1)
             if near is not None:
                 return near
+            q, p = self._further(q, p, step, depth, 1)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
@@ -177,17 +176,20 @@ class Motion:
             lost = a < least or b > most
             if lost or math.isinf(q) or math.isinf(p) or (_still(a, q) and _still(b, p)):
                 return a, b
-            q, p = a, b
+            step, (q, p) = (a - q, b - p), (a, b)
             near = self._nearby(q, p, depth, -1)
             if near is not None and near[0] >= least and near[1] <= most:
                 return near
+            q, p = self._further(q, p, step, depth, -1)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _lower(
         self, side: int, x: float, limit: float, facing: At | None, depth: float
     ) -> float:
         """Where a receding line rests; just beyond the other line of its contact if nowhere."""
-        if x == limit:
+        if x == limit or self._rest(side, x, *self.profile.at(x, -side), facing) - depth <= (
+            _TIE * self.size
+        ):
             return x
         stop = self._stop(side, x, limit, facing, depth, -1)
         return stop.x if stop is not None else math.nextafter(limit, -side * math.inf)
@@ -248,15 +250,31 @@ class Motion:
                 return None
         return float(x[0]), float(x[1])
 
+    def _further(self, q: float, p: float, step: Pair, depth: float, way: int) -> Pair:
+        """Both lines of a gap the same way on, in growing steps, as long as both still move.
+
+        Where an equilibrium has just disappeared they pass its place by ever smaller steps else.
+        """
+        while step != (0.0, 0.0):
+            x = q + 2 * step[0], p + 2 * step[1]
+            passed = (self.profile.beyond(*ends) for ends in zip((q, p), x, strict=True))
+            if not x[0] < x[1] or any(own.stop > own.start for own in passed):
+                break
+            if (way * (self._values(*x) - depth) >= 0).any():
+                break
+            step, (q, p) = (2 * step[0], 2 * step[1]), x
+        return q, p
+
+    def _values(self, q: float, p: float) -> Array:
+        """D of both lines of a gap."""
+        indenter = self.profile.indenter
+        (f, f1), (g, g1) = ((float(indenter.height(x)), float(indenter.slope(x))) for x in (q, p))
+        one, other = self._rest(1, q, f, f1, At(p, g)), self._rest(-1, p, g, g1, At(q, f))
+        return np.array([one, other])
+
     def _rates(self, q: float, p: float) -> tuple[Array, Array]:
         """D of both lines of a gap, and its change (rows) with the lines (columns)."""
-        indenter, h = self.profile.indenter, _DIFFERENCE * (p - q)
-
-        def at(q: float, p: float) -> Array:
-            (f, f1), (g, g1) = ((float(indenter.height(x)), float(indenter.slope(x))) for x in (q, p))
-            one, other = self._rest(1, q, f, f1, At(p, g)), self._rest(-1, p, g, g1, At(q, f))
-            return np.array([one, other])
-
+        h, at = _DIFFERENCE * (p - q), self._values
         columns = [at(q + h, p) - at(q - h, p), at(q, p + h) - at(q, p - h)]
         return at(q, p), np.column_stack(columns) / (2 * h)
 
