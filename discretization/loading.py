@@ -100,7 +100,7 @@ def _go_to_end(path: LoadPath, history: History) -> None:
     """Put a path where this one ended."""
     last = history.at(-1)
     path.step, path.value = len(history.values), float(history.values[-1])
-    path.point = Point(last.depth, path.branch.contact(*last.lines))
+    path.point = Point(last.depth, path.branch.contact(last.depth, *last.lines))
     path.trail = [*zip(history.values[-2:].tolist(), history.depth[-2:].tolist(), strict=True)]
 
 

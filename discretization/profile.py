@@ -6,7 +6,7 @@ predicts the slope in between:
 
     |f'(x) - cubic'(x)| <= tolerance,    at two points of every interval.
 
-Corners are kept twice, with the slope on either side, and the local minima of f are samples, too.
+Corners are kept twice, with the slope on either side, and the local extremes of f are samples, too.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def resolve(scene: Scene, depth: float) -> Resolved:
         x, f, slope, resolved = _refined(scene, depth, cuts, _FIRST)
     if not resolved:
         warnings.warn(_unresolved(x), AccuracyWarning, stacklevel=4)
-    return Resolved(indenter, *_with_minima(indenter, x, f, slope), resolved)
+    return Resolved(indenter, *_with_extremes(indenter, x, f, slope), resolved)
 
 
 def _unresolved(x: Array) -> str:
@@ -241,16 +241,16 @@ def _contact_possible(scene: Scene, depth: float, x: Array, f: Array) -> tuple[i
     return max(0, int(below[0]) - 1), min(x.size - 1, int(below[-1]) + 1)
 
 
-def _with_minima(
+def _with_extremes(
     indenter: Indenter, x: Array, f: Array, slope: Array
 ) -> tuple[Array, Array, Array]:
-    """Samples with the local minima of f, where f' changes sign between two of them."""
-    turns = np.flatnonzero((slope[:-1] < 0) & (slope[1:] > 0) & (np.diff(x) > 0))
-    lo, hi = x[turns], x[turns + 1]
+    """Samples with the local extremes of f, where f' changes sign between two of them."""
+    turns = np.flatnonzero((slope[:-1] * slope[1:] < 0) & (np.diff(x) > 0))
+    lo, hi, falls = x[turns], x[turns + 1], slope[turns] < 0
     for _ in range(_HALVINGS if turns.size else 0):
         middle = (lo + hi) / 2
-        falls = np.asarray(indenter.slope(middle)) < 0
-        lo, hi = np.where(falls, middle, lo), np.where(falls, hi, middle)
+        before = (np.asarray(indenter.slope(middle)) < 0) == falls
+        lo, hi = np.where(before, middle, lo), np.where(before, hi, middle)
     new = (hi > x[turns]) & (hi < x[turns + 1])
     at, turns = hi[new], turns[new]
     read = heights(indenter, at), np.asarray(indenter.slope(at), float)

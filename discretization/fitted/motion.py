@@ -28,8 +28,9 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.clearance import Clearance
+from discretization.fitted.response import Response
 from discretization.fitted.stops import Stop, first_stop
-from discretization.fitted.surfaces import Surfaces
+from discretization.fitted.surfaces import FiniteSurfaces, SmallSurfaces, Surfaces
 from discretization.profile import Resolved
 from energy import Scene
 
@@ -68,6 +69,53 @@ class Motion:
     def clearance(self) -> Clearance:
         """Where free surfaces come closest to the profile."""
         return Clearance(self.profile, self.surfaces)
+
+    @classmethod
+    def of(cls, scene: Scene, profile: Resolved, response: Response, depth: float) -> Motion:
+        """With the free surfaces of a response, for depths up to this one."""
+        kind = SmallSurfaces if scene.slopes == "small" else FiniteSurfaces
+        size = scene.critical_separation + max(abs(depth), abs(profile.touch))
+        return cls(scene, profile, kind(scene, response), size)
+
+    def adhered(self, depth: float) -> Lines:
+        """The state of the path that touches first and then moves to this depth."""
+        touch = self.profile.touch
+        if depth < touch and not self.scene.work_of_adhesion:
+            return ()
+        lines = self.first()
+        return self.pressed(lines, touch, depth) if depth >= touch else self.retracted(lines, depth)
+
+    def settled(self, lines: Lines, depth: float) -> Lines:
+        """Lines that are near a state at rest, moved to it."""
+        return self.pressed(self.retracted(lines, depth), depth, depth)
+
+    def penetration(self, lines: Lines, depth: float) -> float:
+        """How far the profile sticks through the free surfaces, at worst [length]."""
+        return max(0.0, *(-self._least(pair, depth)[0] for pair in free(lines)))
+
+    def continuous(self, here: Lines, there: Lines) -> bool:
+        """Whether lines move from one state to another over places where they could rest alone.
+
+        D changes one way only on the way of every line, whether its neighbour is where it was or
+        where it is now.
+        """
+        before, after = free(here), free(there)
+        return all(
+            self._monotone(1, a[0], b[0], facing) and self._monotone(-1, a[1], b[1], other)
+            for a, b in zip(before, after, strict=True)
+            for facing, other in ((a[1], a[0]), (b[1], b[0]))
+        )
+
+    def _monotone(self, side: int, old: float, new: float, facing: float) -> bool:
+        """Whether D grows outwards between two positions of a line."""
+        own = self.profile.beyond(old, new)
+        if math.isinf(old) or own.stop == own.start:
+            return True
+        z, f, f1 = (column[own][::side] for column in (self.profile.x, self.profile.f, self.profile.slope))
+        if not math.isinf(facing) and side * (facing - z[-1]) <= 0:
+            return False
+        rest = self._rest(side, z, f, f1, self._at(facing))
+        return bool((np.diff(rest) >= 0).all())
 
     def first(self) -> Lines:
         """The state at first touch."""

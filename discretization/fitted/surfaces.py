@@ -25,16 +25,13 @@ from numpy.typing import NDArray
 from discretization.fitted import gap
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.response import STEEP, Response
+from discretization.lattice.state import SeveralContactsError
 from energy import Scene
 
 Array = NDArray[np.float64]
 _FAR = 60.0  # elastocapillary lengths: longer parts of a surface are as stiff as an endless one
 _UPRIGHT = 2e-8  # of the greatest displacement: so close to turning over no double resolves it
 _NEWTON = 3
-
-
-class SeveralContactsError(ValueError):
-    """Several contacts where only one is found."""
 
 
 class Line(Protocol):

@@ -93,7 +93,7 @@ class LatticeBranch:
     def _state(self, left: int, right: int) -> Links:
         return Links(left, right, (float(self.left.x[left]), float(self.right.x[right])))
 
-    def contact(self, *lines: float) -> State:
+    def contact(self, depth: float, *lines: float) -> State:
         """The state whose lines are less than half a link from these positions; nan: detached."""
         if math.isnan(lines[0]):
             return None
