@@ -130,7 +130,43 @@ class Motion:
         found: list[float] = []
         for left, right in free(lines):
             found += self._pressed(left, right, start, end)
-        return self.retracted(tuple(found[1:-1]), end)
+        return self._opened(self.retracted(tuple(found[1:-1]), end), end)
+
+    def _opened(self, lines: Lines, depth: float) -> Lines:
+        """Lines with the gaps that open inside contacts without a barrier.
+
+        At a corner at which the slope falls by more than two lines hold, and without adhesion where
+        the profile would pull at the surface.
+        """
+        for _ in range(_MOST):
+            torn = [self._torn(*pair, depth) for pair in pairs(lines)]
+            if all(x is None for x in torn):
+                return lines
+            aside = _MET * self.scene.elastocapillary_length
+            parts = [
+                pair if x is None else (pair[0], x - aside, x + aside, pair[1])
+                for pair, x in zip(pairs(lines), torn, strict=True)
+            ]
+            lines = self.retracted(tuple(x for part in parts for x in part), depth)
+        raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
+
+    def _torn(self, left: float, right: float, depth: float) -> float | None:
+        """Where a contact opens by itself; None if nowhere."""
+        profile, aside = self.profile, 2 * _MET * self.scene.elastocapillary_length
+        inside = (profile.corners > left + aside) & (profile.corners < right - aside)
+        torn = np.flatnonzero(inside & (profile.falls(self.scene.slopes) > self._held))
+        if torn.size:
+            return float(profile.corners[torn[0]])
+        if self.scene.work_of_adhesion:
+            return None
+        pull, place = self.pulled(left, right, depth)
+        return place if pull > _TIE * self.size and left + aside < place < right - aside else None
+
+    @functools.cached_property
+    def _held(self) -> float:
+        """The kink that both lines of a closed gap hold together: 2 √(2w/γ₁), or as angles."""
+        half = math.sqrt(self.scene.work_of_adhesion / (2 * self.scene.gamma1))
+        return 4 * half if self.scene.slopes == "small" else 4 * math.asin(half)
 
     def retracted(self, lines: Lines, depth: float) -> Lines:
         """Lines taken to a smaller depth."""
@@ -140,7 +176,7 @@ class Motion:
             for i, (left, right) in enumerate(free(lines)):
                 least = inner[2 * i - 1] if i else -math.inf
                 most = inner[2 * i + 2] if 2 * i + 2 < len(inner) else math.inf
-                moved += self._apart(left, right, least, most, depth)
+                moved += self.apart(left, right, least, most, depth)
             held = [x for pair in pairs(moved[1:-1]) if pair[0] <= pair[1] for x in pair]
             kept = self._unpulled(tuple(held), depth)
             if len(kept) == len(lines):
@@ -214,7 +250,7 @@ class Motion:
             q, p = self._further(q, p, step, depth, 1)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
+    def apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
         """Both lines of a free surface recede, not beyond the other lines of their contacts."""
         for _ in range(_SWEEPS):
             facing = self._at(p)
@@ -308,12 +344,12 @@ class Motion:
             passed = (self.profile.beyond(*ends) for ends in zip((q, p), x, strict=True))
             if not x[0] < x[1] or any(own.stop > own.start for own in passed):
                 break
-            if (way * (self._values(*x) - depth) >= 0).any():
+            if (way * (self.rest_depths(*x) - depth) >= 0).any():
                 break
             step, (q, p) = (2 * step[0], 2 * step[1]), x
         return q, p
 
-    def _values(self, q: float, p: float) -> Array:
+    def rest_depths(self, q: float, p: float) -> Array:
         """D of both lines of a gap."""
         indenter = self.profile.indenter
         (f, f1), (g, g1) = ((float(indenter.height(x)), float(indenter.slope(x))) for x in (q, p))
@@ -322,7 +358,7 @@ class Motion:
 
     def _rates(self, q: float, p: float) -> tuple[Array, Array]:
         """D of both lines of a gap, and its change (rows) with the lines (columns)."""
-        h, at = _DIFFERENCE * (p - q), self._values
+        h, at = _DIFFERENCE * (p - q), self.rest_depths
         columns = [at(q + h, p) - at(q - h, p), at(q, p + h) - at(q, p - h)]
         return at(q, p), np.column_stack(columns) / (2 * h)
 
@@ -350,14 +386,16 @@ class Motion:
             return False
         z, f, f1 = (column[own][::side] for column in (self.profile.x, self.profile.f, self.profile.slope))
         if not self.scene.work_of_adhesion:
-            return self.pulled(x, new, high) > _TIE * self.size
+            return self.pulled(x, new, high)[0] > _TIE * self.size
         rest, w = self.surfaces.rest_depth, self.scene.work_of_adhesion
         passed = np.maximum.accumulate(np.append(low, rest(side, z, f, f1, old, w)))[:-1]
         bare = rest(side, z, f, f1, facing, 0.0)
         return bool((bare <= np.minimum(passed, high) - _TIE * self.size).any())
 
-    def pulled(self, one: float, other: float, depth: float) -> float:
-        """The largest pull on the profile in contact between two positions, over k: -g - l² f''.
+    def pulled(self, one: float, other: float, depth: float) -> tuple[float, float]:
+        """The largest pull on the profile in contact between two positions, and where.
+
+        Over k: -g - l² f''.
 
         f'' is a difference of slopes (finite slopes: of their sines).
         """
@@ -372,8 +410,12 @@ class Motion:
             f1 = f1 / np.sqrt(1 + f1 * f1)
         width = np.diff(x)
         bend = np.diff(f1)[width > 0] / width[width > 0]
-        g = depth - np.maximum(f[1:], f[:-1])[width > 0]
-        return float((-g - self.scene.elastocapillary_length**2 * bend).max(initial=0.0))
+        g = depth - np.minimum(f[1:], f[:-1])[width > 0]
+        pull = -g - self.scene.elastocapillary_length**2 * bend
+        if not pull.size:
+            return 0.0, math.nan
+        i = int(np.argmax(pull))
+        return max(float(pull[i]), 0.0), float((x[:-1] + x[1:])[width > 0][i] / 2)
 
     def _creeping(self, q: float, p: float, depth: float) -> Lines:
         """Both lines of a free surface advance from sample to sample, until it touches."""

@@ -40,9 +40,10 @@ def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> St
     """First x from `start` to `limit` (itself left out) with h >= 0; None if there is none."""
     side = 1 if limit > start else -1
     f, f1 = profile.at(start, side)
-    last = (np.array([start]), np.array([h(start, f, f1)]))
-    if last[1][0] >= 0:
+    value = h(start, f, f1)
+    if value >= 0:
         return Stop(start, start, True)
+    last = np.array([start, start]), np.array([-math.inf, value])
     for x, f, f1 in _blocks(profile, start, limit, side):
         seen = np.concatenate([last[0], x]), np.concatenate([last[1], h(x, f, f1)])
         found = _among(profile, h, *seen)
@@ -116,9 +117,13 @@ def _read(
 def _peaks(x: Array, values: Array) -> list[int]:
     """Samples not less than their neighbours, beside which a maximum could reach 0."""
     steps = np.abs(np.diff(values))
+    steps[~np.isfinite(steps)] = 0.0
     middle, apart = values[1:-1], np.maximum(steps[:-1], steps[1:])
+    apart[:-1] = np.maximum(apart[:-1], steps[2:])  # a start may be as high as what follows
     top = (middle >= values[:-2]) & (middle >= values[2:]) & (middle < 0)
-    top &= (middle + _NEAR * apart >= 0) & (np.diff(x)[:-1] != 0) & (np.diff(x)[1:] != 0)
+    top &= middle + _NEAR * apart >= 0
+    start, corner = np.isinf(values[:-2]), np.diff(x) == 0  # nothing lies between a corner and itself
+    top &= (start | ~corner[:-1]) & ~corner[1:]
     return (np.flatnonzero(top) + 1).tolist()
 
 
