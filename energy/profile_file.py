@@ -37,9 +37,9 @@ def read_profile(
     Text (.txt, .csv, .dat, .tsv, .xyz, .asc, .prn): what delimits the columns, the decimal mark,
     the encoding and the lines to skip above the data are found, or as in `text_table.Layout` where
     given. columns: of x and of z, by name or by number from 1, with a unit where the header has
-    none ("height [nm]"); without it those named x and z, or the two there are. .npz: arrays `x` and `z`. Anything else is a
-    line scan, read by the library SurfaceTopography where installed. A unit that the file states
-    is used, for x and for z; heights are upwards from the indenter's lowest level, as in `Sampled`.
+    none ("height [nm]"); without it those named x and z, or the two there are. .npz: arrays `x`
+    and `z`. Anything else is a line scan, read by the library SurfaceTopography where installed. A
+    unit that the file states is used, for x and for z; heights are upwards from the indenter's lowest level, as in `Sampled`.
 
     ValueError naming file, line and what was expected for a file that holds no such columns or can
     be read in more than one way, for a `unit` beside one that the file states, and for what

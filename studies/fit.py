@@ -34,9 +34,9 @@ import numpy as np
 
 from studies import command, fit_figure, fit_trials
 from studies.batches import tell
+from studies.curve_file import read_curve
 from studies.fit_estimate import Fit, fit
-from studies.fit_model import NAMES
-from studies.force_curve import read_curve
+from studies.fit_model import DEFAULT, NAMES
 from studies.scene_file import load
 
 
@@ -59,9 +59,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = command.parser("fit", __doc__, quick_means, jobs=1)
     parser.add_argument("data", type=Path, nargs="?", metavar="DATA.csv", help="measured curve")
     parser.add_argument("--scene", type=Path, metavar="FILE.toml", help="scene file to start from")
-    known = f"default: w gamma1; known: {' '.join(NAMES)}"
+    known = f"default: {' '.join(DEFAULT)}; known: {' '.join(NAMES)}"
     parser.add_argument(
-        "--parameters", nargs="+", default=["w", "gamma1"], metavar="NAME", help=known
+        "--parameters", nargs="+", default=list(DEFAULT), metavar="NAME", help=known
     )
     parser.add_argument("--self-test", action="store_true", help="synthetic data in place of DATA")
     parser.add_argument(
