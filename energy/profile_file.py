@@ -39,7 +39,8 @@ def read_profile(
     given. columns: of x and of z, by name or by number from 1, with a unit where the header has
     none ("height [nm]"); without it those named x and z, or the two there are. .npz: arrays `x`
     and `z`. Anything else is a line scan, read by the library SurfaceTopography where installed. A
-    unit that the file states is used, for x and for z; heights are upwards from the indenter's lowest level, as in `Sampled`.
+    unit that the file states is used, for x and for z. Heights are upwards from the indenter's
+    lowest level, as in `Sampled`.
 
     ValueError naming file, line and what was expected for a file that holds no such columns or can
     be read in more than one way, for a `unit` beside one that the file states, and for what

@@ -24,7 +24,7 @@ _MARKS = {
 }
 _MISSING = re.compile(r"[+-]?(nan|inf|infinity)|n/?a|null|none|-+|\?+|#[A-Z/0]+[!?]?|", re.I)
 _BINARY = re.compile("[\x00-\x08\x0e-\x19\x1b-\x1f\x7f-\x9f]")
-_TOKEN = re.compile(r"\S+(?:\s*[\[(][^\])]*[\])])?")  # a name keeps the unit behind it
+_TOKEN = re.compile(r"[^\s\[(]\S*(?:\s*[\[(][^\])]*[\])])?|\S+")  # a name keeps the unit behind it
 _SHOWN = 60  # characters of a line in errors
 
 
@@ -120,12 +120,7 @@ def rows_of(
             continue
         rows = [row_of(number, line, key) for number, line in lines]
         for mark in [decimal] if decimal else NUMBER:
-            is_number = NUMBER[mark].fullmatch
-            found = Counter(
-                tuple(is_number(cell) is not None for cell in row.cells)
-                for row in rows
-                if not row.comment
-            )
+            found = Counter(_numeric(row, mark) for row in rows if not row.comment)
             usable = [(count, numeric) for numeric, count in found.items() if sum(numeric) > 1]
             if usable:
                 count, numeric = max(usable, key=lambda pair: pair[0])
@@ -139,6 +134,13 @@ def rows_of(
             "mark, encoding"
         )
     return best[1:]
+
+
+def _numeric(row: Row, mark: str) -> tuple[bool, ...]:
+    """Which cells are numbers; () for a row that this delimiter does not take apart."""
+    numeric = tuple(NUMBER[mark].fullmatch(cell) is not None for cell in row.cells)
+    words = (cell for cell, number in zip(row.cells, numeric, strict=True) if not number)
+    return () if any(re.search("[;|\t]", cell) for cell in words) else numeric
 
 
 def row_of(number: int, line: str, delimiter: str) -> Row:

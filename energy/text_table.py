@@ -143,8 +143,8 @@ def read_table(path: Path, layout: Layout | None = None) -> TextTable:
     delimiter = layout.delimiter
     note = re.fullmatch(r'"?sep=(.)"?', lines[0])  # a spreadsheet's own
     if note:
-        own = [key for key, mark in DELIMITERS.items() if mark == note[1]]
-        delimiter, lines[0] = delimiter or (own or [None])[0], ""
+        own = {mark: key for key, mark in DELIMITERS.items()}
+        delimiter, lines[0] = delimiter or own.get(note[1]), ""
     numbered = list(enumerate(lines, 1))[layout.skip :]
     kept = [(number, line) for number, line in numbered if line.strip(' \t;,|"')]
     rows, pattern, key = rows_of(path, kept, delimiter, layout.decimal)

@@ -33,12 +33,12 @@ def named(cell: str) -> tuple[str, str]:
     "depth µm" only where that is a known unit.
     """
     text = " ".join(cell.split())
+    loose = re.fullmatch(r"(.*?[^\s/])(?:\s+in\s+|\s*[,_]\s*|\s+)(\S+)", text)
+    if loose and any_kind(loose[2]):
+        return loose[1], loose[2]
     marked = re.fullmatch(r"(.+?)\s*[\[(]([^\[\]()]*)[\])]", text)
     marked = marked or re.fullmatch(r"([^/]+?)\s*/\s*(\S{1,6})", text)
-    if marked:
-        return marked[1], marked[2].strip()
-    loose = re.fullmatch(r"(.+?)(?:\s+in\s+|\s*[,_]\s*|\s+)(\S+)", text)
-    return (loose[1], loose[2]) if loose and any_kind(loose[2]) else (text, "")
+    return (marked[1], marked[2].strip()) if marked else (text, "")
 
 
 def any_kind(unit: str) -> bool:

@@ -116,11 +116,13 @@ def _of_instrument(path: Path, reading: Reading) -> Curve:
         raise ValueError(f"{path}: columns and layout are for text; leave them out")
     width = _width(path, reading.width)
     curves = _loaded(path)
-    if len(curves) > 1 and reading.number is None:
-        raise ValueError(f"{path}: holds {len(curves)} curves; give one with --curve, from 1")
-    number = reading.number or 1
-    if number > len(curves):
-        raise ValueError(f"{path}: curve = {number}: it holds {len(curves)} force-distance curves")
+    number, count = reading.number or 1, len(curves)
+    if (count > 1 and reading.number is None) or number > count:
+        remedy = f"give one of 1 to {count} with --curve" if count else "give another file"
+        raise ValueError(
+            f"{path}: curve = {reading.number!r}, but it holds {count} force-distance curves; "
+            f"{remedy}"
+        )
     data = curves[number - 1]
     force = np.asarray(data["force"], float)
     depth = -_tip(path, data, force)
@@ -142,7 +144,9 @@ def _loaded(path: Path) -> list[Any]:
         ) from None
     try:
         return list(library.load_data(path, modality="force-distance"))
-    except (Exception, library.errors.MissingMetaDataError) as error:  # the latter is no Exception
+    except (KeyboardInterrupt, SystemExit):
+        raise
+    except BaseException as error:  # some of the library's own are no Exception
         raise ValueError(
             f"{path}: afmformats cannot read it: {type(error).__name__}: {error}; export it as text"
         ) from None

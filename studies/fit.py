@@ -3,11 +3,15 @@
     min over p of Σ (Pᵢ - P(dᵢ - d₀; p))²,   p from log w, log γ₁, log Ẽ/h and the depth offset d₀,
 
 over the points in contact, P along discretization.load_path through the measured depths in their
-order (loading, unloading). DATA.csv has two columns, their names with units above them, such as
-`depth [µm], force [mN/m]`; lines that begin with # are passed over. The scene file gives the rest
-and where the search begins; its depth and [path] do not matter. Points whose force is noise at
-both ends of the curve are out of contact and take no part; where the simulated contact lets go
-before the measured one, its force is continued along the tangent, so that residuals are smooth.
+order (loading, unloading; a contact that is lost and touches again begins anew). With `opening` the
+work of adhesion of a contact that opens is fitted too, from a loop of loading and unloading. DATA
+has columns named depth and force, with units above them, such as `depth [µm], force [mN/m]`; the
+delimiter, decimal mark, encoding and preamble are found, other columns and forces in newtons need
+the options below or a table [measured] in the scene file (studies/scene_measured.py). Instrument
+files are read with the extra elastocap[afm]. The scene file gives the rest and where the search
+begins; its depth and [path] do not matter. Points whose force is noise at both ends of a contact
+take no part; where the simulated contact lets go before the measured one, its force is continued
+along the tangent, so that residuals are smooth.
 
 Intervals at 95 %: linearised, p ± t(n - m) s √((JᵀJ)⁻¹)ᵢᵢ, s² = Σr²/(n - m); and profile, to be
 trusted where the two differ: all values of pᵢ at which the sum of squares, the others fitted anew,
@@ -16,28 +20,38 @@ interval spans more than a factor e to either side is reported as not identifiab
 combination for which the Jacobian's condition exceeds 100: the curve does not fix it. (While a line
 is pinned, as at the edge of a flat punch, the force does not feel w: only the letting go does.)
 
+The model does not fit, and there are no intervals, where the residual s exceeds twice the noise
+that the third differences of the data show, or keeps its sign over too many points (a runs test;
+studies/fit_quality.py). A value at which the search ends is called a bound, not an estimate.
+
 Where contact begins and is lost between a clearly pulled point and one without force, these two
 depths count as measurements too, with the error of the interval between the points.
 
 Output: DATA_fit.csv, DATA_fit.png. --self-test: synthetic noisy data (of a built-in scene, or of
 --scene), fitted from a wrong start; fit_self_test.png; exit status 1 if fewer than 90 % of the
-intervals of a parameter hold the truth.
+intervals of a parameter hold the truth, or if of random curves with a reversed sign, a wrong zero
+or hysteresis one is not called, or of good ones more than 5 % are (studies/fit_failures.py).
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from energy.text_lines import DELIMITERS, NUMBER
 from studies import command, fit_figure, fit_trials
 from studies.batches import tell
-from studies.curve_file import read_curve
+from studies.curve_file import Reading, read_curve
 from studies.fit_estimate import Fit, fit
 from studies.fit_model import DEFAULT, NAMES
 from studies.scene_file import load
+from studies.scene_measured import LAYOUT
 
 
 def table(found: Fit) -> tuple[list[str], list[tuple[float, ...]]]:
@@ -51,6 +65,30 @@ def table(found: Fit) -> tuple[list[str], list[tuple[float, ...]]]:
         "residual [N/m]": found.curve.force - fitted,
     }
     return list(columns), list(zip(*(c.tolist() for c in columns.values()), strict=True))
+
+
+def _reading_options(parser: argparse.ArgumentParser) -> None:
+    """How DATA is written, each in place of the same key of [measured] in the scene file."""
+    group = parser.add_argument_group("how DATA is written, found from the file where not given")
+    about = 'of depth and force: names or numbers from 1, with missing units, as "2 [mN]"'
+    group.add_argument("--columns", nargs=2, metavar="NAME", help=about)
+    about = "length of the line contact in m, for forces in newtons"
+    group.add_argument("--width", type=float, metavar="M", help=about)
+    about = "number of the curve in an instrument file with several"
+    group.add_argument("--curve", type=int, metavar="N", help=about)
+    group.add_argument("--delimiter", choices=DELIMITERS, help="between columns of text")
+    group.add_argument("--decimal", choices=NUMBER, help="decimal mark of text")
+    group.add_argument("--encoding", metavar="NAME", help="of text, such as utf-16 or cp1252")
+    group.add_argument("--skip", type=int, metavar="LINES", help="of text, above the data")
+
+
+def _reading(options: argparse.Namespace, given: Reading) -> Reading:
+    """The reading of the scene file with what the command line has in its place."""
+    said = {key: value for key, value in vars(options).items() if value is not None}
+    layout = replace(given.layout, **{key: said[key] for key in LAYOUT if key in said})
+    own = {"columns": tuple, "width": float}
+    changed: dict[str, Any] = {key: kind(said[key]) for key, kind in own.items() if key in said}
+    return replace(given, layout=layout, number=said.get("curve", given.number), **changed)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -67,6 +105,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--trials", type=int, metavar="N", help="of --self-test; default: 100, quick 20"
     )
+    _reading_options(parser)
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:
@@ -80,7 +119,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.jobs > 1:
         parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
     given = load(options.scene)
-    curve = read_curve(options.data)
+    curve = read_curve(options.data, _reading(options, given.measured))
     found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]

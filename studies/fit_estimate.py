@@ -140,8 +140,8 @@ def fit(
     best = minimum(model, np.zeros(len(names)))
     condition, weakest, spread = conditioning(best.jac)
     reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
-    residuals, force = best.fun[: model.measured.size], float(np.abs(model.measured).max())
-    quality = judged(residuals, _spare(best), noise(curve.force), force)
+    parts, force = np.split(best.fun, [model.measured.size]), float(np.abs(model.measured).max())
+    quality = judged(*parts, _spare(best), noise(curve.force), force)
     estimate = partial(_estimate, model, best, reach, profiles, quality.fits)
     estimates = tuple(each(estimate, range(len(names)), 1, show))
     combination = tuple(weakest.tolist())

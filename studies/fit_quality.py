@@ -43,15 +43,15 @@ class Quality(NamedTuple):
         return f"{size}: {CHECK}; or the data were smoothed. No intervals: the model does not fit"
 
 
-def judged(residuals: Array, spare: int, noise: float, force: float) -> Quality:
-    """Quality of residuals (n,) with `spare` degrees of freedom, against noise [N/m].
+def judged(residuals: Array, ends: Array, spare: int, noise: float, force: float) -> Quality:
+    """Quality of residuals of the force (n,) and of the ends of contact (k,) [N/m].
 
-    times² = Σr²/(spare noise²), with a noise of at least SIMULATED times the largest force; noise
-    0 is one that could not be found.
+    times² = Σr²/(spare noise²) over both, the latter in units of the noise already; the noise is
+    taken as at least SIMULATED times the largest force. 0: it could not be found.
     """
     if not noise > 0:
         return Quality(math.nan, 0.0)
-    size = math.sqrt(float(np.sum(residuals**2)) / spare)
+    size = math.sqrt(float(np.sum(residuals**2) + np.sum(ends**2)) / spare)
     return Quality(size / max(noise, SIMULATED * force), runs(residuals))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-from studies import fit_figure
+from studies import fit_failures, fit_figure
 from studies.batches import Progress, each, tell
 from studies.command import Output
 from studies.fit_estimate import Fit, fit
@@ -158,10 +158,14 @@ def table(record: Record) -> tuple[list[str], list[list[object]]]:
 
 
 def report(p: Parameters, out: Output, jobs: int = 1) -> int:
-    """Run, print, write; 1 if too few intervals hold the truth."""
+    """Run, print, write; 1 if too few intervals hold the truth, or a failure is not called."""
     record = run(p, jobs=jobs)
     written = [out.table("fit_self_test.csv", p, *table(record))]
     written += out.figure("fit_self_test", fit_figure.plot_trials(record))
     print(told(record))
+    failures = fit_failures.run(fit_failures.Parameters(p.scene, p.trials), jobs=jobs)
+    rows = fit_failures.table(failures)
+    written.append(out.table("fit_self_test_failures.csv", failures.parameters, *rows))
+    print(fit_failures.told(failures))
     print(f"written: {', '.join(map(str, written))}")
-    return 0 if record.passed else 1
+    return 0 if record.passed and failures.passed else 1

@@ -57,7 +57,7 @@ def loading(depth: Array) -> NDArray[np.bool_]:
 
 
 def contacts(curve: Curve) -> tuple[slice, ...]:
-    """The pieces of a curve that have a contact each: cut where depth turns and no force is left."""
+    """The pieces of a curve with a contact each: cut where the depth turns and no force is left."""
     weak = np.abs(curve.force) <= CLEAR * noise(curve.force)
     grows = loading(curve.depth)
     cuts = [i for i in turning_points(curve.depth) if weak[i] and not grows[i]]
