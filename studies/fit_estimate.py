@@ -140,8 +140,9 @@ def fit(
     best = minimum(model, np.zeros(len(names)))
     condition, weakest, spread = conditioning(best.jac)
     reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
-    parts, force = np.split(best.fun, [model.measured.size]), float(np.abs(model.measured).max())
-    quality = judged(*parts, _spare(best), noise(curve.force), force)
+    forces, ends = np.split(best.fun, [model.measured.size])
+    largest = float(np.abs(model.measured).max())
+    quality = judged(forces, ends, _spare(best), noise(curve.force), largest)
     estimate = partial(_estimate, model, best, reach, profiles, quality.fits)
     estimates = tuple(each(estimate, range(len(names)), 1, show))
     combination = tuple(weakest.tolist())
