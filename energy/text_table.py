@@ -140,14 +140,9 @@ def read_table(path: Path, layout: Layout | None = None) -> TextTable:
     """
     layout = layout or Layout()
     lines = re.split(r"\r\n|\r|\n", decoded(path, layout.encoding))
-    delimiter = layout.delimiter
-    note = re.fullmatch(r'"?sep=(.)"?', lines[0])  # a spreadsheet's own
-    if note:
-        own = {mark: key for key, mark in DELIMITERS.items()}
-        delimiter, lines[0] = delimiter or own.get(note[1]), ""
     numbered = list(enumerate(lines, 1))[layout.skip :]
     kept = [(number, line) for number, line in numbered if line.strip(' \t;,|"')]
-    rows, pattern, key = rows_of(path, kept, delimiter, layout.decimal)
+    rows, pattern, key = rows_of(path, kept, layout.delimiter, layout.decimal)
     rows, pattern = _without_last_delimiter(rows, pattern)
     begin = next(i for i, row in enumerate(rows) if pattern.fits(row))
     data = [row for row in rows[begin:] if not row.comment]

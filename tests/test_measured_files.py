@@ -136,6 +136,8 @@ def test_the_layout_can_be_given(tmp_path):
     ("text", "given"),
     [
         ("x [µm];z [nm]\n-2,0;4\n-0,5;0,25\n1;1\n", {}),
+        ("x [µm];z [nm]\n-2;4;\n-0.5;0.25;\n1;1;\n", {}),
+        ("x [µm];z [nm];note\n-2;4;\n-0.5;0.25;\n1;1;\n", {}),
         ("t,z [nm],x [µm]\n7,4,-2\n7,.25,-.5\n7,1,1\n", {}),
         ("Profil 7\nWeg\tHöhe\nµm\tnm\n-2\t4\n-0,5\t0,25\n1\t1\n", {"encoding": "cp1252"}),
         ("9 -2 4\n9 -0.5 0.25\n9 1 1\n", {"columns": ("2 [µm]", "3 [nm]")}),
@@ -160,6 +162,7 @@ def test_profiles_are_read_by_the_same_reader(tmp_path, text, given):
         ("x [mm];z [mm]\n1;2\n2;3\n", {"unit": 1e-6}, "unit = 1e-06 contradicts the file's own"),
         ("x [px];z [m]\n1;2\n2;3\n", {}, "the unit 'px' of column 'x' is no length"),
         ("height (inch);way (inch)\n1;2\n2;3\n", {}, "the unit 'inch' .* is no length"),
+        ("way\tx\n1\t2\n2\t3\n", {}, "give a file with two columns, x and z, or their names"),
         ("z\tway\n1\t2\n2\t3\n", {}, "give a file with two columns, x and z, or their names"),
         ("x;z\n1,5\n2,5\n", {}, "line 1: 1 cell where line 2 has 2"),
         ("1,5,2,5\n2,5,3,5\n", {"columns": (1, 2)}, "the commas may separate columns or decimals"),
