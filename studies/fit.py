@@ -35,23 +35,18 @@ or hysteresis one is not called, or of good ones more than 5 % are (studies/fit_
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from energy.text_lines import DELIMITERS, NUMBER
-from studies import command, fit_figure, fit_trials
+from studies import command, fit_figure, fit_trials, reading_options
 from studies.batches import tell
-from studies.curve_file import Reading, read_curve
+from studies.curve_file import read_curve
 from studies.fit_estimate import Fit, fit
 from studies.fit_model import DEFAULT, NAMES
 from studies.scene_file import load
-from studies.scene_measured import LAYOUT
 
 
 def table(found: Fit) -> tuple[list[str], list[tuple[float, ...]]]:
@@ -65,30 +60,6 @@ def table(found: Fit) -> tuple[list[str], list[tuple[float, ...]]]:
         "residual [N/m]": found.curve.force - fitted,
     }
     return list(columns), list(zip(*(c.tolist() for c in columns.values()), strict=True))
-
-
-def _reading_options(parser: argparse.ArgumentParser) -> None:
-    """How DATA is written, each in place of the same key of [measured] in the scene file."""
-    group = parser.add_argument_group("how DATA is written, found from the file where not given")
-    about = 'of depth and force: names or numbers from 1, with missing units, as "2 [mN]"'
-    group.add_argument("--columns", nargs=2, metavar="NAME", help=about)
-    about = "length of the line contact in m, for forces in newtons"
-    group.add_argument("--width", type=float, metavar="M", help=about)
-    about = "number of the curve in an instrument file with several"
-    group.add_argument("--curve", type=int, metavar="N", help=about)
-    group.add_argument("--delimiter", choices=DELIMITERS, help="between columns of text")
-    group.add_argument("--decimal", choices=NUMBER, help="decimal mark of text")
-    group.add_argument("--encoding", metavar="NAME", help="of text, such as utf-16 or cp1252")
-    group.add_argument("--skip", type=int, metavar="LINES", help="of text, above the data")
-
-
-def _reading(options: argparse.Namespace, given: Reading) -> Reading:
-    """The reading of the scene file with what the command line has in its place."""
-    said = {key: value for key, value in vars(options).items() if value is not None}
-    layout = replace(given.layout, **{key: said[key] for key in LAYOUT if key in said})
-    own = {"columns": tuple, "width": float}
-    changed: dict[str, Any] = {key: kind(said[key]) for key, kind in own.items() if key in said}
-    return replace(given, layout=layout, number=said.get("curve", given.number), **changed)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -105,7 +76,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--trials", type=int, metavar="N", help="of --self-test; default: 100, quick 20"
     )
-    _reading_options(parser)
+    reading_options.add(parser)
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:
@@ -119,7 +90,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.jobs > 1:
         parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
     given = load(options.scene)
-    curve = read_curve(options.data, _reading(options, given.measured))
+    curve = read_curve(options.data, reading_options.reading(options, given.measured))
     found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
