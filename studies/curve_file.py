@@ -10,6 +10,7 @@ that of the tip, - (height + force / spring constant of the cantilever), from an
 from __future__ import annotations
 
 import importlib
+import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -142,6 +143,9 @@ def _loaded(path: Path) -> list[Any]:
         raise ValueError(
             f"{path}: an instrument file; install elastocap[afm] to read it, or export it as text"
         ) from None
+    log = logging.getLogger("afmformats")
+    if not log.hasHandlers():  # else it prints the traceback of what is told below
+        log.addHandler(logging.NullHandler())
     try:
         return list(library.load_data(path, modality="force-distance"))
     except (KeyboardInterrupt, SystemExit):

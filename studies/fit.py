@@ -21,8 +21,9 @@ combination for which the Jacobian's condition exceeds 100: the curve does not f
 is pinned, as at the edge of a flat punch, the force does not feel w: only the letting go does.)
 
 The model does not fit, and there are no intervals, where the residual s exceeds twice the noise
-that the third differences of the data show, or keeps its sign over too many points (a runs test;
-studies/fit_quality.py). A value at which the search ends is called a bound, not an estimate.
+that the third differences of the data show, or keeps its sign over too many points (a runs test),
+or where the force out of contact is not zero in the mean (studies/fit_quality.py). A value at
+which the search ends is called a bound, not an estimate.
 
 Where contact begins and is lost between a clearly pulled point and one without force, these two
 depths count as measurements too, with the error of the interval between the points.

@@ -3,8 +3,9 @@
 Curves of random scenes around the given one (w, γ₁ by a factor 2 to either side, the size of the
 indenter likewise), with random noise, number of points and zero of the depth. "good": nothing is
 wrong; "sign": the force is reversed; "zero": the zero of the depth is off by 0.2 to 0.6 δ₀ and not
-fitted; "hysteresis": the contact opens with 2 to 5 times w, and only one w is fitted. (Under a
-flat punch the last is no failure: its line is pinned, so that one w describes the whole curve.)
+fitted; "hysteresis": the contact opens with 2 to 5 times w, and only one w is fitted; "level": a
+constant force of 0.08 to 0.2 of the largest is added. (Under a flat punch hysteresis is no failure:
+its line is pinned, so that one w describes the whole curve.)
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from studies.fit_model import DEFAULT, parameters_of, scene_with
 from studies.fit_quality import Quality
 from studies.force_curve import Curve
 
-KINDS = ("good", "sign", "zero", "hysteresis")
+KINDS = ("good", "sign", "zero", "hysteresis", "level")
 MISTAKEN = 0.05  # of the good curves may be called
 SPREAD = math.log(2.0)
 
@@ -109,8 +110,11 @@ def case(p: Parameters, kind: str, number: int) -> Case:
     depth = np.concatenate([down, down[::-1]])
     force = load_path(opened, depths=depth).force
     share = math.exp(rng.uniform(*np.log(p.noise)))
-    force = force + share * np.abs(force).max() * rng.standard_normal(force.size)
+    largest = float(np.abs(force).max())
+    force = force + share * largest * rng.standard_normal(force.size)
     zero = rng.choice([-1.0, 1.0]) * (rng.uniform(0.2, 0.6) if kind == "zero" else 0.1)
+    if kind == "level":
+        force = force + rng.choice([-1.0, 1.0]) * rng.uniform(0.08, 0.2) * largest
     curve = Curve(depth + zero * rise, -force if kind == "sign" else force)
     true = parameters_of(scene)
     start = true | {"w": true["w"] / p.wrong, "gamma1": true["gamma1"] * p.wrong}
@@ -149,4 +153,4 @@ def table(record: Record) -> tuple[list[str], list[list[object]]]:
     rows: list[list[object]] = [
         [one.kind, one.number, *one.quality, one.called] for one in record.outcomes
     ]
-    return ["kind", "curve", "residual_over_noise", "runs", "called"], rows
+    return ["kind", "curve", "residual_over_noise", "runs", "zero", "called"], rows

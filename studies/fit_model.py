@@ -103,6 +103,13 @@ class Model:
         none = self.names[i] == "opening" and at["opening"] <= at["w"] * (1 + STRIDE)
         return none or bool(abs(x[i]) >= (1 - STRIDE) * self.limits[i])
 
+    def detached(self, curve: Curve, x: Array) -> NDArray[np.bool_]:
+        """Which points of the curve (n,) can have no contact: before it, or below all of it."""
+        p = self.parameters(x)
+        depth, reach = curve.depth - p["offset"], scene_with(self.scene, p).opened
+        before = ~np.logical_or.accumulate(in_contact(curve)) & (depth < self.touch)
+        return before | (depth < self.touch - BEYOND * reach.critical_separation)
+
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters at these coordinates."""
         at = dict.fromkeys(NAMES, 0.0) | dict(zip(self.names, x.tolist(), strict=True))

@@ -11,48 +11,53 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 TIMES = 2.0  # residual over noise: found between 0.5 and 1.4 where the model is right
 RUNS = -3.5  # standard deviations below the mean number of runs: one in 4000 curves of pure noise
+ZERO = 4.5  # standard errors that the mean force out of contact may be off zero
 FELT = 0.5  # of the noise: below, runs of one sign are errors of the simulation
-SIMULATED = 1e-6  # of the largest force: how far simulated forces are to be trusted
 CHECK = "check sign, zero, hysteresis (loading and unloading apart: fit opening, too)"
 
 
 class Quality(NamedTuple):
     """times: residual over noise, nan if the noise is unknown; runs: those of one sign against
-    what independent noise has, in standard deviations (Wald and Wolfowitz 1940)."""
+    what independent noise has, in standard deviations (Wald and Wolfowitz 1940); zero: the mean
+    force where there is no contact, in standard errors."""
 
     times: float
     runs: float
+    zero: float = 0.0
 
     @property
     def fits(self) -> bool:
-        """Whether the residual may be noise."""
-        return not (self.times > TIMES or (self.times > FELT and self.runs < RUNS))
+        """Whether the residual may be noise, around a force whose zero is right."""
+        systematic = self.times > FELT and self.runs < RUNS
+        return not (self.times > TIMES or systematic or abs(self.zero) > ZERO)
 
     @property
     def told(self) -> str:
         """What is wrong, in words; "" if nothing is."""
         if math.isnan(self.times):
-            return (
-                "the noise cannot be told from so few points: nothing says whether the model fits"
-            )
+            return "the noise cannot be told from so few points: nothing says whether it fits"
         if self.fits:
             return ""
-        size = f"residual is {self.times:.3g} times the noise"
-        if self.times <= TIMES:
+        size, why = f"residual is {self.times:.3g} times the noise", CHECK
+        if self.times <= TIMES and abs(self.zero) > ZERO:
+            why = f"check zero: the force out of contact is {self.zero:+.2g} standard errors off"
+        elif self.times <= TIMES:
             size += " and keeps its sign over many points"
-        return f"{size}: {CHECK}; or the data were smoothed. No intervals: the model does not fit"
+        return f"{size}: {why}; or the data were smoothed. No intervals: the model does not fit"
 
 
-def judged(residuals: Array, ends: Array, spare: int, noise: float, force: float) -> Quality:
-    """Quality of residuals of the force (n,) and of the ends of contact (k,) [N/m].
+def judged(forces: Array, ends: Array, free: Array, spare: int, noise: float) -> Quality:
+    """Quality of residuals of the force (n,) and of the ends of contact (k,), and of the forces
+    measured where there is no contact (m,) [N/m].
 
-    times² = Σr²/(spare noise²) over both, the latter in units of the noise already; the noise is
-    taken as at least SIMULATED times the largest force. 0: it could not be found.
+    times² = Σr²/(spare noise²) over both kinds of residuals, the latter in units of the noise
+    already; zero = mean √m/noise. noise 0: it could not be found.
     """
     if not noise > 0:
         return Quality(math.nan, 0.0)
-    size = math.sqrt(float(np.sum(residuals**2) + np.sum(ends**2)) / spare)
-    return Quality(size / max(noise, SIMULATED * force), runs(residuals))
+    size = math.sqrt(float(np.sum(forces**2) + np.sum(ends**2)) / spare)
+    zero = float(free.mean()) * math.sqrt(free.size) / noise if free.size else 0.0
+    return Quality(size / noise, runs(forces), zero)
 
 
 def runs(residuals: Array) -> float:

@@ -54,13 +54,16 @@ def test_failures_are_called_and_good_curves_are_not(kind):
         outcome = fit_failures._outcome(params, (kind, number))
         assert outcome.called == (kind != "good"), outcome
         if kind != "good":
-            assert "times the noise: check sign, zero, hysteresis" in outcome.quality.told
+            assert re.search("times the noise.*: check .*zero", outcome.quality.told)
 
 
 def test_each_kind_of_curve_has_what_its_name_says():
     params = fit_failures.Parameters(SCENE)
-    good, sign, zero, loop = (fit_failures.case(params, kind, 1) for kind in fit_failures.KINDS)
-    assert good.names == sign.names == loop.names == DEFAULT
+    good, sign, zero, loop, level = (
+        fit_failures.case(params, kind, 1) for kind in fit_failures.KINDS
+    )
+    assert abs(level.curve.force[0]) > 0.05 * np.abs(level.curve.force).max()
+    assert good.names == sign.names == loop.names == level.names == DEFAULT
     assert zero.names == ("w", "gamma1")
     deep = [case.curve.force[case.curve.depth.argmax()] for case in (good, sign)]
     assert deep[0] > 0 > deep[1]
@@ -178,13 +181,32 @@ def test_runs_of_known_signs():
 
 def test_quality_of_known_residuals():
     flat, none = np.array([1.0, -1.0] * 8), np.empty(0)
-    assert judged(flat, none, 16, 0.5, 1.0).times == 2.0
-    assert judged(flat, np.array([4.0, 4.0]), 12, 1.0, 1.0).times == 2.0
-    assert judged(1e-9 * flat, none, 16, 1e-12, 1.0).fits  # below what the simulation can tell
-    assert not judged(np.repeat(flat, 4), none, 64, 1.0, 1.0)._replace(runs=-4.0).fits
+    assert judged(flat, none, none, 16, 0.5).times == 2.0
+    assert judged(flat, np.array([4.0, 4.0]), none, 12, 1.0).times == 2.0
+    assert judged(flat, none, np.full(25, 0.5), 16, 1.0).zero == 2.5
+    assert math.isnan(judged(flat, none, none, 16, 0.0).times)
+    assert not Quality(1.0, -4.0).fits and Quality(1.0, -3.0, 4.0).fits
     assert Quality(0.1, -9.0).fits and not Quality(2.1, 0.0).fits
+    assert not Quality(1.0, 0.0, -5.0).fits
     assert "keeps its sign over many points" in Quality(1.2, -5.0).told
-    assert math.isnan(judged(flat, none, 16, 0.0, 1.0).times)
+    assert "the force out of contact is -5 standard errors off" in Quality(1.0, 0.0, -5.0).told
+
+
+def test_a_small_force_out_of_contact_is_called():
+    curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.02)
+    level = 0.05 * np.abs(curve.force).max()  # too small to be taken for contact
+    found = fit(SCENE, Curve(curve.depth, curve.force + level), profiles=False)
+    assert found.quality.times < 1 < 5 < found.quality.zero
+    assert "check zero: the force out of contact" in found.warnings[0]
+    assert found.estimates[0].interval is None
+
+
+def test_residuals_below_what_the_simulation_tells_are_no_misfit():
+    curve = measured(SCENE, [0.01, 1.1], steps=400)
+    found = fit(SCENE, curve, ("w",), profiles=False)
+    assert found.quality.fits and not found.warnings
+    wrong = Curve(curve.depth, curve.force * (1 + 1e-8 * np.sin(8e6 * curve.depth)))
+    assert fit(SCENE, wrong, ("w",), profiles=False).quality.fits
 
 
 def test_the_self_test_fails_where_a_failure_is_not_called(tmp_path, capsys, monkeypatch):
@@ -203,7 +225,7 @@ def test_the_self_test_fails_where_a_failure_is_not_called(tmp_path, capsys, mon
         assert fit_trials.report(params, Output(tmp_path, "a command")) == status
     assert "hysteresis       0   needed: all" in capsys.readouterr().out
     rows = (tmp_path / "fit_self_test_failures.csv").read_text("utf-8").splitlines()
-    assert "kind,curve,residual_over_noise,runs,called" in rows
+    assert "kind,curve,residual_over_noise,runs,zero,called" in rows
 
 
 SCENE_FILE = """
