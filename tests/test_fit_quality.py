@@ -212,3 +212,12 @@ def test_the_self_test_fails_where_a_failure_is_not_called(tmp_path, capsys, mon
     assert "hysteresis       0   needed: all" in capsys.readouterr().out
     rows = (tmp_path / "fit_self_test_failures.csv").read_text("utf-8").splitlines()
     assert "kind,curve,residual_over_noise,runs,zero,called" in rows
+
+
+def test_every_contact_starts_from_a_touch():
+    true = with_opening(SCENE, 3.0)
+    curve = measured(true, [-0.3, 1.0, -1.9, 0.7, -1.9])
+    model = Model.of(true, ("w",), curve)
+    assert len(model.pieces) == 2
+    residuals = model.residuals(np.zeros(1))[: model.measured.size]
+    assert np.abs(residuals).max() < 1e-9 * np.abs(model.measured).max()
