@@ -215,9 +215,12 @@ def test_the_self_test_fails_where_a_failure_is_not_called(tmp_path, capsys, mon
 
 
 def test_every_contact_starts_from_a_touch():
-    true = with_opening(SCENE, 3.0)
-    curve = measured(true, [-0.3, 1.0, -1.9, 0.7, -1.9])
-    model = Model.of(true, ("w",), curve)
-    assert len(model.pieces) == 2
-    residuals = model.residuals(np.zeros(1))[: model.measured.size]
-    assert np.abs(residuals).max() < 1e-9 * np.abs(model.measured).max()
+    curve = measured(SCENE, [-0.3, 1.0, -1.2, 0.7, -1.2])
+    second = Curve(*(column[contacts(curve)[1]] for column in curve))
+    both, alone = (Model.of(SCENE, ("w", "offset"), c) for c in (curve, second))
+    assert (len(both.pieces), len(alone.pieces)) == (2, 1)
+    residuals = []
+    for model in (both, alone):  # lets go too early, touches too late
+        x = np.array([math.log(0.8), model.coordinate("offset", 0.1 * LIFT)])
+        residuals.append(model.residuals(x)[: model.measured.size])
+    assert residuals[0][both.pieces[1]] == pytest.approx(residuals[1], rel=1e-9, abs=0)
