@@ -48,7 +48,8 @@ R = 0.1  # m: f = x²/(2R)
 # shape = "flat_punch"  # half_width in m
 # shape = "wedge"       # delta in rad, or delta_degrees
 # shape = "power_law"   # f = c |x|^n: c, n
-# shape = "sampled"     # x = [...], z = [...] in m, kind = "linear" or "smooth"
+# shape = "sampled"     # x = [...], z = [...] in m, kind = "linear" or "smooth"; or in their place
+# file = "scan.csv"     # text; columns = ["x [µm]", "z [nm]"] by name or number
 # tilted = 0.0   # slope
 # shifted = 0.0  # m
 
@@ -60,6 +61,11 @@ R = 0.1  # m: f = x²/(2R)
 # drives = [-8e-6, 5e-6, -8e-6]
 # machine_stiffness = 1e5
 # steps = 50
+
+# How `python -m studies fit DATA` reads its file, where that does not say it or cannot be found.
+# [measured]
+# columns = ["Depth [µm]", "3 [mN]"]  # depth and force: names or numbers, with units
+# width = 0.01                        # m, length of the line contact, for a force in newtons
 
 [options]
 # slopes = "small"    # "small": the paper's energy; "finite": true lengths of the surfaces

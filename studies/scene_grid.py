@@ -26,7 +26,9 @@ from studies.scene_path import follow, most_tensile
 from studies.scene_table import TOP, Table
 
 Value = float | str
-NO_AXES = {f"path.{name}" for name in CONTROLS} | {"indenter.x", "indenter.z"}
+NO_AXES = {f"path.{name}" for name in CONTROLS} | {
+    *("indenter.x", "indenter.z", "indenter.columns", "measured.columns")
+}
 UNITS = {
     "depth": "m",
     "layer.E": "Pa",
