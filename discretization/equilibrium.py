@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from discretization.certificate import Certificate
+from discretization.label import label
 from discretization.lattice.shortest_path import Proof
 from energy import Assumption, Scene
 
 Array = NDArray[np.float64]
 _ONE_SIDED = 1e-9
+_SAMPLES = 257  # of each contact
 QUANTITIES = ("half_width", "force", "energy")
 
 
@@ -50,11 +52,11 @@ class Equilibrium:
 
     contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
     themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
-    without contact; label "global", "metastable", "neutral" or "detached"; tail: the free surface;
+    without contact; tail: the free surface;
     errors: `error_estimate`, or the function of this state that finds it when it is asked for;
     scales: of force and energy, the sums of their terms' absolute values; spacing: nan where there
     are no nodes; proof: why no state on these nodes has a lower energy, where `shortest_path` has
-    found it.
+    found it; neutral: whether a line rests anywhere in a range at no cost.
     """
 
     scene: Scene
@@ -64,7 +66,6 @@ class Equilibrium:
     pinned: NDArray[np.bool_]
     force: float
     energy: float
-    label: str
     certificate: Certificate
     tail: Tail
     scales: dict[str, float]
@@ -73,11 +74,46 @@ class Equilibrium:
     branch: str
     spacing: float
     proof: Proof | None = None
+    neutral: bool = False
 
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
         """Relative errors of half_width, force and energy, the last two relative to `scales`."""
         return self.errors(self) if callable(self.errors) else self.errors
+
+    @functools.cached_property
+    def label(self) -> str:
+        """ "global", "metastable", "adhered", "neutral" or "detached"; see discretization.label."""
+        return label(self)
+
+    @functools.cached_property
+    def range_of_heights(self) -> tuple[float, float]:
+        """Least and largest f in contact, looked for at many points; nan without contact.
+
+        Where the layer is pressed anywhere, the least is that of the whole profile: were it free,
+        the surface would stand above it by more than anywhere in contact.
+        """
+        if not self.contacts.size:
+            return math.nan, math.nan
+        f = self.scene.indenter.height(self._points_in_contact())
+        return float(f.min()), float(f.max())
+
+    def _points_in_contact(self) -> Array:
+        """Many x in contact, with the ends, corners, knots and the apex among them."""
+        indenter, known = self.scene.indenter, self.contacts
+        if not np.isfinite(known).all():
+            return np.zeros(1)
+        even = np.linspace(known[:, 0], known[:, 1], _SAMPLES).ravel()
+        apex = [] if indenter.apex is None else [indenter.apex]
+        kinks = np.concatenate(
+            [np.asarray(p, float) for p in (indenter.corners, indenter.knots, apex)]
+        )
+        return np.concatenate([even, kinks[self._inside(kinks)]])
+
+    @property
+    def indentation(self) -> float:
+        """Depth below first touch, d - min f; negative while the layer is only pulled."""
+        return self.depth - self.range_of_heights[0]
 
     @property
     def half_width(self) -> float:
@@ -216,7 +252,6 @@ def detached(
         pinned=none.astype(bool),
         force=0.0,
         energy=0.0,
-        label="detached",
         certificate=certificate,
         tail=tail,
         scales={"force": 0.0, "energy": 0.0},

@@ -11,6 +11,7 @@ reads it) and SCENE_path.png. A file with a list or range for any other number i
 
 from __future__ import annotations
 
+import itertools
 import json
 import textwrap
 from collections.abc import Callable, Sequence
@@ -41,6 +42,7 @@ CONVENTIONS = (
     "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
     "without contact",
 )
+MARKERS = {"global": "o", "metastable": "s", "adhered": "D", "neutral": "^", "detached": "x"}
 SOFT, RIGID = "#f3d9b1", "#b8c4cc"
 
 
@@ -176,8 +178,8 @@ def _depth(state: Equilibrium) -> str:
     return f"d = {state.depth / unit.size:.4g} {unit.symbol}".replace("-", "−")
 
 
-def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
-    """An observable over the depth: a line through the states in contact, marked by validity."""
+def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> None:
+    """An observable over the depth: a line through the states in contact; markers by label."""
     states = record.states
     depths = np.array([state.depth for state in states])
     values = np.array([getattr(state, name) for state in states])
@@ -185,20 +187,21 @@ def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
     error = np.array([state.error_estimate[name] for state in states])
     error[~np.isfinite(error)] = 0.0
     x, y = prefixed(depths, "m"), prefixed(values, unit)
-    free = np.array([state.label == "detached" for state in states])
-    bad = np.array([bool(state.warnings) for state in states])
+    labels = np.array([state.label for state in states])
+    free = labels == "detached"
+    bad = np.array([bool(state.warnings) for state in states]) & ~free
     axes.plot(depths / x.size, np.where(free, np.nan, values) / y.size, color=BLUE, lw=1)
-    for chosen, style, text in (
-        (~free & ~bad, {"color": BLUE, "marker": "o"}, "in contact, reported assumptions hold"),
-        (~free & bad, {"color": ORANGE, "marker": "s"}, "in contact, an assumption violated"),
-        (free, {"color": GREY, "marker": "x"}, "detached"),
-    ):
+    for (label, marker), violated in itertools.product(MARKERS.items(), (False, True)):
+        chosen = (labels == label) & (bad == violated)
         if chosen.any():
             at, height = depths[chosen] / x.size, values[chosen] / y.size
+            colour = GREY if label == "detached" else ORANGE if violated else BLUE
+            text = f"{label}, an assumption violated" if violated else label
+            style = {"color": colour, "marker": marker, "label": text}
             spread = error[chosen] * np.abs(height)
-            axes.errorbar(at, height, yerr=spread, ls="", ms=4, label=text, capsize=2, **style)
+            axes.errorbar(at, height, yerr=spread, ls="", ms=4, capsize=2, **style)
     axes.axhline(0, color=GREY, lw=0.8)
-    axes.set(xlabel=f"depth d in {x.symbol}", ylabel=f"{label} in {y.symbol}")
+    axes.set(xlabel=f"depth d in {x.symbol}", ylabel=f"{quantity} in {y.symbol}")
     axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
     axes.legend()
 

@@ -47,7 +47,7 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
         assert any(part in line for line in header), part
     assert (out / "tiny.png").stat().st_size > 10_000
     said = capsys.readouterr().out
-    assert said.count("metastable") == 3  # two rows and the report on the worst
+    assert said.count("global, adhered branch") == 1 and said.count("  global") == 2
     assert "violated: h/a" in said
     assert "all assumptions hold in 0 of 2 states in contact" in said
     assert "validity     h/a" in said

@@ -171,8 +171,6 @@ def state_of(contacts: FittedContacts, branch: str, points: Array, rtol: float) 
     problem, scene = contacts.problem, contacts.problem.scene
     coarse, fine = totals(contacts, rtol)
     lines = [line for pair in contacts.pairs for line in pair]
-    lowest = branch == "global" or not scene.work_of_adhesion
-    neutral = any(line.neutral for line in lines)
     state = Equilibrium(
         scene=scene,
         depth=problem.depth,
@@ -181,7 +179,7 @@ def state_of(contacts: FittedContacts, branch: str, points: Array, rtol: float) 
         pinned=np.array([line.pinned for line in lines]).reshape(-1, 2),
         force=fine.force,
         energy=fine.energy,
-        label="neutral" if neutral else "global" if lowest else "metastable",
+        neutral=any(line.neutral for line in lines),
         certificate=_UNKNOWN,
         tail=FittedTail(scene.elastocapillary_length, problem.response),
         scales={"force": fine.force_scale, "energy": fine.energy_scale},

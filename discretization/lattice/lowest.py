@@ -152,7 +152,6 @@ def state_of(
 ) -> Equilibrium:
     """The state with these contacts: first and last node, left and right line of each."""
     both = [end for pair in lines for end in pair]
-    lowest = branch == "global" or not scene.work_of_adhesion
     return Equilibrium(
         scene=scene,
         depth=depth,
@@ -161,7 +160,6 @@ def state_of(
         pinned=np.array([[left.pinned, right.pinned] for left, right in lines]),
         force=sum((end.force for end in both), start=sums.force),
         energy=sum((end.energy for end in both), start=sums.energy),
-        label="global" if lowest else "metastable",
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},

@@ -105,7 +105,7 @@ def _one_contact(
         _refuse(scene, depth, certificate)
     nodes = [contact[:2]]
     state = state_of(scene, depth, branch, lattice, nodes, sums, certificate, [lines], estimated)
-    return replace(state, label="neutral") if _indifferent(lattice, contact, ends[0]) else state
+    return replace(state, neutral=_indifferent(lattice, contact, ends[0]))
 
 
 def _refuse(scene: Scene, depth: float, certificate: Certificate) -> NoReturn:
@@ -168,9 +168,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     if gap > 0 and abs(depth) > lattice.greatest_displacement:
         raise ValueError(_overhang(lattice, depth, "", depth))
     gain = max(0.0, cost) / (lattice.w * lattice.spacing) if gap > 0 else 0.0
-    lowest = depth >= 0 or branch == "global"
     balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
-    neutral = gap > 0 and balanced
     everywhere = np.array([[-math.inf, math.inf]])
     return replace(
         state,
@@ -179,7 +177,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         pinned=np.zeros((1, 2), bool),
         force=math.copysign(math.inf, depth) if depth else 0.0,
         energy=0.0 if balanced else math.copysign(math.inf, cost),
-        label="neutral" if neutral else "global" if lowest else "metastable",
+        neutral=gap > 0 and balanced,
         certificate=Certificate(0.0, 0.0, 0.0, gain, 0.0),
     )
 
