@@ -15,6 +15,7 @@ from discretization.certificate import Certificate
 from discretization.label import label
 from discretization.lattice.shortest_path import Proof
 from energy import Assumption, Scene
+from energy.validity import Deformation, assumptions
 
 Array = NDArray[np.float64]
 _ONE_SIDED = 1e-9
@@ -209,13 +210,17 @@ class Equilibrium:
 
     @property
     def validity(self) -> tuple[Assumption, ...]:
-        """How far the assumptions of the model hold here; see Scene.validity."""
-        steepest = farthest = 0.0
-        if self.contacts.size and np.isfinite(self.contacts).all():
-            steepest = float(np.max(np.abs(self.line_slopes)))
-            lifted = self.depth - self.scene.indenter.height(self.contacts)
-            farthest = float(np.max(np.abs(lifted)))
-        return self.scene.validity(self.depth, self.half_width, steepest, farthest)
+        """How far the assumptions of the model hold here; see energy.validity."""
+        return assumptions(self.scene, self._deformation() if self.contacts.size else None)
+
+    def _deformation(self) -> Deformation:
+        """What the contact does to the layer; free surfaces move and bend most at their lines."""
+        steepest = float(np.abs(self.scene.indenter.slope(self._points_in_contact())).max())
+        if np.isfinite(self.contacts).all():
+            steepest = max(steepest, float(np.max(np.abs(self.line_slopes))))
+        farthest = max(abs(self.depth - height) for height in self.range_of_heights)
+        narrowest = float(np.min(self.contacts[:, 1] - self.contacts[:, 0])) / 2
+        return Deformation(self.indentation, farthest, narrowest, steepest)
 
     @property
     def warnings(self) -> tuple[str, ...]:

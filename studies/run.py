@@ -113,7 +113,7 @@ def row(state: Equilibrium) -> str:
     values = [f"{getattr(state, name):>13.6g}" for name in OBSERVABLES]
     error = max(state.error_estimate.values())
     violated = ", ".join(one.name for one in broken(state))
-    verdict = f"  violated: {violated}" if violated and state.label != "detached" else ""
+    verdict = f"  violated: {violated}" if violated else ""
     return "".join(values) + f"{error:>9.0e}  {state.label}{verdict}"
 
 

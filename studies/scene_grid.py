@@ -137,8 +137,7 @@ def of_state(scene: Scene, depth: float, options: Mapping[str, Any]) -> dict[str
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # the errors are among the results
         state = minimise(scene, depth, **options)
-    error, in_contact = state.error_estimate, state.label != "detached"
-    broken = [one.name for one in state.validity if not one.holds and in_contact]
+    error, broken = state.error_estimate, [one.name for one in state.validity if not one.holds]
     return {
         "half_width": float(state.half_width),
         "force": float(state.force),

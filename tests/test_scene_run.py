@@ -9,7 +9,7 @@ import pytest
 from scene_files import DEPTH, by_hand, refused, writer
 
 from discretization import minimise
-from energy import FlatPunch, Parabola, Plane, SurfaceEnergies, Wedge
+from energy import ElasticLayer, FlatPunch, Parabola, Plane, SurfaceEnergies, Wedge
 from studies import run as study
 from studies.scene_file import load
 from studies.table import read
@@ -85,7 +85,8 @@ def drawn():
 
     def draw(indenter, depths):
         given = load(SHIPPED[0])
-        scene = replace(by_hand(indenter), surfaces=SurfaceEnergies.from_work(0.05, 1e-4))
+        film, surfaces = ElasticLayer(400.0, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 1e-4)
+        scene = replace(by_hand(indenter), layer=film, surfaces=surfaces)
         given = replace(given, scene=scene, depths=np.array(depths), options={}, title="drawn")
         figure = study.plot(study.run(given))
         figure.draw_without_rendering()
