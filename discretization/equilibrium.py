@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from discretization.certificate import Certificate
 from discretization.label import label
 from discretization.lattice.shortest_path import Proof
+from discretization.parts import energy_parts, force_parts
 from energy import Assumption, Scene
 from energy.validity import Deformation, assumptions
 
@@ -115,6 +116,16 @@ class Equilibrium:
     def indentation(self) -> float:
         """Depth below first touch, d - min f; negative while the layer is only pulled."""
         return self.depth - self.range_of_heights[0]
+
+    @functools.cached_property
+    def energy_parts(self) -> dict[str, float]:
+        """Energy [energy/length] of springs, surface and adhesion; see discretization.parts."""
+        return energy_parts(self)
+
+    @functools.cached_property
+    def force_parts(self) -> dict[str, float]:
+        """Force [force/length] of the pressure (9) and of the lines (10); likewise."""
+        return force_parts(self)
 
     @property
     def half_width(self) -> float:

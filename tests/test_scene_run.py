@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scene_files import DEPTH, by_hand, refused, writer
+from scene_files import DEPTH, SURFACES, by_hand, refused, writer
 
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, SurfaceEnergies, Wedge
@@ -51,6 +51,16 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
     assert "violated: h/a" in said
     assert "all assumptions hold in 0 of 2 states in contact" in said
     assert "validity     h/a" in said
+
+
+def test_tables_say_the_surface_energies_that_the_file_gives(written, tmp_path):
+    for change, told, kept in (
+        ((SURFACES, "w = 1e-4"), "SurfaceEnergies.from_work(gamma1=0.05, w=0.0001)", "gamma12"),
+        ((SURFACES, SURFACES), "SurfaceEnergies(gamma1=0.05, gamma2=0.03, gamma12=0.0791)", "w="),
+    ):
+        assert study.main([str(written(change)), "--out", str(tmp_path)]) == 0
+        text = (tmp_path / "tiny.csv").read_text("utf-8")
+        assert told in text and kept not in text
 
 
 def test_one_depth_is_told_in_full(written, tmp_path, capsys):
