@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from discretization.certificate import Certificate
 from discretization.label import label
 from discretization.lattice.shortest_path import Proof
-from discretization.parts import energy_parts, force_parts
+from discretization.parts import Parts, parts_of
 from energy import Assumption, Scene
 from energy.validity import Deformation, assumptions
 
@@ -80,8 +80,19 @@ class Equilibrium:
 
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
-        """Relative errors of half_width, force and energy, the last two relative to `scales`."""
+        """Relative errors of half_width, force and energy, the last two relative to `scales`.
+
+        Infinite: not resolved, the lattice is too coarse for an estimate; see lattice.accuracy.
+        """
         return self.errors(self) if callable(self.errors) else self.errors
+
+    @property
+    def uncertainty(self) -> dict[str, float]:
+        """`error_estimate` as absolute errors: of half_width [length], force and energy."""
+        link = 0.0 if math.isnan(self.spacing) else self.spacing
+        scales = {"half_width": self.half_width or link, **self.scales}
+        found = ((name, error, scales[name]) for name, error in self.error_estimate.items())
+        return {name: error * (scale or 1.0) for name, error, scale in found}
 
     @functools.cached_property
     def label(self) -> str:
@@ -118,14 +129,18 @@ class Equilibrium:
         return self.depth - self.range_of_heights[0]
 
     @functools.cached_property
+    def _parts(self) -> Parts:
+        return parts_of(self)
+
+    @property
     def energy_parts(self) -> dict[str, float]:
         """Energy [energy/length] of springs, surface and adhesion; see discretization.parts."""
-        return energy_parts(self)
+        return dict(self._parts.energy)
 
-    @functools.cached_property
+    @property
     def force_parts(self) -> dict[str, float]:
         """Force [force/length] of the pressure (9) and of the lines (10); likewise."""
-        return force_parts(self)
+        return dict(self._parts.force)
 
     @property
     def half_width(self) -> float:
@@ -239,12 +254,16 @@ class Equilibrium:
         return tuple(str(a) for a in self.validity if not a.holds)
 
     def __str__(self) -> str:
-        error, kind = self.error_estimate, f"{self.label}, {self.branch} branch, {self.method}"
+        kind = f"{self.label}, {self.branch} branch, {self.method}"
+        error = {
+            name: f"± {size:.1e}" if math.isfinite(size) else "not resolved: use smaller spacing"
+            for name, size in self.uncertainty.items()
+        }
         lines = [
             f"depth        d = {self.depth:.10g}   ({kind})",
-            f"half-width   a = {self.half_width:.10g}   (relative error {error['half_width']:.1e})",
-            f"force        P = {self.force:.10g}   (relative error {error['force']:.1e})",
-            f"energy       U = {self.energy:.10g}   (relative error {error['energy']:.1e})",
+            f"half-width   a = {self.half_width:.10g}   ({error['half_width']})",
+            f"force        P = {self.force:.10g}   ({error['force']})",
+            f"energy       U = {self.energy:.10g}   ({error['energy']})",
             f"angle        θ = {self.contact_angle:.10g} rad   (π - θ = {self.angle_deficit:.6g})",
         ]
         return "\n".join(lines + [f"validity     {a}" for a in self.validity])

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,42 +25,46 @@ if TYPE_CHECKING:
     from discretization.equilibrium import Equilibrium
 
 Array = NDArray[np.float64]
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 _HALVINGS = 9
 _AGREED = 1e-13  # change of the integrals relative to their size: all but rounding
 _GRADED = 2.0 ** np.arange(-3, 6)  # lengths l from a line at which panels in a gap end
 
 
-def energy_parts(state: Equilibrium) -> dict[str, float]:
-    """Springs, surface and adhesion [energy/length] of the state."""
+class Parts(NamedTuple):
+    """The parts by name: of the energy [energy/length] and of the force [force/length]."""
+
+    energy: dict[str, float]
+    force: dict[str, float]
+
+    @classmethod
+    def of(cls, springs: float, surface: float, adhesion: float, *force: float) -> Parts:
+        """From the five numbers of the module, in its order."""
+        energy = {"springs": springs, "surface": surface, "adhesion": adhesion}
+        return cls(energy, dict(zip(("pressure", "lines"), force, strict=True)))
+
+
+def parts_of(state: Equilibrium) -> Parts:
+    """Energy and force of a state in parts; of a plane without end every part is endless."""
     if not state.contacts.size:
-        return dict.fromkeys(("springs", "surface", "adhesion"), 0.0)
-    if not np.isfinite(state.contacts).all():  # of a plane without end every part is endless
-        stored = math.inf if state.depth else 0.0
-        bound = -math.inf if state.scene.work_of_adhesion else 0.0
-        return {"springs": stored, "surface": 0.0, "adhesion": bound}
-    springs, surface, adhesion, _ = _in_contact(state)
-    free = np.zeros(2)
-    if state.scene.gamma1:
-        free = free + _of_tails(state) + _of_gaps(state)
-    return {
-        "springs": float(springs + free[0]),
-        "surface": float(surface + free[1]),
-        "adhesion": float(adhesion),
-    }
-
-
-def force_parts(state: Equilibrium) -> dict[str, float]:
-    """Pressure (9) and lines (10) [force/length] of the state; positive when compressive."""
+        return Parts.of(0.0, 0.0, 0.0, 0.0, 0.0)
     if not np.isfinite(state.contacts).all():
-        return {"pressure": state.force, "lines": 0.0}
-    pull = 0.0
-    if state.contacts.size and state.scene.gamma1:
-        beside = state.line_slopes[1]
-        if state.scene.slopes == "finite":
-            beside = beside / np.hypot(1.0, beside)
-        pull = -state.scene.gamma1 * float(beside.sum())
-    return {"pressure": float(_in_contact(state)[3]), "lines": pull}
+        bound = -math.inf if state.scene.work_of_adhesion else 0.0
+        return Parts.of(math.inf if state.depth else 0.0, 0.0, bound, state.force, 0.0)
+    springs, surface, adhesion, pressure = _in_contact(state)
+    free, pull = np.zeros(2), 0.0
+    if state.scene.gamma1:
+        free, pull = _of_tails(state) + _of_gaps(state), _of_lines(state)
+    stored = float(springs + free[0]), float(surface + free[1])
+    return Parts.of(*stored, float(adhesion), float(pressure), pull)
+
+
+def _of_lines(state: Equilibrium) -> float:
+    """-γ₁ Σ sin β, or -γ₁ Σ u' with small slopes (11)."""
+    beside = state.line_slopes[1]
+    if state.scene.slopes == "finite":
+        beside = beside / np.hypot(1.0, beside)
+    return -state.scene.gamma1 * float(beside.sum())
 
 
 def _in_contact(state: Equilibrium) -> Array:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -38,7 +39,8 @@ OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
 ERRORS = ("half_width", "force", "energy")
 CONVENTIONS = (
     "units: SI, per unit length of the line contact: depth and half_width in m, force in N/m, "
-    "energy in J/m, contact_angle in rad; error_* are estimated relative errors",
+    "energy in J/m, contact_angle in rad; error_* are estimated errors in these units; inf: the "
+    "lattice does not resolve the state",
     "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
     "without contact",
 )
@@ -114,13 +116,14 @@ def row(state: Equilibrium) -> str:
     error = max(state.error_estimate.values())
     violated = ", ".join(one.name for one in broken(state))
     verdict = f"  violated: {violated}" if violated else ""
-    return "".join(values) + f"{error:>9.0e}  {state.label}{verdict}"
+    told = f"{error:>9.0e}" if math.isfinite(error) else "  not res."
+    return "".join(values) + f"{told}  {state.label}{verdict}"
 
 
 def heading() -> str:
     """The line above the rows."""
     names = ("depth/m", "half-width/m", "force/(N/m)", "energy/(J/m)", "angle/rad")
-    return "".join(f"{name:>13}" for name in names) + f"{'error':>9}  state"
+    return "".join(f"{name:>13}" for name in names) + f"{'rel. err':>9}  state"
 
 
 def summary(record: Record) -> str:
@@ -137,7 +140,7 @@ def table(record: Record) -> tuple[list[str], list[list[str]]]:
     rows = []
     for state in record.states:
         observed = [getattr(state, name) for name in OBSERVABLES]
-        errors = [state.error_estimate[name] for name in ERRORS]
+        errors = [state.uncertainty[name] for name in ERRORS]
         rows.append([*map(repr, map(float, observed + errors)), state.label])
     return [*OBSERVABLES, *(f"error_{name}" for name in ERRORS), "label"], rows
 
@@ -184,7 +187,7 @@ def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> No
     depths = np.array([state.depth for state in states])
     values = np.array([getattr(state, name) for state in states])
     values[~np.isfinite(values)] = np.nan
-    error = np.array([state.error_estimate[name] for state in states])
+    error = np.array([state.uncertainty[name] for state in states])
     error[~np.isfinite(error)] = 0.0
     x, y = prefixed(depths, "m"), prefixed(values, unit)
     labels = np.array([state.label for state in states])
@@ -198,7 +201,7 @@ def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> No
             colour = GREY if label == "detached" else ORANGE if violated else BLUE
             text = f"{label}, an assumption violated" if violated else label
             style = {"color": colour, "marker": marker, "label": text}
-            spread = error[chosen] * np.abs(height)
+            spread = error[chosen] / y.size
             axes.errorbar(at, height, yerr=spread, ls="", ms=4, capsize=2, **style)
     axes.axhline(0, color=GREY, lw=0.8)
     axes.set(xlabel=f"depth d in {x.symbol}", ylabel=f"{quantity} in {y.symbol}")

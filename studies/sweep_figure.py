@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 CONVENTIONS = (
     "units: SI, per unit length of the line contact: lengths in m, forces in N/m, energies in J/m, "
-    "angles in rad; error_* are estimated relative errors; nan: not defined; where the label is "
-    "detached, half_width, force and energy are 0"
+    "angles in rad; error_* are estimated errors in these units, nan where the lattice does not "
+    "resolve the state; where the label is detached, half_width, force and energy are 0"
 )
 STATE = (("force", "force P", "N/m"), ("half_width", "half-width a", "m"))
 PATH = (
@@ -45,13 +45,13 @@ def plot(record: Record, title: str) -> Figure:
         figure.subplots(1, 2), PATH if path else STATE, strict=True
     ):
         keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
-        table, relative = (
+        table, error = (
             record.column(column).reshape(shape)[keep] for column in (name, f"error_{name}")
         )
         apart = record.detached.reshape(shape)[keep]
         if second is not None and first > second:
-            table, relative, apart = table.T, relative.T, apart.T
-        size, error = prefixed(table, unit), np.abs(np.nan_to_num(table) * np.nan_to_num(relative))
+            table, error, apart = table.T, error.T, apart.T
+        size, error = prefixed(table, unit), np.nan_to_num(error)
         quantity = f"{label} in {size.symbol}"
         values = Values(table / size.size, error / size.size, apart)
         _draw(axes, record, (first, second), values, quantity)

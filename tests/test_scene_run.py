@@ -35,7 +35,7 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
         state = minimise(by_hand(Parabola(0.017)), depth, rtol=1e-6)
         assert row.pop("label") == state.label
         wanted = {name: getattr(state, name) for name in COLUMNS[:5]}
-        wanted |= {f"error_{name}": state.error_estimate[name] for name in COLUMNS[1:4]}
+        wanted |= {f"error_{name}": state.uncertainty[name] for name in COLUMNS[1:4]}
         assert list(row) == list(wanted)
         for name, value in wanted.items():
             assert float(row[name]) == value or (math.isnan(value) and row[name] == "nan"), name

@@ -21,6 +21,7 @@ from discretization.fitted.quadrature import Interval, totals
 from discretization.fitted.response import ABSENT, chosen, finer
 from discretization.fitted.several import on_several
 from discretization.fitted.tail import FittedTail
+from discretization.lattice.accuracy import EXACT
 from discretization.lattice.state import SeveralContactsError, on_lattice
 from energy import Scene
 
@@ -57,7 +58,7 @@ def on_fitted_mesh(
         coarse = _topology(scene, depth, branch)
         if not coarse.contacts.size:
             tail = FittedTail(length, response)
-            return replace(coarse, tail=tail, method="fitted", spacing=math.nan)
+            return replace(coarse, tail=tail, method="fitted", spacing=math.nan, errors=EXACT)
         if len(coarse.contacts) > 1:
             raise ValueError(
                 f"depth = {depth!r} has {len(coarse.contacts)} contacts without tension: use "

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +34,6 @@ from energy import Scene
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 Pair = tuple[line.Line, line.Line]  # left and right line of a contact
-Errors = dict[str, float] | Callable[[Equilibrium], dict[str, float]]
 _UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 
 
@@ -148,7 +147,6 @@ def state_of(
     sums: Sums,
     certificate: Certificate,
     lines: list[Pair],
-    errors: Errors = _UNKNOWN,
 ) -> Equilibrium:
     """The state with these contacts: first and last node, left and right line of each."""
     both = [end for pair in lines for end in pair]
@@ -163,7 +161,7 @@ def state_of(
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
-        errors=errors,
+        errors=_UNKNOWN,
         method="lattice",
         branch=branch,
         spacing=lattice.spacing,
