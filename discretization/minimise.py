@@ -6,7 +6,6 @@ import warnings
 
 from discretization.equilibrium import AccuracyWarning, Equilibrium
 from discretization.fitted.state import on_fitted_mesh
-from discretization.lattice.accuracy import too_coarse
 from discretization.lattice.state import on_lattice
 from energy import Plane, Scene
 from energy.checks import finite, option
@@ -42,7 +41,7 @@ def minimise(
 
     ValueError for an unusable argument, a depth at which the contact would leave the profile, or
     several contacts with finite slopes; NotCertifiedError if no equilibrium was found;
-    AccuracyWarning if the error estimate stays above rtol, or the spacing is too large for one.
+    AccuracyWarning if the error estimate stays above rtol.
     """
     _check(scene, depth, method, branch, rtol)
     if method == "auto" and branch == "global" and spacing is not None:
@@ -54,15 +53,7 @@ def minimise(
     if method in ON_NODES:
         if spacing is None:
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
-        state = on_lattice(scene, float(depth), spacing, branch=branch, method=method)
-        if state.contacts.size and too_coarse(state):
-            warnings.warn(
-                f"spacing = {spacing!r} does not resolve the contacts at depth = {depth!r}: a, P "
-                "and U have no error estimate; give a smaller spacing",
-                AccuracyWarning,
-                stacklevel=2,
-            )
-        return state
+        return on_lattice(scene, float(depth), spacing, branch=branch, method=method)
     if spacing is not None:
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
     if isinstance(scene.indenter, Plane):

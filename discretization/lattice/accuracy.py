@@ -7,16 +7,18 @@ has it, and Q_c that of the same question on every other node, errors are O(Δx�
 
 Two errors of this order may happen to be equal. Of U a second estimate therefore counts beside it,
 3/2 of what its parts (parts.py) differ by: quadrature between the lines found, of the profile as it
-is between nodes, too. On a sparse lattice, with fewer than SPARSE nodes per l or NARROW links, and
-for a profile that is not convex, so it does of P. On a sparse one every other node is taken in
-three ways. If f is not convex the energy decides where there are contacts, and a is held to be no
-more certain than U.
+is between nodes, too. With fewer than SPARSE nodes per l or NARROW links, and for a profile that is
+not convex, so it does of P. With fewer than NARROW links every other node is taken in three ways.
+If f is not convex the energy decides where there are contacts, and a is held to be no more certain
+than U.
 
 The state is not resolved, and all errors are infinite, where
 
     a contact that is not pinned at both ends has fewer than LEAST links,
     a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
     from the line through them,
+    f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer has another
+    number of contacts,
     the coarse nodes have no contact or no answer, or
     the state is detached and a lattice finer by one of FINER has a contact.
 """
@@ -48,7 +50,7 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
-    if too_coarse(fine):
+    if _too_coarse(fine) or _other_contacts(solve, fine):
         return UNRESOLVED
     found = [_asked(solve, fine, 2 * fine.spacing, origin) for origin in _origins(fine)]
     coarse = [state for state in found if state is not None and state.contacts.size]
@@ -61,19 +63,29 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
 def _origins(fine: Equilibrium) -> list[float | None]:
     """A node of each coarse lattice; None: as the profile has it."""
     first = float(fine.nodes[0, 0])
-    return [None, first, first + fine.spacing] if _sparse(fine) else [None]
+    return [None, first, first + fine.spacing] if _narrow(fine) else [None]
 
 
 def _sparse(state: Equilibrium) -> bool:
-    """Whether a state has few nodes per l or in contact."""
-    links = float(np.diff(state.nodes).sum()) / state.spacing
-    return links < NARROW or state.scene.elastocapillary_length < SPARSE * state.spacing
+    """Whether a lattice has few nodes per l."""
+    return state.scene.elastocapillary_length < SPARSE * state.spacing
 
 
-def too_coarse(state: Equilibrium) -> bool:
-    """Whether a contact has too few links, or the profile too few nodes, for errors to be known."""
-    if not np.isfinite(state.nodes).all():
+def _other_contacts(solve: Solver, state: Equilibrium) -> bool:
+    """Whether a finer lattice has another number of contacts; only sparse ones are checked."""
+    if state.scene.indenter.convex or not _sparse(state):
         return False
+    finer = _asked(solve, state, state.spacing / 4)
+    return finer is None or len(finer.contacts) != len(state.contacts)
+
+
+def _narrow(state: Equilibrium) -> bool:
+    """Whether a state has few links in contact."""
+    return float(np.diff(state.nodes).sum()) < NARROW * state.spacing
+
+
+def _too_coarse(state: Equilibrium) -> bool:
+    """Whether a contact has too few links, or the profile too few nodes, for errors to be known."""
     links = np.diff(state.nodes)[:, 0] / state.spacing
     if ((links < LEAST - 0.5) & ~state.pinned.all(axis=1)).any():
         return True
@@ -99,7 +111,7 @@ def _from_coarse(fine: Equilibrium, coarse: Equilibrium) -> dict[str, float]:
     """
     alike = coarse.contacts.shape == fine.contacts.shape
     parts, convex = {"energy": fine.energy_parts}, fine.scene.indenter.convex
-    if _sparse(fine) or not convex:
+    if _narrow(fine) or _sparse(fine) or not convex:
         parts["force"] = fine.force_parts
     scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
     errors = {}
