@@ -8,7 +8,8 @@
 | edge     | depths (1 - 10⁻ʲ) of the one at which the contact lets go, j = 1..15                |
 | profiles | kinks, jumps, plateaus, noise; in units from nm to km                               |
 
-Each state must be certified, and is compared with 60-digit arithmetic (stress_reference.py) where
+The layers are those of the model, beyond the limits of independent springs on purpose. Each state
+must be certified, and is compared with 60-digit arithmetic (stress_reference.py) where
 that has an answer. With e the error of a relative to a, of P and U relative to the sums of their
 terms' absolute values, and c = Σ |p ∂Q/∂p|/scale the problem's own condition,
 

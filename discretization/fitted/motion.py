@@ -93,6 +93,17 @@ class Motion:
         """How far the profile sticks through the free surfaces, at worst [length]."""
         return max(0.0, *(-self._least(pair, depth)[0] for pair in free(lines)))
 
+    def neutral(self, lines: Lines, depth: float) -> bool:
+        """Whether a line at an edge of the body costs nothing to move inwards."""
+        if not lines or not self.scene.work_of_adhesion:
+            return False
+        ends = ((side, x) for side, x in ((-1, lines[0]), (1, lines[-1])) if lines[0] < lines[-1])
+        return any(
+            abs(self._rest(side, x, *self.profile.at(x, -side), None) - depth) <= _TIE * self.size
+            for side, x in ends
+            if x in self.profile.indenter.walls
+        )
+
     def continuous(self, here: Lines, there: Lines) -> bool:
         """Whether lines move from one state to another over places where they could rest alone.
 

@@ -147,7 +147,6 @@ def state_of(
     for _, line in contacts.outer:
         problem.refuse_overhang(line.x)
     coarse, fine = totals(contacts, rtol)
-    lowest = branch == "global" or not scene.work_of_adhesion
     state = Equilibrium(
         scene=scene,
         depth=depth,
@@ -156,7 +155,7 @@ def state_of(
         pinned=np.array([line.pinned for pair in contacts.pairs for line in pair]).reshape(-1, 2),
         force=fine.force,
         energy=fine.energy,
-        label="global" if lowest else "metastable",
+        neutral=motion.neutral(lines, depth),
         certificate=_UNKNOWN,
         tail=tail,
         scales={"force": fine.force_scale, "energy": fine.energy_scale},

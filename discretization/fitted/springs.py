@@ -57,7 +57,6 @@ def on_springs(
             pinned=pinned,
             force=fine.force,
             energy=fine.energy,
-            label="metastable" if branch == "adhered" and scene.work_of_adhesion else "global",
             certificate=_judged(profile, lines, pinned, depth, level, lift, fine),
             tail=tail,
             scales={"force": fine.force_scale, "energy": fine.energy_scale},

@@ -86,8 +86,6 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
             f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
             f"({certificate}); try method='lattice' with a small spacing"
         )
-    convex = branch == "global" or scene.work_of_adhesion == 0
-    neutral = any(end.neutral for end in ends)
     contacts = np.array([[ends[0].x, ends[1].x]])
     return Equilibrium(
         scene=scene,
@@ -97,7 +95,7 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
         pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
         force=fine.force,
         energy=fine.energy,
-        label="neutral" if neutral else "global" if convex else "metastable",
+        neutral=any(end.neutral for end in ends),
         certificate=certificate,
         tail=tail,
         scales={"force": fine.force_scale, "energy": fine.energy_scale},
