@@ -5,4 +5,5 @@ They know the scene and nothing of `discretization`. Slow, and meant to be obvio
 ground.py       the profile: fine nodes, one-sided slopes, refined extremes
 surfaces.py     free surfaces of small and finite slopes
 walk.py         the adhered state: a quasi-static walk in depth from first touch
+totals.py       lines polished by Newton's method, force and energy
 """

@@ -24,6 +24,7 @@ SINK = 1 / 3  # of δ₀: the farthest the depth grows at once
 ROUGHLY, CLOSELY = 1e-6, 1e-11  # of the feature: what counts as moved, on the way and at its end
 TIE = 1e-13  # of the depths of the scene: rounding of v
 MET = 1e-9  # of the feature: lines closer than that have met
+BESIDE = 1e-5  # of the feature: nearer to a line, it is the line that moves
 CLUSTER = 0.5 ** np.arange(40.0, 0.0, -1.0)
 
 
@@ -72,24 +73,32 @@ class Walk:
         elif clearance(before) <= 0:
             self.depth = before
         else:
-            self.depth = self._bisected(clearance, before, depth)
+            self.depth = self._first(clearance, before, depth)
         self._begin()
         self._settle(+1, ROUGHLY)
 
-    def _bisected(self, clearance, good, bad):
-        """A depth or position next to the last one at which nothing touches, on the touching side."""
-        size = max(abs(good), abs(bad))
-        while abs(bad - good) > 4e-16 * size:
-            middle = (good + bad) / 2
-            if middle in (good, bad):
+    def _first(self, clearance, good, bad):
+        """A depth or position at which something touches and hardly more than that.
+
+        clearance >= 0 at `good` and < 0 at `bad`; secants between the two, bisection in turn.
+        """
+        size, high, low = max(abs(good), abs(bad)), clearance(good), clearance(bad)
+        for turn in range(200):
+            if low >= -self.tie or abs(bad - good) <= 4e-16 * size:
                 break
-            good, bad = (good, middle) if clearance(middle) < 0 else (middle, bad)
+            share = 0.5 if turn % 3 == 2 or not math.isfinite(high) else low / (low - high)
+            middle = bad + min(max(share, 1e-3), 0.999) * (good - bad)
+            value = clearance(middle)
+            if value >= 0:
+                good, high = middle, value
+            else:
+                bad, low = middle, value
         clearance(bad)
         return bad
 
-    def _begin(self):
+    def _begin(self, surfaces=None):
         """A contact begins where a free surface touches. Whether there is one."""
-        touches = sorted(self._touches())
+        touches = sorted(self._touches(surfaces))
         if not touches or touches[0][0] + self.tie >= 0:
             return False
         at = touches[0][1]
@@ -115,7 +124,8 @@ class Walk:
         for at, value in refined_minima(
             lambda at: self._v(np.asarray(at), left, right), x, v, -self.tie, ends
         ):
-            yield value, at
+            if min(at - left, right - at) > BESIDE * self.feature:
+                yield value, at
 
     def _within(self, left, right):
         """Nodes of a free surface, clustered at its lines."""
@@ -178,10 +188,19 @@ class Walk:
             self.lines[i] = x
             return min((v for v, _ in self._dips((i + 1) // 2)), default=math.inf) + self.tie
 
-        if clearance(rest) < 0:
-            self._bisected(clearance, start, rest)
-            self._begin()
+        if clearance(rest) < 0 and facing is not None and self._movable(i + side, start):
+            while clearance(rest) < 0 and abs(rest - start) > BESIDE * self.feature:
+                rest = (start + rest) / 2
+        elif clearance(rest) < 0:
+            self._first(clearance, start, rest)
+            self._begin([(i + 1) // 2])
         return abs(rest - start)
+
+    def _movable(self, i, facing):
+        """Whether a line would advance if the one it faces were here."""
+        x, side = self.lines[i], 1 if i % 2 else -1
+        tilt = self.surface.lean(side * self.ground.slope(x, side)) + self._tilt(x, facing)
+        return float(tilt) < self.surface.deficit - 1e-6 * self.surface.deficit
 
     def _facing(self, i, side):
         """How far a line may advance, and the line it faces or None."""
