@@ -95,7 +95,9 @@ class Finite:
 
     def facing(self, own, other, width):
         """Outward angle of a gap's surface at the line with displacement `own`."""
-        own, other, width = np.broadcast_arrays(*(np.asarray(a, float) for a in (own, other, width)))
+        own, other, width = np.broadcast_arrays(
+            *(np.asarray(a, float) for a in (own, other, width))
+        )
         tilt = np.asarray(self.tail(own), float).copy()
         near = width < FAR * self.length
         if near.any():

@@ -44,7 +44,9 @@ class Walk:
         feature = min(feature, self.surface.length)
         self.ground, self.feature = Ground(scene.indenter, feature), feature
         self.delta = scene.critical_separation
-        self.tie = TIE * (self.delta + np.ptp(self.ground.heights[np.isfinite(self.ground.heights)]))
+        self.tie = TIE * (
+            self.delta + np.ptp(self.ground.heights[np.isfinite(self.ground.heights)])
+        )
         self.touch, self.first = self.ground.lowest(self.tie)
         self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch
         self._settle(+1, ROUGHLY)
