@@ -1,5 +1,6 @@
 """Compare `minimise` with the reference, case by case."""
 
+import itertools
 import time
 import warnings
 from typing import NamedTuple
@@ -14,8 +15,19 @@ from .walk import Outside, Walk
 
 TIMES, LEAST = 10, 1e-9  # of the error estimate; of the scales
 AWAY, JUMP = 1e-6, 1e-2  # a depth this near to a jump of the reference is not asked for
-REFERENCE = {"small": lambda case, depth: adhered(Walk(case.scene, case.feature), depth),
-             "finite": lambda case, depth: adhered(Walk(case.scene, case.feature), depth)}  # fmt: skip
+
+
+def walked(case, depths):
+    """The adhered states of a case at increasing depths, all above first touch or all below."""
+    walk = Walk(case.scene, case.feature)
+    if depths[0] < walk.touch <= depths[-1]:
+        raise Outside("next to first touch")
+    if depths[0] < walk.touch:
+        return [adhered(walk, depth) for depth in depths[::-1]][::-1]
+    return [adhered(walk, depth) for depth in depths]
+
+
+REFERENCE = {"small": walked, "finite": walked}
 
 
 class Verdict(NamedTuple):
@@ -50,10 +62,10 @@ def reference(case):
     """The reference state, or None and why the case is not asked for."""
     solve = REFERENCE[case.kind]
     try:
-        near = [solve(case, case.depth + s * AWAY * case.scale) for s in (-1, 0, 1)]
+        near = solve(case, [case.depth + s * AWAY * case.scale for s in (-1, 0, 1)])
     except Outside as problem:
         return None, str(problem)
-    for one, other in zip(near, near[1:], strict=False):
+    for one, other in itertools.pairwise(near):
         apart = abs(one.half_width - other.half_width)
         if len(one.contacts) != len(other.contacts) or apart > JUMP * near[1].half_width:
             return None, "next to a jump"

@@ -19,7 +19,7 @@ class Ground:
             raise ValueError(f"extent = {indenter.extent!r}: the reference needs a finite one")
         self.corners = np.asarray(indenter.corners, float)
         self.walls = tuple(indenter.walls)
-        count = int(math.ceil((self.hi - self.lo) / feature * PER_FEATURE)) + 1
+        count = math.ceil((self.hi - self.lo) / feature * PER_FEATURE) + 1
         if count > MOST:
             raise ValueError(f"feature = {feature!r} needs {count} nodes; give a larger one")
         self.step = (self.hi - self.lo) / (count - 1)

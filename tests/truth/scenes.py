@@ -189,10 +189,10 @@ def case_of(kind, seed):
     """The random scene of this class and seed."""
     rng = np.random.default_rng([KINDS.index(kind), seed])
     unit, stress = 10 ** rng.choice([0.0, 0.0, 3.0, -3.0, -6.0]), 10 ** rng.choice([0.0, 6.0, -6.0])
-    length = unit * rng.uniform(0.1, 3)
-    layer = ElasticLayer(stress * rng.uniform(0.3, 3), rng.choice([0.0, 0.3]), length)
+    length = float(unit * rng.uniform(0.1, 3))
+    layer = ElasticLayer(float(stress * rng.uniform(0.3, 3)), float(rng.choice([0.0, 0.3])), length)
     gamma1 = layer.stiffness * length**2
-    alpha = 10 ** rng.uniform(-2, -0.5)
+    alpha = float(10 ** rng.uniform(-2, -0.5))
     w = gamma1 * alpha**2 / 2
     if kind == "finite":
         w = 2 * gamma1 * math.sin(alpha / 2) ** 2
@@ -210,10 +210,8 @@ def case_of(kind, seed):
     )
     x = np.linspace(*indenter.extent, 20001)
     lowest = float(np.min(indenter.height(x)))
-    return Case(
-        kind, draw.__name__, scene, lowest + scale * _deep(rng, kind, draw), shape.feature * length,
-        scale,
-    )  # fmt: skip
+    depth = lowest + scale * float(_deep(rng, kind, draw))
+    return Case(kind, draw.__name__, scene, depth, shape.feature * length, scale)
 
 
 def _deep(rng, kind, draw):

@@ -1,4 +1,4 @@
-"""Force and energy of given contacts, and their lines on the exact conditions by Newton's method."""
+"""Force and energy of given contacts; their lines polished by Newton's method."""
 
 from typing import NamedTuple
 

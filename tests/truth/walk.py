@@ -72,7 +72,7 @@ class Walk:
 
         if not clearance(depth) < 0:
             self.depth = depth
-        elif clearance(before) <= 0:
+        elif clearance(before) < 0:
             self.depth = before
         else:
             self.depth = self._first(clearance, before, depth)
@@ -170,12 +170,14 @@ class Walk:
                 i = 0 if changed else i + 1
 
     def _advance(self, i):
-        """Move one line outwards to its first rest or by MOVE, unless something touches: how far."""
+        """How far a line moves outwards: to its first rest, by MOVE, or until something touches."""
         start, side = self.lines[i], 1 if i % 2 else -1
         limit, facing = self._facing(i, side)
-        if start == limit:
+        if start == limit and facing is None:
             return 0.0
-        rest, met = self._rest(i, side, start, limit, +1)
+        rest, met = limit, True
+        if abs(limit - start) > MET * self.feature:
+            rest, met = self._rest(i, side, start, limit, +1)
         if abs(rest - start) > MOVE * self.feature:
             rest, met = start + side * MOVE * self.feature, False
         if met:
@@ -190,11 +192,12 @@ class Walk:
             self.lines[i] = x
             return min((v for v, _ in self._dips((i + 1) // 2)), default=math.inf) + self.tie
 
-        if clearance(rest) < 0 and facing is not None and self._movable(i + side, start):
+        if facing is not None and self._movable(i + side, start):  # not before the other has moved
             while clearance(rest) < 0 and abs(rest - start) > BESIDE * self.feature:
                 rest = (start + rest) / 2
-        elif clearance(rest) < 0:
-            self._first(clearance, start, rest)
+        if clearance(rest) < 0:
+            if clearance(start) >= 0:
+                self._first(clearance, start, rest)
             self._begin([(i + 1) // 2])
         return abs(rest - start)
 
@@ -242,7 +245,7 @@ class Walk:
 
         if float(drive(start, 1)) >= 0:
             return start, False
-        low, low_drive = start, -1.0
+        low = start
         for x, ahead in self._entries(start, limit, move, ends):
             values = drive(x, ahead)
             stop = int(np.argmax(values >= 0)) if (values >= 0).any() else values.size
