@@ -121,7 +121,9 @@ class Finite:
 
     def gap_shape(self, p, width, left, right):
         """u at distances p from the left line of a gap; left, right: u at its lines."""
-        x, width, left, right = (np.asarray(v, float) / self.length for v in (p, width, left, right))
+        x, width, left, right = (
+            np.asarray(v, float) / self.length for v in (p, width, left, right)
+        )
         T = float(_range(left, right, width))
         ends = np.linspace(0, T, _panels(T) + 1)
         passed = np.concatenate([[0.0], np.cumsum(_across(left, right, T, ends[:-1], ends[1:]))])

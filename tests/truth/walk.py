@@ -49,6 +49,7 @@ class Walk:
         )
         self.touch, self.first = self.ground.lowest(self.tie)
         self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch
+        self._due = []
         self._settle(+1, ROUGHLY)
 
     def to(self, depth):
@@ -64,19 +65,22 @@ class Walk:
 
     def _sink(self, depth):
         """Grow the depth with the lines fixed until something touches, then let it move."""
-        before = self.depth
+        before, self.depth = self.depth, depth
+        everywhere = range(len(self.lines) // 2 + 1)
+        some = [i for i in everywhere if any(v + self.tie < 0 for v, _ in self._dips(i))]
 
         def clearance(d):
             self.depth = d
-            return min((v for v, _ in self._touches()), default=math.inf) + self.tie
+            return min((v for v, _ in self._touches(some)), default=math.inf) + self.tie
 
-        if not clearance(depth) < 0:
+        if not some:
             self.depth = depth
         elif clearance(before) < 0:
             self.depth = before
         else:
             self.depth = self._first(clearance, before, depth)
-        self._begin()
+        if some:
+            self._begin(some)
         self._settle(+1, ROUGHLY)
 
     def _first(self, clearance, good, bad):
@@ -98,20 +102,17 @@ class Walk:
         clearance(bad)
         return bad
 
-    def _begin(self, surfaces=None):
+    def _begin(self, surfaces):
         """A contact begins where a free surface touches. Whether there is one."""
         touches = sorted(self._touches(surfaces))
         if not touches or touches[0][0] + self.tie >= 0:
             return False
         at = touches[0][1]
-        place = int(np.searchsorted(self.lines, at))
-        self.lines[place:place] = [at, at]
+        self._insert(at)
         return True
 
-    def _touches(self, surfaces=None):
-        """(v, x) at the local minima of v that may be below 0, of these free surfaces or all."""
-        if surfaces is None:
-            surfaces = range(len(self.lines) // 2 + 1)
+    def _touches(self, surfaces):
+        """(v, x) at the local minima of v that may be below 0, of these free surfaces."""
         return [touch for i in surfaces for touch in self._dips(i)]
 
     def _dips(self, i):
@@ -157,17 +158,35 @@ class Walk:
     def _settle(self, way, least):
         """Move lines by turns until none moves by more than `least` of the feature.
 
-        way: +1 outwards, -1 inwards.
+        way: +1 outwards, -1 inwards. A line that has moved is due again, and the one it faces.
         """
-        moved = True
-        while moved:
-            moved, i = False, 0
-            while i < len(self.lines):
-                before = len(self.lines)
-                far = self._advance(i) if way > 0 else self._recede(i)
-                changed = len(self.lines) != before
-                moved |= changed or far > least * self.feature
-                i = 0 if changed else i + 1
+        self._due, i = [True] * len(self.lines), -1
+        while any(self._due):
+            i = self._due.index(True, i + 1) if any(self._due[i + 1 :]) else self._due.index(True)
+            self._due[i] = False
+            far = self._advance(i) if way > 0 else self._recede(i)
+            if far > least * self.feature:
+                side = 1 if i % 2 else -1
+                for one in (i, i + side):
+                    if 0 <= one < len(self.lines):
+                        self._due[one] = True
+
+    def _insert(self, at):
+        """A contact of no width here."""
+        place = int(np.searchsorted(self.lines, at))
+        self.lines[place:place] = [at, at]
+        self._due[place:place] = [True, True]
+        self._wake(place - 1, place + 2)
+
+    def _remove(self, i, j):
+        """Two neighbouring lines are gone, i < j = i + 1."""
+        del self.lines[i : j + 1], self._due[i : j + 1]
+        self._wake(i - 1, i)
+
+    def _wake(self, *lines):
+        for i in lines:
+            if 0 <= i < len(self._due):
+                self._due[i] = True
 
     def _advance(self, i):
         """How far a line moves outwards: to its first rest, by MOVE, or until something touches."""
@@ -181,8 +200,8 @@ class Walk:
         if abs(rest - start) > MOVE * self.feature:
             rest, met = start + side * MOVE * self.feature, False
         if met:
-            del self.lines[min(i, i + side) : max(i, i + side) + 1]
-            return abs(rest - start)
+            self._remove(min(i, i + side), max(i, i + side))
+            return 0.0
         if facing is None and rest == limit and limit not in self.ground.walls:
             raise Outside(f"the contact reaches {limit!r}, the end of the profile")
         if rest == start:
@@ -195,11 +214,12 @@ class Walk:
         if facing is not None and self._movable(i + side, start):  # not before the other has moved
             while clearance(rest) < 0 and abs(rest - start) > BESIDE * self.feature:
                 rest = (start + rest) / 2
-        if clearance(rest) < 0:
-            if clearance(start) >= 0:
-                self._first(clearance, start, rest)
-            self._begin([(i + 1) // 2])
-        return abs(rest - start)
+        if clearance(rest) >= 0:
+            return abs(rest - start)
+        if clearance(start) >= 0:
+            self._first(clearance, start, rest)
+        self._begin([(i + 1) // 2])
+        return 0.0
 
     def _movable(self, i, facing):
         """Whether a line would advance if the one it faces were here."""
@@ -220,7 +240,8 @@ class Walk:
         rest, met = (start, True) if start == limit else self._rest(i, side, start, limit, -1)
         self.lines[i] = limit if met else rest
         if met and not self._pressed(i, side):
-            del self.lines[min(i, i - side) : max(i, i - side) + 1]
+            self._remove(min(i, i - side), max(i, i - side))
+            return 0.0
         return abs(rest - start)
 
     def _pressed(self, i, side):
