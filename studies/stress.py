@@ -10,15 +10,15 @@
 
 The layers are those of the model, beyond the limits of independent springs on purpose. Each state
 must be certified, and is compared with 60-digit arithmetic (stress_reference.py) where that has an
-answer. With e the error of a relative to a, of P and U relative to the sums of their terms' absolute
-values, and c = Σ |p ∂Q/∂p|/scale the problem's own condition,
+answer. With e the error of a relative to a, of P and U relative to the sums of their terms'
+absolute values, and c = Σ |p ∂Q/∂p|/scale the problem's own condition,
 
     lost: e > 1000 ε (1 + c)   (and e > 10⁻¹² for the default method's own tolerance).
 
 Where fewer than 12 digits are kept, the note of the CSV gives e and c, and the line of the grid
 counts such points. On the lattice no error of a, P or U against the continuum may be more than ten
-times `error_estimate`, which is infinite where it is withheld. At a distance of 16 ε from letting go
-a depth is that of letting go: "neutral" passes on either side of it, and nowhere else.
+times `error_estimate`, which is infinite where it is withheld. At a distance of 16 ε from letting
+go a depth is that of letting go: "neutral" passes on either side of it, and nowhere else.
 
 The odd profiles have no closed form: their results must not depend on the units (10⁻⁹), and the
 lattice must agree with the default method. Every floating-point warning is an error. Output: a heat
