@@ -280,7 +280,9 @@ class Motion:
             near = self._nearby((q, p), (q, p), depth, -1)
             if near is not None and near[0] >= least and near[1] <= most:
                 return near
-            q, p = self._further(q, p, step, depth, -1)
+            further = self._further(q, p, step, depth, -1)
+            if further[0] >= least and further[1] <= most:
+                q, p = further
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _lower(
@@ -360,19 +362,26 @@ class Motion:
         return float(x[0]), float(x[1])
 
     def _further(self, q: float, p: float, step: Pair, depth: float, way: int) -> Pair:
-        """Both lines of a gap the same way on, in growing steps, as long as both still move.
+        """The lines of a gap further on the same way, in growing steps of the one that moves most.
 
-        Where an equilibrium has just disappeared they pass its place by ever smaller steps else.
+        Where an equilibrium has just disappeared they would pass its place by ever smaller ones. The
+        other line is at rest meanwhile, and no step is taken that leaves the first beyond its own.
         """
-        while step != (0.0, 0.0):
-            x = q + 2 * step[0], p + 2 * step[1]
-            passed = (self.profile.beyond(*ends) for ends in zip((q, p), x, strict=True))
-            if not x[0] < x[1] or any(own.stop > own.start for own in passed):
+        side = 1 if abs(step[0]) >= abs(step[1]) else -1
+        (own, other), move = ((q, p), step[0]) if side > 0 else ((p, q), step[1])
+        while move:
+            x, move = own + 2 * move, 2 * move
+            passed = self.profile.beyond(own, x)
+            if passed.stop > passed.start or side * (other - x) <= 0:
                 break
-            if (way * (self.rest_depths(*x) - depth) >= 0).any():
+            stop = self._stop(-side, other, x if way > 0 else -side * math.inf, self._at(x), depth, way)
+            if stop is None:
                 break
-            step, (q, p) = (2 * step[0], 2 * step[1]), x
-        return q, p
+            values = self.rest_depths(*((x, stop.x) if side > 0 else (stop.x, x)))
+            if way * (values[0 if side > 0 else 1] - depth) >= 0:
+                break
+            own, other = x, stop.x
+        return (own, other) if side > 0 else (other, own)
 
     def rest_depths(self, q: float, p: float) -> Array:
         """D of both lines of a gap."""
