@@ -96,11 +96,11 @@ def _gaps(x, g, surface):
 
 
 def _through(x, g, length):
-    """Infinite where a tail to the left would penetrate: where some g is above it."""
+    """Infinite where a tail to the left would penetrate: g_i exp(-(x_i - x_m)/l) < g_m."""
     highest = np.full(x.size, -np.inf)
     for i in range(1, x.size):
-        highest[i] = max(highest[i - 1], g[i - 1]) * np.exp(-(x[i] - x[i - 1]) / length)
-    return np.where(np.maximum(g, 0) >= highest, 0.0, np.inf)
+        highest[i] = max(highest[i - 1], g[i - 1]) * np.exp((x[i] - x[i - 1]) / length)
+    return np.where(g >= highest, 0.0, np.inf)
 
 
 def _links(scene, ground, depth, x):
