@@ -23,6 +23,7 @@ class Case(NamedTuple):
     depth: float
     feature: float
     scale: float  # of depths: δ₀, or what stands for it without adhesion
+    above: float  # first touch, about
 
 
 class Shape(NamedTuple):
@@ -210,8 +211,8 @@ def case_of(kind, seed):
     )
     x = np.linspace(*indenter.extent, 20001)
     lowest = float(np.min(indenter.height(x)))
-    depth = lowest + scale * float(_deep(rng, kind, draw))
-    return Case(kind, draw.__name__, scene, depth, shape.feature * length, scale)
+    above = scale * float(_deep(rng, kind, draw))
+    return Case(kind, draw.__name__, scene, lowest + above, shape.feature * length, scale, above)
 
 
 def _deep(rng, kind, draw):
