@@ -10,7 +10,6 @@ disagree are halved, so that they close in on such a jump:
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from discretization.fitted import gauss
 from discretization.fitted.height_rounding import height_rounding
 from discretization.fitted.response import Response
 from energy import Indenter, Scene, terms
@@ -26,7 +26,6 @@ from energy import Indenter, Scene, terms
 Array = NDArray[np.float64]
 _FEW_PANELS = 50
 _MOST_PANELS = 1 << 12  # beyond those between declared corners and knots
-_PLAIN = 6  # Gauss points of an ungraded panel
 _PART = 0.1  # of rtol for the quadrature
 _ROUNDING = 16 * float(np.finfo(float).eps)
 _CHUNK = 1 << 18
@@ -69,37 +68,6 @@ class Intervals(NamedTuple):
         return float((apart / np.where(scale > 0, scale, 1.0)).max(initial=0.0))
 
 
-@functools.lru_cache(maxsize=16)
-def _rule(order: int) -> tuple[Array, Array]:
-    """Gauss points and weights on [0, 1]; of many, half for each half, crowded at the ends by t⁴.
-
-    A power law is not smooth where the panels end.
-    """
-    t, weights = np.polynomial.legendre.leggauss(order)
-    t, weights = (t + 1) / 2, weights / 2
-    if order <= _PLAIN:
-        return t, weights
-    near, weights = t**4 / 2, 2 * weights * t**3
-    return np.concatenate([near, 1 - near]), np.concatenate([weights, weights])
-
-
-@functools.lru_cache(maxsize=16)
-def _pair(few: int, many: int) -> tuple[Array, Array]:
-    """Both rules at once: all their points (p,), and their weights (2, p)."""
-    (points, weights), (more, heavier) = _rule(few), _rule(many)
-    both = np.zeros((2, points.size + more.size))
-    both[0, : points.size], both[1, points.size :] = weights, heavier
-    return np.concatenate([points, more]), both
-
-
-def _points(ends: Array, at: Array, weights: Array) -> tuple[Array, Array]:
-    """Points (n, ·) and weights (2, n, ·) of both rules on the panels between ends (n, m + 1)."""
-    start, stop = ends[:, :-1, None], ends[:, 1:, None]
-    span = stop - start
-    points = (start + span * at).reshape(len(ends), -1)
-    return points, (span * weights[:, None, None]).reshape(2, *points.shape)
-
-
 def inside(
     scene: Scene, depth: Array, ends: Array, orders: tuple[int, int] | None = None
 ) -> tuple[Array, Array]:
@@ -109,7 +77,7 @@ def inside(
     adhesion as it binds, kg and |kg|.
     """
     gamma1, w, slopes = scene.gamma1, scene.work_of_adhesion, scene.slopes
-    x, span = _points(ends, *_pair(*(orders or _orders(ends))))
+    x, span = gauss.points(ends, *gauss.pair(*(orders or _orders(ends))))
     g, slope = depth[:, None] - scene.indenter.height(x), scene.indenter.slope(x)
     stretch = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
     bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes)
@@ -149,7 +117,7 @@ def _ends(indenter: Indenter, lines: Array) -> Array:
 
 def _orders(ends: Array) -> tuple[int, int]:
     """Orders to compare; a few where there are many panels."""
-    return (28, 40) if ends.shape[1] < _FEW_PANELS else (4, _PLAIN)
+    return (28, 40) if ends.shape[1] < _FEW_PANELS else (4, gauss.PLAIN)
 
 
 def totals(
@@ -177,57 +145,74 @@ def refined(
         if fine.change(coarse) <= allowed:
             return coarse, fine
     panels = np.column_stack([ends[:, :-1].ravel(), ends[:, 1:].ravel()])
-    return _halved(scene, depth, panels, free, allowed, _orders(ends))
+    return _halved(scene, depth, _measured(scene, depth, panels, _orders(ends)), free, allowed)
 
 
-def _halved(
-    scene: Scene,
-    depth: float,
-    panels: Array,
-    free: tuple[float, ...],
-    allowed: float,
-    orders: tuple[int, int],
-) -> tuple[Interval, Interval]:
-    """`refined` on panels (n, 2), those halved that disagree."""
-    rounding, most = height_rounding(scene.indenter, panels), len(panels) + _MOST_PANELS
-    reach = float(np.diff(panels).sum()) + 2 * scene.elastocapillary_length
-    sums, error, least = _integrals(scene, depth, panels, orders)
-    if not scene.indenter.complete:
-        error[:] = math.inf  # until the halves are known
-    while True:
-        fine = Interval(*_summed(sums.sum(axis=1).tolist(), free), least, rounding)
-        lost = rounding * np.array([fine.force_scale, scene.stiffness * reach])
-        limit = allowed * np.array([fine.energy_scale, fine.force_scale]) + lost
-        middle = panels.mean(axis=1)
-        rough = (error > limit[:, None] / len(panels)).any(axis=0)
-        rough &= (panels[:, 0] < middle) & (middle < panels[:, 1])
-        apart = np.where(panels[:, 0] < panels[:, 1], error, 0.0).sum(axis=1)
-        if (apart <= limit).all() or not rough.any() or len(panels) > most:
-            energy, force = (apart + lost).tolist()
-            return fine._replace(energy=fine.energy - energy, force=fine.force - force), fine
-        lo, hi, middle = *panels[rough].T, middle[rough]
-        halves = np.column_stack([np.concatenate([lo, middle]), np.concatenate([middle, hi])])
-        parts, wrong, weakest = _integrals(scene, depth, halves, orders)
+class _Panels(NamedTuple):
+    """Panels between ends (n, 2): integrals (5, n) by the more points of these orders, the errors
+    (2, n) of energy and force, and the least g (n,)."""
+
+    ends: Array
+    sums: Array
+    errors: Array
+    weakest: Array
+    orders: tuple[int, int]
+
+    @property
+    def divisible(self) -> NDArray[np.bool_]:
+        """Whether there is a number between the ends (n,)."""
+        middle = self.ends.mean(axis=1)
+        return np.asarray((self.ends[:, 0] < middle) & (middle < self.ends[:, 1]))
+
+    def halved(self, scene: Scene, depth: float, rough: NDArray[np.bool_]) -> _Panels:
+        """The panels, the rough ones as two halves each, at the end."""
+        old, at = self.ends[rough], self.ends[rough].mean(axis=1)
+        ends = np.concatenate([np.column_stack([old[:, 0], at]), np.column_stack([at, old[:, 1]])])
+        new, n = _measured(scene, depth, ends, self.orders), len(old)
+        errors = new.errors
         if not scene.indenter.complete:
-            whole = _balance(sums[:, rough] - parts[:, : lo.size] - parts[:, lo.size :])
-            wrong = np.maximum(wrong, np.tile(np.abs(whole) / 2, 2))
-        panels = np.concatenate([panels[~rough], halves])
-        sums, error = np.hstack([sums[:, ~rough], parts]), np.hstack([error[:, ~rough], wrong])
-        least = min(least, weakest)
+            apart = _balance(new.sums[:, :n] + new.sums[:, n:] - self.sums[:, rough])
+            errors = np.maximum(new.errors, np.tile(np.abs(apart) / 2, 2))
+        return _Panels(
+            np.concatenate([self.ends[~rough], ends]),
+            np.hstack([self.sums[:, ~rough], new.sums]),
+            np.hstack([self.errors[:, ~rough], errors]),
+            np.append(self.weakest[~rough], new.weakest),
+            self.orders,
+        )
 
 
-def _integrals(
-    scene: Scene, depth: float, panels: Array, orders: tuple[int, int]
-) -> tuple[Array, Array, float]:
-    """Integrals over each panel (5, n) by more points, how far energy and force by fewer are from
-    them (2, n), and the least g."""
-    (few, many), weakest = inside(scene, np.array([depth]), panels, orders)
-    return many, np.abs(_balance(many - few)), float(weakest.min(initial=0.0))
+def _measured(scene: Scene, depth: float, ends: Array, orders: tuple[int, int]) -> _Panels:
+    """Integrals over panels (n, 2), and how far those by fewer points are from them."""
+    (few, many), weakest = inside(scene, np.array([depth]), ends, orders)
+    return _Panels(ends, many, np.abs(_balance(many - few)), weakest, orders)
 
 
 def _balance(sums: Array) -> Array:
     """Energy and force (2, n) from the integrals over panels (5, n)."""
     return np.array([sums[0] + sums[1] - sums[2], sums[3]])
+
+
+def _halved(
+    scene: Scene, depth: float, panels: _Panels, free: tuple[float, ...], allowed: float
+) -> tuple[Interval, Interval]:
+    """`refined` from whole panels, those halved that disagree."""
+    most = len(panels.ends) + _MOST_PANELS
+    rounding = height_rounding(scene.indenter, panels.ends)
+    felt = scene.stiffness * (np.diff(panels.ends).sum() + 2 * scene.elastocapillary_length)
+    if not scene.indenter.complete:  # not known until there are halves
+        panels.errors[:, panels.divisible] = math.inf
+    while True:
+        least = float(panels.weakest.min(initial=0.0))
+        fine = Interval(*_summed(panels.sums.sum(axis=1).tolist(), free), least, rounding)
+        lost = rounding * np.array([fine.force_scale, felt])
+        limit = allowed * np.array([fine.energy_scale, fine.force_scale]) + lost
+        apart = panels.errors.sum(axis=1)
+        rough = (panels.errors > limit[:, None] / len(panels.ends)).any(axis=0) & panels.divisible
+        if (apart <= limit).all() or not rough.any() or len(panels.ends) > most:
+            energy, force = (apart + lost).tolist()
+            return fine._replace(energy=fine.energy - energy, force=fine.force - force), fine
+        panels = panels.halved(scene, depth, rough)
 
 
 def _halves(ends: Array) -> Array:
@@ -295,7 +280,7 @@ def _grids(indenter: Indenter, ends: Array) -> list[Array]:
 def _contact(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
     """Points (p,) and weights (2 or 4, p) of one contact, by fewer and more points on `_grids`."""
     grids = _grids(indenter, _panels(indenter, left, right))
-    found = [_points(ends, *_pair(*_orders(ends))) for ends in grids]
+    found = [gauss.points(ends, *gauss.pair(*_orders(ends))) for ends in grids]
     if len(found) == 1:
         return found[0][0][0], found[0][1][:, 0]
     spans = block_diag(*(span[:, 0] for _, span in found))
