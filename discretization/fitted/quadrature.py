@@ -29,6 +29,7 @@ _MOST_PANELS = 1 << 12  # beyond those between declared corners and knots
 _PART = 0.1  # of rtol for the quadrature
 _ROUNDING = 16 * float(np.finfo(float).eps)
 _CHUNK = 1 << 18
+_LUCK = 1 / 8  # of what the whole was off by: at a jump of f'' the halves are no better than that
 
 
 class Interval(NamedTuple):
@@ -149,11 +150,15 @@ def refined(
 
 
 class _Panels(NamedTuple):
-    """Panels between ends (n, 2): integrals (5, n) by the more points of these orders, the errors
-    (2, n) of energy and force, and the least g (n,)."""
+    """Panels between ends (n, 2): integrals (5, n) by the more points of these orders.
+
+    apart (2, n): what energy and force by fewer points, and of the whole, are off by; errors (2, n):
+    these, or a part of what they were before the panel was halved; weakest (n,): the least g.
+    """
 
     ends: Array
     sums: Array
+    apart: Array
     errors: Array
     weakest: Array
     orders: tuple[int, int]
@@ -169,13 +174,15 @@ class _Panels(NamedTuple):
         old, at = self.ends[rough], self.ends[rough].mean(axis=1)
         ends = np.concatenate([np.column_stack([old[:, 0], at]), np.column_stack([at, old[:, 1]])])
         new, n = _measured(scene, depth, ends, self.orders), len(old)
-        errors = new.errors
+        apart = errors = new.apart
         if not scene.indenter.complete:
-            apart = _balance(new.sums[:, :n] + new.sums[:, n:] - self.sums[:, rough])
-            errors = np.maximum(new.errors, np.tile(np.abs(apart) / 2, 2))
+            whole = _balance(new.sums[:, :n] + new.sums[:, n:] - self.sums[:, rough])
+            apart = np.maximum(apart, np.tile(np.abs(whole) / 2, 2))
+            errors = np.maximum(apart, np.tile(self.apart[:, rough] * _LUCK, 2))
         return _Panels(
             np.concatenate([self.ends[~rough], ends]),
             np.hstack([self.sums[:, ~rough], new.sums]),
+            np.hstack([self.apart[:, ~rough], apart]),
             np.hstack([self.errors[:, ~rough], errors]),
             np.append(self.weakest[~rough], new.weakest),
             self.orders,
@@ -185,7 +192,8 @@ class _Panels(NamedTuple):
 def _measured(scene: Scene, depth: float, ends: Array, orders: tuple[int, int]) -> _Panels:
     """Integrals over panels (n, 2), and how far those by fewer points are from them."""
     (few, many), weakest = inside(scene, np.array([depth]), ends, orders)
-    return _Panels(ends, many, np.abs(_balance(many - few)), weakest, orders)
+    apart = np.abs(_balance(many - few))
+    return _Panels(ends, many, apart, apart.copy(), weakest, orders)
 
 
 def _balance(sums: Array) -> Array:
