@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 PER_FEATURE = 48
 MOST = 400_000
+PLACES, ROUNDS = 17, 10
 
 
 class Ground:
@@ -19,7 +19,7 @@ class Ground:
             raise ValueError(f"extent = {indenter.extent!r}: the reference needs a finite one")
         self.corners = np.asarray(indenter.corners, float)
         self.walls = tuple(indenter.walls)
-        count = int(math.ceil((self.hi - self.lo) / feature * PER_FEATURE)) + 1
+        count = math.ceil((self.hi - self.lo) / feature * PER_FEATURE) + 1
         if count > MOST:
             raise ValueError(f"feature = {feature!r} needs {count} nodes; give a larger one")
         self.step = (self.hi - self.lo) / (count - 1)
@@ -66,22 +66,19 @@ def refined_minima(function, x, values, below, ends=(math.inf, math.inf)):
         rise = np.diff(padded)
     steps = np.where(np.isfinite(rise), np.abs(rise), 0.0)
     depth = np.maximum(steps[dips], steps[dips + 1])
-    for i in dips[values[dips] - depth <= below].tolist():
-        yield refined(function, x[max(i - 1, 0)], x[i], x[min(i + 1, x.size - 1)], values[i])
+    for i, lower in zip(dips.tolist(), depth.tolist(), strict=True):
+        if values[i] - lower <= below:
+            yield refined(function, x[max(i - 1, 0)], x[i], x[min(i + 1, x.size - 1)], values[i])
 
 
 def refined(function, low, middle, high, value):
-    """Least point between three nodes: (x, value), with ends and the middle tried as they are."""
-    best = (float(middle), float(value))
-    for one, other in ((low, middle), (middle, high), (low, high)):
-        if one < other:
-            size = max(abs(one), abs(other), 1e-300)
-            found = minimize_scalar(
-                lambda at: float(function(at)),
-                bounds=(one, other),
-                method="bounded",
-                options={"xatol": 1e-9 * (other - one) + 1e-16 * size},
-            )
-            if found.fun < best[1]:
-                best = (float(found.x), float(found.fun))
+    """Least point between three nodes: (x, value), by many places between the neighbours of it."""
+    best, places = (float(middle), float(value)), np.linspace(0.0, 1.0, PLACES)
+    for _ in range(ROUNDS):
+        x = low + (high - low) * places
+        values = function(x)
+        i = int(np.argmin(values))
+        if values[i] < best[1]:
+            best = float(x[i]), float(values[i])
+        low, high = x[max(i - 1, 0)], x[min(i + 1, PLACES - 1)]
     return best

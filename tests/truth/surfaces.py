@@ -77,7 +77,10 @@ class Finite:
     """Finite slopes: k u = γ₁ (sin φ)', u' = tan φ.
 
     A tail has the first integral k/2 u² = γ₁ (1 - cos φ), so |u| = 2l sin(φ/2) = 2l sech((s+s₀)/l)
-    with the arc length s; a gap is solved by Newton's method at Chebyshev points.
+    with the arc length s. In a gap k/2 u² + γ₁ cos φ is another constant: with p = 2l sin(φ/2) and
+    dτ = cos(φ/2) ds/l it reads u² - p² = const, and du/dτ = p, dp/dτ = u. So u and p are the sinh
+    and cosh of small slopes in τ, and only x is not: dx/dτ = l (1 - p²/2l²)/√(1 - p²/4l²). The one
+    unknown of a gap is its range of τ, T, from its width. Below lengths are in units of l.
     """
 
     def __init__(self, scene):
@@ -95,12 +98,10 @@ class Finite:
 
     def facing(self, own, other, width):
         """Outward angle of a gap's surface at the line with displacement `own`."""
-        own, other, width = np.broadcast_arrays(*(np.asarray(a, float) for a in (own, other, width)))
-        tilt = np.asarray(self.tail(own), float).copy()
-        near = width < FAR * self.length
-        if near.any():
-            slope = self._gap(own[near], other[near], width[near])[2][:, 0]
-            tilt[near] = np.arctan(slope)
+        own, other, width = (np.asarray(v, float) / self.length for v in (own, other, width))
+        own, other, width = np.broadcast_arrays(own, other, width)
+        T = _range(own, other, width)
+        tilt = 2 * np.arcsin(np.clip(_p(own, other, T, np.zeros_like(T)) / 2, -1, 1))
         return tilt if tilt.ndim else float(tilt)
 
     def tail_shape(self, s, g):
@@ -120,10 +121,16 @@ class Finite:
 
     def gap_shape(self, p, width, left, right):
         """u at distances p from the left line of a gap; left, right: u at its lines."""
-        if width >= FAR * self.length:
-            return self.tail_shape(p, left) + self.tail_shape(width - p, right)
-        points, u, _, _ = self._gap(*(np.array([v], float) for v in (left, right, width)))
-        return _interpolated(points, u[0], 2 * np.asarray(p) / width - 1)
+        x, width, left, right = (np.asarray(v, float) / self.length for v in (p, width, left, right))
+        T = float(_range(left, right, width))
+        ends = np.linspace(0, T, _panels(T) + 1)
+        passed = np.concatenate([[0.0], np.cumsum(_across(left, right, T, ends[:-1], ends[1:]))])
+        at = np.clip(np.searchsorted(passed, x) - 1, 0, ends.size - 2)
+        tau = np.interp(x, passed, ends)
+        for _ in range(8):
+            off = passed[at] + _across(left, right, T, ends[at], tau) - x
+            tau = tau - off / _rate(_p(left, right, T, tau))
+        return self.length * Small.gap_shape(_Unit, tau, T, left, right)
 
     def tail_area(self, g):
         """∫u dx = l² sin φ of a tail."""
@@ -141,70 +148,74 @@ class Finite:
         return 4 / 3 * self.gamma1 * self.length * sine * (1 + half + half**2) / (1 + half)
 
     def gap_energy(self, left, right, width):
-        """∫(k/2 u² + γ₁(√(1+u'²) - 1)) dx of a gap."""
-        if width >= FAR * self.length:
-            return self.tail_energy(left) + self.tail_energy(right)
-        _, u, slope, weights = self._gap(*(np.array([v], float) for v in (left, right, width)))
-        square = slope[0] ** 2
-        density = self.k / 2 * u[0] ** 2 + self.gamma1 * square / (1 + np.sqrt(1 + square))
-        return width / 2 * weights @ density
-
-    def _gap(self, left, right, width):
-        """Points in [-1, 1], u and u' there (n, N), weights: l² u'' = u (1 + u'²)^(3/2)."""
-        t = width / self.length
-        N = 24 + 2 * int(np.ceil(t.max()))
-        x, D, weights = _chebyshev(N)
-        scale = (2 / t)[:, None]
-        a, b, at = left[:, None] / self.length, right[:, None] / self.length, (1 + x) / 2
-        small = Small.gap_shape(_Unit, at * t[:, None], t[:, None], a, b)
-        u, second = small, (D @ D)[None] * scale[:, :, None] ** 2
-        for _ in range(60):
-            slope = (u @ D.T) * scale
-            root = np.sqrt(1 + slope**2)
-            residual = u @ (D @ D).T * scale**2 - u * root**3
-            jacobian = second - (3 * u * root * slope * scale)[:, :, None] * D[None]
-            jacobian[:, range(N), range(N)] -= root**3
-            jacobian[:, [0, -1], :] = 0
-            jacobian[:, [0, -1], [0, -1]] = 1
-            residual[:, [0, -1]] = 0
-            step = np.linalg.solve(jacobian, residual[:, :, None])[:, :, 0]
-            size = np.abs(step).max(axis=1) / (np.abs(u).max(axis=1) + 1e-300)
-            u = u - step
-            if size.max() <= 1e-12:
-                break
-        return x, u * self.length, (u @ D.T) * scale, weights
+        """∫(k/2 u² cos φ + γ₁(1 - cos φ)) ds, ds = l dτ/cos(φ/2), of a gap."""
+        left, right, width = (np.asarray(v, float) / self.length for v in (left, right, width))
+        T = float(_range(left, right, width))
+        ends = np.linspace(0, T, _panels(T) + 1)
+        half, middle = np.diff(ends)[:, None] / 2, (ends[1:] + ends[:-1])[:, None] / 2
+        tau = middle + half * GAUSS[0]
+        p2 = _p(left, right, T, tau) ** 2
+        u = Small.gap_shape(_Unit, tau, T, left, right)
+        density = (u**2 * (1 - p2 / 2) + p2) / 2 / np.sqrt(1 - p2 / 4)
+        return self.gamma1 * self.length * float(np.sum(half * GAUSS[1] * density))
 
 
 class _Unit:
     length = 1.0
 
 
-_known: dict = {}
+GAUSS = np.polynomial.legendre.leggauss(20)
 
 
-def _chebyshev(n):
-    """Chebyshev-Lobatto points increasing in [-1, 1], derivative matrix, Clenshaw-Curtis weights."""
-    if n not in _known:
-        theta = np.pi * np.arange(n)[::-1] / (n - 1)
-        x = np.cos(theta)
-        c = np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 2.0, 1.0)
-        c = c * (-1.0) ** np.arange(n)
-        D = np.outer(c, 1 / c) / (x[:, None] - x + np.eye(n))
-        D -= np.diag(D.sum(axis=1))
-        even = np.arange(0, n, 2)
-        moments = np.zeros(n)
-        moments[even] = 2 / (1 - even.astype(float) ** 2)
-        weights = np.linalg.solve(np.cos(np.outer(np.arange(n), theta)), moments)
-        _known[n] = x, D, weights
-    return _known[n]
+def _panels(T):
+    """How many panels of Gauss's rule resolve exponentials over this range."""
+    return int(np.ceil(np.max(T, initial=0.0) / 2)) + 1
 
 
-def _interpolated(points, values, x):
-    """Barycentric interpolation at Chebyshev-Lobatto points."""
-    weights = (-1.0) ** np.arange(points.size)
-    weights[[0, -1]] /= 2
-    apart = np.asarray(x, float)[..., None] - points
-    exact = apart == 0
-    ratio = weights / np.where(exact, 1.0, apart)
-    found = (ratio @ values) / ratio.sum(axis=-1)
-    return np.where(exact.any(axis=-1), (exact * values).sum(axis=-1), found)
+def _p(left, right, T, tau):
+    """p = du/dτ of the u with these ends; without cancellation for a small T, or overflow."""
+    one = np.exp(tau - T) * (1 + np.exp(-2 * tau)) / -np.expm1(-2 * T)  # cosh τ / sinh T
+    other = (np.exp(tau - T) - np.exp(-tau)) / (1 + np.exp(-T))  # sinh(τ - T/2) / cosh(T/2)
+    return (right - left) * one + left * other
+
+
+def _rate(p):
+    """dx/dτ; where the surface is not a graph, what keeps Newton's method going."""
+    p2 = np.minimum(p * p, STEEP)
+    return (1 - p2 / 2) / np.sqrt(1 - p2 / 4)
+
+
+STEEP = 1.999
+
+
+def _across(left, right, T, low, high):
+    """x(high) - x(low) for values of τ, (n,) each."""
+    half, middle = (high - low)[..., None] / 2, (high + low)[..., None] / 2
+    return (half * GAUSS[1] * _rate(_p(left, right, T, middle + half * GAUSS[0]))).sum(axis=-1)
+
+
+def _width(left, right, T):
+    """x(T) - x(0)."""
+    count = _panels(T)
+    low = np.arange(count) / count * T[..., None]
+    ends = (left[..., None, None], right[..., None, None], T[..., None, None])
+    return _across(*ends, low, low + T[..., None] / count).sum(axis=-1)
+
+
+def _range(left, right, width):
+    """T of gaps with these widths and displacements at their lines, by secants in log T."""
+    chord = np.arctan2(right - left, width)
+    chord = np.clip(chord, -1.2, 1.2)
+    T = width * np.cos(chord / 2) / np.cos(chord)
+    before, off_before = T * 1.01, np.log(_width(left, right, T * 1.01) / width)
+    for _ in range(60):
+        off = np.log(_width(left, right, T) / width)
+        if np.abs(off).max(initial=0.0) <= 4e-16:
+            break
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = off * np.log(T / before) / (off - off_before)
+        step = np.where(np.isfinite(step), np.clip(step, -0.3, 0.3), off)
+        before, off_before, T = T, off, T * np.exp(-step)
+        if np.abs(step).max(initial=0.0) <= 1e-15:
+            break
+    return T

@@ -24,6 +24,7 @@ SINK = 1 / 3  # of δ₀: the farthest the depth grows at once
 ROUGHLY, CLOSELY = 1e-6, 1e-11  # of the feature: what counts as moved, on the way and at its end
 TIE = 1e-13  # of the depths of the scene: rounding of v
 MET = 1e-9  # of the feature: lines closer than that have met
+BESIDE = 1e-5  # of the feature: nearer to a line, it is the line that moves
 CLUSTER = 0.5 ** np.arange(40.0, 0.0, -1.0)
 
 
@@ -43,7 +44,9 @@ class Walk:
         feature = min(feature, self.surface.length)
         self.ground, self.feature = Ground(scene.indenter, feature), feature
         self.delta = scene.critical_separation
-        self.tie = TIE * (self.delta + np.ptp(self.ground.heights[np.isfinite(self.ground.heights)]))
+        self.tie = TIE * (
+            self.delta + np.ptp(self.ground.heights[np.isfinite(self.ground.heights)])
+        )
         self.touch, self.first = self.ground.lowest(self.tie)
         self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch
         self._settle(+1, ROUGHLY)
@@ -69,27 +72,35 @@ class Walk:
 
         if not clearance(depth) < 0:
             self.depth = depth
-        elif clearance(before) <= 0:
+        elif clearance(before) < 0:
             self.depth = before
         else:
-            self.depth = self._bisected(clearance, before, depth)
+            self.depth = self._first(clearance, before, depth)
         self._begin()
         self._settle(+1, ROUGHLY)
 
-    def _bisected(self, clearance, good, bad):
-        """A depth or position next to the last one at which nothing touches, on the touching side."""
-        size = max(abs(good), abs(bad))
-        while abs(bad - good) > 4e-16 * size:
-            middle = (good + bad) / 2
-            if middle in (good, bad):
+    def _first(self, clearance, good, bad):
+        """A depth or position at which something touches and hardly more than that.
+
+        clearance >= 0 at `good` and < 0 at `bad`; secants between the two, bisection in turn.
+        """
+        size, high, low = max(abs(good), abs(bad)), clearance(good), clearance(bad)
+        for turn in range(200):
+            if low >= -self.tie or abs(bad - good) <= 4e-16 * size:
                 break
-            good, bad = (good, middle) if clearance(middle) < 0 else (middle, bad)
+            share = 0.5 if turn % 3 == 2 or not math.isfinite(high) else low / (low - high)
+            middle = bad + min(max(share, 1e-3), 0.999) * (good - bad)
+            value = clearance(middle)
+            if value >= 0:
+                good, high = middle, value
+            else:
+                bad, low = middle, value
         clearance(bad)
         return bad
 
-    def _begin(self):
+    def _begin(self, surfaces=None):
         """A contact begins where a free surface touches. Whether there is one."""
-        touches = sorted(self._touches())
+        touches = sorted(self._touches(surfaces))
         if not touches or touches[0][0] + self.tie >= 0:
             return False
         at = touches[0][1]
@@ -115,7 +126,8 @@ class Walk:
         for at, value in refined_minima(
             lambda at: self._v(np.asarray(at), left, right), x, v, -self.tie, ends
         ):
-            yield value, at
+            if min(at - left, right - at) > BESIDE * self.feature:
+                yield value, at
 
     def _within(self, left, right):
         """Nodes of a free surface, clustered at its lines."""
@@ -158,12 +170,14 @@ class Walk:
                 i = 0 if changed else i + 1
 
     def _advance(self, i):
-        """Move one line outwards to its first rest or by MOVE, unless something touches: how far."""
+        """How far a line moves outwards: to its first rest, by MOVE, or until something touches."""
         start, side = self.lines[i], 1 if i % 2 else -1
         limit, facing = self._facing(i, side)
-        if start == limit:
+        if start == limit and facing is None:
             return 0.0
-        rest, met = self._rest(i, side, start, limit, +1)
+        rest, met = limit, True
+        if abs(limit - start) > MET * self.feature:
+            rest, met = self._rest(i, side, start, limit, +1)
         if abs(rest - start) > MOVE * self.feature:
             rest, met = start + side * MOVE * self.feature, False
         if met:
@@ -178,10 +192,20 @@ class Walk:
             self.lines[i] = x
             return min((v for v, _ in self._dips((i + 1) // 2)), default=math.inf) + self.tie
 
+        if facing is not None and self._movable(i + side, start):  # not before the other has moved
+            while clearance(rest) < 0 and abs(rest - start) > BESIDE * self.feature:
+                rest = (start + rest) / 2
         if clearance(rest) < 0:
-            self._bisected(clearance, start, rest)
-            self._begin()
+            if clearance(start) >= 0:
+                self._first(clearance, start, rest)
+            self._begin([(i + 1) // 2])
         return abs(rest - start)
+
+    def _movable(self, i, facing):
+        """Whether a line would advance if the one it faces were here."""
+        x, side = self.lines[i], 1 if i % 2 else -1
+        tilt = self.surface.lean(side * self.ground.slope(x, side)) + self._tilt(x, facing)
+        return float(tilt) < self.surface.deficit - 1e-6 * self.surface.deficit
 
     def _facing(self, i, side):
         """How far a line may advance, and the line it faces or None."""
@@ -221,7 +245,7 @@ class Walk:
 
         if float(drive(start, 1)) >= 0:
             return start, False
-        low, low_drive = start, -1.0
+        low = start
         for x, ahead in self._entries(start, limit, move, ends):
             values = drive(x, ahead)
             stop = int(np.argmax(values >= 0)) if (values >= 0).any() else values.size

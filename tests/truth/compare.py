@@ -1,0 +1,109 @@
+"""Compare `minimise` with the reference, case by case."""
+
+import itertools
+import time
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization import AccuracyWarning, NotCertifiedError, minimise
+
+from .scenes import case_of
+from .totals import adhered
+from .walk import Outside, Walk
+
+TIMES, LEAST = 10, 1e-9  # of the error estimate; of the scales
+AWAY, JUMP = 1e-6, 1e-2  # a depth this near to a jump of the reference is not asked for
+
+
+def walked(case, depths):
+    """The adhered states of a case at increasing depths, all above first touch or all below."""
+    walk = Walk(case.scene, case.feature)
+    if depths[0] < walk.touch <= depths[-1]:
+        raise Outside("next to first touch")
+    if depths[0] < walk.touch:
+        return [adhered(walk, depth) for depth in depths[::-1]][::-1]
+    return [adhered(walk, depth) for depth in depths]
+
+
+REFERENCE = {"small": walked, "finite": walked}
+
+
+class Verdict(NamedTuple):
+    """right, wrong, refused, warned or skipped; why, and the seconds of both."""
+
+    word: str
+    why: str
+    state: object
+    truth: object
+    seconds: float
+    reference_seconds: float
+
+
+def verdict(kind, seed):
+    """What `minimise` says about a random case, judged by the reference."""
+    case = case_of(kind, seed)
+    start = time.perf_counter()
+    truth, why = reference(case)
+    middle = time.perf_counter()
+    if truth is None:
+        return Verdict("skipped", why, None, None, 0.0, middle - start)
+    middle = time.perf_counter()
+    state, word, why = answer(case)
+    seconds = time.perf_counter() - middle
+    if word == "right":
+        faults = differences(case, state, truth)
+        word, why = ("wrong", "; ".join(faults)) if faults else ("right", "")
+    return Verdict(word, why, state, truth, seconds, middle - start)
+
+
+def reference(case):
+    """The reference state, or None and why the case is not asked for."""
+    solve = REFERENCE[case.kind]
+    try:
+        near = solve(case, [case.depth + s * AWAY * case.scale for s in (-1, 0, 1)])
+    except Outside as problem:
+        return None, str(problem)
+    for one, other in itertools.pairwise(near):
+        apart = abs(one.half_width - other.half_width)
+        if len(one.contacts) != len(other.contacts) or apart > JUMP * near[1].half_width:
+            return None, "next to a jump"
+    return near[1], ""
+
+
+def answer(case):
+    """The state of `minimise`, one word and its explanation."""
+    branch = "global" if case.kind == "global" else "adhered"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return minimise(case.scene, case.depth, branch=branch), "right", ""
+        except AccuracyWarning as warning:
+            return None, "warned", str(warning)
+        except (ValueError, NotCertifiedError) as problem:
+            return None, "refused", str(problem)
+
+
+def differences(case, state, truth):
+    """What is wrong with a state, in words."""
+    if len(state.contacts) != len(truth.contacts):
+        return [
+            f"{len(state.contacts)} contacts instead of {len(truth.contacts)}, "
+            f"force {state.force:.9g} instead of {truth.force:.9g}"
+        ]
+    length = case.scene.elastocapillary_length or case.feature
+    width = truth.half_width + 1e-3 * length
+    found = [
+        ("half_width", abs(state.half_width - truth.half_width) / width, "half_width"),
+        ("force", abs(state.force - truth.force) / (truth.force_scale or 1.0), "force"),
+        ("energy", abs(state.energy - truth.energy) / (truth.energy_scale or 1.0), "energy"),
+    ]
+    if truth.contacts.size:
+        off = np.abs(state.contacts - truth.contacts).max() / width
+        found.append(("contacts", float(off), "half_width"))
+    return [
+        f"{name} off by {error:.2g}, estimated {state.error_estimate[estimate]:.2g}"
+        for name, error, estimate in found
+        if not error <= max(TIMES * state.error_estimate[estimate], LEAST)
+    ]

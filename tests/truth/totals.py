@@ -1,0 +1,112 @@
+"""Force and energy of given contacts; their lines polished by Newton's method."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+PANEL = 4  # per feature
+GAUSS = np.polynomial.legendre.leggauss(20)
+STEP = 1e-5  # of the feature: for difference quotients
+NEAR = 1e-3  # of the feature: farther, Newton's method would have gone elsewhere
+
+
+class State(NamedTuple):
+    """A reference solution: contacts (m, 2), force, energy, and the sums of the terms' sizes."""
+
+    contacts: np.ndarray
+    force: float
+    energy: float
+    force_scale: float
+    energy_scale: float
+
+    @property
+    def half_width(self):
+        """Half the total contact length."""
+        return float(np.sum(self.contacts[:, 1] - self.contacts[:, 0])) / 2
+
+
+def polished(lines, depth, ground, surface):
+    """The lines with lean(f') + tilt = deficit to rounding; those at corners and ends stay."""
+    lines, known = np.array(lines, float), np.union1d(ground.corners, [ground.lo, ground.hi])
+    loose = np.flatnonzero(~np.isin(lines, known))
+    if not loose.size:
+        return lines
+    step = STEP * ground.feature
+    x, best = lines, np.abs(imbalance(lines, depth, ground, surface)[loose]).max()
+    for _ in range(4):
+        value = imbalance(x, depth, ground, surface)[loose]
+        columns = []
+        for i in loose:
+            shift = step * (np.arange(x.size) == i)
+            two = [imbalance(x + s * shift, depth, ground, surface)[loose] for s in (1, -1)]
+            columns.append((two[0] - two[1]) / (2 * step))
+        x = x.copy()
+        x[loose] -= np.linalg.lstsq(np.array(columns).T, value, rcond=None)[0]
+        if np.abs(x - lines).max() > NEAR * ground.feature or (np.diff(x) < 0).any():
+            break
+        size = np.abs(imbalance(x, depth, ground, surface)[loose]).max()
+        if size < best:
+            lines, best = x, size
+    return lines
+
+
+def imbalance(lines, depth, ground, surface):
+    """lean(f') + tilt - deficit at each line (2m,): 0 at rest."""
+    sides = np.where(np.arange(lines.size) % 2, 1.0, -1.0)
+    g = depth - ground.height(lines)
+    tilt = np.empty_like(g)
+    tilt[[0, -1]] = surface.tail(g[[0, -1]])
+    if lines.size > 2:
+        width, left, right = lines[2::2] - lines[1:-1:2], g[1:-1:2], g[2::2]
+        tilt[1:-1:2] = surface.facing(left, right, width)
+        tilt[2::2] = surface.facing(right, left, width)
+    return surface.lean(sides * ground.slope(lines, sides)) + tilt - surface.deficit
+
+
+def state_of(lines, depth, ground, surface, scene):
+    """Force k∫u dx and energy of these lines (2m,), by Gauss's rule between the profile's knots."""
+    lines = np.asarray(lines, float)
+    if not lines.size:
+        return State(np.empty((0, 2)), 0.0, 0.0, 0.0, 0.0)
+    contacts = lines.reshape(-1, 2)
+    x, weights = points(contacts, ground)
+    g, slope = depth - ground.height(x), np.asarray(ground.indenter.slope(x), float)
+    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    spring, held = k / 2 * g**2, gamma1 / 2 * slope**2 - w
+    if scene.slopes == "finite":
+        root = np.sqrt(1 + slope**2)
+        held = gamma1 * slope**2 / (1 + root) - w * root
+    ends = depth - ground.height(lines)
+    area, free = [surface.tail_area(e) for e in ends[[0, -1]]], []
+    free += [surface.tail_energy(e) for e in ends[[0, -1]]]
+    for i in range(1, lines.size - 1, 2):
+        gap = (float(ends[i]), float(ends[i + 1]), float(lines[i + 1] - lines[i]))
+        area.append(surface.gap_area(*gap))
+        free.append(surface.gap_energy(*gap))
+    return State(
+        contacts,
+        float(k * (weights @ g + np.sum(area))),
+        float(weights @ (spring + held) + np.sum(free)),
+        float(k * (weights @ np.abs(g) + np.sum(np.abs(area)))),
+        float(weights @ (spring + np.abs(held)) + np.sum(free)),
+    )
+
+
+def points(contacts, ground):
+    """Places and weights of Gauss's rule over the contacts, in panels without knots inside."""
+    x, weights = [], []
+    knots = np.union1d(ground.corners, np.asarray(ground.indenter.knots, float))
+    for left, right in contacts.tolist():
+        count = int(np.ceil((right - left) / ground.feature * PANEL)) + 1
+        inside = knots[(knots > left) & (knots < right)]
+        ends = np.union1d(np.linspace(left, right, count + 1), inside)
+        half, middle = np.diff(ends)[:, None] / 2, (ends[1:] + ends[:-1])[:, None] / 2
+        x.append((middle + half * GAUSS[0]).ravel())
+        weights.append((half * GAUSS[1]).ravel())
+    return np.concatenate(x), np.concatenate(weights)
+
+
+def adhered(walk, depth):
+    """The state of a walk that goes to this depth."""
+    lines = polished(walk.to(depth), depth, walk.ground, walk.surface)
+    return state_of(lines, depth, walk.ground, walk.surface, walk.scene)
