@@ -31,21 +31,43 @@ def on_path(
 def contacts_on_path(
     scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
 ) -> NDArray[np.int64] | None:
-    """Contacts (m, 2) of the path that touches first and then moves to this depth, event by event.
+    """Contacts (m, 2) of the path that touches first and then moves to this depth.
 
-    None where there is only one contact on the way, that of fronts.py: where it is in equilibrium
-    at the largest depth of the path, no other has begun before, as v = u - g falls with the depth
-    and with every node that comes into contact. None, too, where `ManyContacts` cannot follow.
+    None where there is only one contact on the way, that of fronts.py, or where `ManyContacts`
+    cannot follow.
     """
     if scene.indenter.convex or scene.slopes != "small" or not scene.work_of_adhesion:
         return None
     if not scene.gamma1 or scene.pattern is not None or scene.opening is not None:
         return None
     deepest = max(depth, fronts.height(lattice, scene.indenter, where.lowest))
-    contact = fronts.adhered(lattice, scene.indenter, deepest, where)
-    if contact is not None:
-        sums = measured(lattice, scene.indenter, deepest, contact)
-        if certify(lattice, scene.indenter, deepest, where, contact, sums).ok:
-            return None
+    if _alone(scene, deepest, lattice, where) and depth == deepest:
+        return None
     branch = ManyContacts.of(scene, lattice.spacing, deepest, lattice.origin)
     return branch.reached(depth)
+
+
+def _alone(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) -> bool:
+    """Whether a contact pressed from first touch to this depth was alone all the way.
+
+    v = u - g falls with the depth and with every node that comes into contact. So no other contact
+    has begun if v >= 0 now, and if v > 0 at each node just before the line came there: with the
+    line on the node before, at the largest depth D_j it had waited for until then,
+
+        max D_i (i < j) < f_j + (f_{j+1} - f_j)/(1 - λ).
+    """
+    contact = fronts.adhered(lattice, scene.indenter, depth, where)
+    if contact is None:
+        return False
+    for end in contact[:2]:
+        side = 1 if end >= where.lowest else -1
+        nodes = np.arange(where.lowest, end + side, side, dtype=float)
+        f = fronts.heights(lattice, scene.indenter, nodes)
+        touches = f[:-1] + np.diff(f) / lattice.loss
+        passes = touches - lattice.critical_gap / lattice.loss
+        arrival = np.maximum.accumulate(np.append(f[0], passes))[:-1]
+        if (touches <= arrival)[1:].any():
+            return False
+    sums = measured(lattice, scene.indenter, depth, contact)
+    judged = certify(lattice, scene.indenter, depth, where, contact, sums)
+    return judged.ok and judged.penetration == 0
