@@ -11,6 +11,7 @@ from discretization.lattice.judgement import certify
 from discretization.lattice.lowest import of_contacts
 from discretization.lattice.many_contacts import ManyContacts
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.rules import Rules
 from discretization.lattice.sums import measured
 from energy import Scene
 
@@ -41,13 +42,24 @@ def contacts_on_path(
     if not scene.gamma1 or scene.pattern is not None or scene.opening is not None:
         return None
     deepest = max(depth, fronts.height(lattice, scene.indenter, where.lowest))
-    if _alone(scene, deepest, lattice, where) and depth == deepest:
-        return None
+    contact = fronts.adhered(lattice, scene.indenter, deepest, where)
+    if contact is not None and _alone(scene, deepest, lattice, where, contact):
+        if depth == deepest or not _torn(scene, depth, lattice, contact):
+            return None
     branch = ManyContacts.of(scene, lattice.spacing, deepest, lattice.origin)
     return branch.reached(depth)
 
 
-def _alone(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) -> bool:
+def _torn(scene: Scene, depth: float, lattice: Lattice, contact: fronts.Contact) -> bool:
+    """Whether a retraction to this depth tears a node inside a contact open."""
+    nodes = np.arange(contact.first, contact.last + 1, dtype=float)
+    rules = Rules(lattice, fronts.heights(lattice, scene.indenter, nodes))
+    return nodes.size > 2 and rules.tears(0, nodes.size - 1)[0] > depth
+
+
+def _alone(
+    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region, contact: fronts.Contact
+) -> bool:
     """Whether a contact pressed from first touch to this depth was alone all the way.
 
     v = u - g falls with the depth and with every node that comes into contact. So no other contact
@@ -56,9 +68,6 @@ def _alone(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) -
 
         max D_i (i < j) < f_j + (f_{j+1} - f_j)/(1 - λ).
     """
-    contact = fronts.adhered(lattice, scene.indenter, depth, where)
-    if contact is None:
-        return False
     for end in contact[:2]:
         side = 1 if end >= where.lowest else -1
         nodes = np.arange(where.lowest, end + side, side, dtype=float)
