@@ -152,7 +152,8 @@ def recedes(rules: Rules, nodes: Nodes, i: int) -> Iterator[Change]:
 def retracted(rules: Rules, nodes: Nodes, depth: float) -> Nodes:
     """Contacts at rest at a larger depth, once they are retracted to this one.
 
-    What happens at the largest depth comes first. A change concerns its contact and the contacts beside it; only those are looked at again.
+    What happens at the largest depth comes first. A change concerns its contact and the contacts
+    beside it; only those are looked at again.
     """
     best = [_falls(rules, nodes, i) for i, _ in enumerate(nodes)]
     while nodes:

@@ -11,6 +11,7 @@ which release O(Δx²).
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -34,6 +35,7 @@ from discretization.lattice.contact_set import ContactSet, judged, totals
 from discretization.lattice.fronts import heights, region
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.rules import Rules
+from discretization.lattice.unseen import Unseen, looked_between, unseen
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -45,7 +47,8 @@ _MANY = 10**6
 class ManyContacts:
     """States of any number of contacts on fixed nodes under a prescribed depth; None: detached.
 
-    f (n,): heights of the nodes of the window, which starts with node `first` of the lattice.
+    f (n,): heights of the nodes of the window, which starts with node `first` of the lattice;
+    deepest: the largest depth.
     """
 
     scene: Scene
@@ -53,6 +56,12 @@ class ManyContacts:
     first: int
     f: Array
     rules: Rules
+    deepest: float
+
+    @functools.cached_property
+    def hidden(self) -> Unseen:
+        """What the nodes do not see of the profile."""
+        return unseen(self.scene, self.deepest, self.lattice)
 
     @classmethod
     def of(
@@ -80,7 +89,7 @@ class ManyContacts:
                 "give it a finite extent, or a larger spacing"
             )
         f = heights(lattice, scene.indenter, np.arange(where.first, where.last + 1, dtype=float))
-        return cls(scene, lattice, where.first, f, Rules(lattice, f))
+        return cls(scene, lattice, where.first, f, Rules(lattice, f), deepest)
 
     @property
     def smooth(self) -> bool:
@@ -245,8 +254,13 @@ class ManyContacts:
         return done + (end - here) * self.force(Contacts(nodes, ()), (here + end) / 2)
 
     def observed(self, depths: Array, states: Sequence[Contacts]) -> tuple[Array, Array, Array]:
-        """Outermost lines (n, 2), P and U (n,) of the contact sets."""
+        """Outermost lines (n, 2), P and U (n,) of the contact sets.
+
+        AccuracyWarning where their surfaces miss what the nodes do not see.
+        """
         pairs = list(zip(depths.tolist(), states, strict=True))
+        lines = [state.lines for state in states]
+        looked_between(self.scene, self.lattice, self.hidden, depths, lines, stacklevel=4)
         force = np.array([self.force(state, depth) for depth, state in pairs])
         energy = np.array([self.energy(state, depth) for depth, state in pairs])
         return np.array([state.ends for state in states]), force, energy

@@ -43,15 +43,15 @@ def contacts_on_path(
         return None
     deepest = max(depth, fronts.height(lattice, scene.indenter, where.lowest))
     contact = fronts.adhered(lattice, scene.indenter, deepest, where)
-    if contact is not None and _alone(scene, deepest, lattice, where, contact):
-        if depth == deepest or not _torn(scene, depth, lattice, contact):
-            return None
+    alone = contact is not None and _alone(scene, deepest, lattice, where, contact)
+    if contact is not None and alone and not _torn(scene, depth, lattice, contact):
+        return None
     branch = ManyContacts.of(scene, lattice.spacing, deepest, lattice.origin)
     return branch.reached(depth)
 
 
 def _torn(scene: Scene, depth: float, lattice: Lattice, contact: fronts.Contact) -> bool:
-    """Whether a retraction to this depth tears a node inside a contact open."""
+    """Whether a node inside a contact is torn open on the way from first touch to this depth."""
     nodes = np.arange(contact.first, contact.last + 1, dtype=float)
     rules = Rules(lattice, fronts.heights(lattice, scene.indenter, nodes))
     return nodes.size > 2 and rules.tears(0, nodes.size - 1)[0] > depth

@@ -17,6 +17,7 @@ contact sets.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,6 +31,7 @@ from discretization.lattice.fronts import Contact, Region, heights, region
 from discretization.lattice.judgement import certify, rounding
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.sums import measured
+from discretization.lattice.unseen import Unseen, looked_between, unseen
 from discretization.paths.lattice_side import Side, build, factors
 from energy import Scene
 
@@ -58,6 +60,12 @@ class LatticeBranch:
     where: Region
     left: Side
     right: Side
+    deepest: float
+
+    @functools.cached_property
+    def hidden(self) -> Unseen:
+        """What the nodes do not see of the profile."""
+        return unseen(self.scene, self.deepest, self.lattice)
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, deepest: float) -> LatticeBranch:
@@ -72,7 +80,7 @@ class LatticeBranch:
             )
         lattice = Lattice.of(scene, spacing)
         where = region(lattice, scene.indenter, deepest)
-        return cls(scene, lattice, where, *build(scene, lattice, where, deepest))
+        return cls(scene, lattice, where, *build(scene, lattice, where, deepest), deepest)
 
     @property
     def touch(self) -> float:
@@ -210,8 +218,12 @@ class LatticeBranch:
         return done
 
     def observed(self, depths: Array, states: Sequence[Links]) -> tuple[Array, Array, Array]:
-        """Lines (n, 2), P and U (n,) of states, interpolated between the nodes."""
+        """Lines (n, 2), P and U (n,) of states, interpolated between the nodes.
+
+        AccuracyWarning where their surfaces miss what the nodes do not see.
+        """
         lines = np.array([state.ends for state in states])
+        looked_between(self.scene, self.lattice, self.hidden, depths, lines, stacklevel=4)
         spacing = self.lattice.spacing
         middle = self.lattice.spring * (depths - self.touch)
         force, energy, x = middle, middle * (depths - self.touch) / 2, np.empty_like(lines)
@@ -220,8 +232,8 @@ class LatticeBranch:
             links = np.rint(side.way * (lines[:, column] - side.x[start]) / spacing).astype(int)
             zeta = self._between(side, links, depths)
             beside = np.clip(links + np.sign(zeta).astype(int), -start, side.x.size - 1 - start)
-            step = (side.x[-1] - side.x[0]) / max(side.x.size - 1, 1)
-            x[:, column] = side.x[start + links] + zeta * step
+            width, count = side.x[-1] - side.x[0], max(side.x.size - 1, 1)
+            x[:, column] = side.x[start + links] + zeta * width / count
             for total, part in ((force, self._pull), (energy, self._stored)):
                 own = part(side, links, depths)
                 total += own + np.abs(zeta) * (part(side, beside, depths) - own)

@@ -112,7 +112,9 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, deepest: 
     return whole
 
 
-def _side(scene: Scene, lattice: Lattice, lowest: int, way: int, inner: Array, outer: Array) -> Side:
+def _side(
+    scene: Scene, lattice: Lattice, lowest: int, way: int, inner: Array, outer: Array
+) -> Side:
     """The side with these heights, outwards, before the node that touches first and from it on."""
     f, start = np.concatenate([inner, outer]), inner.size
     x, steps = lattice.x(lowest + way * np.arange(-start, outer.size)), np.diff(f)
