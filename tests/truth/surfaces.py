@@ -10,6 +10,8 @@ and advances while the left side is less: moving it by da changes the energy of 
 (γ₁/2 (f' + u')² - w) da.
 """
 
+import functools
+
 import numpy as np
 
 FAR = 36.0  # decay lengths beyond which exp(-t) is less than rounding
@@ -121,10 +123,8 @@ class Finite:
 
     def gap_shape(self, p, width, left, right):
         """u at distances p from the left line of a gap; left, right: u at its lines."""
-        x, width, left, right = (np.asarray(v, float) / self.length for v in (p, width, left, right))
-        T = float(_range(left, right, width))
-        ends = np.linspace(0, T, _panels(T) + 1)
-        passed = np.concatenate([[0.0], np.cumsum(_across(left, right, T, ends[:-1], ends[1:]))])
+        x, left, right = (np.asarray(v, float) / self.length for v in (p, left, right))
+        T, ends, passed = _tabulated(float(left), float(right), float(width) / self.length)
         at = np.clip(np.searchsorted(passed, x) - 1, 0, ends.size - 2)
         tau = np.interp(x, passed, ends)
         for _ in range(8):
@@ -149,15 +149,23 @@ class Finite:
 
     def gap_energy(self, left, right, width):
         """∫(k/2 u² cos φ + γ₁(1 - cos φ)) ds, ds = l dτ/cos(φ/2), of a gap."""
-        left, right, width = (np.asarray(v, float) / self.length for v in (left, right, width))
-        T = float(_range(left, right, width))
-        ends = np.linspace(0, T, _panels(T) + 1)
+        left, right = float(left) / self.length, float(right) / self.length
+        T, ends, _ = _tabulated(left, right, float(width) / self.length)
         half, middle = np.diff(ends)[:, None] / 2, (ends[1:] + ends[:-1])[:, None] / 2
         tau = middle + half * GAUSS[0]
         p2 = _p(left, right, T, tau) ** 2
         u = Small.gap_shape(_Unit, tau, T, left, right)
         density = (u**2 * (1 - p2 / 2) + p2) / 2 / np.sqrt(1 - p2 / 4)
         return self.gamma1 * self.length * float(np.sum(half * GAUSS[1] * density))
+
+
+@functools.lru_cache(maxsize=256)
+def _tabulated(left, right, width):
+    """T of a gap, the ends of its panels in τ, and x there."""
+    T = float(_range(*(np.array(v) for v in (left, right, width))))
+    ends = np.linspace(0, T, _panels(T) + 1)
+    passed = np.cumsum(_across(left, right, T, ends[:-1], ends[1:]))
+    return T, ends, np.concatenate([[0.0], passed])
 
 
 class _Unit:

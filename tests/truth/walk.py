@@ -14,22 +14,15 @@ at again. A shrinking contact only makes v larger, so that a retraction is a sin
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
-from .ground import Ground, refined_minima
+from .ground import Ground, Outside
+from .rests import BESIDE, MET, Surfaces, first_rest
 from .surfaces import surface_of
 
 MOVE = 1 / 4  # of the feature: the farthest a line moves before touching is looked for
 SINK = 1 / 3  # of δ₀: the farthest the depth grows at once
 ROUGHLY, CLOSELY = 1e-6, 1e-11  # of the feature: what counts as moved, on the way and at its end
 TIE = 1e-13  # of the depths of the scene: rounding of v
-MET = 1e-9  # of the feature: lines closer than that have met
-BESIDE = 1e-5  # of the feature: nearer to a line, it is the line that moves
-CLUSTER = 0.5 ** np.arange(40.0, 0.0, -1.0)
-
-
-class Outside(Exception):
-    """A contact line has reached an end of the profile that is not the end of the body."""
 
 
 class Walk:
@@ -44,11 +37,11 @@ class Walk:
         feature = min(feature, self.surface.length)
         self.ground, self.feature = Ground(scene.indenter, feature), feature
         self.delta = scene.critical_separation
-        self.tie = TIE * (
-            self.delta + np.ptp(self.ground.heights[np.isfinite(self.ground.heights)])
-        )
+        self.tie = TIE * (self.delta + abs(float(self.ground.heights.min())))
+        self.free = Surfaces(self.ground, self.surface, self.tie)
         self.touch, self.first = self.ground.lowest(self.tie)
         self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch
+        self._due = []
         self._settle(+1, ROUGHLY)
 
     def to(self, depth):
@@ -64,19 +57,22 @@ class Walk:
 
     def _sink(self, depth):
         """Grow the depth with the lines fixed until something touches, then let it move."""
-        before = self.depth
+        before, self.depth = self.depth, depth
+        everywhere = range(len(self.lines) // 2 + 1)
+        some = [i for i in everywhere if any(v + self.tie < 0 for v, _ in self._dips(i))]
 
         def clearance(d):
             self.depth = d
-            return min((v for v, _ in self._touches()), default=math.inf) + self.tie
+            return min((v for v, _ in self._touches(some)), default=math.inf) + self.tie
 
-        if not clearance(depth) < 0:
+        if not some:
             self.depth = depth
         elif clearance(before) < 0:
             self.depth = before
         else:
             self.depth = self._first(clearance, before, depth)
-        self._begin()
+        if some:
+            self._begin(some)
         self._settle(+1, ROUGHLY)
 
     def _first(self, clearance, good, bad):
@@ -98,76 +94,57 @@ class Walk:
         clearance(bad)
         return bad
 
-    def _begin(self, surfaces=None):
+    def _begin(self, surfaces):
         """A contact begins where a free surface touches. Whether there is one."""
         touches = sorted(self._touches(surfaces))
         if not touches or touches[0][0] + self.tie >= 0:
             return False
         at = touches[0][1]
-        place = int(np.searchsorted(self.lines, at))
-        self.lines[place:place] = [at, at]
+        self._insert(at)
         return True
 
-    def _touches(self, surfaces=None):
-        """(v, x) at the local minima of v that may be below 0, of these free surfaces or all."""
-        if surfaces is None:
-            surfaces = range(len(self.lines) // 2 + 1)
+    def _touches(self, surfaces):
+        """(v, x) at the local minima of v that may be below 0, of these free surfaces."""
         return [touch for i in surfaces for touch in self._dips(i)]
 
     def _dips(self, i):
         """(v, x) of the i-th free surface from the left where it may touch."""
         left = self.lines[2 * i - 1] if i else -math.inf
         right = self.lines[2 * i] if 2 * i < len(self.lines) else math.inf
-        x = self._within(left, right)
-        if not x.size:
-            return
-        ends = tuple(-math.inf if math.isfinite(line) else math.inf for line in (left, right))
-        v = self._v(x, left, right)
-        for at, value in refined_minima(
-            lambda at: self._v(np.asarray(at), left, right), x, v, -self.tie, ends
-        ):
-            if min(at - left, right - at) > BESIDE * self.feature:
-                yield value, at
-
-    def _within(self, left, right):
-        """Nodes of a free surface, clustered at its lines."""
-        step, ground = self.ground.step, self.ground
-        parts = [ground.between(left, right)]
-        if math.isfinite(left):
-            parts.append(left + step * CLUSTER)
-        if math.isfinite(right):
-            parts.append(right - step * CLUSTER)
-        x = np.unique(np.concatenate(parts))
-        return x[(x > left) & (x < right) & (x >= ground.lo) & (x <= ground.hi)]
-
-    def _v(self, x, left, right):
-        """u - g of the free surface between two lines, -inf and inf where there is none."""
-        g = [self.depth - float(self.ground.height(line)) for line in (left, right)
-             if math.isfinite(line)]  # fmt: skip
-        if len(g) == 2:
-            u = self.surface.gap_shape(x - left, right - left, *g)
-        elif g:
-            u = self.surface.tail_shape(x - left if math.isfinite(left) else right - x, *g)
-        else:
-            u = np.zeros_like(x)
-        return u - (self.depth - self.ground.height(x))
-
-    # -- lines ---------------------------------------------------------------------------------
+        return self.free.dips(left, right, self.depth)
 
     def _settle(self, way, least):
         """Move lines by turns until none moves by more than `least` of the feature.
 
-        way: +1 outwards, -1 inwards.
+        way: +1 outwards, -1 inwards. A line that has moved is due again, and the one it faces.
         """
-        moved = True
-        while moved:
-            moved, i = False, 0
-            while i < len(self.lines):
-                before = len(self.lines)
-                far = self._advance(i) if way > 0 else self._recede(i)
-                changed = len(self.lines) != before
-                moved |= changed or far > least * self.feature
-                i = 0 if changed else i + 1
+        self._due, i = [True] * len(self.lines), -1
+        while any(self._due):
+            i = self._due.index(True, i + 1) if any(self._due[i + 1 :]) else self._due.index(True)
+            self._due[i] = False
+            far = self._advance(i) if way > 0 else self._recede(i)
+            if far > least * self.feature:
+                side = 1 if i % 2 else -1
+                for one in (i, i + side):
+                    if 0 <= one < len(self.lines):
+                        self._due[one] = True
+
+    def _insert(self, at):
+        """A contact of no width here."""
+        place = int(np.searchsorted(self.lines, at))
+        self.lines[place:place] = [at, at]
+        self._due[place:place] = [True, True]
+        self._wake(place - 1, place + 2)
+
+    def _remove(self, i, j):
+        """Two neighbouring lines are gone, i < j = i + 1."""
+        del self.lines[i : j + 1], self._due[i : j + 1]
+        self._wake(i - 1, i)
+
+    def _wake(self, *lines):
+        for i in lines:
+            if 0 <= i < len(self._due):
+                self._due[i] = True
 
     def _advance(self, i):
         """How far a line moves outwards: to its first rest, by MOVE, or until something touches."""
@@ -181,8 +158,8 @@ class Walk:
         if abs(rest - start) > MOVE * self.feature:
             rest, met = start + side * MOVE * self.feature, False
         if met:
-            del self.lines[min(i, i + side) : max(i, i + side) + 1]
-            return abs(rest - start)
+            self._remove(min(i, i + side), max(i, i + side))
+            return 0.0
         if facing is None and rest == limit and limit not in self.ground.walls:
             raise Outside(f"the contact reaches {limit!r}, the end of the profile")
         if rest == start:
@@ -195,16 +172,18 @@ class Walk:
         if facing is not None and self._movable(i + side, start):  # not before the other has moved
             while clearance(rest) < 0 and abs(rest - start) > BESIDE * self.feature:
                 rest = (start + rest) / 2
-        if clearance(rest) < 0:
-            if clearance(start) >= 0:
-                self._first(clearance, start, rest)
-            self._begin([(i + 1) // 2])
-        return abs(rest - start)
+        if clearance(rest) >= 0:
+            return abs(rest - start)
+        if clearance(start) >= 0:
+            self._first(clearance, start, rest)
+        self._begin([(i + 1) // 2])
+        return 0.0
 
     def _movable(self, i, facing):
         """Whether a line would advance if the one it faces were here."""
         x, side = self.lines[i], 1 if i % 2 else -1
-        tilt = self.surface.lean(side * self.ground.slope(x, side)) + self._tilt(x, facing)
+        tilt = self.free.tilt(x, facing, self.depth)
+        tilt += self.surface.lean(side * self.ground.slope(x, side))
         return float(tilt) < self.surface.deficit - 1e-6 * self.surface.deficit
 
     def _facing(self, i, side):
@@ -220,7 +199,8 @@ class Walk:
         rest, met = (start, True) if start == limit else self._rest(i, side, start, limit, -1)
         self.lines[i] = limit if met else rest
         if met and not self._pressed(i, side):
-            del self.lines[min(i, i - side) : max(i, i - side) + 1]
+            self._remove(min(i, i - side), max(i, i - side))
+            return 0.0
         return abs(rest - start)
 
     def _pressed(self, i, side):
@@ -228,101 +208,15 @@ class Walk:
         first = min(i, i - side)
         left = self.lines[first - 1] if first else -math.inf
         right = self.lines[first + 2] if first + 2 < len(self.lines) else math.inf
-        return float(self._v(np.asarray(self.lines[i]), left, right)) < -self.tie
+        return float(self.free.v(np.asarray(self.lines[i]), left, right, self.depth)) < -self.tie
 
     def _rest(self, i, side, start, limit, way):
-        """First rest of a line moving from start towards limit, and whether it met the limit.
-
-        At the end of the profile there is nothing to meet: the line is then at rest at the limit.
-        """
+        """First rest of a line moving outwards (way = 1) or inwards; whether it met the limit."""
         other = self._facing(i, side)[1]
-        move = side * way
-        ends = way < 0 or other is not None
+        lean, ground, deficit = self.surface.lean, self.ground, self.surface.deficit
 
-        def drive(x, ahead):  # >= 0: the line does not move on
-            f1 = side * self.ground.slope(x, ahead * move)
-            return way * (self.surface.lean(f1) + self._tilt(x, other) - self.surface.deficit)
+        def drive(x, ahead):
+            tilt = self.free.tilt(x, other, self.depth)
+            return way * (lean(side * ground.slope(x, ahead * side * way)) + tilt - deficit)
 
-        if float(drive(start, 1)) >= 0:
-            return start, False
-        low = start
-        for x, ahead in self._entries(start, limit, move, ends):
-            values = drive(x, ahead)
-            stop = int(np.argmax(values >= 0)) if (values >= 0).any() else values.size
-            hump = self._hump(drive, x, ahead, values, stop)
-            if hump is not None:
-                return hump, False
-            if stop < values.size:
-                before = x[stop - 1] if stop else low
-                if before == x[stop]:  # a corner holds it
-                    return float(x[stop]), False
-                return self._root(drive, float(before), float(x[stop]), move), False
-            low = float(x[-1])
-            if abs(low - start) > 2 * MOVE * self.feature:
-                return low, False
-        return limit, ends
-
-    def _tilt(self, x, other):
-        """Tilt of the free surface at a line put at x."""
-        g = self.depth - self.ground.height(x)
-        if other is None:
-            return self.surface.tail(g)
-        width = np.maximum(np.abs(other - x), 1e-300)
-        return self.surface.facing(g, self.depth - float(self.ground.height(other)), width)
-
-    def _entries(self, start, limit, move, ends):
-        """Chunks of places on the way, (x, ±1): at a corner first behind it, then ahead of it."""
-        low, high = min(start, limit), max(start, limit)
-        reach = min(high - low, 4 * MOVE * self.feature)
-        near = self.ground.between(*sorted((start, start + move * reach)))
-        parts = [near, start + move * self.ground.step * CLUSTER]
-        if ends:
-            parts.append(limit - move * self.ground.step * CLUSTER)
-            least = MET * self.feature
-            inside = high - low > 2 * least
-            parts.append(np.array([limit - move * least] if inside else []))
-        x = np.unique(np.concatenate(parts))
-        x = x[(x > low) & (x < high) & (np.abs(x - start) <= reach)]
-        if ends:
-            x = x[np.abs(limit - x) >= MET * self.feature]
-        if not ends and reach == high - low:
-            x = np.append(x, limit) if move > 0 else np.append(limit, x)
-        corner = np.isin(x, self.ground.corners)
-        x = np.concatenate([x, x[corner]])
-        ahead = np.concatenate([-np.ones(corner.size), np.ones(int(corner.sum()))])
-        order = np.lexsort((ahead, move * x))
-        x, ahead = x[order], ahead[order]
-        ahead[~np.isin(x, self.ground.corners)] = -1
-        if x.size:
-            yield x, ahead
-
-    def _root(self, drive, low, high, move):
-        """Where drive vanishes between two places without a corner in between."""
-        ends = [float(drive(low, 1)), float(drive(high, -1))]
-        if ends[0] >= 0 or ends[1] <= 0:
-            return low if ends[0] >= 0 else high
-        size = max(abs(low), abs(high))
-        return brentq(lambda x: float(drive(x, 1)), low, high, xtol=1e-17 * size, rtol=1e-15)
-
-    def _hump(self, drive, x, ahead, values, stop):
-        """A rest between nodes at which the line would move on, where drive has a maximum."""
-        if stop < 3:
-            return None
-        y = values[:stop]
-        tops = np.flatnonzero((y[1:-1] >= y[:-2]) & (y[1:-1] >= y[2:])) + 1
-        for j in tops.tolist():
-            rise = max(y[j] - y[j - 1], y[j] - y[j + 1])
-            if y[j] + rise < 0 or x[j - 1] == x[j] or x[j + 1] == x[j]:
-                continue
-            found = refined_minima(
-                lambda at: -drive(at, -1), *_ascending(x[j - 1 : j + 2], -y[j - 1 : j + 2]), 0.0
-            )
-            for at, value in found:
-                if value <= 0:
-                    move = 1 if x[j + 1] > x[j] else -1
-                    return self._root(drive, float(x[j - 1]), at, move)
-        return None
-
-
-def _ascending(x, values):
-    return (x, values) if x[0] < x[-1] else (x[::-1], values[::-1])
+        return first_rest(drive, start, limit, way < 0 or other is not None, ground)
