@@ -197,7 +197,9 @@ def estimated(fine: Equilibrium) -> dict[str, float]:
     """Errors of a state from a coarse one with twice the spacing: O(Δx²) leaves a third.
 
     Where the coarse one has another number of contacts all of the change counts; a contact of one
-    node among several may be as wide as a link. Infinite where the coarse nodes have no answer.
+    node among several may be as wide as a link. Of a profile that is not convex, contacts narrower
+    than two links are not known better than to their own size. Infinite where the coarse nodes
+    have no answer.
     """
     if not (fine.contacts.size and np.isfinite(fine.contacts).all()):
         return dict.fromkeys(QUANTITIES, 0.0)
@@ -215,6 +217,10 @@ def estimated(fine: Equilibrium) -> dict[str, float]:
     if len(fine.contacts) > 1:
         lone = np.count_nonzero(fine.nodes[:, 0] == fine.nodes[:, 1])
         errors["half_width"] += float(lone) * fine.spacing / scales["half_width"]
+    if not fine.scene.indenter.convex:
+        narrow = np.diff(fine.nodes) < 2 * fine.spacing * (1 - 1e-9)
+        for name in errors:
+            errors[name] += float(np.mean(narrow))
     return errors
 
 

@@ -1,14 +1,15 @@
 """What a lattice cannot see: features of the profile that are narrower than its spacing.
 
 Between two nodes the profile should keep to its chord, but for what curvature does within a link,
-of which the nodes know: half the largest second difference of the heights around the link,
+of which the nodes know by the largest second difference of the heights around the link,
 
-    |f_i + (f_{i+1} - f_i) s - f(x)| <= max(|f_{i-1} - 2 f_i + f_{i+1}|,
-                                            |f_i - 2 f_{i+1} + f_{i+2}|)/2,     s = (x - x_i)/Δx.
+    |f_i + (f_{i+1} - f_i) s - f(x)| <= c max(|f_{i-1} - 2 f_i + f_{i+1}|,
+                                              |f_i - 2 f_{i+1} + f_{i+2}|),     s = (x - x_i)/Δx,
 
-A smooth profile keeps to a quarter of that, a corner to all of it. A profile that does not may
-stick through the free surface of a state, which has missed a contact then, or be in contact, where
-its forces are not those of the nodes.
+with c = 1/8 if the profile is a parabola there, and 1/2 if it has a corner. A profile that does not
+may stick through the free surface of a state, which has missed a contact then, or be in contact,
+where its forces are not those of the nodes. So has a state without contact, wherever between the
+nodes the indenter is in its surface.
 """
 
 from __future__ import annotations
@@ -29,16 +30,22 @@ from discretization.profile import resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
+_SMOOTH, _CORNERED = 1 / 4, 1 / 2  # of a second difference: twice a parabola's, and a corner's
 _ROUNDING = 64 * float(np.finfo(float).eps)  # of the heights
 _MISSED = 1e-9  # of the depth and δ₀: a penetration that counts, as in the certificate
 
 
 class Unseen(NamedTuple):
-    """Places between the nodes (n,), f there, and how far that is from what the nodes see of it."""
+    """Places between the nodes (n,), f there, and how far that is from what the nodes see of it.
+
+    lowest: x where the profile is lowest, at the height `touch`.
+    """
 
     x: Array
     f: Array
     off: Array
+    lowest: float = math.nan
+    touch: float = math.inf
 
 
 def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
@@ -56,20 +63,26 @@ def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
     inside = (lattice.x(link - 1) >= lo) & (lattice.x(link + 2) <= hi)
     x, f, place, link = x[inside], f[inside], place[inside], link[inside]
     if not x.size:
-        return Unseen(*np.empty((3, 0)))
+        none = np.empty(0)
+        return Unseen(none, none, none, profile.lowest, profile.touch)
     nodes = heights(lattice, scene.indenter, np.arange(link.min() - 1, link.max() + 3, dtype=float))
     at = link - link.min() + 1
     bend = np.abs(np.diff(nodes, 2))
     chord = nodes[at] + (place - link) * (nodes[at + 1] - nodes[at])
-    known = np.maximum(bend[at - 1], bend[at]) / 2 + _ROUNDING * np.abs(nodes).max()
+    cornered = np.isin(link, np.floor((profile.corners - lattice.origin) / lattice.spacing))
+    share = np.where(cornered, _CORNERED, _SMOOTH)
+    known = share * np.maximum(bend[at - 1], bend[at]) + _ROUNDING * np.abs(nodes).max()
     off = np.abs(chord - f)
     hidden = off > known
-    return Unseen(x[hidden], f[hidden], off[hidden])
+    return Unseen(x[hidden], f[hidden], off[hidden], profile.lowest, profile.touch)
 
 
 def looked_at(state: Equilibrium, lattice: Lattice, stacklevel: int) -> Equilibrium:
     """The state; AccuracyWarning where its surface misses what the nodes do not see."""
     hidden = unseen(state.scene, state.depth, lattice)
+    if not state.contacts.size and state.depth > hidden.touch:
+        place, height = np.array([hidden.lowest]), np.array([hidden.touch])
+        hidden = Unseen(place, height, np.zeros(1))
     if hidden.x.size:
         missed = state.depth - hidden.f - state.displacement(hidden.x)
         ends = state.contacts.ravel()
@@ -84,7 +97,7 @@ def looked_between(
     lattice: Lattice,
     hidden: Unseen,
     depths: Array,
-    lines: Sequence[Sequence[float]],
+    lines: Sequence[Sequence[float]] | Array,
     stacklevel: int,
 ) -> None:
     """AccuracyWarning where one of several surfaces misses what the nodes do not see.
@@ -112,9 +125,9 @@ def _warn(hidden: Unseen, missed: Array, size: float, lattice: Lattice, stacklev
     worst = int(np.argmax(missed))
     if missed[worst] > _MISSED * size:
         warnings.warn(
-            f"at x = {float(hidden.x[worst])!r} the surface between nodes {lattice.spacing!r} apart "
-            f"misses the indenter by {float(missed[worst])!r}: a feature narrower than the spacing, "
-            "and contacts may be missed; give a smaller spacing, or use method='fitted'",
+            f"at x = {float(hidden.x[worst])!r} the surface between nodes {lattice.spacing!r} "
+            f"apart misses the indenter by {float(missed[worst])!r}: a feature or contact "
+            "narrower than the spacing may be missed; give a smaller spacing, or method='fitted'",
             AccuracyWarning,
             stacklevel=stacklevel + 1,
         )
