@@ -60,25 +60,27 @@ def lines(nodes: Nodes) -> Iterator[tuple[int, int, int | None]]:
 class Rise(NamedTuple):
     """What happens first to a free part as the depth grows, and at which depth.
 
-    way: 1 or -1, the line of the contact on its left or right advances; 0: its node `node` touches.
+    left, right: its contact nodes then (None: none there); node: the one that touches, or -1.
     """
 
     depth: float
-    way: int
-    node: int
+    left: int | None
+    right: int | None
+    node: int = -1
 
 
 def rise(rules: Rules, left: int | None, right: int | None) -> Rise:
     """The first change of the free part between two contact nodes as the depth grows."""
     touch, node = rules.touches(left, right)
-    first = Rise(touch, 0, node)
-    if right is not None and right > 0:
-        depth = rules.advances(right, -1, left)
-        first = Rise(depth, -1, right - 1) if depth <= first.depth else first
+    found = []
     if left is not None and left + 1 < rules.f.size:
-        depth = rules.advances(left, 1, right)
-        first = Rise(depth, 1, left + 1) if depth <= first.depth else first
-    return first
+        found.append(Rise(rules.advances(left, 1, right), left + 1, right))
+    if right is not None and right > 0:
+        found.append(Rise(rules.advances(right, -1, left), left, right - 1))
+    if left is not None and right is not None:
+        found.append(Rise(rules.advance_both(left, right), left + 1, right - 1))
+    found.append(Rise(touch, left, right, node))
+    return min(found, key=lambda change: change.depth)
 
 
 def rises(rules: Rules, nodes: Nodes) -> Iterator[Change]:
@@ -88,13 +90,13 @@ def rises(rules: Rules, nodes: Nodes) -> Iterator[Change]:
         yield Change(float(rules.f[node]), 0, 0, ((node, node),), True)
         return
     for i, (left, right) in enumerate(spans(nodes)):
-        depth, way, node = rise(rules, left, right)
-        if way:
-            own = i - (way > 0)
-            closing = left is not None and right is not None and right - left == 2
-            yield Change(depth, own, own + 1, (_moved(nodes[own], way, 1),), closing)
-        elif node >= 0:
-            yield Change(depth, i, i, ((node, node),), True)
+        depth, *ends, node = rise(rules, left, right)
+        touched = ((node, node),) if node >= 0 else ()
+        start, stop = max(i - 1, 0), min(i + 1, len(nodes))
+        before = ((nodes[i - 1][0], ends[0]),) if ends[0] is not None else ()
+        after = ((ends[1], nodes[i][1]),) if ends[1] is not None else ()
+        closed = ends[0] is not None and ends[1] is not None and ends[1] - ends[0] < 2
+        yield Change(depth, start, stop, (*before, *touched, *after), node >= 0 or closed)
 
 
 def pressed(rules: Rules, nodes: Nodes, depth: float) -> Nodes:
@@ -125,16 +127,14 @@ def _pressed(
             if first.depth > depth:
                 yield from (left, right)
                 break
-            if first.way > 0:
-                left = first.node
-            else:
-                if not first.way:
-                    todo.append((first.node, right))
+            left, right = first.left, first.right
+            if first.node >= 0:
+                todo.append((first.node, right))
                 right = first.node
 
 
 def recedes(rules: Rules, nodes: Nodes, i: int) -> Iterator[Change]:
-    """What can happen to the i-th contact as the depth falls."""
+    """What can happen to the i-th contact as the depth falls, and to the next one with it."""
     first, last = nodes[i]
     left = nodes[i - 1][1] if i else None
     right = nodes[i + 1][0] if i + 1 < len(nodes) else None
@@ -144,6 +144,9 @@ def recedes(rules: Rules, nodes: Nodes, i: int) -> Iterator[Change]:
     for side, node, other in ((-1, first, left), (1, last, right)):
         depth = rules.passes(node - side, side, other)
         yield Change(depth, i, i + 1, (_moved(nodes[i], side, -1),), False)
+    if right is not None and last > first and nodes[i + 1][1] > right:
+        both = _moved(nodes[i], 1, -1), _moved(nodes[i + 1], -1, -1)
+        yield Change(rules.passes_both(last - 1, right + 1), i, i + 2, both, False)
     if last - first >= 2:
         depth, node = rules.tears(first, last)
         yield Change(depth, i, i + 1, ((first, node - 1), (node + 1, last)), True)
@@ -163,8 +166,10 @@ def retracted(rules: Rules, nodes: Nodes, depth: float) -> Nodes:
         nodes = change.applied(nodes)
         start, stop = max(change.start - 1, 0), change.start + len(change.instead) + 1
         near = range(start, min(stop, len(nodes)))
-        kept = best[change.stop + 1 :]
-        kept = [c._replace(start=i, stop=i + 1) for i, c in enumerate(kept, near.stop)]
+        kept = [
+            c._replace(start=i, stop=i + c.stop - c.start)
+            for i, c in enumerate(best[change.stop + 1 :], near.stop)
+        ]
         best = [*best[:start], *(_falls(rules, nodes, i) for i in near), *kept]
     return nodes
 

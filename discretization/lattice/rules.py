@@ -7,6 +7,9 @@ involved,
     a line passes the next link (n = 1), or closes the last two (n = 2), or opens one, at
         d = f_i + (f_1 - f_i + B (f_i - f_j) - G)/(1 - A - B),   G = √(2 n wΔx/c),
         c = kΔx + t + t(1 - A(T-1)), the stiffness of the first free node;
+    both lines of a span pass a link at once (n = 2; n = 3 closes it), next to a corner where
+        neither would alone, at  d = ((h + h')/2 - √((n wΔx - (s+o)(h - h')²/4)/(s-o)))/(1 - A - B),
+        h = f_1 - A f_i - B f_j, s and -o the stiffness of both nodes and between them;
     a free node touches at  d = (f_m - a f_i - b f_j)/(1 - a - b), a and b the shape of the span;
     a node inside a contact is torn open as a line that opens two links (n = 2, T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
@@ -65,6 +68,28 @@ class Rules:
         if other is not None:
             rise += far * float(self.f[node] - self.f[other])
         return float(self.f[node]) + (rise - gap) / both
+
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
+    def passes_both(self, left: int, right: int) -> float:
+        """Depth at which both lines of a span pass a link at once; inf if they never do."""
+        lat, links = self.lattice, right - left
+        if links < 3:
+            return math.inf
+        near, far, both = self.shares(links)
+        inner = self.shares(links - 2)
+        own, other = lat.spring + lat.link * (2 - inner[0]), lat.link * inner[1]
+        f, g, f_next, g_next = (float(self.f[i]) for i in (left, right, left + 1, right - 1))
+        one, two = f_next - near * f - far * g, g_next - near * g - far * f
+        work = (3 if links == 3 else 2) * lat.w * lat.spacing - (own + other) * (one - two) ** 2 / 4
+        if work < 0:
+            return math.inf
+        return ((one + two) / 2 - math.sqrt(work / (own - other))) / both
+
+    def advance_both(self, left: int, right: int) -> float:
+        """The same if no other node is penetrated then, else inf."""
+        depth = self.passes_both(left, right)
+        clear = right - left <= 3 or self._clear(left + 1, right - 1, depth)
+        return depth if clear else math.inf
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
@@ -136,8 +161,7 @@ class Rules:
         alone, after = self.passes(node, side, other), node + side
         if other is not None and abs(other - after) < 2:
             return alone
-        touch = self.touches(*_ordered(side, after, other))[0]
-        if touch >= alone - self.tie(touch, alone):
+        if self._clear(*_ordered(side, after, other), alone):
             return alone
         low, high = alone, self.touches(*_ordered(side, node, other))[0]
         if self._cost(node, side, other, high) > 0:
@@ -149,6 +173,11 @@ class Rules:
             else:
                 high = middle
         return high
+
+    def _clear(self, left: int | None, right: int | None, depth: float) -> bool:
+        """Whether the surface between two contact nodes (None: none there) is above the indenter."""
+        touch = self.touches(left, right)[0]
+        return touch == math.inf or touch >= depth - self.tie(touch, depth)
 
     def _cost(self, node: int, side: int, other: int | None, depth: float) -> float:
         """Energy by which passing the next link changes that of the surface above the indenter.
