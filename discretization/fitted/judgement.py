@@ -31,6 +31,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _ASIDE = 1e-9
+_ULPS = 4.0  # roundings of a position, within which a line is where it is
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _REFINEMENTS = 45
 _NEAR = 4.0
@@ -62,15 +63,26 @@ def certify(
 
 
 def _drives(contacts: FittedContacts, aside: float) -> list[tuple[FittedLine, float, float]]:
-    """Every line with its drive, the slope at corners read inside and outside of it."""
+    """Every line with its drive just inside and just outside of it.
+
+    By the rounding of its position; at a corner, the slope is read on either side.
+    """
     problem, own, found = contacts.problem, Gap(contacts.problem), []
+
+    def beside(side: int, line: FittedLine) -> list[tuple[float, float]]:
+        step = 0.0 if line.pinned else _ULPS * float(np.spacing(abs(line.x)))
+        lo, hi = problem.scene.indenter.extent
+        moved = (min(max(line.x + s * side * step, lo), hi) for s in (-1, 1))
+        return [(x, s * aside * line.pinned) for x, s in zip(moved, (-1, 1), strict=True)]
+
     for side, line in contacts.outer:
-        near, far = (problem.drive(side, line.x, s * aside * line.pinned) for s in (-1, 1))
+        near, far = (problem.drive(side, *at) for at in beside(side, line))
         found.append((line, near, far))
     for q, p in contacts.gaps:
-        for side, line in ((1, q), (-1, p)):
-            near, far = (own.drive(side, q.x, p.x, s * aside * line.pinned) for s in (-1, 1))
-            found.append((line, near, far))
+        near, far = (own.drive(1, x, p.x, away) for x, away in beside(1, q))
+        found.append((q, near, far))
+        near, far = (own.drive(-1, q.x, x, away) for x, away in beside(-1, p))
+        found.append((p, near, far))
     return found
 
 

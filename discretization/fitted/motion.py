@@ -88,7 +88,10 @@ class Motion:
 
     def settled(self, lines: Lines, depth: float) -> Lines:
         """Lines that are near a state at rest, moved to it."""
-        return self.pressed(self.retracted(lines, depth), depth, depth)
+        kept = self.retracted(lines, depth)
+        if not kept:
+            return () if depth < self.profile.touch else self.adhered(depth)
+        return self.pressed(kept, depth, depth)
 
     def penetration(self, lines: Lines, depth: float) -> float:
         """How far the profile sticks through the free surfaces, at worst [length]."""
