@@ -208,7 +208,9 @@ def test_a_profile_too_rough_to_see_every_event_is_warned_of():
         """Smooth where contact is, ripples of wavenumber k beyond."""
         return Profile(
             height=lambda x: x * x / 20 + 1e-2 * (np.abs(x) > 2) * np.sin(k * (np.abs(x) - 2)) / k,
-            slope=lambda x: x / 10 + 1e-2 * np.sign(x) * (np.abs(x) > 2) * np.cos(k * (np.abs(x) - 2)),
+            slope=lambda x: (
+                x / 10 + 1e-2 * np.sign(x) * (np.abs(x) > 2) * np.cos(k * (np.abs(x) - 2))
+            ),
             extent=(-3.0, 3.0),
             corners=(-2.0, 2.0),
         )
@@ -224,7 +226,7 @@ def test_a_line_that_a_corner_would_stop_is_not_at_rest_beside_it():
     """Left line of a narrow contact at a tip, 1e-7 δ₀ above the depth that would hold it."""
     x = np.array([-9.0, -4.0, 4.0, 6.0, 8.0, 14.0]) * L
     scene = adhesive(Sampled(x, np.array([9.0, 0.0, 0.0, 3.0, 2.7, 12.0]) * DELTA0), w=1e-8)
-    motion, tip, p = FittedMany.of(scene, 1e-10, 5 * DELTA0).motion, 8 * L, (8 - 1e-8) * L
+    motion, tip, p = FittedMany.of(scene, 1e-10, 5 * DELTA0).motion.resting, 8 * L, (8 - 1e-8) * L
 
     def above(q):
         own, facing = motion.rest_depths(q, p)

@@ -175,7 +175,7 @@ class Rules:
         return high
 
     def _clear(self, left: int | None, right: int | None, depth: float) -> bool:
-        """Whether the surface between two contact nodes (None: none there) is above the indenter."""
+        """Whether the surface between two contact nodes (None: none there) clears the indenter."""
         touch = self.touches(left, right)[0]
         return touch == math.inf or touch >= depth - self.tie(touch, depth)
 
