@@ -37,7 +37,7 @@ that no digit changes:
 | known surfaces       | solves of one seen before       | fitted.response.response                |
 | energy               | all but the force of a step     | paths.fitted_branch.FittedBranch.force  |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |
-| error estimate       | coarser lattice until asked for | lattice.state.estimated                 |
+| error estimate       | coarser lattice until asked for | lattice.accuracy.estimated              |
 | search for the line  | bracketing of the lines         | paths.fitted_branch.FittedBranch.follow |
 | cvxpy, matplotlib    | their imports                   | lattice.oracle.Oracle                   |
 """

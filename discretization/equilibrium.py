@@ -12,11 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from discretization.certificate import Certificate
+from discretization.label import label
 from discretization.lattice.shortest_path import Proof
+from discretization.parts import Parts, parts_of
 from energy import Assumption, Scene
+from energy.validity import Deformation, assumptions
 
 Array = NDArray[np.float64]
-_ONE_SIDED = 1e-9
+_SAMPLES = 257  # of each contact
+_ONE_SIDED = 1e-9  # of the room beside a corner, to read the slope on one side of it
+_BESIDE = 64 * float(np.finfo(float).eps)  # of |x|, so that x + step is beside a moved corner, too
 QUANTITIES = ("half_width", "force", "energy")
 
 
@@ -50,11 +55,11 @@ class Equilibrium:
 
     contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
     themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
-    without contact; label "global", "metastable", "neutral" or "detached"; tail: the free surface;
+    without contact; tail: the free surface;
     errors: `error_estimate`, or the function of this state that finds it when it is asked for;
     scales: of force and energy, the sums of their terms' absolute values; spacing: nan where there
     are no nodes; proof: why no state on these nodes has a lower energy, where `shortest_path` has
-    found it.
+    found it; neutral: whether a line rests anywhere in a range at no cost.
     """
 
     scene: Scene
@@ -64,7 +69,6 @@ class Equilibrium:
     pinned: NDArray[np.bool_]
     force: float
     energy: float
-    label: str
     certificate: Certificate
     tail: Tail
     scales: dict[str, float]
@@ -73,11 +77,71 @@ class Equilibrium:
     branch: str
     spacing: float
     proof: Proof | None = None
+    neutral: bool = False
 
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
-        """Relative errors of half_width, force and energy, the last two relative to `scales`."""
+        """Relative errors of half_width, force and energy, the last two relative to `scales`.
+
+        Infinite: not resolved, the lattice is too coarse for an estimate; see lattice.accuracy.
+        """
         return self.errors(self) if callable(self.errors) else self.errors
+
+    @property
+    def uncertainty(self) -> dict[str, float]:
+        """`error_estimate` as absolute errors: of half_width [length], force and energy."""
+        link = 0.0 if math.isnan(self.spacing) else self.spacing
+        scales = {"half_width": self.half_width or link, **self.scales}
+        found = ((name, error, scales[name]) for name, error in self.error_estimate.items())
+        return {name: error * (scale or 1.0) for name, error, scale in found}
+
+    @functools.cached_property
+    def label(self) -> str:
+        """ "global", "metastable", "adhered", "neutral" or "detached"; see discretization.label."""
+        return label(self)
+
+    @functools.cached_property
+    def range_of_heights(self) -> tuple[float, float]:
+        """Least and largest f in contact, looked for at many points; nan without contact.
+
+        Where the layer is pressed anywhere, the least is that of the whole profile: were it free,
+        the surface would stand above it by more than anywhere in contact.
+        """
+        if not self.contacts.size:
+            return math.nan, math.nan
+        f = self.scene.indenter.height(self._points_in_contact())
+        return float(f.min()), float(f.max())
+
+    def _points_in_contact(self) -> Array:
+        """Many x in contact, with the ends, corners, knots and the apex among them."""
+        indenter, known = self.scene.indenter, self.contacts
+        if not np.isfinite(known).all():
+            return np.zeros(1)
+        even = np.linspace(known[:, 0], known[:, 1], _SAMPLES).ravel()
+        apex = [] if indenter.apex is None else [indenter.apex]
+        kinks = np.concatenate(
+            [np.asarray(p, float) for p in (indenter.corners, indenter.knots, apex)]
+        )
+        return np.concatenate([even, kinks[self._inside(kinks)]])
+
+    @property
+    def indentation(self) -> float:
+        """Depth below first touch, d - min f; negative while the layer is only pulled."""
+        return self.depth - self.range_of_heights[0]
+
+    @functools.cached_property
+    def _parts(self) -> Parts:
+        return parts_of(self)
+
+    @property
+    def energy_parts(self) -> dict[str, float]:
+        """Energy [energy/length] of springs, surface and adhesion; see discretization.parts."""
+        return dict(self._parts.energy)
+
+    @property
+    def force_parts(self) -> dict[str, float]:
+        """Force [force/length] of the pressure (9) and of the lines (10); likewise."""
+        return dict(self._parts.force)
 
     @property
     def half_width(self) -> float:
@@ -93,9 +157,7 @@ class Equilibrium:
         sides = np.array([-1.0, 1.0])
         width = self.contacts[:, 1:] - self.contacts[:, :1]
         inward = np.where(self.pinned & (width > 0), -sides, np.where(self.pinned, sides, 0.0))
-        reach = np.where(width > 0, width, abs(self.depth))
-        aside = np.clip(self.contacts + _ONE_SIDED * reach * inward, *self.scene.indenter.extent)
-        f1 = self.scene.indenter.slope(aside)
+        f1 = self._slopes_beside(np.where(width > 0, width, self._rooms()) * inward)
         u = self.depth - self.scene.indenter.height(self.contacts)
         outwards = self.tail.slope(u) if self.scene.gamma1 else np.zeros_like(u)
         if len(u) > 1:
@@ -103,6 +165,30 @@ class Equilibrium:
             outwards[:-1, 1] = self.tail.slope_between(width, right, left)
             outwards[1:, 0] = self.tail.slope_between(width, left, right)
         return sides * f1, outwards
+
+    def _rooms(self) -> Array:
+        """Distances (m, 1) from each contact to the nearest corner or end of the profile, or l."""
+        indenter, at = self.scene.indenter, self.contacts[:, :1]
+        known = np.concatenate([indenter.corners, indenter.extent])
+        apart = np.abs(np.append(known, math.inf) - at)
+        nearest = np.where(apart > 0, apart, math.inf).min(axis=1, keepdims=True)
+        own = self.scene.elastocapillary_length or self.scene.layer.h
+        return np.where(np.isfinite(nearest), nearest, own)
+
+    def _slopes_beside(self, room: Array) -> Array:
+        """f' at the contact lines (m, 2), on the side towards x + room; at x itself without room.
+
+        2f'(x + s) - f'(x + 2s) with a short s leaves an error of s² only.
+        """
+        step = _ONE_SIDED * room
+        step += np.sign(room) * _BESIDE * np.abs(self.contacts)
+        near, far = (
+            self.scene.indenter.slope(
+                np.clip(self.contacts + steps * step, *self.scene.indenter.extent)
+            )
+            for steps in (1, 2)
+        )
+        return np.asarray(2 * near - far)
 
     @property
     def angle_deficits(self) -> Array:
@@ -173,13 +259,17 @@ class Equilibrium:
 
     @property
     def validity(self) -> tuple[Assumption, ...]:
-        """How far the assumptions of the model hold here; see Scene.validity."""
-        steepest = farthest = 0.0
-        if self.contacts.size and np.isfinite(self.contacts).all():
-            steepest = float(np.max(np.abs(self.line_slopes)))
-            lifted = self.depth - self.scene.indenter.height(self.contacts)
-            farthest = float(np.max(np.abs(lifted)))
-        return self.scene.validity(self.depth, self.half_width, steepest, farthest)
+        """How far the assumptions of the model hold here; see energy.validity."""
+        return assumptions(self.scene, self._deformation() if self.contacts.size else None)
+
+    def _deformation(self) -> Deformation:
+        """What the contact does to the layer; free surfaces move and bend most at their lines."""
+        steepest = float(np.abs(self.scene.indenter.slope(self._points_in_contact())).max())
+        if np.isfinite(self.contacts).all():
+            steepest = max(steepest, float(np.max(np.abs(self.line_slopes))))
+        farthest = max(abs(self.depth - height) for height in self.range_of_heights)
+        narrowest = float(np.min(self.contacts[:, 1] - self.contacts[:, 0])) / 2
+        return Deformation(self.indentation, farthest, narrowest, steepest)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -187,12 +277,16 @@ class Equilibrium:
         return tuple(str(a) for a in self.validity if not a.holds)
 
     def __str__(self) -> str:
-        error, kind = self.error_estimate, f"{self.label}, {self.branch} branch, {self.method}"
+        kind = f"{self.label}, {self.branch} branch, {self.method}"
+        error = {
+            name: f"± {size:.1e}" if math.isfinite(size) else "not resolved: use smaller spacing"
+            for name, size in self.uncertainty.items()
+        }
         lines = [
             f"depth        d = {self.depth:.10g}   ({kind})",
-            f"half-width   a = {self.half_width:.10g}   (relative error {error['half_width']:.1e})",
-            f"force        P = {self.force:.10g}   (relative error {error['force']:.1e})",
-            f"energy       U = {self.energy:.10g}   (relative error {error['energy']:.1e})",
+            f"half-width   a = {self.half_width:.10g}   ({error['half_width']})",
+            f"force        P = {self.force:.10g}   ({error['force']})",
+            f"energy       U = {self.energy:.10g}   ({error['energy']})",
             f"angle        θ = {self.contact_angle:.10g} rad   (π - θ = {self.angle_deficit:.6g})",
         ]
         return "\n".join(lines + [f"validity     {a}" for a in self.validity])
@@ -216,7 +310,6 @@ def detached(
         pinned=none.astype(bool),
         force=0.0,
         energy=0.0,
-        label="detached",
         certificate=certificate,
         tail=tail,
         scales={"force": 0.0, "energy": 0.0},

@@ -18,7 +18,7 @@ from discretization.paths.history import History, on_mesh, on_nodes
 from discretization.paths.load_path import LoadPath
 from energy import Scene
 from energy.checks import array, finite, option, positive
-from energy.description import described
+from energy.description import alike, described
 
 Array = NDArray[np.float64]
 DEPTH = Control(None)
@@ -100,7 +100,7 @@ def _go_to_end(path: LoadPath, history: History) -> None:
     """Put a path where this one ended."""
     last = history.at(-1)
     path.step, path.value = len(history.values), float(history.values[-1])
-    path.point = Point(last.depth, path.branch.contact(*last.lines))
+    path.point = Point(last.depth, path.branch.contact(last.depth, *last.lines))
     path.trail = [*zip(history.values[-2:].tolist(), history.depth[-2:].tolist(), strict=True)]
 
 
@@ -143,7 +143,7 @@ def _same(after: History, history: History) -> None:
                 f"{name} = {getattr(history, name)!r} differs from that of the path to continue, "
                 f"{getattr(after, name)!r}; give the same"
             )
-    if described(after.scene) != described(history.scene):
+    if not alike(described(after.scene), described(history.scene)):
         raise ValueError(
             f"scene = {history.scene!r} is not that of the path to continue; give the same"
         )

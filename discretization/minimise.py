@@ -27,7 +27,7 @@ def minimise(
 ) -> Equilibrium:
     """Equilibrium of the scene at an imposed depth: min U[u] s.t. u >= d - f.
 
-    branch "adhered": the metastable state of the quasi-static path that touches first and then
+    branch "adhered": the state of the quasi-static path that touches first and then
     moves to this depth; with several contacts (small slopes) followed on a lattice from event to
     event; w = 0 is convex, and for γ₁ = 0 springs are independent: nothing to follow there.
     "global": the lowest energy of all states, detached included.

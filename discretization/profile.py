@@ -1,12 +1,12 @@
 """The profile resolved on its own scale: samples between which nothing happens unseen.
 
 An indenter is given by two functions, f(x) and f'(x). Before anything is looked for on it, it is
-sampled where contact is possible until the cubic through heights and slopes of neighbouring samples
-predicts the slope in between:
+sampled until the cubic through heights and slopes of neighbouring samples predicts the slope in
+between to a part of what a contact line notices, √(2w/γ₁), or of how the slope varies there:
 
-    |f'(x) - cubic'(x)| <= tolerance,    at two points of every interval.
+    |f'(x) - cubic'(x)| <= max(√(2w/γ₁)/64, range of f'/256),    at two points of every interval.
 
-Corners are kept twice, with the slope on either side, and the local minima of f are samples, too.
+Corners are kept twice, with the slope on either side, and the local extremes of f are samples, too.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ MOST = 200_000  # samples
 _FIRST = 512  # samples of the first pass
 _TESTS = (0.381966, 0.723607)  # irrational parts of an interval: no period falls on both
 _PART = 1 / 64  # of √(2w/γ₁), which a slope must change by for a contact line to notice
-_OF_STEEPEST = 1 / 512  # of the largest slope, where w = 0
+_OF_RANGE = 1 / 256  # of how much the slope varies within an interval
+_NOISE = 1e-12  # of the steepest slope: it is not known better
 _FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
 _ROUNDS = 48
 _HALVINGS = 60
-_ASIDE = 64 * float(np.finfo(float).eps)  # of |x|, to read a slope beside a corner
-_MARGIN = 0.125  # of δ₀ and of the depth, by which the window reaches beyond possible contact
+_ASIDE = 4 * float(np.finfo(float).eps)  # of |x|, to read a slope beside a corner
+_MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
 _WIDEST = 2.0**40
 
@@ -81,24 +82,24 @@ class Resolved:
         """x of the corners in the window."""
         return self.x[1:][np.diff(self.x) == 0]
 
+    def falls(self, slopes: str) -> Array:
+        """By how much the slope falls at the corners; for finite slopes the inclination [rad]."""
+        at = np.flatnonzero(np.diff(self.x) == 0)
+        one, other = self.slope[at], self.slope[at + 1]
+        return np.asarray(np.arctan(one) - np.arctan(other) if slopes == "finite" else one - other)
+
 
 def resolve(scene: Scene, depth: float) -> Resolved:
-    """The profile of a scene where contact is possible at depths up to this one.
+    """The profile of a scene; of an endless one what may be in contact at depths up to this one.
 
     AccuracyWarning where MOST samples do not resolve it; ValueError for a profile without a lowest
     point, or with heights that are not finite.
     """
     indenter = scene.indenter
-    window = _window(scene, depth)
-    cuts = _cuts(indenter, window)
-    x, f, slope, resolved = _refined(scene, depth, cuts, _FIRST)
-    inside = _contact_possible(scene, depth, x, f)
-    if x[inside[1]] - x[inside[0]] < (x[-1] - x[0]) / 4:  # resolve what remains afresh
-        cuts = _cuts(indenter, (float(x[inside[0]]), float(x[inside[1]])))
-        x, f, slope, resolved = _refined(scene, depth, cuts, _FIRST)
+    *samples, resolved = _refined(scene, _cuts(indenter, _window(scene, depth)))
     if not resolved:
-        warnings.warn(_unresolved(x), AccuracyWarning, stacklevel=4)
-    return Resolved(indenter, *_with_minima(indenter, x, f, slope), resolved)
+        warnings.warn(_unresolved(samples[0]), AccuracyWarning, stacklevel=4)
+    return Resolved(indenter, *_with_extremes(indenter, *samples), resolved)
 
 
 def _unresolved(x: Array) -> str:
@@ -161,23 +162,19 @@ def _cuts(indenter: Indenter, window: tuple[float, float]) -> Array:
     return np.unique(np.concatenate([window, inner]))
 
 
-def _refined(scene: Scene, depth: float, cuts: Array, first: int) -> tuple[Array, Array, Array, bool]:
+def _refined(scene: Scene, cuts: Array) -> tuple[Array, Array, Array, bool]:
     """Samples x, f, f' of the pieces between cuts, corners twice; whether they resolve them."""
     indenter, corners = scene.indenter, np.asarray(scene.indenter.corners, float)
-    count = np.maximum(1, np.ceil(np.diff(cuts) / np.ptp(cuts) * first)).astype(int)
+    count = np.maximum(1, np.ceil(np.diff(cuts) / np.ptp(cuts) * _FIRST)).astype(int)
     t = np.concatenate([np.arange(n) / n for n in count.tolist()])
-    start, width = np.repeat(cuts[:-1], count), np.repeat(np.diff(cuts), count)
-    lo = start + width * t
+    lo = np.repeat(cuts[:-1], count) + np.repeat(np.diff(cuts), count) * t
     hi = np.append(lo[1:], cuts[-1])
     low, high = (_read(indenter, corners, x, side) for x, side in ((lo, 1), (hi, -1)))
     done: list[Array] = []
     least, total = _FINEST * float(np.ptp(cuts)), lo.size
-    touch, steepest = float(low[0].min()), 0.0
+    tolerance = _tolerance(scene, float(np.abs([low[1], high[1]]).max()))
     for _ in range(_ROUNDS):
-        touch = min(touch, float(low[0].min(initial=math.inf)))
-        steepest = max(steepest, _steepest(low, high))
-        rough = _unpredicted(indenter, lo, hi, low, high, _tolerance(scene, steepest))
-        rough &= _low(lo, hi, low, high, _level(scene, depth, touch)) & (hi - lo > least)
+        rough = _unpredicted(indenter, lo, hi, low, high, tolerance) & (hi - lo > least)
         done.append(np.array([lo, hi, *low, *high])[:, ~rough])
         lo, hi, low, high = lo[rough], hi[rough], low[:, rough], high[:, rough]
         total += lo.size
@@ -205,52 +202,39 @@ def _read(indenter: Indenter, corners: Array, x: Array, side: int) -> Array:
 
 
 def _tolerance(scene: Scene, steepest: float) -> float:
-    """What a slope may be mispredicted by."""
-    if scene.gamma1 and scene.work_of_adhesion:
-        kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-        return max(_PART * min(kink, steepest), 1e-10 * steepest)
-    return _OF_STEEPEST * steepest
-
-
-def _steepest(low: Array, high: Array) -> float:
-    return float(max(np.abs(low[1]).max(initial=0.0), np.abs(high[1]).max(initial=0.0)))
+    """What a slope may be mispredicted by wherever it is."""
+    noise = _NOISE * steepest
+    if not (scene.gamma1 and scene.work_of_adhesion):
+        return noise
+    return max(_PART * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1), noise)
 
 
 def _unpredicted(
     indenter: Indenter, lo: Array, hi: Array, low: Array, high: Array, tolerance: float
 ) -> NDArray[np.bool_]:
     """Intervals within which the cubic does not predict the slope."""
-    width, rough = hi - lo, np.zeros(lo.size, bool)
+    width, off = hi - lo, np.zeros(lo.size)
     secant = (high[0] - low[0]) / width
+    least, most = np.minimum(low[1], high[1]), np.maximum(low[1], high[1])
     for t in _TESTS:
         guess = low[1] * (1 - t) * (1 - 3 * t) + high[1] * t * (3 * t - 2)
         guess += 6 * t * (1 - t) * secant
-        rough |= np.abs(np.asarray(indenter.slope(lo + t * width)) - guess) > tolerance
-    return rough
+        slope = np.asarray(indenter.slope(lo + t * width), float)
+        off = np.maximum(off, np.abs(slope - guess))
+        least, most = np.minimum(least, slope), np.maximum(most, slope)
+    return np.asarray(off > np.maximum(tolerance, _OF_RANGE * (most - least)))
 
 
-def _low(lo: Array, hi: Array, low: Array, high: Array, level: float) -> NDArray[np.bool_]:
-    """Intervals in which the profile may be below a level."""
-    drop = (hi - lo) * np.maximum(np.abs(low[1]), np.abs(high[1])) / 2
-    return np.minimum(low[0], high[0]) - drop <= level
-
-
-def _contact_possible(scene: Scene, depth: float, x: Array, f: Array) -> tuple[int, int]:
-    """First and last sample around all that are below the level of possible contact."""
-    below = np.flatnonzero(f <= _level(scene, depth, float(f.min())))
-    return max(0, int(below[0]) - 1), min(x.size - 1, int(below[-1]) + 1)
-
-
-def _with_minima(
+def _with_extremes(
     indenter: Indenter, x: Array, f: Array, slope: Array
 ) -> tuple[Array, Array, Array]:
-    """Samples with the local minima of f, where f' changes sign between two of them."""
-    turns = np.flatnonzero((slope[:-1] < 0) & (slope[1:] > 0) & (np.diff(x) > 0))
-    lo, hi = x[turns], x[turns + 1]
+    """Samples with the local extremes of f, where f' changes sign between two of them."""
+    turns = np.flatnonzero((slope[:-1] * slope[1:] < 0) & (np.diff(x) > 0))
+    lo, hi, falls = x[turns], x[turns + 1], slope[turns] < 0
     for _ in range(_HALVINGS if turns.size else 0):
         middle = (lo + hi) / 2
-        falls = np.asarray(indenter.slope(middle)) < 0
-        lo, hi = np.where(falls, middle, lo), np.where(falls, hi, middle)
+        before = (np.asarray(indenter.slope(middle)) < 0) == falls
+        lo, hi = np.where(before, middle, lo), np.where(before, hi, middle)
     new = (hi > x[turns]) & (hi < x[turns + 1])
     at, turns = hi[new], turns[new]
     read = heights(indenter, at), np.asarray(indenter.slope(at), float)

@@ -29,8 +29,9 @@ from energy.layer import ElasticLayer
 from energy.pattern import Patches
 from energy.profile_file import read_profile
 from energy.sampled import Sampled
-from energy.scene import Assumption, Scene
+from energy.scene import Scene
 from energy.surfaces import SurfaceEnergies
+from energy.validity import Assumption
 
 __all__ = [
     "Assumption",

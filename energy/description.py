@@ -34,6 +34,11 @@ def described(thing: Any) -> Any:
         return thing if thing is None or isinstance(thing, (str, bool)) else repr(type(thing))
     if isinstance(thing, Profile):
         return {"type": "Profile", "extent": [float(end) for end in thing.extent]}
+    if isinstance(thing, SurfaceEnergies):
+        return {
+            "type": "SurfaceEnergies",
+            **{name: float(value) for name, value in thing.given.items()},
+        }
     given = {f.name: described(getattr(thing, f.name)) for f in fields(thing) if f.init}
     return {"type": type(thing).__name__, **given}
 
@@ -48,4 +53,20 @@ def rebuilt(description: Any) -> Any:
             f"type = {description.get('type')!r} cannot be rebuilt from its description; pass the "
             "scene that was used"
         )
-    return kind(**{name: rebuilt(part) for name, part in description.items() if name != "type"})
+    parts = {name: rebuilt(part) for name, part in description.items() if name != "type"}
+    return SurfaceEnergies.from_work(**parts) if "w" in parts else kind(**parts)
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two descriptions are of equal things, however their surface energies were given."""
+    return bool(_spelt_out(one) == _spelt_out(other))
+
+
+def _spelt_out(description: Any) -> Any:
+    """The description with γ₁, γ₂, γ₁₂ for surface energies given by γ₁ and w."""
+    if not isinstance(description, dict):
+        return description
+    if description.get("type") == "SurfaceEnergies":
+        made = rebuilt(description)
+        return made.gamma1, made.gamma2, made.gamma12
+    return {name: _spelt_out(part) for name, part in description.items()}

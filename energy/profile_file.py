@@ -3,40 +3,64 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from energy import units
 from energy.checks import positive
 from energy.sampled import Sampled
+from energy.text_table import Layout, TextTable, read_table
 
 Array = NDArray[np.float64]
-TEXT = (".txt", ".csv", ".dat", ".tsv", ".xyz")
-_SEPARATORS = str.maketrans(",;\t", "   ")
+TEXT = (".txt", ".csv", ".dat", ".tsv", ".xyz", ".asc", ".prn")
+NAMES = ("x", "z")
 
 
-def read_profile(path: str | Path, *, kind: str = "linear", unit: float = 1.0) -> Sampled:
-    """A `Sampled` profile from a file of positions x and heights z, both in `unit` metres.
+def read_profile(
+    path: str | Path,
+    *,
+    kind: str = "linear",
+    unit: float | None = None,
+    columns: Sequence[str | int] | None = None,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    encoding: str | None = None,
+    skip: int = 0,
+) -> Sampled:
+    """A `Sampled` profile from a file of positions x and heights z.
 
-    Text (.txt, .csv, .dat, .tsv, .xyz): two columns separated by blanks, tabs, commas or
-    semicolons; lines that start with # and one line of column names are skipped. .npz: arrays `x`
-    and `z`. Anything else is a line scan, read by the library SurfaceTopography where installed; a
-    unit that the file states counts, not `unit`. Heights are upwards from the indenter's lowest
-    level, as in `Sampled`.
+    unit: of x and z in metres, where the file does not state it; 1 if it is not given either.
+    Text (.txt, .csv, .dat, .tsv, .xyz, .asc, .prn): what delimits the columns, the decimal mark,
+    the encoding and the lines to skip above the data are found, or as in `text_table.Layout` where
+    given. columns: of x and of z, by name or by number from 1, with a unit where the header has
+    none ("height [nm]"); without it those named x and z, or the two there are. .npz: arrays `x`
+    and `z`. Anything else is a line scan, read by the library SurfaceTopography where installed. A
+    unit that the file states is used, for x and for z. Heights are upwards from the indenter's
+    lowest level, as in `Sampled`.
 
-    ValueError for a file that holds no such columns, and for what `Sampled` refuses.
+    ValueError naming file, line and what was expected for a file that holds no such columns or can
+    be read in more than one way, for a `unit` beside one that the file states, and for what
+    `Sampled` refuses.
     """
-    path, unit = Path(path), positive("unit", unit)
+    path, given = Path(path), None if unit is None else positive("unit", unit)
     if not path.is_file():
         raise ValueError(f"path = {str(path)!r} is no file; give the name of a measured profile")
-    if path.suffix.lower() == ".npz":
-        x, z = (unit * column for column in _arrays(path))
-    elif path.suffix.lower() in TEXT:
-        x, z = (unit * column for column in _columns(path))
+    layout, text = Layout(delimiter, decimal, encoding, skip), path.suffix.lower() in TEXT
+    if not text and (columns is not None or layout != Layout()):
+        raise ValueError(
+            f"path = {str(path)!r}: columns and layout are for text ({', '.join(TEXT)}); "
+            "leave them out, or name the file so"
+        )
+    if text:
+        x, z = _columns(read_table(path, layout), columns, given)
+    elif path.suffix.lower() == ".npz":
+        x, z = ((given or 1.0) * column for column in _arrays(path))
     else:
-        x, z = _topography(path, unit)
+        x, z = _topography(path, given or 1.0)
     try:
         return Sampled(x, z, kind)
     except ValueError as error:
@@ -52,29 +76,44 @@ def _arrays(path: Path) -> tuple[Array, Array]:
         return np.asarray(file["x"], float), np.asarray(file["z"], float)
 
 
-def _columns(path: Path) -> tuple[Array, Array]:
-    rows: list[list[float]] = []
-    named = False
-    for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1):
-        words = line.split("#")[0].translate(_SEPARATORS).split()
-        if not words:
-            continue
-        try:
-            rows.append([float(word) for word in words])
-        except ValueError:
-            if rows or named:
-                raise ValueError(
-                    f"path = {str(path)!r}, line {number}: {line!r} is not two numbers; "
-                    "remove it or start it with #"
-                ) from None
-            named = True
-            continue
-        if len(words) != 2:
-            raise ValueError(
-                f"path = {str(path)!r}, line {number}: {len(words)} columns; give two, x and z"
-            )
-    table = np.array(rows, float).reshape(-1, 2)
-    return table[:, 0], table[:, 1]
+def _columns(
+    table: TextTable, columns: Sequence[str | int] | None, given: float | None
+) -> tuple[Array, Array]:
+    """x and z in metres."""
+    wanted = _wanted(table) if columns is None else tuple(columns)
+    if len(wanted) != 2:
+        raise ValueError(f"columns = {wanted!r} must be two: that of x and that of z")
+    x, z = (_length(table, column, given) for column in wanted)
+    return x, z
+
+
+def _wanted(table: TextTable) -> tuple[str | int, ...]:
+    """The columns named x and z, or the first and second of two, unless a name says otherwise."""
+    if all(len(table.find(name)) == 1 for name in NAMES):
+        return NAMES
+    swapped = table.find("x") == [1] or table.find("z") == [0]
+    if len(table.columns) != 2 or swapped:
+        raise ValueError(
+            f"{table.path}: {table.told()}; give a file with two columns, x and z, or their names "
+            "or numbers with columns"
+        )
+    return 1, 2
+
+
+def _length(table: TextTable, column: str | int, given: float | None) -> Array:
+    place, unit = table.place(*units.named(str(column)))
+    size = units.size(unit, "length") if unit else given or 1.0
+    if size is None:
+        raise ValueError(
+            f"{table.path}: the unit {unit!r} of column {column!r} is no length; correct it to m, "
+            "mm, µm or nm"
+        )
+    if unit and given is not None and abs(size / given - 1) > 1e-9:
+        raise ValueError(
+            f"{table.path}: unit = {given!r} contradicts the file's own {unit!r} of column "
+            f"{column!r}; leave unit out or correct the file"
+        )
+    return size * table.numbers(place)
 
 
 def _topography(path: Path, unit: float) -> tuple[Array, Array]:

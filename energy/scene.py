@@ -1,11 +1,10 @@
-"""A scene: layer, surfaces and indenter, and how far the model's assumptions hold in it."""
+"""A scene: layer, surfaces and indenter."""
 
 from __future__ import annotations
 
 import functools
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 from energy.checks import option
 from energy.indenter import Indenter, as_indenter
@@ -13,24 +12,6 @@ from energy.layer import ElasticLayer
 from energy.pattern import Patches
 from energy.surfaces import SurfaceEnergies
 from energy.terms import SLOPES
-
-
-class Assumption(NamedTuple):
-    """One assumption of the model: a dimensionless measure that should stay below its limit."""
-
-    name: str
-    value: float
-    limit: float
-    consequence: str
-
-    @property
-    def holds(self) -> bool:
-        """Whether the measure does not exceed its limit."""
-        return self.value <= self.limit
-
-    def __str__(self) -> str:
-        verdict = "holds" if self.holds else f"VIOLATED: {self.consequence}"
-        return f"{self.name} = {self.value:.3g} (limit {self.limit:g}): {verdict}"
 
 
 @dataclass(frozen=True)
@@ -115,40 +96,3 @@ class Scene:
     def hysteretic(self) -> bool:
         """Whether a contact line resists both ways: two works of adhesion, or springs alone."""
         return self.opening is not None or not self.gamma1
-
-    def validity(
-        self, depth: float, half_width: float, slope: float, displacement: float = 0.0
-    ) -> tuple[Assumption, ...]:
-        """How far the assumptions of the model hold at an equilibrium.
-
-        depth d, contact half-width a, steepest surface inclination |slope| and largest displacement
-        |u| at the contact lines: a surface lifted far strains the layer at any d. Conditions of
-        Sections 2 and 6: d ≪ h ≪ a, slopes ≪ 1, 2w ≪ γ₁, and for a nearly incompressible layer
-        (h/a)² ≪ 1 - 2ν. "≪" is read as "less than a tenth of".
-        """
-        h, nu = self.layer.h, self.layer.nu
-        report = [Assumption("d/h", abs(depth) / h, 0.1, "the layer is strained beyond linearity")]
-        if half_width > 0:
-            report += [
-                Assumption(
-                    "u/h", abs(displacement) / h, 0.1, "the layer is strained beyond linearity"
-                ),
-                Assumption("h/a", h / half_width, 0.1, "the layer is not thin against the contact"),
-                Assumption(
-                    "(h/a)²/(1-2ν)",
-                    (h / half_width) ** 2 / (1 - 2 * nu),
-                    0.1,
-                    "nearly incompressible: material flows sideways, springs are not independent",
-                ),
-            ]
-        if self.slopes == "small":
-            ratio = 2 * self.work_of_adhesion / self.gamma1 if self.gamma1 else math.inf
-            if self.work_of_adhesion == 0:
-                ratio = 0.0
-            report += [
-                Assumption(
-                    "slope", abs(slope), 0.1, "surfaces are too steep for small-slope energies"
-                ),
-                Assumption("2w/γ₁", ratio, 0.1, "the contact angle is far from π"),
-            ]
-        return tuple(report)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from energy.checks import finite, not_negative
 
@@ -14,13 +14,16 @@ _ROUNDING = 1e-15
 class SurfaceEnergies:
     """Specific surface energies [energy/area].
 
-    gamma1: free surface of the layer; gamma2: indenter; gamma12: their interface.
+    gamma1: free surface of the layer; gamma2: indenter; gamma12: their interface. Only gamma1 and
+    the work of adhesion matter; given_by_work: whether they were given, so that the other two are
+    not told to anyone.
     ValueError if gamma1 is negative or the work of adhesion would be.
     """
 
     gamma1: float
     gamma2: float
     gamma12: float
+    given_by_work: bool = field(default=False, init=False, compare=False)
 
     def __post_init__(self) -> None:
         not_negative("gamma1", self.gamma1)
@@ -39,7 +42,20 @@ class SurfaceEnergies:
 
         ValueError if one is negative.
         """
-        return cls(gamma1=gamma1, gamma2=not_negative("w", w), gamma12=gamma1)
+        made = cls(gamma1=gamma1, gamma2=not_negative("w", w), gamma12=gamma1)
+        object.__setattr__(made, "given_by_work", True)
+        return made
+
+    @property
+    def given(self) -> dict[str, float]:
+        """The numbers it was made of: gamma1 and w, or gamma1, gamma2 and gamma12."""
+        if self.given_by_work:
+            return {"gamma1": self.gamma1, "w": self.gamma2}
+        return {"gamma1": self.gamma1, "gamma2": self.gamma2, "gamma12": self.gamma12}
+
+    def __repr__(self) -> str:
+        maker = "SurfaceEnergies.from_work" if self.given_by_work else "SurfaceEnergies"
+        return f"{maker}({', '.join(f'{name}={value!r}' for name, value in self.given.items())})"
 
     @property
     def work_of_adhesion(self) -> float:

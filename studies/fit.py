@@ -3,11 +3,15 @@
     min over p of Σ (Pᵢ - P(dᵢ - d₀; p))²,   p from log w, log γ₁, log Ẽ/h and the depth offset d₀,
 
 over the points in contact, P along discretization.load_path through the measured depths in their
-order (loading, unloading). DATA.csv has two columns, their names with units above them, such as
-`depth [µm], force [mN/m]`; lines that begin with # are passed over. The scene file gives the rest
-and where the search begins; its depth and [path] do not matter. Points whose force is noise at
-both ends of the curve are out of contact and take no part; where the simulated contact lets go
-before the measured one, its force is continued along the tangent, so that residuals are smooth.
+order (loading, unloading; a contact that is lost and touches again begins anew). With `opening` the
+work of adhesion of a contact that opens is fitted too, from a loop of loading and unloading. DATA
+has columns named depth and force, with units above them, such as `depth [µm], force [mN/m]`; the
+delimiter, decimal mark, encoding and preamble are found, other columns and forces in newtons need
+the options below or a table [measured] in the scene file (studies/scene_measured.py). Instrument
+files are read with the extra elastocap[afm]. The scene file gives the rest and where the search
+begins; its depth and [path] do not matter. Points whose force is noise at both ends of a contact
+take no part; where the simulated contact lets go before the measured one, its force is continued
+along the tangent, so that residuals are smooth.
 
 Intervals at 95 %: linearised, p ± t(n - m) s √((JᵀJ)⁻¹)ᵢᵢ, s² = Σr²/(n - m); and profile, to be
 trusted where the two differ: all values of pᵢ at which the sum of squares, the others fitted anew,
@@ -16,12 +20,18 @@ interval spans more than a factor e to either side is reported as not identifiab
 combination for which the Jacobian's condition exceeds 100: the curve does not fix it. (While a line
 is pinned, as at the edge of a flat punch, the force does not feel w: only the letting go does.)
 
+The model does not fit, and there are no intervals, where the residual s exceeds twice the noise
+that the third differences of the data show, or keeps its sign over too many points (a runs test),
+or where the force out of contact is not zero in the mean (studies/fit_quality.py). A value at
+which the search ends is called a bound, not an estimate.
+
 Where contact begins and is lost between a clearly pulled point and one without force, these two
 depths count as measurements too, with the error of the interval between the points.
 
 Output: DATA_fit.csv, DATA_fit.png. --self-test: synthetic noisy data (of a built-in scene, or of
 --scene), fitted from a wrong start; fit_self_test.png; exit status 1 if fewer than 90 % of the
-intervals of a parameter hold the truth.
+intervals of a parameter hold the truth, or if of random curves with a reversed sign, a wrong zero
+or hysteresis one is not called, or of good ones more than 5 % are (studies/fit_failures.py).
 """
 
 from __future__ import annotations
@@ -32,11 +42,11 @@ from pathlib import Path
 
 import numpy as np
 
-from studies import command, fit_figure, fit_trials
+from studies import command, fit_figure, fit_trials, reading_options
 from studies.batches import tell
+from studies.curve_file import read_curve
 from studies.fit_estimate import Fit, fit
-from studies.fit_model import NAMES
-from studies.force_curve import read_curve
+from studies.fit_model import DEFAULT, NAMES
 from studies.scene_file import load
 
 
@@ -59,14 +69,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = command.parser("fit", __doc__, quick_means, jobs=1)
     parser.add_argument("data", type=Path, nargs="?", metavar="DATA.csv", help="measured curve")
     parser.add_argument("--scene", type=Path, metavar="FILE.toml", help="scene file to start from")
-    known = f"default: w gamma1; known: {' '.join(NAMES)}"
+    known = f"default: {' '.join(DEFAULT)}; known: {' '.join(NAMES)}"
     parser.add_argument(
-        "--parameters", nargs="+", default=["w", "gamma1"], metavar="NAME", help=known
+        "--parameters", nargs="+", default=list(DEFAULT), metavar="NAME", help=known
     )
     parser.add_argument("--self-test", action="store_true", help="synthetic data in place of DATA")
     parser.add_argument(
         "--trials", type=int, metavar="N", help="of --self-test; default: 100, quick 20"
     )
+    reading_options.add(parser)
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:
@@ -80,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.jobs > 1:
         parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
     given = load(options.scene)
-    curve = read_curve(options.data)
+    curve = read_curve(options.data, reading_options.reading(options, given.measured))
     found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]

@@ -15,24 +15,34 @@ from scipy.special import stdtrit
 
 from energy import Scene
 from studies.batches import Progress, each
-from studies.fit_model import FAR, Model, conditioning, minimum
-from studies.force_curve import Curve, in_contact
+from studies.fit_model import DEFAULT, Model, conditioning, minimum
+from studies.fit_quality import Quality, judged
+from studies.force_curve import Curve, in_contact, noise
 
 Array = NDArray[np.float64]
-UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m"}
+UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
 CONFIDENCE = 0.95
 LOOSE, CONDITION = 1.0, 100.0
+SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
 STEPS = (1.25, 2.5, 5.0, 10.0, 20.0)  # outwards, in half-widths of the linearised interval
 
 
+Interval = tuple[float, float]
+
+
 class Estimate(NamedTuple):
-    """A parameter, its linearised and profile intervals, and whether it is identifiable."""
+    """A parameter, its linearised and profile intervals, and whether it is identifiable.
+
+    bound: its value is the bound of the search; intervals are None where they are withheld (the
+    model does not fit, or bound), a profile also where it was not asked for or is not identifiable.
+    """
 
     name: str
     value: float
-    interval: tuple[float, float]
-    profile: tuple[float, float]
+    interval: Interval | None
+    profile: Interval | None
     identifiable: bool
+    bound: bool
 
 
 @dataclass(frozen=True)
@@ -40,7 +50,8 @@ class Fit:
     """A finished fit: the curve, which points are used (n,), the model, the estimates.
 
     best: what least_squares returned; condition: of the Jacobian with columns of unit length;
-    combination: coefficients of the coordinates that the data fix least.
+    combination: coefficients of the coordinates that the data fix least; quality: whether the
+    residual may be noise.
     """
 
     curve: Curve
@@ -50,6 +61,7 @@ class Fit:
     estimates: tuple[Estimate, ...]
     condition: float
     combination: tuple[float, ...]
+    quality: Quality
 
     @property
     def fitted(self) -> Array:
@@ -68,13 +80,20 @@ class Fit:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the data do not fix, in plain words."""
-        found = [
-            f"{e.name} is not identifiable from this curve: its interval is wider than a factor e; "
-            "set it in the scene and leave it out of --parameters, or measure up to the letting go"
-            for e in self.estimates
-            if not e.identifiable
-        ]
+        """Whether the model does not fit, and what the data do not fix, in plain words."""
+        found = [self.quality.told] if self.quality.told else []
+        for e in self.estimates:
+            if e.bound:
+                found.append(
+                    f"{e.name} = {e.value:.3g} {UNITS[e.name]} is the bound of the search, no "
+                    "estimate: start from other parameters, or leave it out of --parameters"
+                )
+            elif not e.identifiable:
+                found.append(
+                    f"{e.name} is not identifiable from this curve: its interval is wider than a "
+                    "factor e; set it in the scene and leave it out of --parameters, or measure "
+                    "up to the letting go"
+                )
         if self.condition > CONDITION:
             terms = zip(self.combination, self.model.names, strict=True)
             text = " ".join(f"{c:+.2f} log {name}" for c, name in terms)
@@ -85,37 +104,57 @@ class Fit:
     def __str__(self) -> str:
         rows = [f"{'parameter':12s}{'estimate':>13s}{'95 % linearised':>29s}{'95 % profile':>29s}"]
         for e in self.estimates:
-            spans = (f"[{low:.5g}, {high:.5g}]" for low, high in (e.interval, e.profile))
+            spans = (self._told(e, span) for span in (e.interval, e.profile))
             cells = "".join(f"{span:>29s}" for span in spans)
             rows.append(f"{e.name:12s}{e.value:>13.5g}{cells} {UNITS[e.name]}")
         count = f"{self.used.sum()} of {self.used.size} points in contact"
         ends = ", ".join(mark.kind for mark in self.model.ends) or "no end of contact"
-        rows.append(f"{count}, {ends} used; residual noise {self.residual_noise:.3g} N/m")
+        size = "" if math.isnan(self.quality.times) else f", {self.quality.times:.2g} × the noise"
+        rows.append(f"{count}, {ends} used; residual {self.residual_noise:.3g} N/m{size}")
         return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
+
+    def _told(self, estimate: Estimate, interval: Interval | None) -> str:
+        if interval is not None:
+            return f"[{interval[0]:.5g}, {interval[1]:.5g}]"
+        if estimate.bound:
+            return "bound of the search"
+        if not self.quality.fits:
+            return "withheld"
+        return "not sought" if estimate.identifiable else "open"
 
 
 def fit(
     scene: Scene,
     curve: Curve,
-    names: Sequence[str] = ("w", "gamma1"),
+    names: Sequence[str] = DEFAULT,
     *,
     profiles: bool = True,
     show: Callable[[Progress], object] = lambda progress: None,
 ) -> Fit:
     """Least squares on the simulator, starting from the scene; names out of fit_model.NAMES.
 
-    profiles: find the profile intervals too (nan without), which costs ten times as much. show
-    gets the progress over the parameters.
+    profiles: find the profile intervals too, which costs ten times as much. show gets the progress
+    over the parameters. Without a fit in the sense of fit_quality there are no intervals.
     ValueError for too few points in contact or a start at which there is no equilibrium.
     """
     model = Model.of(scene, names, curve)
     best = minimum(model, np.zeros(len(names)))
     condition, weakest, spread = conditioning(best.jac)
     reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
-    estimate = partial(_estimate, model, best, reach, profiles)
+    quality = _quality(model, best, curve)
+    estimate = partial(_estimate, model, best, reach, profiles, quality.fits)
     estimates = tuple(each(estimate, range(len(names)), 1, show))
     combination = tuple(weakest.tolist())
-    return Fit(curve, in_contact(curve), model, best, estimates, condition, combination)
+    return Fit(curve, in_contact(curve), model, best, estimates, condition, combination, quality)
+
+
+def _quality(model: Model, best: OptimizeResult, curve: Curve) -> Quality:
+    """Of the fit, against a noise of at least what simulated forces are to be trusted to."""
+    forces, ends = np.split(best.fun, [model.measured.size])
+    free = curve.force[model.detached(curve, best.x)]
+    sigma = noise(curve.force)
+    least = SIMULATED * float(np.abs(model.measured).max()) if sigma else 0.0
+    return judged(forces, ends, free, _spare(best), max(sigma, least))
 
 
 def _spare(best: OptimizeResult) -> int:
@@ -140,7 +179,8 @@ def profiled(model: Model, best: OptimizeResult, i: int, at: float) -> float:
     slope = np.linalg.lstsq(best.jac[:, others], -best.jac[:, i], rcond=None)[0]
     direction[others] = slope
     start = best.x + (at - best.x[i]) * direction
-    start[others] = np.clip(start[others], -FAR, FAR)
+    reach = model.limits[others]
+    start[others] = np.clip(start[others], -reach, reach)
     residuals = model.residuals(start)
     if not np.isfinite(residuals).all():
         return math.inf
@@ -150,20 +190,23 @@ def profiled(model: Model, best: OptimizeResult, i: int, at: float) -> float:
 
 
 def _estimate(
-    model: Model, best: OptimizeResult, reaches: Array, profiles: bool, i: int
+    model: Model, best: OptimizeResult, reaches: Array, profiles: bool, fits: bool, i: int
 ) -> Estimate:
     """Estimate and intervals of parameter i; reaches: half-widths of the linearised intervals."""
     x, name, reach = float(best.x[i]), model.names[i], float(reaches[i])
+    value, bound = model.value(name, x), model.on_bound(best.x, i)
+    identifiable = math.isfinite(reach) and (name == "offset" or reach <= LOOSE) and not bound
+    if bound or not fits:
+        return Estimate(name, value, None, None, identifiable, bound)
     ends = (-math.inf, math.inf) if name == "offset" else (0.0, math.inf)
     if math.isfinite(reach):
         ends = model.value(name, x - reach), model.value(name, x + reach)
-    identifiable = math.isfinite(reach) and (name == "offset" or reach <= LOOSE)
-    profile = (math.nan, math.nan)
+    profile = None
     if identifiable and profiles:
         low, high = (_profile_end(model, best, i, side * reach) for side in (-1, 1))
         identifiable = math.isfinite(high - low) and (name == "offset" or high - low <= 2 * LOOSE)
         profile = model.value(name, x + low), model.value(name, x + high)
-    return Estimate(name, model.value(name, x), ends, profile, identifiable)
+    return Estimate(name, value, ends, profile, identifiable, bound)
 
 
 def _profile_end(model: Model, best: OptimizeResult, i: int, reach: float) -> float:

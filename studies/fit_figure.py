@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studies.figures import BLUE, GREY, ORANGE
+from studies.force_curve import loading
 from studies.units import prefixed
 
 if TYPE_CHECKING:
@@ -25,15 +26,16 @@ def plot(found: Fit, title: str) -> Figure:
     depth, force = found.curve
     x, y = prefixed(depth, "m"), prefixed(force, "N/m")
     z = prefixed(force[found.used] - found.fitted, "N/m")
-    free, turn = ~found.used, np.argmax(depth)
+    free = ~found.used
     top.plot(depth[free] / x.size, force[free] / y.size, "x", color=GREY, label="out of contact")
-    unloading = np.flatnonzero(found.used) > turn
-    order = np.argsort(depth[found.used])
+    grows = loading(depth)[found.used]
     d, p = depth[found.used], force[found.used]
-    top.plot(d[order] / x.size, found.fitted[order] / y.size, "k-", lw=1.2, label="fit", zorder=3)
+    for number, piece in enumerate(found.model.pieces):
+        style = {"color": "black", "lw": 1.2, "zorder": 3, "label": "_" if number else "fit"}
+        top.plot(d[piece] / x.size, found.fitted[piece] / y.size, **style)
     for chosen, colour, marker, name in (
-        (~unloading, BLUE, "o", "loading"),
-        (unloading, ORANGE, "s", "unloading"),
+        (grows, BLUE, "o", "loading"),
+        (~grows, ORANGE, "s", "unloading"),
     ):
         style = {"ls": "", "color": colour, "marker": marker, "ms": 4, "label": name}
         top.plot(d[chosen] / x.size, p[chosen] / y.size, **style)
@@ -68,7 +70,7 @@ def plot_trials(record: Record) -> Figure:
                 continue
             scale = truth or 1.0
             middle = np.array([trial.value for _, trial in rows]) / scale
-            ends = np.array([trial.interval for _, trial in rows]).T / scale
+            ends = np.array([trial.interval or (trial.value,) * 2 for _, trial in rows]).T / scale
             number = [k for k, _ in rows]
             label = f"intervals {'with' if holds else 'without'} the truth: {len(rows)}"
             style = {"ls": "", "color": colour, "marker": marker, "ms": 3, "lw": 1}

@@ -12,11 +12,11 @@ import numpy as np
 
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-from studies import fit_figure
+from studies import fit_failures, fit_figure
 from studies.batches import Progress, each, tell
 from studies.command import Output
 from studies.fit_estimate import Fit, fit
-from studies.fit_model import parameters_of, scene_with
+from studies.fit_model import DEFAULT, parameters_of, scene_with
 from studies.force_curve import Curve
 
 NEEDED = 0.9  # of the intervals hold the truth
@@ -36,7 +36,7 @@ class Parameters:
     """
 
     scene: Scene = SCENE
-    names: tuple[str, ...] = ("w", "gamma1")
+    names: tuple[str, ...] = DEFAULT
     trials: int = 100
     steps: int = 40
     noise: float = 0.01
@@ -51,7 +51,7 @@ class Trial(NamedTuple):
     """One estimate, its linearised interval, and whether that and the profile hold the truth."""
 
     value: float
-    interval: tuple[float, float]
+    interval: tuple[float, float] | None
     holds: bool
     profile_holds: bool
 
@@ -116,7 +116,7 @@ def _tried(p: Parameters, start: Scene, truth: dict[str, float], curve: Curve) -
 
 def _judged(p: Parameters, found: Fit, i: int, truth: dict[str, float]) -> Trial:
     estimate, true = found.estimates[i], truth[p.names[i]]
-    low, high = estimate.interval
+    low, high = estimate.interval or (math.inf, -math.inf)  # withheld: it holds nothing
     holds = low <= true <= high
     inside = found.inside_profile(i, true) if p.profile else holds
     return Trial(estimate.value, estimate.interval, holds, inside)
@@ -141,7 +141,15 @@ def told(record: Record) -> str:
 def table(record: Record) -> tuple[list[str], list[list[object]]]:
     """Columns and a row per trial and parameter, SI."""
     rows: list[list[object]] = [
-        [number, name, record.truth[name], one.value, *one.interval, one.holds, one.profile_holds]
+        [
+            number,
+            name,
+            record.truth[name],
+            one.value,
+            *(one.interval or ("", "")),
+            one.holds,
+            one.profile_holds,
+        ]
         for number, trial in enumerate(record.trials, 1)
         for name, one in zip(record.parameters.names, trial, strict=True)
     ]
@@ -150,10 +158,14 @@ def table(record: Record) -> tuple[list[str], list[list[object]]]:
 
 
 def report(p: Parameters, out: Output, jobs: int = 1) -> int:
-    """Run, print, write; 1 if too few intervals hold the truth."""
+    """Run, print, write; 1 if too few intervals hold the truth, or a failure is not called."""
     record = run(p, jobs=jobs)
     written = [out.table("fit_self_test.csv", p, *table(record))]
     written += out.figure("fit_self_test", fit_figure.plot_trials(record))
     print(told(record))
+    failures = fit_failures.run(fit_failures.Parameters(p.scene, p.trials), jobs=jobs)
+    rows = fit_failures.table(failures)
+    written.append(out.table("fit_self_test_failures.csv", failures.parameters, *rows))
+    print(fit_failures.told(failures))
     print(f"written: {', '.join(map(str, written))}")
-    return 0 if record.passed else 1
+    return 0 if record.passed and failures.passed else 1

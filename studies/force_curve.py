@@ -1,22 +1,17 @@
-"""A measured force–depth curve: read from a file with units, its noise, its points in contact."""
+"""A measured force–depth curve: its turning points, its noise, its points in contact."""
 
 from __future__ import annotations
 
 import math
-import re
-from pathlib import Path
-from typing import NamedTuple, NoReturn
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.units import PREFIXES
-
 Array = NDArray[np.float64]
-_SIZES = {symbol: 10.0**power for power, symbol in PREFIXES.items()} | {"u": 1e-6, "μ": 1e-6}
-_P = "([" + "".join(_SIZES) + "]?)"
-KINDS = {"depth": re.compile(f"{_P}m"), "force": re.compile(f"{_P}N/{_P}m")}
-CLEAR = 5.0  # times the noise: a force that is there
+CLEAR = 5.0  # times the noise: a force, or a way back, that is there
+ROUNDING = 1e-9  # of a way back, relative to the range of depths
 
 
 class Curve(NamedTuple):
@@ -26,72 +21,57 @@ class Curve(NamedTuple):
     force: Array
 
 
-def read_curve(path: Path) -> Curve:
-    """Read two columns named depth and force with units. ValueError naming file and line."""
-    try:
-        text = path.read_text("utf-8-sig")
-    except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise ValueError(f"{path}: {why}; give a text file") from None
-    lines = [
-        (number, [cell.strip() for cell in re.split("[,;\t]", line)])
-        for number, line in enumerate(text.splitlines(), 1)
-        if line.strip() and not line.startswith("#")
-    ]
-    if len(lines) < 2:
-        raise ValueError(f"{path}: has no data; give a header and rows of depth and force")
-    header, *rows = lines
-    places = {kind: _column(path, header[1], kind) for kind in KINDS}
-    columns = []
-    for kind, (place, size) in places.items():
-        columns.append([size * _number(path, number, kind, row, place) for number, row in rows])
-    return Curve(*map(np.array, columns))
-
-
-def _column(path: Path, header: list[str], kind: str) -> tuple[int, float]:
-    """Place and unit of the column whose name is `kind`."""
-
-    def refuse(problem: str) -> NoReturn:
-        example = "depth [µm], force [mN/m]"
-        raise ValueError(f"{path}: header {header!r} {problem}; write it like: {example}")
-
-    named = [re.fullmatch(r"(\w+)\s*[\[(](.+)[\])]", cell) for cell in header]
-    found = [i for i, name in enumerate(named) if name and name[1].lower() == kind]
-    if len(found) != 1:
-        refuse(f"must have one column {kind} with its unit")
-    (place,) = found
-    match = named[place]
-    unit = KINDS[kind].fullmatch(match[2].strip()) if match else None
-    if unit is None:
-        refuse(f"has an unknown unit of {kind}")
-    first, *below = unit.groups()
-    return place, _SIZES[first or ""] / math.prod(_SIZES[part or ""] for part in below)
-
-
-def _number(path: Path, line: int, kind: str, row: list[str], place: int) -> float:
-    text = row[place] if place < len(row) else ""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ValueError(f"{path}: line {line}: {kind} = {text!r} must be a finite number")
-    return value
-
-
 def noise(force: Array) -> float:
-    """Standard deviation of the noise on a smooth curve with few jumps, from third differences."""
+    """Standard deviation of the noise on a smooth curve with few jumps, from third differences.
+
+    0 for fewer than 8 points, which do not tell.
+    """
     if force.size < 8:
         return 0.0
     return float(np.median(np.abs(np.diff(force, 3)))) / (0.6745 * math.sqrt(20))
 
 
+def turning_points(depth: Array) -> tuple[int, ...]:
+    """Indices at which loading turns into unloading or back, by more than the depth's own noise."""
+    least = max(CLEAR * noise(depth), ROUNDING * float(np.ptp(depth)))
+    found: list[int] = []
+    far, sense = 0, 0  # the point farthest in the present direction, +1 for growing depth
+    for i, value in enumerate(depth.tolist()):
+        beyond = value - float(depth[far])
+        if sense * beyond >= 0 and sense:
+            far = i
+        elif abs(beyond) > least:
+            if sense:
+                found.append(far)
+            far, sense = i, 1 if beyond > 0 else -1
+    return tuple(found)
+
+
+def loading(depth: Array) -> NDArray[np.bool_]:
+    """Whether a point lies on a branch of growing depth (n,); a turning point ends its branch."""
+    ends = [0, *turning_points(depth), depth.size - 1]
+    grows = np.zeros(depth.size, bool)
+    for start, end in pairwise(ends):
+        grows[start + (start > 0) : end + 1] = depth[end] > depth[start]
+    return grows
+
+
+def contacts(curve: Curve) -> tuple[slice, ...]:
+    """The pieces of a curve with a contact each: cut where the depth turns and no force is left."""
+    weak = np.abs(curve.force) <= CLEAR * noise(curve.force)
+    grows = loading(curve.depth)
+    cuts = [i for i in turning_points(curve.depth) if weak[i] and not grows[i]]
+    return tuple(slice(a, b) for a, b in pairwise([0, *cuts, curve.depth.size]))
+
+
 def in_contact(curve: Curve) -> NDArray[np.bool_]:
-    """All points but those without force at the beginning and at the end (n,)."""
-    clear = np.flatnonzero(np.abs(curve.force) > CLEAR * noise(curve.force))
+    """All points but those without force at the beginning and at the end of each contact (n,)."""
     used = np.zeros(curve.force.size, bool)
-    if clear.size:
-        used[clear[0] : clear[-1] + 1] = True
+    clear = np.flatnonzero(np.abs(curve.force) > CLEAR * noise(curve.force))
+    for piece in contacts(curve):
+        own = clear[(clear >= piece.start) & (clear < piece.stop)]
+        if own.size:
+            used[own[0] : own[-1] + 1] = True
     return used
 
 
@@ -108,12 +88,15 @@ class Mark(NamedTuple):
 
 def marks(curve: Curve) -> tuple[Mark, ...]:
     """The ends of contact that the curve shows: pulled on one side, without force on the other."""
-    used, clear = np.flatnonzero(in_contact(curve)), 2 * CLEAR * noise(curve.force)
+    used, clear = in_contact(curve), 2 * CLEAR * noise(curve.force)
     found = []
-    for kind, inside, outside in (("touch", 0, -1), ("letting go", -1, 1)):
-        near = int(used[inside]) if used.size else 0
-        if used.size and 0 <= near + outside < curve.depth.size and curve.force[near] < -clear:
-            a, b = sorted((curve.depth[near], curve.depth[near + outside]))
-            if b > a:
-                found.append(Mark(kind, float(a + b) / 2, float(b - a) / math.sqrt(12)))
+    for piece in contacts(curve):
+        inside = piece.start + np.flatnonzero(used[piece])
+        ends = (("touch", 0, -1), ("letting go", -1, 1)) if inside.size else ()
+        for kind, at, step in ends:
+            near, beside = int(inside[at]), int(inside[at]) + step
+            if piece.start <= beside < piece.stop and curve.force[near] < -clear:
+                a, b = sorted((curve.depth[near], curve.depth[beside]))
+                if b > a:
+                    found.append(Mark(kind, float(a + b) / 2, float(b - a) / math.sqrt(12)))
     return tuple(found)

@@ -3,6 +3,9 @@
 The indenters have the same contact without tension: b = a for the flat punch, δ₀/tan δ for the
 wedge, √(Rδ₀) for the parabola, at the work of adhesion WORK. With small slopes a loop then depends
 on l/b and on the control only, in units of kδ₀b for forces and 2wb for energies.
+
+These are numbers of the model: over decades of l/b, and up to the last contact, d ≪ h ≪ a and
+h <= l cannot all hold for one film. With the same l/b they are those of a film for which they do.
 """
 
 from __future__ import annotations

@@ -23,43 +23,49 @@ source = "where the parameters come from"
 
 # Depths d in m of the equilibria: a number, a list or a range. d > 0 is into the layer; contact
 # begins at d = 0, and d < 0 is reached by touching first and pulling then.
-depth = { from = 0.8e-6, to = -0.8e-6, steps = 33 }
+depth = { from = 0.32e-6, to = -0.32e-6, steps = 33 }
 
 [layer]
-E = 0.8e3  # Young's modulus, Pa
-nu = 0.48  # Poisson's ratio, below 0.5
-h = 10e-6  # thickness, m; thin: d << h << a
+E = 2.5e3  # Young's modulus, Pa
+nu = 0.3  # Poisson's ratio, below 0.5
+h = 5e-6  # thickness, m; thin: d << h << a, and not above l = √(γ₁h/Ẽ), here 10e-6
 
 [surfaces]  # J/m²
-gamma1 = 0.072  # surface tension of the layer
-w = 0.35e-3  # work of adhesion; or in its place gamma2 (indenter) and gamma12 (interface):
+gamma1 = 0.07  # surface tension of the layer
+w = 0.06e-3  # work of adhesion; or in its place gamma2 (indenter) and gamma12 (interface):
 # gamma2 = 0.03
-# gamma12 = 0.10165
+# gamma12 = 0.09994
 
 # Surface energies of a contact that opens (adhesion hysteresis): as [surfaces], without gamma1, and
 # no smaller w. The state then depends on the path: use [path] in place of depth.
 # [opening]
-# w = 0.7e-3
+# w = 0.12e-3
 
 [indenter]
 shape = "parabola"
-R = 0.1  # m: f = x²/(2R)
+R = 0.02  # m: f = x²/(2R)
 # shape = "plane"
 # shape = "flat_punch"  # half_width in m
 # shape = "wedge"       # delta in rad, or delta_degrees
 # shape = "power_law"   # f = c |x|^n: c, n
-# shape = "sampled"     # x = [...], z = [...] in m, kind = "linear" or "smooth"
+# shape = "sampled"     # x = [...], z = [...] in m, kind = "linear" or "smooth"; or in their place
+# file = "scan.csv"     # text; columns = ["x [µm]", "z [nm]"] by name or number
 # tilted = 0.0   # slope
 # shifted = 0.0  # m
 
 # A load path with its events and loop: turning points, joined by `steps` steps each. One of
 # depths (m), forces (N/m), or drives (m): the far end of a spring of machine_stiffness (Pa).
 # [path]
-# depths = [-1.6e-6, 0.8e-6, -1.6e-6]
-# forces = [0.0, 0.1, -0.6]
-# drives = [-8e-6, 5e-6, -8e-6]
+# depths = [-0.6e-6, 0.3e-6, -0.6e-6]
+# forces = [0.0, 0.015, -0.07]
+# drives = [-1.2e-6, 0.4e-6, -1.2e-6]
 # machine_stiffness = 1e5
 # steps = 50
+
+# How `python -m studies fit DATA` reads its file, where that does not say it or cannot be found.
+# [measured]
+# columns = ["Depth [µm]", "3 [mN]"]  # depth and force: names or numbers, with units
+# width = 0.01                        # m, length of the line contact, for a force in newtons
 
 [options]
 # slopes = "small"    # "small": the paper's energy; "finite": true lengths of the surfaces

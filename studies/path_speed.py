@@ -5,6 +5,9 @@ mesh, and under imposed depth on a lattice with 10⁵ nodes in the largest conta
 that of one LAPACK `dptsv` with 10⁵ unknowns in the same process (median of several). Next to it the
 error of the loop area against energy.cards, ∮P dd, and the imbalance of the ledger.
 
+The film is thicker than springs allow beside the contact, h > l: times and errors are those of the
+model, in which only k, γ₁ and w of a film enter.
+
 Output: a line per loop, path_speed.csv. Exit status 1 if an error misses its bar, with --strict
 also if a time misses 150 dptsv.
 """

@@ -1,4 +1,8 @@
-"""Random scenes with their closed-form answers, over eight decades of length and of stress."""
+"""Random scenes with their closed-form answers, over eight decades of length and of stress.
+
+They test the numbers of the model, far beyond the limits of independent springs too: only k, γ₁ and
+w of a layer enter, its thickness is any.
+"""
 
 from __future__ import annotations
 

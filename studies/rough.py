@@ -10,6 +10,10 @@ length of the global state against the metastable one. Expected: tension smooths
 wavelengths below l, so that a contact that follows the roughness for l below the shortest
 wavelength breaks up into spots for l above.
 
+The film is outside the model's limits, and any would be: its spots are narrower than the shortest
+wavelength, so that h ≪ a would take h ≪ 20 µm, and d ≪ h heights far below a micrometre. What is
+compared depends on l over the wavelengths and on δ₀ and d over the heights only.
+
 Output: a line per l, rough.csv, rough.png.
 """
 

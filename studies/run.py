@@ -11,7 +11,9 @@ reads it) and SCENE_path.png. A file with a list or range for any other number i
 
 from __future__ import annotations
 
+import itertools
 import json
+import math
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -37,10 +39,12 @@ OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
 ERRORS = ("half_width", "force", "energy")
 CONVENTIONS = (
     "units: SI, per unit length of the line contact: depth and half_width in m, force in N/m, "
-    "energy in J/m, contact_angle in rad; error_* are estimated relative errors",
+    "energy in J/m, contact_angle in rad; error_* are estimated errors in these units; inf: the "
+    "lattice does not resolve the state",
     "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
     "without contact",
 )
+MARKERS = {"global": "o", "metastable": "s", "adhered": "D", "neutral": "^", "detached": "x"}
 SOFT, RIGID = "#f3d9b1", "#b8c4cc"
 
 
@@ -111,14 +115,15 @@ def row(state: Equilibrium) -> str:
     values = [f"{getattr(state, name):>13.6g}" for name in OBSERVABLES]
     error = max(state.error_estimate.values())
     violated = ", ".join(one.name for one in broken(state))
-    verdict = f"  violated: {violated}" if violated and state.label != "detached" else ""
-    return "".join(values) + f"{error:>9.0e}  {state.label}{verdict}"
+    verdict = f"  violated: {violated}" if violated else ""
+    told = f"{error:>9.0e}" if math.isfinite(error) else "  not res."
+    return "".join(values) + f"{told}  {state.label}{verdict}"
 
 
 def heading() -> str:
     """The line above the rows."""
     names = ("depth/m", "half-width/m", "force/(N/m)", "energy/(J/m)", "angle/rad")
-    return "".join(f"{name:>13}" for name in names) + f"{'error':>9}  state"
+    return "".join(f"{name:>13}" for name in names) + f"{'rel. err':>9}  state"
 
 
 def summary(record: Record) -> str:
@@ -135,7 +140,7 @@ def table(record: Record) -> tuple[list[str], list[list[str]]]:
     rows = []
     for state in record.states:
         observed = [getattr(state, name) for name in OBSERVABLES]
-        errors = [state.error_estimate[name] for name in ERRORS]
+        errors = [state.uncertainty[name] for name in ERRORS]
         rows.append([*map(repr, map(float, observed + errors)), state.label])
     return [*OBSERVABLES, *(f"error_{name}" for name in ERRORS), "label"], rows
 
@@ -176,29 +181,30 @@ def _depth(state: Equilibrium) -> str:
     return f"d = {state.depth / unit.size:.4g} {unit.symbol}".replace("-", "−")
 
 
-def _curve(axes: Any, record: Record, name: str, label: str, unit: str) -> None:
-    """An observable over the depth: a line through the states in contact, marked by validity."""
+def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> None:
+    """An observable over the depth: a line through the states in contact; markers by label."""
     states = record.states
     depths = np.array([state.depth for state in states])
     values = np.array([getattr(state, name) for state in states])
     values[~np.isfinite(values)] = np.nan
-    error = np.array([state.error_estimate[name] for state in states])
+    error = np.array([state.uncertainty[name] for state in states])
     error[~np.isfinite(error)] = 0.0
     x, y = prefixed(depths, "m"), prefixed(values, unit)
-    free = np.array([state.label == "detached" for state in states])
-    bad = np.array([bool(state.warnings) for state in states])
+    labels = np.array([state.label for state in states])
+    free = labels == "detached"
+    bad = np.array([bool(state.warnings) for state in states]) & ~free
     axes.plot(depths / x.size, np.where(free, np.nan, values) / y.size, color=BLUE, lw=1)
-    for chosen, style, text in (
-        (~free & ~bad, {"color": BLUE, "marker": "o"}, "in contact, reported assumptions hold"),
-        (~free & bad, {"color": ORANGE, "marker": "s"}, "in contact, an assumption violated"),
-        (free, {"color": GREY, "marker": "x"}, "detached"),
-    ):
+    for (label, marker), violated in itertools.product(MARKERS.items(), (False, True)):
+        chosen = (labels == label) & (bad == violated)
         if chosen.any():
             at, height = depths[chosen] / x.size, values[chosen] / y.size
-            spread = error[chosen] * np.abs(height)
-            axes.errorbar(at, height, yerr=spread, ls="", ms=4, label=text, capsize=2, **style)
+            colour = GREY if label == "detached" else ORANGE if violated else BLUE
+            text = f"{label}, an assumption violated" if violated else label
+            style = {"color": colour, "marker": marker, "label": text}
+            spread = error[chosen] / y.size
+            axes.errorbar(at, height, yerr=spread, ls="", ms=4, capsize=2, **style)
     axes.axhline(0, color=GREY, lw=0.8)
-    axes.set(xlabel=f"depth d in {x.symbol}", ylabel=f"{label} in {y.symbol}")
+    axes.set(xlabel=f"depth d in {x.symbol}", ylabel=f"{quantity} in {y.symbol}")
     axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
     axes.legend()
 

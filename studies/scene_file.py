@@ -20,6 +20,7 @@
     [indenter]
     shape = "parabola"            # plane | flat_punch half_width | wedge delta (rad) or
     R = 0.1                       # delta_degrees | parabola R | power_law c, n | sampled x, z, kind
+                                  # or file (studies/scene_measured.py)
     tilted = 0.0                  # optional slope, applied first
     shifted = 0.0                 # optional distance in m
 
@@ -35,6 +36,8 @@
     spacing = 1e-6                # method = "lattice" only
     rtol = 1e-8
 
+    [measured]                    # optional: how `fit` reads a curve (studies/scene_measured.py)
+
 title, source and depth stand above the first [section], as TOML has it. Unknown keys, missing keys
 and values of a wrong type are refused by file and key. A list or a range for any other number
 makes a sweep (studies/scene_grid.py). `python -m studies new FILE` writes a commented file.
@@ -45,7 +48,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -65,6 +68,8 @@ from energy import (
     SurfaceEnergies,
     Wedge,
 )
+from studies import scene_measured
+from studies.curve_file import Reading
 from studies.scene_table import TOP, Table
 
 SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
@@ -91,7 +96,10 @@ class Programme:
 
 @dataclass(frozen=True)
 class SceneFile:
-    """What a scene file says: the scene, depths (n,), options of `minimise`, a load path."""
+    """What a scene file says: the scene, depths (n,), options of `minimise`, a load path.
+
+    measured: how a curve to fit is read.
+    """
 
     path: Path
     title: str
@@ -100,6 +108,7 @@ class SceneFile:
     depths: NDArray[np.float64]
     options: dict[str, Any]
     programme: Programme | None = None
+    measured: Reading = field(default_factory=Reading)
 
 
 def load(path: str | Path) -> SceneFile:
@@ -133,7 +142,8 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
         raise ValueError(f"{path}: {error}") from None
     programme = _programme(path, content["path"], options) if "path" in content else None
     title, source = file.text("title", path.stem), file.text("source", "not stated")
-    return SceneFile(path, title, source, scene, _depths(file), options, programme)
+    measured = scene_measured.reading(path, content.get("measured", {}))
+    return SceneFile(path, title, source, scene, _depths(file), options, programme, measured)
 
 
 def _layer(path: Path, content: Any) -> ElasticLayer:
@@ -168,17 +178,21 @@ def _indenter(path: Path, content: Any) -> Indenter:
             f"{path}: indenter.shape = {shape!r} is unknown; known shapes: {', '.join(SHAPES)}"
         )
     kind, keys = SHAPES[shape]
-    extra = ("kind",) if shape == "sampled" else ()
+    extra = ("kind", *scene_measured.PROFILE) if shape == "sampled" else ()
     known = ("shape", *keys, *extra, "shifted", "tilted")
     table = Table(path, "indenter", content, known)
-    arguments: list[Any]
-    if shape == "wedge":
-        arguments = [_wedge_angle(table)]
+    indenter: Indenter
+    if "file" in table.table:
+        indenter = scene_measured.profile(table)
     elif shape == "sampled":
-        arguments = [*map(table.numbers, keys), table.text("kind", "linear")]
+        for key in scene_measured.PROFILE[1:]:
+            if key in table.table:
+                table.refuse(key, table.table[key], "needs file: x and z in this file are in m")
+        samples = map(table.numbers, keys)
+        indenter = table.build(kind, *samples, table.text("kind", "linear"))
     else:
-        arguments = [*map(table.number, keys)]
-    indenter: Indenter = table.build(kind, *arguments)
+        numbers = [_wedge_angle(table)] if shape == "wedge" else map(table.number, keys)
+        indenter = table.build(kind, *numbers)
     if "tilted" in table.table:
         indenter = indenter.tilted(table.number("tilted"))
     return indenter.shifted(table.number("shifted")) if "shifted" in table.table else indenter

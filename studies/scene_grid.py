@@ -26,7 +26,9 @@ from studies.scene_path import follow, most_tensile
 from studies.scene_table import TOP, Table
 
 Value = float | str
-NO_AXES = {f"path.{name}" for name in CONTROLS} | {"indenter.x", "indenter.z"}
+NO_AXES = {f"path.{name}" for name in CONTROLS} | {
+    *("indenter.x", "indenter.z", "indenter.columns", "measured.columns")
+}
 UNITS = {
     "depth": "m",
     "layer.E": "Pa",
@@ -133,18 +135,17 @@ class SolvedScene:
 
 
 def of_state(scene: Scene, depth: float, options: Mapping[str, Any]) -> dict[str, Value]:
-    """Half-width, force, energy with relative errors, angle [rad], label, violated assumptions."""
+    """Half-width, force, energy with their errors, angle [rad], label, violated assumptions."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # the errors are among the results
         state = minimise(scene, depth, **options)
-    error, in_contact = state.error_estimate, state.label != "detached"
-    broken = [one.name for one in state.validity if not one.holds and in_contact]
+    broken = [one.name for one in state.validity if not one.holds]
     return {
         "half_width": float(state.half_width),
         "force": float(state.force),
         "energy": float(state.energy),
         "contact_angle": float(state.contact_angle),
-        **{f"error_{name}": float(value) for name, value in error.items()},
+        **{f"error_{name}": float(value) for name, value in state.uncertainty.items()},
         "label": state.label,
         "violated": "; ".join(broken),
     }

@@ -12,7 +12,7 @@ import numpy as np
 T = TypeVar("T")
 TOP = (
     *("title", "source", "depth", "layer", "surfaces", "opening", "indenter"),
-    *("path", "options"),
+    *("path", "measured", "options"),
 )
 RANGE = ("from", "to", "steps", "spacing")
 

@@ -2,6 +2,9 @@
 
 Each returns numbers that must agree. A profile is made general by declaring it without what it is:
 `declared(Parabola(R), symmetric=False)` has the same heights.
+
+The film is thicker than springs allow beside the contact, h > l: times and digits are those of the
+model, in which only k, γ₁ and w of a film enter.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 """Eqs. (11), (15) and (16) against states simulated with true surface lengths, one at a time.
 
 Material for the studies `applicability` and `contact_angle`. k = 1 throughout; results depend on
-w/γ₁, on a/l and on the steepness, the slope f'(a) of the indenter at the line of (16).
+w/γ₁, on a/l and on the steepness, the slope f'(a) of the indenter at the line of (16). Only k of a
+layer enters: slopes that are not small strain any film with h <= l by as much, so that these are
+numbers of the model, outside the limits of independent springs.
 """
 
 from __future__ import annotations

@@ -76,6 +76,12 @@ class Record:
         """How many points failed."""
         return sum("error" in result for result in self.results)
 
+    @property
+    def detached(self) -> np.ndarray:
+        """Whether the state at each point is detached (n,)."""
+        labels = [result.get("found", {}).get("label") for result in self.results]
+        return np.array([label == "detached" for label in labels])
+
     def column(self, name: str) -> np.ndarray:
         """A number at every point (n,); nan where the point failed or has none."""
         values = [result.get("found", {}).get(name) for result in self.results]

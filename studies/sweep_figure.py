@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.figures import BLUE
+from studies.figures import BLUE, GREY
 from studies.scene_grid import UNITS, Value
 from studies.units import Unit, prefixed
 
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 CONVENTIONS = (
     "units: SI, per unit length of the line contact: lengths in m, forces in N/m, energies in J/m, "
-    "angles in rad; error_* are estimated relative errors; nan: detached or not defined"
+    "angles in rad; error_* are estimated errors in these units, nan where the lattice does not "
+    "resolve the state; where the label is detached, half_width, force and energy are 0"
 )
 STATE = (("force", "force P", "N/m"), ("half_width", "half-width a", "m"))
 PATH = (
@@ -43,58 +45,82 @@ def plot(record: Record, title: str) -> Figure:
         figure.subplots(1, 2), PATH if path else STATE, strict=True
     ):
         keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
-        table, relative = (
+        table, error = (
             record.column(column).reshape(shape)[keep] for column in (name, f"error_{name}")
         )
+        apart = record.detached.reshape(shape)[keep]
         if second is not None and first > second:
-            table, relative = table.T, relative.T
-        size, error = prefixed(table, unit), np.abs(np.nan_to_num(table) * np.nan_to_num(relative))
+            table, error, apart = table.T, error.T, apart.T
+        size, error = prefixed(table, unit), np.nan_to_num(error)
         quantity = f"{label} in {size.symbol}"
-        _draw(axes, record, (first, second), table / size.size, error / size.size, quantity)
+        values = Values(table / size.size, error / size.size, apart)
+        _draw(axes, record, (first, second), values, quantity)
     fixed = ", ".join(_named(record, i, record.grid.axes[i].values[0]) for i in order[2:])
     failed = f"{record.failed} of {len(record.results)} points failed" if record.failed else ""
     figure.suptitle("\n".join(filter(None, (title, fixed, failed))), fontsize=13)
     return figure
 
 
+class Values(NamedTuple):
+    """An observable (n,) or (n, m), its error, and which states are detached."""
+
+    table: Array
+    error: Array
+    detached: NDArray[np.bool_]
+
+    @property
+    def attached(self) -> Array:
+        """The observable in contact, nan elsewhere: a line through it ends at detachment."""
+        return np.where(self.detached, math.nan, self.table)
+
+
 def _draw(
-    axes: Any,
-    record: Record,
-    chosen: tuple[int, int | None],
-    table: Array,
-    error: Array,
-    quantity: str,
+    axes: Any, record: Record, chosen: tuple[int, int | None], values: Values, quantity: str
 ) -> None:
-    """table (n,) or (n, m) over the axes chosen, with its error bars."""
+    """The values over the axes chosen: lines through the states in contact, crosses for others."""
     x, label, log = _coordinate(record, chosen[0])
     axes.set_xscale("log" if log else "linear")
     axes.set_xlabel(label)
     if chosen[1] is None:
-        axes.errorbar(x, table, yerr=error, fmt="o-", color=BLUE, ms=3, capsize=2)
-    elif table.shape[1] <= LINES:
-        _lines(axes, x, (table, error), record, chosen[1])
+        axes.errorbar(x, values.attached, yerr=values.error, fmt="o-", color=BLUE, ms=3, capsize=2)
+        _crosses(axes, x, values)
+    elif values.table.shape[1] <= LINES:
+        _lines(axes, x, values, record, chosen[1])
     else:
         y, label, log = _coordinate(record, chosen[1])
         axes.set_yscale("log" if log else "linear")
         axes.set_ylabel(label)
-        colours = axes.pcolormesh(x, y, table.T, cmap="cividis", shading="nearest", rasterized=True)
+        shown = {"cmap": "cividis", "shading": "nearest", "rasterized": True}
+        colours = axes.pcolormesh(x, y, values.attached.T, **shown)
         axes.figure.colorbar(colours, ax=axes, label=quantity)
+        i, j = np.nonzero(values.detached)
+        axes.plot(x[i], y[j], "x", color=GREY, ms=4, label="detached")
         return
     axes.set_ylabel(quantity)
     axes.grid(alpha=0.25)
 
 
-def _lines(axes: Any, x: Array, values: tuple[Array, Array], record: Record, second: int) -> None:
+def _crosses(axes: Any, x: Array, values: Values) -> None:
+    """The detached states, if there are any."""
+    if values.detached.any():
+        lone, ms = values.detached.reshape(len(x), -1), 5
+        for column, apart in zip(values.table.reshape(len(x), -1).T, lone.T, strict=True):
+            axes.plot(x[apart], column[apart], "x", color=GREY, ms=ms)
+        axes.plot([], [], "x", color=GREY, ms=ms, label="detached")
+        axes.legend(fontsize=8)
+
+
+def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> None:
     from matplotlib import colormaps
 
     axis = record.grid.axes[second]
     for i, value in enumerate(axis.values):
         name = _named(record, second, value)
         colour = colormaps["cividis"](0.9 * i / max(1, len(axis.values) - 1))
-        style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name}
-        table, error = (both[:, i] for both in values)
-        axes.errorbar(x, table, yerr=error, capsize=2, **style)
+        style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name, "marker": "o", "ms": 3}
+        axes.errorbar(x, values.attached[:, i], yerr=values.error[:, i], capsize=2, **style)
     axes.legend(fontsize=8)
+    _crosses(axes, x, values)
 
 
 def _named(record: Record, i: int, value: Value) -> str:

@@ -7,9 +7,12 @@ relative to the sums of their terms' absolute values),
 
     honoured: e <= max(rtol, 1e-12)        trusted: error_estimate >= e/10 (or e <= 1e-15).
 
-Output: a table, tolerance.csv with a row per scene and quantity, tolerance.png: true error and
-estimate against rtol. Exit status 1 if fewer than 99 % of the scenes are honoured or one is not
-trusted.
+Likewise for lattice states with 2 to 400 nodes per l (studies/lattice_tolerance.py), whose estimate
+is trusted or withheld: infinite, where the lattice does not resolve the state.
+
+Output: a table, tolerance.csv and tolerance_lattice.csv with a row per scene and quantity,
+tolerance.png: true error and estimate against rtol. Exit status 1 if fewer than 99 % of the scenes
+are honoured or one is not trusted.
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from discretization import AccuracyWarning, minimise
-from studies import command
+from studies import command, lattice_tolerance
 from studies.batches import Progress, each, tell
 from studies.figures import BLUE, ORANGE
 from studies.random_cases import SHAPES, Case, random_case, random_steep_case
@@ -37,9 +40,11 @@ SHARE = 0.99
 
 @dataclass(frozen=True)
 class Parameters:
-    """Number of scenes, half of them with finite slopes; range of -log10(rtol); seed."""
+    """Number of scenes and of lattice states, half of them with finite slopes; range of
+    -log10(rtol); seed."""
 
     scenes: int = 500
+    lattices: int = 2000
     loosest: float = 2.0
     tightest: float = 12.0
     seed: int = 3
@@ -154,10 +159,14 @@ def table(trials: Sequence[Trial]) -> tuple[list[str], list[list[object]]]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
-    options, out = command.parse(command.parser("tolerance", __doc__, "60 scenes"), argv)
-    params = Parameters(scenes=60) if options.preset == "quick" else Parameters()
+    options, out = command.parse(
+        command.parser("tolerance", __doc__, "60 scenes, 100 on nodes"), argv
+    )
+    params = Parameters(scenes=60, lattices=100) if options.preset == "quick" else Parameters()
     trials = run(params, jobs=options.jobs)
     out.table("tolerance.csv", params, *table(trials))
     out.figure("tolerance.png", plot(trials))
-    print(summary(trials))
-    return 0 if passed(trials) else 1
+    states = lattice_tolerance.run(params.lattices, params.seed, tell, options.jobs)
+    out.table("tolerance_lattice.csv", params, *lattice_tolerance.table(states))
+    print(summary(trials), lattice_tolerance.summary(states), sep="\n\n")
+    return 0 if passed(trials) and all(state.trusted for state in states) else 1

@@ -22,6 +22,7 @@ from energy import (
     cards,
     terms,
 )
+from energy.validity import Deformation, assumptions
 
 LAYER, SURFACES = ElasticLayer(4.2e3, 0.41, 3e-4), SurfaceEnergies(0.04, 0.03, 0.065)
 
@@ -121,7 +122,7 @@ def test_densities_and_their_derivatives():
     assert flat == terms.contact(0.0, gamma1=0.3, w=0.1, slopes="finite") == -0.1
 
 
-def test_scene_lengths_and_validity():
+def test_scene_lengths():
     scene = Scene(LAYER, SURFACES, Parabola(0.01))
     k, w = LAYER.stiffness, SURFACES.work_of_adhesion
     assert scene.elastocapillary_length == pytest.approx(
@@ -130,18 +131,27 @@ def test_scene_lengths_and_validity():
     assert scene.critical_separation == pytest.approx(
         cards.plane.critical_separation(k, w), rel=1e-14, abs=0
     )
-    report = {a.name: a for a in scene.validity(1e-6, 1e-2, 0.05)}
-    assert report["d/h"].holds
-    assert report["h/a"].holds
-    assert report["h/a"].value == pytest.approx(0.03, rel=1e-14, abs=0)
-    assert not report["2w/γ₁"].holds
-    assert "VIOLATED" in str(report["2w/γ₁"])
-    assert not {a.name: a for a in scene.validity(1e-6, 1e-4, 0.5)}["slope"].holds
-    assert report["(h/a)²/(1-2ν)"].value == pytest.approx(0.03**2 / 0.18, rel=1e-12, abs=0)
-    dry = Scene(LAYER, SurfaceEnergies.from_work(0.0, 0.0), Parabola(0.01))
-    assert {a.name: a for a in dry.validity(1e-6, 1e-2, 0.05)}["2w/γ₁"].value == 0
     with pytest.raises(dataclasses.FrozenInstanceError):
         scene.slopes = "finite"
+
+
+def test_the_assumptions_that_a_state_makes():
+    scene = Scene(LAYER, SURFACES, Parabola(0.01))
+
+    def report(*deformed, given=scene):
+        return {a.name: a for a in assumptions(given, Deformation(*deformed))}
+
+    found = report(1e-6, 1e-6, 1e-2, 0.05)
+    assert found["d/h"].holds
+    assert found["h/a"].holds
+    assert found["h/a"].value == pytest.approx(0.03, rel=1e-14, abs=0)
+    assert not found["2w/γ₁"].holds
+    assert "VIOLATED" in str(found["2w/γ₁"])
+    assert not report(1e-6, 1e-6, 1e-4, 0.5)["slope"].holds
+    assert report(0.0, 0.0, 0.0, 0.0)["h/a"].value == math.inf
+    assert found["(h/a)²/(1-2ν)"].value == pytest.approx(0.03**2 / 0.18, rel=1e-12, abs=0)
+    dry = Scene(LAYER, SurfaceEnergies.from_work(0.0, 0.0), Parabola(0.01))
+    assert report(1e-6, 1e-6, 1e-2, 0.05, given=dry)["2w/γ₁"].value == 0
 
 
 X = [0.0, 1.0, 2.0, 3.0]
@@ -172,6 +182,9 @@ REFUSED = [
     (lambda: Profile(1.0, np.sin), "height = 1.0"),
     (lambda: Profile(np.cos, np.sin, extent=(1, -1)), "extent"),
     (lambda: Profile(np.cos, np.sin, corners=(1.0, 0.0)), "corners"),
+    (lambda: Profile(np.cos, np.sin, knots=(1.0, 0.0)), "knots = (1.0, 0.0)"),
+    (lambda: Profile(np.cos, np.sin, knots=((0.0, 1.0),)), "knots"),
+    (lambda: Profile(np.cos, np.sin, knots=(0.0, math.nan)), "knots"),
     (lambda: Parabola(1.0).shifted(math.nan), "x0 = nan"),
     (lambda: FlatPunch(1.0) + FlatPunch(1.0).shifted(3.0), "no common points"),
     (lambda: Scene(LAYER, SURFACES, "sphere"), "indenter = 'sphere'"),

@@ -175,3 +175,23 @@ def test_a_profile_of_functions_is_read_with_its_scene(tmp_path):
     assert identical(path, History.from_csv(tmp_path / "path.csv", scene))
     with pytest.raises(ValueError, match="pass the scene that was used"):
         History.from_csv(tmp_path / "path.csv")
+
+
+def test_a_file_says_what_was_given_of_the_surface_energies(tmp_path):
+    layer, path = ElasticLayer(2e3, 0.31, 6e-5), tmp_path / "path.csv"
+    for surfaces, told, kept in (
+        (SurfaceEnergies.from_work(0.05, 1e-4), '"w": 0.0001', ("gamma2", "gamma12")),
+        (SurfaceEnergies(0.05, 0.03, 0.0799), '"gamma2": 0.03, "gamma12": 0.0799', ('"w"',)),
+    ):
+        scene = Scene(layer, surfaces, Parabola(0.017))
+        load_path(scene, depths=[0.0, 1e-6]).to_csv(path)
+        text = path.read_text("utf-8")
+        assert told in text
+        assert not [name for name in kept if name in text]
+        again = History.from_csv(path).scene
+        assert again == scene and repr(again) == repr(scene)
+    by_work = Scene(layer, SurfaceEnergies.from_work(0.05, 1e-4), Parabola(0.017))
+    load_path(by_work, depths=[0.0, 1e-6]).to_csv(path)
+    spelt_out = replace(by_work, surfaces=SurfaceEnergies(0.05, 1e-4, 0.05))
+    assert History.from_csv(path, scene=spelt_out).scene == by_work
+    assert eval(repr(by_work.surfaces)) == by_work.surfaces

@@ -13,7 +13,9 @@ from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import FittedContacts, totals
 from discretization.fitted.judgement import certify, errors, penetration
 from discretization.fitted.lines import FittedLine, Problem
+from discretization.fitted.motion import Motion
 from discretization.fitted.response import response
+from discretization.profile import resolve
 from energy import FlatPunch, Parabola, Profile
 
 CASES = [(0.0, "adhered"), (0.002, "adhered"), (0.002, "global")]
@@ -140,12 +142,11 @@ def test_penetration_between_the_points_is_found(states):
 
 def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
     scene = wavy()
-    points = np.linspace(*scene.indenter.extent, 4001)
-    touch = float(scene.indenter.height(points).min())
-    for depth, rejected in ((0.999 * touch, False), (1.001 * touch, True)):
-        problem = Problem.of(scene, depth, depth, "global", response("small", 10))
+    found, profile = response("small", 10), resolve(scene, DELTA0)
+    motion = Motion.of(scene, profile, found, DELTA0)
+    for depth, rejected in ((0.999 * profile.touch, False), (1.001 * profile.touch, True)):
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
-            several._without_contact(problem, "global", points)
+            several.state_of(motion, found, (), depth, "global", 1e-8)
 
 
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():

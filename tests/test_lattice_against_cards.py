@@ -107,7 +107,7 @@ def test_flat_punch_and_plane_are_neutral_at_the_critical_separation():
     assert (
         minimise(punch, -DELTA0 * (1 + 1e-9), method="lattice", spacing=L / 50).label == "detached"
     )
-    assert minimise(punch, DELTA0, method="lattice", spacing=L / 50).label == "metastable"
+    assert minimise(punch, DELTA0, method="lattice", spacing=L / 50).label == "global"
     plane = adhesive(Plane())
     assert minimise(plane, -DELTA0).label == "neutral"
     assert minimise(plane, -DELTA0 * (1 + 1e-9)).label == "detached"

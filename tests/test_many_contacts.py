@@ -89,7 +89,7 @@ def relaxed(branch, nodes, depth):
 def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
     branch = ManyContacts.of(path.scene, SPACING, path.depth.max())
     for step in range(0, len(path.depth), 3):
-        state = branch.contact(*path.at(step).lines)
+        state = branch.contact(path.at(step).depth, *path.at(step).lines)
         if state is None:
             continue
         depth = float(path.depth[step])

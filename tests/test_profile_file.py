@@ -17,7 +17,7 @@ ROWS = list(zip(X.tolist(), Z.tolist(), strict=True))
     [
         ("a.txt", "\n".join(f"{x} {z}" for x, z in ROWS)),
         ("a.csv", "x,z\n" + "\n".join(f"{x},{z}" for x, z in ROWS) + "\n"),
-        ("a.csv", "# measured\nx [m]; z [m]\n" + "\n".join(f"{x};{z}" for x, z in ROWS)),
+        ("a.csv", "# measured\nx [µm]; z [µm]\n" + "\n".join(f"{x};{z}" for x, z in ROWS)),
         ("a.dat", "\ufeff" + "\n\n".join(f"{x}\t{z}  # note" for x, z in ROWS)),
     ],
 )
@@ -40,11 +40,12 @@ def test_arrays(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("1 2\n2 three\n", "line 2: '2 three' is not two numbers"),
-        ("1 2 3\n", "line 1: 3 columns; give two"),
-        ("x z\n", "at least 2 samples"),
+        ("1 2\n2 three\n", "line 2: column 2 = 'three' must be a finite number"),
+        ("1 2 3\n", "3 columns without names; give a file with two columns"),
+        ("x z\n", "no line has two numbers"),
+        ("1 2\n", "at least 2 samples"),
         ("2 0\n1 0\n", r"a.txt'?: x\[1\] = 1.0 does not exceed"),
-        ("0 0\n1 nan\n", "is not finite"),
+        ("0 0\n1 nan\n", "line 2: column 2 = 'nan' must be a finite number"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(text, message, tmp_path):

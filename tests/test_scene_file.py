@@ -87,7 +87,7 @@ def test_finite_slopes_reach_the_scene(written):
     assert given.options == {}
 
 
-TOP = "title, source, depth, layer, surfaces, opening, indenter, path, options"
+TOP = "title, source, depth, layer, surfaces, opening, indenter, path, measured, options"
 LAYER, STEPS = "E, nu, h", "from, to, steps, spacing"
 ENERGIES = "gamma1, gamma2, gamma12, w"
 PARABOLA = "shape, R, shifted, tilted"

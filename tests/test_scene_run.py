@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scene_files import DEPTH, by_hand, refused, writer
+from scene_files import DEPTH, SURFACES, by_hand, refused, writer
 
 from discretization import minimise
-from energy import FlatPunch, Parabola, Plane, SurfaceEnergies, Wedge
+from energy import ElasticLayer, FlatPunch, Parabola, Plane, SurfaceEnergies, Wedge
 from studies import run as study
 from studies.scene_file import load
 from studies.table import read
@@ -35,7 +35,7 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
         state = minimise(by_hand(Parabola(0.017)), depth, rtol=1e-6)
         assert row.pop("label") == state.label
         wanted = {name: getattr(state, name) for name in COLUMNS[:5]}
-        wanted |= {f"error_{name}": state.error_estimate[name] for name in COLUMNS[1:4]}
+        wanted |= {f"error_{name}": state.uncertainty[name] for name in COLUMNS[1:4]}
         assert list(row) == list(wanted)
         for name, value in wanted.items():
             assert float(row[name]) == value or (math.isnan(value) and row[name] == "nan"), name
@@ -47,10 +47,20 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
         assert any(part in line for line in header), part
     assert (out / "tiny.png").stat().st_size > 10_000
     said = capsys.readouterr().out
-    assert said.count("metastable") == 3  # two rows and the report on the worst
+    assert said.count("global, adhered branch") == 1 and said.count("  global") == 2
     assert "violated: h/a" in said
     assert "all assumptions hold in 0 of 2 states in contact" in said
     assert "validity     h/a" in said
+
+
+def test_tables_say_the_surface_energies_that_the_file_gives(written, tmp_path):
+    for change, told, kept in (
+        ((SURFACES, "w = 1e-4"), "SurfaceEnergies.from_work(gamma1=0.05, w=0.0001)", "gamma12"),
+        ((SURFACES, SURFACES), "SurfaceEnergies(gamma1=0.05, gamma2=0.03, gamma12=0.0791)", "w="),
+    ):
+        assert study.main([str(written(change)), "--out", str(tmp_path)]) == 0
+        text = (tmp_path / "tiny.csv").read_text("utf-8")
+        assert told in text and kept not in text
 
 
 def test_one_depth_is_told_in_full(written, tmp_path, capsys):
@@ -85,7 +95,8 @@ def drawn():
 
     def draw(indenter, depths):
         given = load(SHIPPED[0])
-        scene = replace(by_hand(indenter), surfaces=SurfaceEnergies.from_work(0.05, 1e-4))
+        film, surfaces = ElasticLayer(400.0, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 1e-4)
+        scene = replace(by_hand(indenter), layer=film, surfaces=surfaces)
         given = replace(given, scene=scene, depths=np.array(depths), options={}, title="drawn")
         figure = study.plot(study.run(given))
         figure.draw_without_rendering()

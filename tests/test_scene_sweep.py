@@ -3,6 +3,7 @@
 import importlib.util
 import re
 
+import numpy as np
 import pytest
 from scene_files import DEPTH, SURFACES, TEXT, refused, writer
 from sweep_points import lines
@@ -10,7 +11,7 @@ from sweep_points import lines
 from discretization import minimise
 from studies import run as run_study
 from studies import sweep as study
-from studies import table
+from studies import sweep_figure, table
 from studies.scene_file import built, read
 from studies.scene_grid import SolvedScene, axes, placed
 from studies.sweep import sweep
@@ -126,3 +127,57 @@ def test_a_scene_without_a_sweep_is_refused(written, tmp_path):
     scene = written(("[2e3, 4e3]", "2e3"), (DEPTH, "depth = 0"), (WORKS, "w = 1e-4"))
     with pytest.raises(ValueError, match="no list or range for a number: use"):
         study.main([str(scene), "--out", str(tmp_path)])
+
+
+def drawn(written, tmp_path, *changes):
+    """Force and half-width of a sweep in which some states are detached, and its rows."""
+    scene = written(("[2e3, 4e3]", "2e3"), *changes)
+    content = read(scene)
+    grid = {axis.key: axis.values for axis in axes(scene, content)}
+    record = sweep(SolvedScene(scene, content), grid, tmp_path / "a.jsonl", jobs=1, identity="s")
+    figure = sweep_figure.plot(record, "drawn")
+    columns, rows = study.table(record)
+    return figure.axes, [dict(zip(columns, row, strict=True)) for row in rows]
+
+
+def joined(axes):
+    """Numbers of points of each unbroken stretch of the solid lines, and of crosses."""
+    stretches, crosses = [], 0
+    for line in axes.lines:
+        known = np.isfinite(line.get_ydata())
+        if line.get_marker() == "x":
+            crosses += known.sum()
+        elif line.get_marker() == "o":
+            ends = np.flatnonzero(~known)
+            stretches += [part.size for part in np.split(known, ends) if part.any()]
+    return stretches, crosses
+
+
+DEPTHS = "depth = [-4e-5, -3e-5, -1e-6, 0.0, 2e-6]"
+
+
+@pytest.mark.parametrize("work", ["w = 1e-4", "w = [1e-4, 1e-3]"])
+def test_lines_of_a_sweep_end_where_the_contact_ends(written, tmp_path, work):
+    (force, width), rows = drawn(written, tmp_path, (DEPTH, DEPTHS), (WORKS, work))
+    apart = sum(row["label"] == "detached" for row in rows)
+    assert 2 <= apart < len(rows)
+    for panel in (force, width):
+        lines, crosses = joined(panel)
+        assert crosses == apart
+        assert max(lines) <= 4  # with the gap that ends a stretch
+        for line in panel.lines:
+            if line.get_marker() == "o":
+                assert not (np.nan_to_num(line.get_ydata(), nan=1.0) == 0).any()
+        assert "detached" in [text.get_text() for text in panel.get_legend().get_texts()]
+    for row in rows:
+        assert (row["label"] == "detached") == (row["half_width"] == 0)
+
+
+def test_a_map_of_a_sweep_leaves_detached_states_out(written, tmp_path):
+    many = 'w = { from = 1e-4, to = 1e-2, steps = 7, spacing = "log" }'
+    deep = "depth = { from = -4e-5, to = 2e-6, steps = 7 }"
+    (force, *_), rows = drawn(written, tmp_path, (DEPTH, deep), (WORKS, many))
+    apart = sum(row["label"] == "detached" for row in rows)
+    (colours,) = force.collections
+    assert np.ma.getmaskarray(colours.get_array()).sum() == apart > 0
+    assert force.lines[-1].get_xdata().size == apart

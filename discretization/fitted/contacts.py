@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.gap_lines import Gap, LostLineError, Search, lines_of_gap, settled
+from discretization.fitted.gap_lines import Gap
 from discretization.fitted.lines import FittedLine, Problem
+from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval, refined
+from energy import Indenter
 
 Array = NDArray[np.float64]
-_STEP = 0.25  # of the lattice's spacing, for the first step of a search
-_SLACK = 2.0
 _TIE = 1e-12
 
 
@@ -69,54 +68,28 @@ class FittedContacts:
         return lone & (pull < -_TIE * size)
 
 
-def fitted_contacts(problem: Problem, near: Array, spacing: float) -> FittedContacts:
-    """The lines in equilibrium near those of a lattice (m, 2).
-
-    LostLineError where a contact of the lattice is none, or two of them are one.
-    """
-    indenter = problem.scene.indenter
-    corners, (lo, hi) = np.asarray(indenter.corners, float), indenter.extent
-    slack = _SLACK * spacing
-
-    def search(side: int, contact: Array, outer: float, room: float = math.inf) -> Search:
-        left, right = contact.tolist()
-        start, inner = (
-            (right, max(left - slack, lo)) if side > 0 else (left, min(right + slack, hi))
-        )
-        step = _STEP * min(spacing, room)
-        return Search(side, start, step, inner, outer, corners, indenter.walls)
-
-    def outermost(side: int, contact: Array, end: float) -> FittedLine:
-        return settled(
-            lambda x, aside: problem.drive(side, x, aside), problem.held, search(side, contact, end)
-        )
-
-    lines = [outermost(-1, near[0], lo)]
-    for one, other in itertools.pairwise(near):
-        room = float(other[0] - one[1])
-        left = search(1, one, float(other[1]), room)
-        right = search(-1, other, float(one[0]), room)
-        lines += lines_of_gap(Gap(problem), left, right)
-    lines.append(outermost(1, near[-1], hi))
-    pairs = tuple(zip(lines[::2], lines[1::2], strict=True))
-    for first, last in pairs:
-        if first.x > last.x:
-            raise LostLineError(f"the contact at x = {first.x!r} has let go")
-    return FittedContacts(problem, pairs)
+def fitted_contacts(problem: Problem, motion: Motion, lines: Lines) -> FittedContacts:
+    """The contacts of a state."""
+    corners, walls = motion.profile.corners, problem.scene.indenter.walls
+    held = [FittedLine(x, bool(np.any(corners == x)) or x in walls, False) for x in lines]
+    return FittedContacts(problem, tuple(zip(held[::2], held[1::2], strict=True)))
 
 
 def totals(contacts: FittedContacts, rtol: float) -> tuple[Interval, Interval]:
     """Energy and force by fewer and by more Gauss points, on panels halved until both agree."""
     scene, depth = contacts.problem.scene, contacts.problem.depth
-    indenter = scene.indenter
+    return refined(scene, depth, panels(scene.indenter, contacts.x), _surfaces(contacts), rtol)
+
+
+def panels(indenter: Indenter, x: Array) -> Array:
+    """Ends (n, 2) of the parts of contacts (m, 2) between corners, knots and the apex."""
     apex = () if indenter.apex is None else (indenter.apex,)
     cuts = np.unique(np.concatenate([indenter.corners, indenter.knots, apex]))
     parts = [
         np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
-        for left, right in contacts.x.tolist()
+        for left, right in x.tolist()
     ]
-    panels = np.concatenate([np.column_stack([part[:-1], part[1:]]) for part in parts])
-    return refined(scene, depth, panels, _surfaces(contacts), rtol)
+    return np.concatenate([np.column_stack([part[:-1], part[1:]]) for part in parts])
 
 
 def _surfaces(contacts: FittedContacts) -> tuple[float, float, float, float]:

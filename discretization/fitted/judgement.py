@@ -6,7 +6,7 @@ The conditions of ../certificate.py for lines that move continuously:
                   half a node of the topology's lattice apart, the least ones refined; and the
                   kink r of the surface at every line is no passage through the indenter
     stationarity  residual of the free nodes, and of the energy's derivative by the gap
-    opening       no corner in contact is torn open, -γ₁[f'] <= √(8γ₁w); a contact of one point,
+    opening       no corner in contact is torn open, -[f'] <= 2√(2w/γ₁) (or angles); a contact of one point,
                   which does not adhere, is not pulled; w = 0: kg + γ₁f'' >= 0 everywhere in contact
     neighbours    every drive is zero, or of the signs that pin the line; the energy of the lines,
                   those of a gap together, has a positive second variation
@@ -24,8 +24,10 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.contacts import FittedContacts
 from discretization.fitted.gap_lines import Gap
+from discretization.fitted.height_rounding import felt
 from discretization.fitted.lines import FittedLine, Problem
 from discretization.fitted.quadrature import Interval
+from energy import Scene
 
 Array = NDArray[np.float64]
 _ASIDE = 1e-9
@@ -35,6 +37,7 @@ _NEAR = 4.0
 _SAMPLES = 65
 _DIFFERENCE = 1e-4
 _ROUNDING = 16 * float(np.finfo(float).eps)
+_POSITION = _ROUNDING / 4  # of |x|, to which a line is found
 
 
 def certify(
@@ -52,7 +55,7 @@ def certify(
     return Certificate(
         penetration=max(through, penetration(state, points) / problem.lift),
         stationarity=max(imbalances),
-        opening=max(0.0, _tension(contacts)),
+        opening=max(0.0, _tension(contacts, points)),
         neighbours=max(moves, _descent(contacts, scale)),
         force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
     )
@@ -111,39 +114,47 @@ def penetration(state: Equilibrium, points: Array) -> float:
     return float(max(v.max(), deep(lo).max(initial=-math.inf), 0.0))
 
 
-def _tension(contacts: FittedContacts) -> float:
+def _tension(contacts: FittedContacts, points: Array) -> float:
     """Largest force that would open a contact, over kδl."""
     problem, scene = contacts.problem, contacts.problem.scene
     corners, aside = np.asarray(scene.indenter.corners, float), _aside(contacts)
-    held = math.sqrt(8 * scene.gamma1 * scene.work_of_adhesion)
+    held = scene.gamma1 * 2 * _deficit(scene)
     worst = 0.0
     for left, right in contacts.x.tolist():
         kinks = corners[(corners > left + aside) & (corners < right - aside)]
-        jump = scene.indenter.slope(kinks + aside) - scene.indenter.slope(kinks - aside)
+        beside = [scene.indenter.slope(kinks + away) for away in (aside, -aside)]
+        if scene.slopes == "finite":
+            beside = [np.arctan(slope) for slope in beside]
+        jump = beside[0] - beside[1]
         worst = max(worst, float((-scene.gamma1 * jump - held).max(initial=0.0)))
     lone = contacts.x[:, 0] == contacts.x[:, 1]
     pulls = -scene.gamma1 * contacts.reactions.sum(axis=1)[lone]
     worst = max(worst, float(pulls.max(initial=0.0)))
     if not scene.work_of_adhesion:
         length = scene.elastocapillary_length
-        worst = max([worst, *(length * _stretched(problem, *pair) for pair in contacts.x.tolist())])
+        pulls = [_stretched(problem, points, *pair) for pair in contacts.x.tolist()]
+        worst = max([worst, *(length * pull for pull in pulls)])
     return worst / (scene.stiffness * problem.lift * scene.elastocapillary_length)
 
 
-def _stretched(problem: Problem, left: float, right: float) -> float:
-    """Largest -(kg + γ₁f'') between the corners and knots of a contact, by differences of f'."""
+def _deficit(scene: Scene) -> float:
+    """The kink r of the surface, in terms of slopes or angles, at which dU/dq = 0 at a line."""
+    half = math.sqrt(scene.work_of_adhesion / (2 * scene.gamma1))
+    return 2 * half if scene.slopes == "small" else 2 * math.asin(half)
+
+
+def _stretched(problem: Problem, points: Array, left: float, right: float) -> float:
+    """Largest -(kg + γ₁f'') between the corners of a contact, by differences of f' at points."""
     scene, indenter = problem.scene, problem.scene.indenter
-    cuts = np.union1d(indenter.corners, indenter.knots)
-    ends = np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
-    many = max(5, _SAMPLES // ends.size)
-    t = (np.arange(many) + 0.5) / many
-    x = ends[:-1, None] + np.diff(ends)[:, None] * t
-    wide = np.diff(ends) > 1e-9 * scene.elastocapillary_length
-    if not wide.any():
+    x = np.unique(np.concatenate([[left, right], points[(points > left) & (points < right)]]))
+    x = x[np.append(True, np.diff(x) > 1e-9 * scene.elastocapillary_length)]
+    if x.size < 2:
         return 0.0
-    x = x[wide]
-    g, bend = problem.depth - indenter.height(x), np.diff(indenter.slope(x)) / np.diff(x)
-    stress = scene.stiffness * (g[:, 1:] + g[:, :-1]) / 2 + scene.gamma1 * bend
+    slope = indenter.slope(x[:-1] + 1e-3 * np.diff(x)), indenter.slope(x[1:] - 1e-3 * np.diff(x))
+    slope = [part / np.sqrt(1 + part * part) if scene.slopes == "finite" else part for part in slope]
+    bend = (slope[1] - slope[0]) / (0.998 * np.diff(x))
+    g = problem.depth - indenter.height(x)
+    stress = scene.stiffness * (g[1:] + g[:-1]) / 2 + scene.gamma1 * bend
     return float(-stress.min())
 
 
@@ -190,7 +201,8 @@ def errors(contacts: FittedContacts, coarse: Interval, fine: Interval) -> dict[s
     scale = max(problem.scale(pair) for pair in contacts.pairs)
     for lines, rate in _stiffness(contacts):
         inverse = np.abs(np.linalg.pinv(rate))
-        moved = inverse.sum(axis=1) * surface * scale
+        moved = inverse.sum(axis=1) * (surface * scale + felt(problem.scene, fine.rounding))
+        moved += [_POSITION * abs(line.x) for line in lines]
         move += float(moved.sum())
         push += float(sum(_rate(own, line) * m for line, m in zip(lines, moved, strict=True)))
     width = float(np.diff(contacts.x, axis=1).sum())

@@ -124,6 +124,13 @@ class Problem:
         return math.sqrt(scene.gamma1 / 2) * self.jump(side, x, aside) - self.held
 
     @property
+    def lets_go(self) -> bool:
+        """Whether a line stops advancing where w is spent, and not where springs are untouched."""
+        scene = self.scene
+        spent = scene.gamma1 > 0 or self.reach == scene.critical_separation
+        return scene.work_of_adhesion > 0 and spent
+
+    @property
     def held(self) -> float:
         """What the adhesion holds in `drive`: √w, or the reach of springs without tension."""
         return math.sqrt(self.scene.work_of_adhesion) if self.scene.gamma1 else self.reach
@@ -199,8 +206,7 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
         if last > tie:
             return FittedLine(bracketed(lambda x: h(x, 0.0), start, corner), False, False)
         if corner in indenter.walls:
-            neutral = problem.scene.work_of_adhesion > 0 and abs(last) <= tie
-            return FittedLine(corner, True, neutral)
+            return FittedLine(corner, True, problem.lets_go and abs(last) <= tie)
         start = corner
     inside, outside = _around(problem, h, side, start, size)
     return FittedLine(bracketed(lambda x: h(x, 0.0), inside, outside), False, False)

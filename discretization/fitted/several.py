@@ -1,42 +1,45 @@
-"""Equilibria with any number of contacts on the fitted mesh (small slopes).
+"""Equilibria on the fitted mesh of profiles that may have several contacts.
 
-The lattice says which contacts there are; their lines are then found on the fitted mesh, and the
-result is judged. Where lines are lost or the judgement fails, the lattice was too coarse and a
-finer one is asked. With adhesion, where equilibria are not unique, the finer one has to agree.
+The profile is resolved on its own scale first. With γ₁ = 0 the contacts are what lies below a
+level (springs.py). Else "adhered" is the end of the path from first touch (motion.py), and
+"global" what has the least energy of: the lowest contacts of a lattice, moved to rest on the fitted
+mesh, the adhered state, and none. Lattices are halved until two of them lead to the same state.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
+import warnings
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import Certificate, NotCertifiedError
-from discretization.equilibrium import Equilibrium, detached
+from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import FittedContacts, fitted_contacts, totals
-from discretization.fitted.gap_lines import LostLineError
-from discretization.fitted.judgement import certify, errors, penetration
+from discretization.fitted.judgement import certify, errors
 from discretization.fitted.lines import Problem
-from discretization.fitted.response import chosen, finer
+from discretization.fitted.motion import Lines, Motion
+from discretization.fitted.response import Response, chosen, finer
+from discretization.fitted.springs import on_springs
 from discretization.fitted.tail import FittedTail
-from discretization.lattice import fronts
-from discretization.lattice.lowest import lowest_contacts, refuse_unknown
+from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.path_state import contacts_on_path
-from discretization.lattice.shortest_path import window
+from discretization.profile import Resolved, resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
-_PER_LENGTH = 16
-_DEEPEST = 64.0
-_FINER = 4.0  # a path may turn another way by what a coarse lattice does not resolve
-_MOST = 20_000
-_SAMPLES = 65
-_LINKS = 2.0
-_SAME = 1e-3
+_PER_LENGTH = 16  # nodes per l of the first lattice
+_PER_WAVE = 16  # and per wave: from where the slope turns round to where it does so likewise
+_NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count
+_FINER = 4  # lattices, each with half the spacing of the last
+_BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
+_MOST_NODES = 400_000
+_SAME = 1e-9  # of the energy's scale: energies of the same state
 _ROUNDING = 16 * float(np.finfo(float).eps)
 _UNKNOWN = Certificate(*5 * (math.nan,))
 
@@ -44,146 +47,138 @@ _UNKNOWN = Certificate(*5 * (math.nan,))
 def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of a profile that may have several contacts, and its error estimate.
 
-    NotCertifiedError if no lattice fine enough to show the contacts was found; ValueError as the
-    lattice's.
+    NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile,
+    for several contacts with finite slopes, and there for "global" with w > 0; AccuracyWarning
+    where the profile is not resolved.
     """
-    spacing = coarsest(scene)
-    state: Equilibrium | None = None
-    failure: Exception | None = None
-    ratio = _FINER if branch == "adhered" and scene.work_of_adhesion else 2.0
-    least = spacing / _DEEPEST
-    while spacing >= least:
-        try:
-            near = _on_lattice(scene, depth, branch, spacing)
-            if state is not None and _alike(state, near, _LINKS * spacing):
-                return _lowest(state)
-            before, state = state, _near(scene, depth, branch, near, spacing, rtol)
-        except (LostLineError, NotCertifiedError, ValueError) as problem:
-            failure, state = problem, None
-        else:
-            unique = state.contacts.size and not scene.work_of_adhesion
-            if unique or (before is not None and _alike(before, state.contacts, _SAME * spacing)):
-                return _lowest(state)
-        spacing /= ratio
-    if isinstance(failure, ValueError):
-        raise failure
-    raise NotCertifiedError(
-        f"the contacts at depth = {depth!r} are not the same on lattices down to spacing = "
-        f"{ratio * spacing!r}, or no equilibria between their nodes"
-        + (f" ({failure})" if failure else "")
-        + "; try method='lattice' with a smaller spacing, or another depth: this one may be that "
-        "of an event"
-    )
-
-
-def coarsest(scene: Scene) -> float:
-    """l/16, or what resolves the corners and knots of the profile."""
-    indenter, spacing = scene.indenter, scene.elastocapillary_length / _PER_LENGTH
-    cuts = np.union1d(indenter.corners, indenter.knots)
-    if cuts.size < 2:
-        return spacing
-    typical = float(np.median(np.diff(cuts)))
-    return min(spacing, max(typical, float(np.ptp(cuts)) / _MOST))
-
-
-def _on_lattice(scene: Scene, depth: float, branch: str, spacing: float) -> Array:
-    """The outermost nodes of each contact on a lattice (m, 2), small gaps left out."""
-    lattice = Lattice.of(scene, spacing)
-    where = fronts.region(lattice, scene.indenter, depth)
-    if branch == "global" or not scene.work_of_adhesion:
-        nodes, _ = lowest_contacts(scene, depth, lattice, "lattice", False)
-    else:
-        found = contacts_on_path(scene, depth, lattice, where)
-        if found is None:
-            one = fronts.adhered(lattice, scene.indenter, depth, where)
-            found = np.array([] if one is None else [one[:2]], int).reshape(-1, 2)
-        nodes = found
-    if nodes.size:
-        refuse_unknown(scene, depth, lattice, where, nodes)
-    return parted(scene, depth, np.asarray(lattice.x(nodes.astype(float))))
-
-
-def _alike(state: Equilibrium, near: Array, distance: float) -> bool:
-    """Whether these are the same contacts (m, 2)."""
-    if state.contacts.shape != near.shape:
-        return False
-    return bool(np.abs(state.contacts - near).max(initial=0.0) <= distance)
-
-
-def _lowest(state: Equilibrium) -> Equilibrium:
-    """Of "global" the detached state where that has less energy."""
-    if state.branch != "global" or state.energy <= 0:
-        return state
-    within = np.linspace(state.contacts[:, 0], state.contacts[:, 1], _SAMPLES)
-    if state.depth > state.scene.indenter.height(within).min():
-        return state
-    flat = detached(state.scene, state.depth, state.branch, state.tail, Certificate.undeformed())
-    return replace(flat, method="fitted")
-
-
-def _near(
-    scene: Scene, depth: float, branch: str, near: Array, spacing: float, rtol: float
-) -> Equilibrium:
-    """The certified state with the contacts that a lattice of this spacing has."""
-    points, response = sample_points(scene, depth, spacing), chosen(scene.slopes, rtol)
-    touch = float(scene.indenter.height(near).min(initial=math.inf))
-    if not near.size:
-        return _without_contact(Problem.of(scene, depth, touch, branch, response), branch, points)
+    profile = resolve(scene, depth)
+    if not scene.gamma1:
+        return on_springs(scene, profile, depth, branch=branch, rtol=rtol)
+    _refuse(scene, branch)
+    response = chosen(scene.slopes, rtol)
     while True:
-        problem = Problem.of(scene, depth, touch, branch, response)
-        contacts = fitted_contacts(problem, near, spacing)
-        if contacts.pulled.any():  # a contact of one point has let go
-            near = contacts.x[~contacts.pulled]
-            if not near.size:
-                return _without_contact(problem, branch, points)
-            continue
-        state = state_of(contacts, branch, points, rtol)
+        motion = Motion.of(scene, profile, response, depth)
+        state = _found(motion, response, depth, branch, rtol)
         better = finer(response)
         met = max(state.error_estimate.values()) <= rtol or response.error <= _ROUNDING
         if met or better is None:
             return state
-        response, near = better, state.contacts
+        response = better
 
 
-def _without_contact(problem: Problem, branch: str, points: Array) -> Equilibrium:
-    """The detached state."""
-    tail = FittedTail(problem.scene.elastocapillary_length, problem.response)
-    flat = detached(problem.scene, problem.depth, branch, tail, _UNKNOWN)
-    certificate = Certificate.undeformed(penetration(flat, points) / problem.lift)
-    return _passed(replace(flat, certificate=certificate, method="fitted"))
+def _refuse(scene: Scene, branch: str) -> None:
+    if branch == "global" and scene.slopes != "small" and scene.work_of_adhesion:
+        raise ValueError(
+            f"branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex "
+            "the lowest energy is only found for slopes='small'"
+        )
 
 
-def sample_points(scene: Scene, depth: float, spacing: float) -> Array:
-    """Where penetration is looked for: where contact may be, half a node apart, and at knots."""
-    lattice, indenter = Lattice.of(scene, spacing), scene.indenter
-    first, g = window(lattice, indenter, depth)
-    x = np.asarray(lattice.x(first - 0.5 + np.arange(2 * g.size + 1) / 2))
-    parts = [np.asarray(part, float) for part in (indenter.corners, indenter.knots)]
-    kinks = [part[(part >= x[0]) & (part <= x[-1])] for part in parts]
-    return np.unique(np.clip(np.concatenate([x, *kinks]), *indenter.extent))
+def _found(
+    motion: Motion, response: Response, depth: float, branch: str, rtol: float
+) -> Equilibrium:
+    """The state of a branch with the free surfaces of one response."""
+    adhered = motion.adhered(depth)
+    state = state_of(motion, response, adhered, depth, branch, rtol)
+    if branch == "adhered" or not motion.scene.work_of_adhesion:
+        return state
+    found: list[Equilibrium] = []
+    for candidates in _lowest(motion, depth):
+        states = [state]
+        for lines in candidates:
+            with contextlib.suppress(NotCertifiedError):
+                states.append(state_of(motion, response, lines, depth, branch, rtol))
+        found.append(min(states, key=lambda each: each.energy))
+        if len(found) > 1 and _alike(*found[-2:]):
+            break
+    else:
+        warnings.warn(_undecided(depth), AccuracyWarning, stacklevel=5)
+    return min(found, key=lambda each: each.energy)
 
 
-def state_of(contacts: FittedContacts, branch: str, points: Array, rtol: float) -> Equilibrium:
-    """The certified state with these contacts; points (n,): where penetration is looked for.
+def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
+    """The lowest contacts of finer and finer lattices, moved to rest.
 
-    rtol: of energy and force. NotCertifiedError if it is no equilibrium.
+    Those of depths a little less and more are among them: two states may have so nearly the same
+    energy that a lattice takes one for the other.
     """
-    problem, scene = contacts.problem, contacts.problem.scene
+    scene, profile = motion.scene, motion.profile
+    spacing, least = coarsest(scene, profile), float(np.ptp(profile.x)) / _MOST_NODES
+    beside = _BESIDE * scene.critical_separation
+    for i in range(_FINER):
+        lattice, found = Lattice.of(scene, max(spacing / 2**i, least)), {()}
+        for at in (depth - beside, depth, depth + beside):
+            nodes, _ = lowest_contacts(scene, at, lattice, "lattice", False)
+            near = parted(scene, at, np.asarray(lattice.x(nodes.astype(float))))
+            lines = np.clip(near.ravel(), *scene.indenter.extent)
+            found.add(motion.settled(tuple(lines.tolist()), depth))
+        yield found
+
+
+def _alike(one: Equilibrium, other: Equilibrium) -> bool:
+    """Whether these are the same state."""
+    scale = max(one.scales["energy"], other.scales["energy"])
+    same = len(one.contacts) == len(other.contacts)
+    return same and abs(one.energy - other.energy) <= _SAME * scale
+
+
+def _undecided(depth: float) -> str:
+    return (
+        f"the lowest energy at depth = {depth!r} is not the same on lattices each with half the "
+        "spacing of the last: the state found may not be the lowest; give a spacing, or a smoother "
+        "profile"
+    )
+
+
+def coarsest(scene: Scene, profile: Resolved) -> float:
+    """Spacing of the first lattice: a part of l, and of the shortest wave of the profile."""
+    length = scene.elastocapillary_length
+    least = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+    turns = np.array(_turns(profile.x, profile.slope, least))
+    return min([length / _PER_LENGTH, *((turns[2:] - turns[:-2]) / _PER_WAVE).tolist()])
+
+
+def _turns(x: Array, slope: Array, least: float) -> list[float]:
+    """Where a slope turns round, having changed and then changing back by more than `least`."""
+    found, low, high, way = [], 0, 0, 0
+    for i, value in enumerate(slope.tolist()):
+        low, high = (i if value < slope[low] else low), (i if value > slope[high] else high)
+        if way >= 0 and slope[high] - value > least:
+            found, way, low = [*found, float(x[high])], -1, i
+        elif way <= 0 and value - slope[low] > least:
+            found, way, high = [*found, float(x[low])], 1, i
+    return found
+
+
+def state_of(
+    motion: Motion, response: Response, lines: Lines, depth: float, branch: str, rtol: float
+) -> Equilibrium:
+    """The certified state with these lines; rtol: of energy and force.
+
+    NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
+    """
+    scene, points = motion.scene, motion.profile.x
+    problem = Problem.of(scene, depth, motion.profile.touch, branch, response)
+    tail = FittedTail(scene.elastocapillary_length, response)
+    if not lines:
+        flat = replace(detached(scene, depth, branch, tail, _UNKNOWN), method="fitted")
+        through = motion.penetration(lines, depth) / problem.lift
+        return _passed(replace(flat, certificate=Certificate.undeformed(through)))
+    contacts = fitted_contacts(problem, motion, lines)
+    for _, line in contacts.outer:
+        problem.refuse_overhang(line.x)
     coarse, fine = totals(contacts, rtol)
-    lines = [line for pair in contacts.pairs for line in pair]
-    lowest = branch == "global" or not scene.work_of_adhesion
-    neutral = any(line.neutral for line in lines)
     state = Equilibrium(
         scene=scene,
-        depth=problem.depth,
+        depth=depth,
         contacts=contacts.x,
         nodes=contacts.x,
-        pinned=np.array([line.pinned for line in lines]).reshape(-1, 2),
+        pinned=np.array([line.pinned for pair in contacts.pairs for line in pair]).reshape(-1, 2),
         force=fine.force,
         energy=fine.energy,
-        label="neutral" if neutral else "global" if lowest else "metastable",
+        neutral=motion.neutral(lines, depth),
         certificate=_UNKNOWN,
-        tail=FittedTail(scene.elastocapillary_length, problem.response),
+        tail=tail,
         scales={"force": fine.force_scale, "energy": fine.energy_scale},
         errors=errors(contacts, coarse, fine),
         method="fitted",
@@ -198,6 +193,7 @@ def _passed(state: Equilibrium) -> Equilibrium:
     if not state.certificate.ok:
         raise NotCertifiedError(
             f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts violates "
-            f"{', '.join(state.certificate.failures)} ({state.certificate})"
+            f"{', '.join(state.certificate.failures)} ({state.certificate}); try another depth: "
+            "this one may be that of an event"
         )
     return state

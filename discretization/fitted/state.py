@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted.height_rounding import felt
 from discretization.fitted.lines import (
     FittedLine,
     Problem,
@@ -21,14 +22,12 @@ from discretization.fitted.quadrature import Interval, totals
 from discretization.fitted.response import ABSENT, chosen, finer
 from discretization.fitted.several import on_several
 from discretization.fitted.tail import FittedTail
-from discretization.lattice.state import SeveralContactsError, on_lattice
 from energy import Scene
 
 Array = NDArray[np.float64]
-_LEAST_NODES = 32
-_REFINEMENTS = 5
 _UNDECIDED = 1e-7  # letting go and turning over at once
 _ROUNDING = 16 * float(np.finfo(float).eps)
+_POSITION = _ROUNDING / 4  # of |x|, to which a line is found
 
 
 def on_fitted_mesh(
@@ -40,30 +39,16 @@ def on_fitted_mesh(
     the state turns that into a larger error, they get the next one.
     branch "global" of a convex indenter: this state or, before it touches, the detached one,
     whichever has less energy. There is no other: the force on each line grows outwards.
-    Profiles that are not convex may have several contacts (several.py); with finite slopes
-    ValueError for several, and for "global" with w > 0.
+    Profiles that are not convex may have several contacts (several.py).
     """
-    if not scene.indenter.convex and scene.slopes == "small" and scene.gamma1:
+    indenter = scene.indenter
+    if not indenter.convex:
         return on_several(scene, depth, branch=branch, rtol=rtol)
-    _refuse(scene, branch)
     response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
-    indenter, length = scene.indenter, scene.elastocapillary_length or 1.0
-    if indenter.convex:
-        apex = indenter.apex
-        if apex is None:
-            apex = lowest_point(indenter, length)
-        starts, touch = (apex, apex), float(indenter.height(apex))
-    else:
-        coarse = _topology(scene, depth, branch)
-        if not coarse.contacts.size:
-            tail = FittedTail(length, response)
-            return replace(coarse, tail=tail, method="fitted", spacing=math.nan)
-        if len(coarse.contacts) > 1:
-            raise ValueError(
-                f"depth = {depth!r} has {len(coarse.contacts)} contacts without tension: use "
-                "method='lattice' with a spacing"
-            )
-        starts, touch = _inside(coarse)
+    apex = indenter.apex
+    if apex is None:
+        apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
+    starts, touch = (apex, apex), float(indenter.height(apex))
     state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
     while max(state.error_estimate.values()) > rtol and response.error > _ROUNDING:
         better = finer(response)
@@ -74,15 +59,6 @@ def on_fitted_mesh(
     if branch == "global" and state.energy > 0 and depth <= touch:
         return _detached(Problem.of(scene, depth, touch, branch, response), branch)
     return state
-
-
-def _refuse(scene: Scene, branch: str) -> None:
-    several = scene.gamma1 and scene.work_of_adhesion and not scene.indenter.convex
-    if branch == "global" and several:
-        raise ValueError(
-            f"branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex "
-            "the lowest energy is only found for slopes='small'"
-        )
 
 
 def _detached(problem: Problem, branch: str) -> Equilibrium:
@@ -112,8 +88,6 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
             f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
             f"({certificate}); try method='lattice' with a small spacing"
         )
-    convex = branch == "global" or scene.work_of_adhesion == 0
-    neutral = any(end.neutral for end in ends)
     contacts = np.array([[ends[0].x, ends[1].x]])
     return Equilibrium(
         scene=scene,
@@ -123,7 +97,7 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
         pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
         force=fine.force,
         energy=fine.energy,
-        label="neutral" if neutral else "global" if convex else "metastable",
+        neutral=any(end.neutral for end in ends),
         certificate=certificate,
         tail=tail,
         scales={"force": fine.force_scale, "energy": fine.energy_scale},
@@ -144,38 +118,6 @@ def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, F
         left = find_line(problem, -1, starts[0])
     held = left.x < right.x or (left.x == right.x and problem.depth >= problem.touch)
     return (left, right) if held else None
-
-
-def _topology(scene: Scene, depth: float, branch: str) -> Equilibrium:
-    """The state on a lattice fine enough to show where the contact is.
-
-    A coarse lattice lets go of a small contact too early, or loses it over the end of the profile:
-    both are believed only on the finest one.
-    """
-    spacing = (scene.elastocapillary_length or scene.layer.h) / 16
-    lo, hi = scene.indenter.extent
-    if not scene.gamma1 and math.isfinite(hi - lo):  # springs alone have no length of their own
-        spacing = (hi - lo) / 256
-    for _ in range(_REFINEMENTS):
-        try:
-            state = on_lattice(scene, depth, spacing, branch=branch)
-        except SeveralContactsError:
-            raise
-        except ValueError:
-            pass
-        else:
-            if state.nodes.size and np.ptp(state.nodes) >= _LEAST_NODES * spacing:
-                return state
-        spacing /= 4
-    return on_lattice(scene, depth, spacing, branch=branch)
-
-
-def _inside(state: Equilibrium) -> tuple[tuple[float, float], float]:
-    """A point well inside each end of the contact, and the depth of first touch."""
-    left, right = state.contacts[0].tolist()
-    reach = min(2 * state.spacing, (right - left) / 2)
-    x = np.linspace(state.nodes[0, 0], state.nodes[0, 1], 1001)
-    return (left + reach, right - reach), float(state.scene.indenter.height(x).min())
 
 
 def certify_lines(
@@ -207,13 +149,13 @@ def certify_lines(
     return Certificate(penetration, stationarity, pulled / problem.lift, neighbours, force)
 
 
-def _yield(problem: Problem, side: int, x: float, width: float, scale: float) -> float:
+def _yield(problem: Problem, side: int, x: float, width: float, lost: float) -> float:
     """How far a line moves per change of its drive, from a step inwards that rounding leaves."""
     for step, least in ((1e-4 * width, 100), (width / 2, 4)):
         rise = -problem.drive(side, x - side * step, 0.0)
-        if rise > least * _ROUNDING * scale:
+        if rise > least * lost:
             return step / rise
-    return width / (_ROUNDING * scale)
+    return width / lost
 
 
 def _errors(
@@ -222,11 +164,12 @@ def _errors(
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
     surface = _ROUNDING + problem.response.error
-    scale = problem.scale(ends)
+    scale, rounding = problem.scale(ends), felt(problem.scene, fine.rounding)
     for side, end, count in problem.distinct(ends):
         if end.pinned or not width:
             continue
-        error = count * surface * scale * _yield(problem, side, end.x, width, scale)
+        yielding = _yield(problem, side, end.x, width, _ROUNDING * scale + rounding)
+        error = count * ((surface * scale + rounding) * yielding + _POSITION * abs(end.x))
         move += error
         push += error * abs(problem.force_rate(side, end.x))
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0

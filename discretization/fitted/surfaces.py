@@ -25,16 +25,13 @@ from numpy.typing import NDArray
 from discretization.fitted import gap
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.response import STEEP, Response
+from discretization.lattice.state import SeveralContactsError
 from energy import Scene
 
 Array = NDArray[np.float64]
 _FAR = 60.0  # elastocapillary lengths: longer parts of a surface are as stiff as an endless one
 _UPRIGHT = 2e-8  # of the greatest displacement: so close to turning over no double resolves it
 _NEWTON = 3
-
-
-class SeveralContactsError(ValueError):
-    """Several contacts where only one is found."""
 
 
 class Line(Protocol):
@@ -72,7 +69,7 @@ class SmallSurfaces:
         excess = length * (side * f1 - math.sqrt(2 * w / self.scene.gamma1))
         if facing is None:
             return f + excess / self.response.reactions[0]
-        even, odd, _, _ = gap.half(self.response.degree, side * (facing.x - x) / length)
+        even, odd = gap.half(self.response.degree, side * (facing.x - x) / length)
         rise = (facing.f - f) / 2
         return f + rise + (excess - rise * odd) / even
 

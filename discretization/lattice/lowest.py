@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +34,6 @@ from energy import Scene
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 Pair = tuple[line.Line, line.Line]  # left and right line of a contact
-Errors = dict[str, float] | Callable[[Equilibrium], dict[str, float]]
 _UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 
 
@@ -148,11 +147,9 @@ def state_of(
     sums: Sums,
     certificate: Certificate,
     lines: list[Pair],
-    errors: Errors = _UNKNOWN,
 ) -> Equilibrium:
     """The state with these contacts: first and last node, left and right line of each."""
     both = [end for pair in lines for end in pair]
-    lowest = branch == "global" or not scene.work_of_adhesion
     return Equilibrium(
         scene=scene,
         depth=depth,
@@ -161,11 +158,10 @@ def state_of(
         pinned=np.array([[left.pinned, right.pinned] for left, right in lines]),
         force=sum((end.force for end in both), start=sums.force),
         energy=sum((end.energy for end in both), start=sums.energy),
-        label="global" if lowest else "metastable",
         certificate=certificate,
         tail=lattice.tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
-        errors=errors,
+        errors=_UNKNOWN,
         method="lattice",
         branch=branch,
         spacing=lattice.spacing,

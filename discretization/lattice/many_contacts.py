@@ -112,7 +112,7 @@ class ManyContacts:
         x = (self.lattice.x(self.first + node) for pair in nodes for node in pair)
         return Contacts(nodes, tuple(map(float, x)))
 
-    def contact(self, *lines: float) -> State:
+    def contact(self, depth: float, *lines: float) -> State:
         """The state with lines here; nan: detached."""
         if math.isnan(lines[0]):
             return None

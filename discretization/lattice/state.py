@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from typing import NoReturn
@@ -9,8 +10,9 @@ from typing import NoReturn
 import numpy as np
 
 from discretization.certificate import Certificate, NotCertifiedError
-from discretization.equilibrium import QUANTITIES, Equilibrium, detached
+from discretization.equilibrium import Equilibrium, detached
 from discretization.lattice import fronts
+from discretization.lattice.accuracy import estimated
 from discretization.lattice.judgement import judged
 from discretization.lattice.line import End, Line, ends_of, outer
 from discretization.lattice.lowest import on_lowest, state_of, without_contact
@@ -20,8 +22,6 @@ from discretization.lattice.springs import on_springs
 from discretization.lattice.sums import measured
 from discretization.lattice.unseen import looked_at
 from energy import Plane, Scene
-
-_SAFETY = 1.5
 
 
 class SeveralContactsError(ValueError):
@@ -54,10 +54,10 @@ def on_lattice(
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
     where = fronts.region(lattice, scene.indenter, depth)
-    several = _several(scene, depth, branch, lattice, where, method, margin)
-    if several is None:
-        return _one_contact(scene, depth, branch, lattice, where)
-    return replace(several, errors=estimated)
+    state = _several(scene, depth, branch, lattice, where, method, margin)
+    if state is None:
+        state = _one_contact(scene, depth, branch, lattice, where)
+    return replace(state, errors=functools.partial(estimated, on_lattice))
 
 
 def looked_at_on_lattice(
@@ -113,8 +113,8 @@ def _one_contact(
     if not certificate.ok:
         _refuse(scene, depth, certificate)
     nodes = [contact[:2]]
-    state = state_of(scene, depth, branch, lattice, nodes, sums, certificate, [lines], estimated)
-    return replace(state, label="neutral") if _indifferent(lattice, contact, ends[0]) else state
+    state = state_of(scene, depth, branch, lattice, nodes, sums, certificate, [lines])
+    return replace(state, neutral=_indifferent(lattice, contact, ends[0]))
 
 
 def _refuse(scene: Scene, depth: float, certificate: Certificate) -> NoReturn:
@@ -177,9 +177,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     if gap > 0 and abs(depth) > lattice.greatest_displacement:
         raise ValueError(_overhang(lattice, depth, "", depth))
     gain = max(0.0, cost) / (lattice.w * lattice.spacing) if gap > 0 else 0.0
-    lowest = depth >= 0 or branch == "global"
     balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
-    neutral = gap > 0 and balanced
     everywhere = np.array([[-math.inf, math.inf]])
     return replace(
         state,
@@ -188,46 +186,6 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         pinned=np.zeros((1, 2), bool),
         force=math.copysign(math.inf, depth) if depth else 0.0,
         energy=0.0 if balanced else math.copysign(math.inf, cost),
-        label="neutral" if neutral else "global" if lowest else "metastable",
+        neutral=gap > 0 and balanced,
         certificate=Certificate(0.0, 0.0, 0.0, gain, 0.0),
     )
-
-
-def estimated(fine: Equilibrium) -> dict[str, float]:
-    """Errors of a state from a coarse one with twice the spacing: O(Δx²) leaves a third.
-
-    Where the coarse one has another number of contacts all of the change counts; a contact of one
-    node among several may be as wide as a link. Of a profile that is not convex, contacts narrower
-    than two links are not known better than to their own size. Infinite where the coarse nodes
-    have no answer.
-    """
-    if not (fine.contacts.size and np.isfinite(fine.contacts).all()):
-        return dict.fromkeys(QUANTITIES, 0.0)
-    coarse = _coarser(fine)
-    if coarse is None or not coarse.contacts.size:
-        return dict.fromkeys(QUANTITIES, math.inf)
-    alike = coarse.contacts.shape == fine.contacts.shape
-    scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
-    errors = {}
-    for name, scale in scales.items():
-        values = getattr(fine, name), getattr(coarse, name)
-        size = scale or max(map(abs, values))  # touching without adhesion: nothing is deformed
-        change = abs(values[0] - values[1]) / size if size else 0.0
-        errors[name] = float(_SAFETY * change / (3 if alike else 1) + 4 * np.finfo(float).eps)
-    if len(fine.contacts) > 1:
-        lone = np.count_nonzero(fine.nodes[:, 0] == fine.nodes[:, 1])
-        errors["half_width"] += float(lone) * fine.spacing / scales["half_width"]
-    if not fine.scene.indenter.convex:
-        narrow = np.diff(fine.nodes) < 2 * fine.spacing * (1 - 1e-9)
-        for name in errors:
-            errors[name] += float(np.mean(narrow))
-    return errors
-
-
-def _coarser(fine: Equilibrium) -> Equilibrium | None:
-    """The same question on every other node; None if it has no answer."""
-    scene, branch = fine.scene, fine.branch
-    try:
-        return on_lattice(scene, fine.depth, 2 * fine.spacing, branch=branch, margin=False)
-    except (ValueError, NotCertifiedError):
-        return None

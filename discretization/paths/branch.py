@@ -46,8 +46,8 @@ class Branch(Protocol):
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """First depth on the way to `end` at which a line jumps, and the states beside it."""
 
-    def contact(self, *lines: float) -> State:
-        """The state whose lines are here, two for every contact; nan: detached."""
+    def contact(self, depth: float, *lines: float) -> State:
+        """The state at a depth whose lines are here, two for every contact; nan: detached."""
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds each of the outermost lines: "edge", "tip" or "" where it is free."""

@@ -129,7 +129,7 @@ class FittedBranch:
         inner = find_line(opening, side, self.apex)
         return inner if side * (inner.x - line.x) <= 0 else line
 
-    def contact(self, *lines: float) -> State:
+    def contact(self, depth: float, *lines: float) -> State:
         """The state with lines at these positions; nan: detached."""
         if math.isnan(lines[0]):
             return None

@@ -1,6 +1,6 @@
 """The metastable branch of several contacts on the fitted mesh, from event to event (small slopes).
 
-States are the lines at rest (fitted_moves.py); between events they move continuously with the
+States are the lines at rest (../fitted/motion.py); between events they move continuously with the
 depth. An event is where they do not: a contact begins, two become one, one closes, or a line
 jumps over a part of the profile where it has no rest. It is enclosed by halving the depths until
 they are neighbouring numbers.
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import functools
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,36 +18,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.equilibrium import AccuracyWarning
-from discretization.fitted.contacts import FittedContacts, totals
-from discretization.fitted.lines import FittedLine, Problem
+from discretization.fitted.contacts import fitted_contacts, totals
+from discretization.fitted.lines import Problem
+from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
-from discretization.fitted.response import chosen
-from discretization.fitted.several import sample_points, state_of
-from discretization.paths.clearance import Clearance
+from discretization.fitted.response import Response, chosen
+from discretization.fitted.several import state_of
 from discretization.paths.fitted_branch import integral
-from discretization.paths.fitted_moves import Lines, Moves
-from discretization.paths.gap_moves import GapMoves
-from discretization.paths.line_levels import Levels
-from discretization.paths.stops import Ground
+from discretization.profile import resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
-_CLOSE = 4e-16
-_TIE = 1e-14
-_ASIDE = 1e-9
-_RESOLVED = 1 / 16
-_PER_LENGTH = 16
-_FINEST = 64
+_CLOSE = 4e-16  # of the depth and δ₀: depths that close enclose an event
 _WORK = 1e-10
 _MOST_CORNERS = 64
-_MOST_POINTS = 200_000
 
 
 class Held(NamedTuple):
-    """Lines in contact, from left to right."""
+    """Lines in contact from left to right, and the depth at which they are at rest."""
 
     lines: Lines
+    depth: float
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -64,24 +54,22 @@ class FittedMany:
     """States of any number of contacts under a prescribed depth; None: detached."""
 
     scene: Scene
-    moves: Moves
-    touch: float
+    motion: Motion
+    response: Response
     rtol: float
 
     @classmethod
     def of(cls, scene: Scene, rtol: float, deepest: float) -> FittedMany:
         """deepest: the largest depth of the programme. ValueError for what cannot be followed."""
         _refuse(scene)
-        points, step = _sampled(scene, deepest)
-        indenter, length = scene.indenter, scene.elastocapillary_length
-        ground = Ground(np.asarray(indenter.corners, float), step, _ASIDE * length)
-        far = _FINEST * length
-        ends = (max(indenter.extent[0], points[0] - far), min(indenter.extent[1], points[-1] + far))
-        heights = np.asarray(indenter.height(points), float)
-        levels = Levels(scene, chosen(scene.slopes, rtol))
-        clearance = Clearance(scene, levels.response, points, heights)
-        moves = Moves(levels, ground, GapMoves(levels, ground), clearance, ends)
-        return cls(scene, moves, clearance.lowest(), rtol)
+        response = chosen(scene.slopes, rtol)
+        motion = Motion.of(scene, resolve(scene, deepest), response, deepest)
+        return cls(scene, motion, response, rtol)
+
+    @property
+    def touch(self) -> float:
+        """Depth at which contact begins."""
+        return self.motion.profile.touch
 
     @property
     def smooth(self) -> bool:
@@ -93,74 +81,53 @@ class FittedMany:
         """How far below touching a contact can be held."""
         return self.scene.critical_separation
 
-    @property
-    def _tie(self) -> float:
-        """A length below which v is rounding."""
-        return _TIE * (self.lift + abs(self.touch))
-
-    def contact(self, *lines: float) -> State:
-        """The state with lines here; nan: detached."""
-        return None if math.isnan(lines[0]) else Held(lines)
+    def contact(self, depth: float, *lines: float) -> State:
+        """The state with lines here at a depth; nan: detached."""
+        return None if math.isnan(lines[0]) else Held(lines, depth)
 
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
-        if before is None and depth < self.touch:
-            return None
-        if before is not None:
-            near = self._at(before, depth, -self._tie, False)
-            if self._alike(before, near):
-                return near
-        return self._at(before, depth, self._tie if before is None else -self._tie, True)
+        if before is None:
+            return None if depth < self.touch else self._moved(self._touching, depth)
+        return self._moved(before, depth)
+
+    @functools.cached_property
+    def _touching(self) -> Held:
+        return Held(self.motion.first(), self.touch)
 
     @functools.lru_cache(maxsize=64)  # noqa: B019
-    def _at(self, before: State, depth: float, tie: float, exact: bool) -> State:
-        lines = () if before is None else before.lines
-        found = self.moves.relaxed(lines, depth, tie, exact)
-        return Held(found) if found else None
+    def _moved(self, before: Held, depth: float) -> State:
+        if depth >= before.depth:
+            lines = self.motion.pressed(before.lines, before.depth, depth)
+        else:
+            lines = self.motion.retracted(before.lines, depth)
+        return Held(lines, depth) if lines else None
 
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """First depth on the way at which lines do not move continuously, and the states there."""
         if state is None or start == end:
             return None
-        tie = self._tie if end > start else -self._tie
-        while state is not None and (found := self._broken(state, start, end)) is not None:
-            start, here = found
-            state = self._at(here, start, tie, True)
-            if not self._alike(here, state):
-                return start, here, state
-        return None
-
-    def _broken(self, state: Held, start: float, end: float) -> tuple[float, Held] | None:
-        """Where lines seem to be moved on discontinuously, and the last state before."""
-        parts: list[tuple[float, State, float, State]]
-        parts = [(start, state, end, self._at(state, end, -self._tie, False))]
+        parts: list[tuple[Held, State, float]] = [(state, self._moved(state, end), end)]
         while parts:
-            low, here, high, there = parts.pop()
-            if here is None or self._alike(here, there):
+            here, there, high = parts.pop()
+            if self._alike(here, there):
                 continue
+            low = here.depth
             middle = (low + high) / 2
             close = abs(high - low) <= _CLOSE * (abs(middle) + self.lift)
             if close or middle in (low, high):
-                return high, here
-            between = self._at(here, middle, -self._tie, False)
-            parts += [(middle, between, high, there), (low, here, middle, between)]
+                return high, here._replace(depth=high), there
+            between = self._moved(here, middle)
+            if between is not None:
+                parts.append((between, there, high))
+            parts.append((here, between, middle))
         return None
 
-    def _alike(self, here: State, there: State) -> bool:
-        """Whether the lines are the same, less than a step apart, with no corner between."""
-        if there is None or here is None or len(here.lines) != len(there.lines):
+    def _alike(self, here: Held, there: State) -> bool:
+        """Whether the lines move from one to the other continuously."""
+        if there is None or len(here.lines) != len(there.lines):
             return False
-        pairs, ground = list(zip(here.lines, there.lines, strict=True)), self.moves.ground
-        if max(abs(a - b) for a, b in pairs) > ground.step:
-            return False
-        return not any(a != b and self._reentrant(a, b) for a, b in pairs)
-
-    def _reentrant(self, a: float, b: float) -> bool:
-        """Whether there is a corner between at which the slope falls."""
-        ground = self.moves.ground
-        corners = np.array([*ground.between(a, b), *(x for x in (a, b) if ground.at_corner(x))])
-        slope, aside = self.scene.indenter.slope, ground.aside
-        return bool((slope(corners + aside) < slope(corners - aside)).any())
+        return self.motion.continuous(here.lines, there.lines)
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge" or "" where they are free."""
@@ -170,15 +137,9 @@ class FittedMany:
         left, right = ("edge" if x in walls else "" for x in state.ends)
         return left, right
 
-    def _contacts(self, state: Held, depth: float) -> FittedContacts:
-        at_corner, walls = self.moves.ground.at_corner, self.scene.indenter.walls
-        lines = [FittedLine(x, at_corner(x) or x in walls, False) for x in state.lines]
-        reach = self.scene.critical_separation
-        problem = Problem(self.scene, depth, self.touch, reach, self.moves.levels.response)
-        return FittedContacts(problem, tuple(zip(lines[::2], lines[1::2], strict=True)))
-
     def _totals(self, state: Held, depth: float) -> Interval:
-        return totals(self._contacts(state, depth), 1e-14)[1]
+        problem = Problem(self.scene, depth, self.touch, self.lift, self.response)
+        return totals(fitted_contacts(problem, self.motion, state.lines), 1e-14)[1]
 
     def force(self, state: State, depth: float) -> float:
         """P."""
@@ -210,9 +171,8 @@ class FittedMany:
         """NotCertifiedError unless the state is in equilibrium."""
         if state is None:
             return
-        points = self.moves.clearance.points
         try:
-            state_of(self._contacts(state, depth), "adhered", points, self.rtol)
+            state_of(self.motion, self.response, state.lines, depth, "adhered", self.rtol)
         except NotCertifiedError as problem:
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"
@@ -247,29 +207,3 @@ def _refuse(scene: Scene) -> None:
             "w = 0 with a profile that is not convex: the state does not depend on the path; use "
             "minimise at every depth"
         )
-
-
-def _sampled(scene: Scene, deepest: float) -> tuple[Array, float]:
-    """Points half a step apart where contact may be, and a step that resolves the slopes."""
-    step = scene.elastocapillary_length / _PER_LENGTH
-    least, kink = step / _FINEST, math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-    corners = np.asarray(scene.indenter.corners, float)
-    while True:
-        points = sample_points(scene, deepest, step)
-        smooth = np.diff(np.searchsorted(corners, points, side="right")) == 0
-        smooth &= np.diff(np.searchsorted(corners, points)) == 0
-        slope, middle = scene.indenter.slope(points), (points[1:] + points[:-1]) / 2
-        bend = np.abs(scene.indenter.slope(middle) - (slope[1:] + slope[:-1]) / 2)[smooth]
-        if bend.max(initial=0.0) <= _RESOLVED * kink:
-            return points, step
-        if step <= least or points.size > _MOST_POINTS:
-            warnings.warn(_unresolved(step), AccuracyWarning, stacklevel=6)
-            return points, step
-        step /= 2
-
-
-def _unresolved(step: float) -> str:
-    return (
-        f"the slope of the profile varies within {step!r}, the least distance at which events are "
-        "looked for: some may be missed; smooth the profile, or use method='lattice'"
-    )

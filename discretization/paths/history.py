@@ -23,7 +23,7 @@ from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.load_path import inner_lines
 from energy import Scene
-from energy.description import described, rebuilt
+from energy.description import alike, described, rebuilt
 
 Array = NDArray[np.float64]
 _TITLE = "elastocap load path"
@@ -181,7 +181,7 @@ class History:
             raise ValueError(f"path = {str(path)!r} holds no load path; write one with to_csv")
         notes = [line[2:] for line in lines if line.startswith("# ")]
         header = json.loads(notes[1 + len(_NOTES)])
-        if scene is not None and described(scene) != header["scene"]:
+        if scene is not None and not alike(described(scene), header["scene"]):
             raise ValueError(f"scene = {scene!r} is not the scene of {str(path)!r}; pass that one")
         rows = [line.split(",") for line in lines if not line.startswith("#")][1:]
         numbers = np.array([row[:6] for row in rows], float).reshape(-1, 6)

@@ -102,7 +102,7 @@ class LatticeBranch:
         x, y = (float(side.x[side.start + links]) for side, links in sides)
         return Links(left, right, (x, y))
 
-    def contact(self, *lines: float) -> State:
+    def contact(self, depth: float, *lines: float) -> State:
         """The state whose lines are less than half a link from these positions; nan: detached."""
         if math.isnan(lines[0]):
             return None

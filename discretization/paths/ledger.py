@@ -20,7 +20,7 @@ def work(
     """∫P dd over the segments, and of the load `hold` while the state jumped."""
     total = 0.0
     for start, end in segments:
-        state = branch.contact(*start.lines)
+        state = branch.contact(start.depth, *start.lines)
         total += branch.work(state, start.depth, end.depth)
     for event in events:
         depths = event.before.depth, event.after.depth
@@ -72,7 +72,7 @@ def _middle(branch: Branch, a: Snapshot, b: Snapshot) -> Snapshot:
 
 
 def _point(branch: Branch, state: Snapshot) -> Point:
-    return Point(state.depth, branch.contact(*state.lines))
+    return Point(state.depth, branch.contact(state.depth, *state.lines))
 
 
 def _snapshot(branch: Branch, point: Point) -> Snapshot:

@@ -3,6 +3,8 @@
 n nodes over -L..L, lumped springs, linear elements, exact ends; u >= g = d - f:
 
     min  u·Ku/2,   K = tridiagonal(-t, kΔx + 2t, -t),   t = γ₁/Δx.
+
+In units of the layer: only its k, γ₁ and w enter, and its thickness is arbitrary.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from .totals import adhered
 from .walk import Walk
 
 TIMES, LEAST = 10, 1e-9  # of the error estimate; of the scales
-AWAY, JUMP = 1e-6, 1e-2  # a depth this near to a jump of the reference is not asked for
+AWAY, JUMP = 1e-6, 1e-2  # of δ₀, a depth this near to a jump of the reference is not asked for
 
 
 def walked(case, depths):
@@ -82,7 +82,8 @@ def reference(case):
     """The reference state, or None and why the case is not asked for."""
     solve = REFERENCE[case.kind]
     try:
-        near = solve(case, [case.depth + s * AWAY * case.scale for s in (-1, 0, 1)])
+        away = AWAY * min(case.scale, abs(case.above) / 10)
+        near = solve(case, [case.depth + s * away for s in (-1, 0, 1)])
     except Outside as problem:
         return None, str(problem)
     for one, other in itertools.pairwise(near):

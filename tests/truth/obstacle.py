@@ -18,7 +18,7 @@ from .totals import polished, state_of
 
 TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
 ROUNDS, FINER, AROUND = 5, 4.0, 8
-MOST = 12
+MOST, JOINED = 12, 1e-4  # rounds; of the feature
 
 
 def obstacle(scene, feature, depth):
@@ -58,7 +58,13 @@ def _lines(ground, surface, depth, extra):
         lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
     if lines.size and (lines[0] <= ground.lo or lines[-1] >= ground.hi):
         raise Outside("the contact reaches an end of the profile")
-    return polished(lines, depth, ground, surface) if lines.size else lines
+    return polished(_joined(lines, ground), depth, ground, surface) if lines.size else lines
+
+
+def _joined(lines, ground):
+    """Without gaps as narrow as noise makes them."""
+    narrow = np.flatnonzero(lines[2::2] - lines[1:-1:2] <= JOINED * ground.feature)
+    return np.delete(lines, np.concatenate([2 * narrow + 1, 2 * narrow + 2]))
 
 
 def hull_lines(nodes, g, length, noise):

@@ -16,7 +16,8 @@ from .rests import Surfaces
 from .surfaces import surface_of
 from .totals import State, polished, state_of
 
-PER_FEATURE, MOST = 24, 2400
+PER_FEATURE, FEWEST, MOST = 24, 32, 2400
+FINEST = 1e-8  # of the feature
 LOW = 3.0  # δ₀: no contact reaches farther below the surface
 TIE = 1e-13
 NOTHING = State(np.empty((0, 2)), 0.0, 0.0, 0.0, 0.0)
@@ -70,15 +71,21 @@ def best_lines(scene, ground, surface, depth):
 def _nodes(scene, ground, depth):
     """Evenly spaced nodes where contact may be; corners are among them to within a spacing."""
     low = depth + LOW * scene.critical_separation
-    near = ground.nodes[ground.heights <= low]
-    if not near.size:
-        return near
-    first, last = near[0], near[-1]
-    count = min(MOST, math.ceil((last - first) / ground.feature * PER_FEATURE) + 2)
-    x = np.linspace(first, last, max(count, 400))
-    keep = ground.height(x) <= low
     tips = [at for at, _ in refined_minima(ground.height, ground.nodes, ground.heights, depth)]
-    return np.union1d(x[keep], [at for at in tips if first <= at <= last])
+    x, f = ground.nodes, ground.heights
+    while True:
+        near = np.union1d(x[f <= low], tips)
+        if not near.size:
+            return near
+        around = np.searchsorted(x, near[[0, -1]]) + np.array([-1, 1])
+        first, last = x[np.clip(around, 0, x.size - 1)]
+        if near.size > FEWEST or last - first < FINEST * ground.feature:
+            break
+        x = np.linspace(first, last, 16 * FEWEST)
+        f = ground.height(x)
+    count = math.ceil((last - first) / ground.feature * PER_FEATURE)
+    x = np.linspace(first, last, min(MOST, max(count, 400)))
+    return np.union1d(x[ground.height(x) <= low], tips)
 
 
 def _gaps(x, g, surface):
@@ -96,11 +103,11 @@ def _gaps(x, g, surface):
 
 
 def _through(x, g, length):
-    """Infinite where a tail to the left would penetrate: where some g is above it."""
+    """Infinite where a tail to the left would penetrate: g_i exp(-(x_i - x_m)/l) < g_m."""
     highest = np.full(x.size, -np.inf)
     for i in range(1, x.size):
-        highest[i] = max(highest[i - 1], g[i - 1]) * np.exp(-(x[i] - x[i - 1]) / length)
-    return np.where(np.maximum(g, 0) >= highest, 0.0, np.inf)
+        highest[i] = max(highest[i - 1], g[i - 1]) * np.exp((x[i] - x[i - 1]) / length)
+    return np.where(g >= highest, 0.0, np.inf)
 
 
 def _links(scene, ground, depth, x):

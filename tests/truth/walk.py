@@ -20,8 +20,8 @@ from .rests import BESIDE, MET, Surfaces, first_rest
 from .surfaces import surface_of
 
 MOVE = 1 / 4  # of the feature: the farthest a line moves before touching is looked for
-SINK = 1 / 3  # of δ₀: the farthest the depth grows at once
-ROUGHLY, CLOSELY = 1e-6, 1e-11  # of the feature: what counts as moved, on the way and at its end
+SINK = 0.6  # of δ₀: the farthest the depth grows at once
+ROUGHLY, CLOSELY = 1e-4, 1e-11  # of the feature: what counts as moved, on the way and at its end
 TIE = 1e-13  # of the depths of the scene: rounding of v
 
 

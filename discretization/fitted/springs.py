@@ -1,0 +1,150 @@
+"""Equilibria without surface tension, γ₁ = 0, of profiles that may have several contacts.
+
+Springs are independent: each attaches when it is touched and lets go at u = -δ₀. So the contact is
+what lies below a level of the profile, that of the largest depth so far or that at which springs
+let go, whichever is lower,
+
+    adhered:  f <= min(max(d, min f), d + δ₀),        global:  f <= d + δ₀    (18).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import Certificate, NotCertifiedError
+from discretization.equilibrium import QUANTITIES, Equilibrium, detached
+from discretization.fitted.contacts import panels
+from discretization.fitted.quadrature import Interval, refined
+from discretization.fitted.response import ABSENT
+from discretization.fitted.roots import bracketed
+from discretization.fitted.tail import FittedTail
+from discretization.profile import Resolved
+from energy import Scene
+
+Array = NDArray[np.float64]
+_ROUNDING = 16 * float(np.finfo(float).eps)
+_TIE = 1e-14  # of the level and δ₀: how far above the level a lowest point may lie by rounding
+
+
+def on_springs(
+    scene: Scene, profile: Resolved, depth: float, *, branch: str, rtol: float
+) -> Equilibrium:
+    """The certified state of independent springs.
+
+    ValueError for a contact that leaves the known profile; NotCertifiedError if springs that are
+    free would be touched.
+    """
+    reach, touch = scene.critical_separation, profile.touch
+    level = depth + reach if branch == "global" else min(max(depth, touch), depth + reach)
+    tail = FittedTail(1.0, ABSENT)
+    lift = max(abs(depth), reach) or 1.0
+    if touch > level + _TIE * lift:
+        apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))
+        return replace(detached(scene, depth, branch, tail, apart), method="fitted")
+    lines = _below(profile, max(level, touch))
+    coarse, fine = refined(scene, depth, panels(scene.indenter, lines), (0.0,) * 4, rtol)
+    pinned = np.isin(lines, scene.indenter.walls)
+    return _passed(
+        Equilibrium(
+            scene=scene,
+            depth=depth,
+            contacts=lines,
+            nodes=lines,
+            pinned=pinned,
+            force=fine.force,
+            energy=fine.energy,
+            certificate=_judged(profile, lines, pinned, depth, level, lift, fine),
+            tail=tail,
+            scales={"force": fine.force_scale, "energy": fine.energy_scale},
+            errors=_errors(scene, lines, pinned, depth, coarse, fine),
+            method="fitted",
+            branch=branch,
+            spacing=math.nan,
+        )
+    )
+
+
+def _below(profile: Resolved, level: float) -> Array:
+    """Ends (m, 2) of the parts of the profile at or below a level.
+
+    ValueError where one goes on beyond the known profile.
+    """
+    x, indenter = profile.x, profile.indenter
+    low = profile.f <= level
+    edges = np.diff(low.astype(int), prepend=0, append=0)
+    first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+    for i in (first[0], last[-1]):
+        if i in (0, x.size - 1) and float(x[i]) not in indenter.walls:
+            raise ValueError(
+                f"the contact spreads to x = {float(x[i])!r}, where the profile is not known any "
+                "more; give a wider profile or a smaller depth"
+            )
+
+    def line(inside: int, outside: int) -> float:
+        if not 0 <= outside < x.size:
+            return float(x[inside])
+        above = float(profile.f[inside]) == level
+        return float(x[inside]) if above else bracketed(
+            lambda at: float(indenter.height(at)) - level, float(x[inside]), float(x[outside])
+        )
+
+    ends = [(line(i, i - 1), line(j, j + 1)) for i, j in zip(first.tolist(), last.tolist(), strict=True)]
+    return np.array(ends)
+
+
+def _judged(
+    profile: Resolved,
+    lines: Array,
+    pinned: NDArray[np.bool_],
+    depth: float,
+    level: float,
+    lift: float,
+    found: Interval,
+) -> Certificate:
+    """penetration: of free springs; opening: no spring is held beyond δ₀; neighbours: lines at the level."""
+    free = np.searchsorted(lines.ravel(), profile.x) % 2 == 0
+    free &= ~np.isin(profile.x, lines)
+    through = float((depth - profile.f[free]).max(initial=0.0)) / lift
+    off = np.abs(np.asarray(profile.indenter.height(lines)) - level)[~pinned].max(initial=0.0)
+    torn = max(0.0, -found.weakest - max(0.0, level - depth)) / lift
+    force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
+    return Certificate(through, 0.0, torn, float(off) / lift, force)
+
+
+def _errors(
+    scene: Scene,
+    lines: Array,
+    pinned: NDArray[np.bool_],
+    depth: float,
+    coarse: Interval,
+    fine: Interval,
+) -> dict[str, float]:
+    """Rounding of the heights times the condition of the lines, and the quadrature."""
+    height, slope = (np.asarray(part(lines), float) for part in (scene.indenter.height, scene.indenter.slope))
+    size = np.abs(height) + abs(depth)
+    width = float(np.diff(lines, axis=1).sum())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        moves = np.minimum((_ROUNDING * size + fine.rounding) / np.abs(slope), width)
+    moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
+    pull = float((moves * scene.stiffness * np.abs(depth - height)).sum())
+    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
+    found = (
+        float(moves.sum()) / width + _ROUNDING if width else 0.0,
+        (abs(fine.force - coarse.force) + pull) / force + 4 * _ROUNDING,
+        abs(fine.energy - coarse.energy) / energy + 4 * _ROUNDING,
+    )
+    return dict(zip(QUANTITIES, map(float, found), strict=True))
+
+
+def _passed(state: Equilibrium) -> Equilibrium:
+    """The state. NotCertifiedError if its certificate failed."""
+    if not state.certificate.ok:
+        raise NotCertifiedError(
+            f"the springs at depth = {state.depth!r} violate {', '.join(state.certificate.failures)} "
+            f"({state.certificate})"
+        )
+    return state

@@ -1,0 +1,147 @@
+"""How accurate a lattice state is: next to coarser and finer lattices, and to its own parts.
+
+With e a relative error of the state's a, P or U as the docstring of `Equilibrium.error_estimate`
+has it, and Q_c that of the same question on every other node, errors are O(Δx²), so that
+
+    e <= 3/2 |Q - Q_c|/3.
+
+Two errors of this order may happen to be equal. Of U a second estimate therefore counts beside it,
+3/2 of what its parts (parts.py) differ by: quadrature between the lines found, of the profile as it
+is between nodes, too. With fewer than SPARSE nodes per l or NARROW links, and for a profile that is
+not convex, so it does of P. With fewer than NARROW links every other node is taken in three ways.
+If f is not convex the energy decides where there are contacts, and a is held to be no more certain
+than U.
+
+The state is not resolved, and all errors are infinite, where
+
+    a contact that is not pinned at both ends has fewer than LEAST links,
+    a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
+    from the line through them,
+    f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer has another
+    number of contacts,
+    the coarse nodes have no contact or no answer, or
+    the state is detached and a lattice finer by one of FINER has a contact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from discretization.certificate import NotCertifiedError
+from discretization.equilibrium import QUANTITIES, Equilibrium
+
+Solver = Callable[..., Equilibrium]  # on_lattice
+LEAST, NARROW, SPARSE = 4, 96, 16
+UNEVEN = 0.02
+FINER = (2, 8, 64)
+MOST = 200_000  # nodes, of a lattice that only looks for contacts
+_SAFETY = 1.5
+_ROUNDING = 4 * float(np.finfo(float).eps)
+UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
+EXACT = dict.fromkeys(QUANTITIES, 0.0)
+
+
+def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
+    """Relative errors of a lattice state; see the module."""
+    if not fine.contacts.size:
+        return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
+    if not np.isfinite(fine.contacts).all():
+        return EXACT
+    if _too_coarse(fine) or _other_contacts(solve, fine):
+        return UNRESOLVED
+    found = [_asked(solve, fine, 2 * fine.spacing, origin) for origin in _origins(fine)]
+    coarse = [state for state in found if state is not None and state.contacts.size]
+    if len(coarse) < len(found):
+        return UNRESOLVED
+    bounds = [_from_coarse(fine, state) for state in coarse]
+    return {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
+
+
+def _origins(fine: Equilibrium) -> list[float | None]:
+    """A node of each coarse lattice; None: as the profile has it."""
+    first = float(fine.nodes[0, 0])
+    return [None, first, first + fine.spacing] if _narrow(fine) else [None]
+
+
+def _sparse(state: Equilibrium) -> bool:
+    """Whether a lattice has few nodes per l."""
+    return state.scene.elastocapillary_length < SPARSE * state.spacing
+
+
+def _other_contacts(solve: Solver, state: Equilibrium) -> bool:
+    """Whether a finer lattice has another number of contacts; only sparse ones are checked."""
+    if state.scene.indenter.convex or not _sparse(state):
+        return False
+    finer = _asked(solve, state, state.spacing / 4)
+    return finer is None or len(finer.contacts) != len(state.contacts)
+
+
+def _narrow(state: Equilibrium) -> bool:
+    """Whether a state has few links in contact."""
+    return float(np.diff(state.nodes).sum()) < NARROW * state.spacing
+
+
+def _too_coarse(state: Equilibrium) -> bool:
+    """Whether a contact has too few links, or the profile too few nodes, for errors to be known."""
+    links = np.diff(state.nodes)[:, 0] / state.spacing
+    if ((links < LEAST - 0.5) & ~state.pinned.all(axis=1)).any():
+        return True
+    return not state.scene.indenter.convex and _uneven(state)
+
+
+def _uneven(state: Equilibrium) -> bool:
+    """Whether the profile in contact departs from straight lines between the nodes."""
+    departs, lift = 0.0, state.scene.critical_separation
+    for first, last in state.nodes.tolist():
+        x = np.linspace(first, last, 2 * round((last - first) / state.spacing) + 1)
+        f = state.scene.indenter.height(x)
+        beside = np.abs(f[1::2] - (f[:-1:2] + f[2::2]) / 2)
+        departs = max(departs, float(beside.max(initial=0.0)))
+        lift = max(lift, float(np.abs(state.depth - f).max()))
+    return departs > UNEVEN * lift
+
+
+def _from_coarse(fine: Equilibrium, coarse: Equilibrium) -> dict[str, float]:
+    """The estimates of the module from one coarse state.
+
+    Where the coarse state has another number of contacts all of the change counts.
+    """
+    alike = coarse.contacts.shape == fine.contacts.shape
+    parts, convex = {"energy": fine.energy_parts}, fine.scene.indenter.convex
+    if _narrow(fine) or _sparse(fine) or not convex:
+        parts["force"] = fine.force_parts
+    scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
+    errors = {}
+    for name, scale in scales.items():
+        values = getattr(fine, name), getattr(coarse, name)
+        size = scale or max(map(abs, values))  # touching without adhesion: nothing is deformed
+        change = abs(values[0] - values[1]) / (3 if alike else 1)
+        if name in parts:
+            change = max(change, abs(sum(parts[name].values()) - values[0]))
+        errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING
+    if not convex:
+        errors["half_width"] = max(errors["half_width"], errors["energy"])
+    return errors
+
+
+def _held_on_finer_nodes(solve: Solver, state: Equilibrium) -> bool:
+    """Whether a finer lattice has a contact; finer ones take all their nodes if f is not convex."""
+    indenter, dx = state.scene.indenter, state.spacing
+    width = 0.0 if indenter.convex else indenter.extent[1] - indenter.extent[0]
+    finer = [dx / each for each in FINER if not MOST * dx / each < width < math.inf]
+    found = (_asked(solve, state, spacing) for spacing in finer or [dx / FINER[0]])
+    return any(one is not None and one.contacts.size for one in found)
+
+
+def _asked(
+    solve: Solver, state: Equilibrium, spacing: float, origin: float | None = None
+) -> Equilibrium | None:
+    """The same question on other nodes; None if it has no answer."""
+    asked = {"branch": state.branch, "origin": origin, "margin": False}
+    try:
+        return solve(state.scene, state.depth, spacing, **asked)
+    except (ValueError, NotCertifiedError):
+        return None

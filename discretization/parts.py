@@ -1,0 +1,154 @@
+"""Energy and force of an equilibrium in parts, by quadrature over its contacts and free surfaces.
+
+    springs   ∫ k/2 u² dx, over the whole surface
+    surface   ∫ γ₁/2 u'² dx, or ∫ γ₁ (√(1+u'²) - 1) dx with finite slopes
+    adhesion  -w times the length in contact, along the indenter with finite slopes
+    pressure  k ∫ (d - f) dx over the contacts (9)
+    lines     -γ₁ Σ sin β over all contact lines (10), β the outward inclination beside each
+
+They are read from the displacement field and its slopes at the lines, whoever found those. Their
+sums are the energy and the force up to quadrature and to what `error_estimate` says of the latter.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energy import terms
+
+if TYPE_CHECKING:
+    from discretization.equilibrium import Equilibrium
+
+Array = NDArray[np.float64]
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_HALVINGS = 9
+_AGREED = 1e-13  # change of the integrals relative to their size: all but rounding
+_GRADED = 2.0 ** np.arange(-3, 6)  # lengths l from a line at which panels in a gap end
+
+
+class Parts(NamedTuple):
+    """The parts by name: of the energy [energy/length] and of the force [force/length]."""
+
+    energy: dict[str, float]
+    force: dict[str, float]
+
+    @classmethod
+    def of(cls, springs: float, surface: float, adhesion: float, *force: float) -> Parts:
+        """From the five numbers of the module, in its order."""
+        energy = {"springs": springs, "surface": surface, "adhesion": adhesion}
+        return cls(energy, dict(zip(("pressure", "lines"), force, strict=True)))
+
+
+def parts_of(state: Equilibrium) -> Parts:
+    """Energy and force of a state in parts; of a plane without end every part is endless."""
+    if not state.contacts.size:
+        return Parts.of(0.0, 0.0, 0.0, 0.0, 0.0)
+    if not np.isfinite(state.contacts).all():
+        bound = -math.inf if state.scene.work_of_adhesion else 0.0
+        return Parts.of(math.inf if state.depth else 0.0, 0.0, bound, state.force, 0.0)
+    springs, surface, adhesion, pressure = _in_contact(state)
+    free, pull = np.zeros(2), 0.0
+    if state.scene.gamma1:
+        free, pull = _of_tails(state) + _of_gaps(state), _of_lines(state)
+    stored = float(springs + free[0]), float(surface + free[1])
+    return Parts.of(*stored, float(adhesion), float(pressure), pull)
+
+
+def _of_lines(state: Equilibrium) -> float:
+    """-γ₁ Σ sin β, or -γ₁ Σ u' with small slopes (11)."""
+    beside = state.line_slopes[1]
+    if state.scene.slopes == "finite":
+        beside = beside / np.hypot(1.0, beside)
+    return -state.scene.gamma1 * float(beside.sum())
+
+
+def _in_contact(state: Equilibrium) -> Array:
+    """Springs, surface, adhesion and pressure (4,) of the contacts.
+
+    Panels end at corners, knots and the apex. They are halved until no integral changes by more
+    than rounding, or a number of times: a profile may be rougher than any panel.
+    """
+    ends = _panels(state)
+    found, _ = _summed(state, ends)
+    for _ in range(_HALVINGS):
+        middle = ends.mean(axis=1)
+        ends = np.concatenate(
+            [np.column_stack([ends[:, 0], middle]), np.column_stack([middle, ends[:, 1]])]
+        )
+        before = found
+        found, size = _summed(state, ends)
+        if (np.abs(found - before) <= _AGREED * size).all():
+            break
+    return found
+
+
+def _panels(state: Equilibrium) -> Array:
+    """Ends (n, 2) of the panels in contact."""
+    indenter = state.scene.indenter
+    apex = [] if indenter.apex is None else [indenter.apex]
+    kinks = (np.asarray(part, float) for part in (indenter.corners, indenter.knots, apex))
+    cuts = np.unique(np.concatenate([*kinks]))
+    found: list[tuple[float, float]] = []
+    for left, right in state.contacts.tolist():
+        inner = cuts[(cuts > left) & (cuts < right)]
+        found += itertools.pairwise([left, *inner.tolist(), right])
+    return np.reshape(np.array(found, np.float64), (-1, 2))
+
+
+def _summed(state: Equilibrium, ends: Array) -> tuple[Array, Array]:
+    """The integrals of `_in_contact` on these panels (n, 2), and of their absolute values."""
+    scene, half = state.scene, (ends[:, 1:] - ends[:, :1]) / 2
+    x = ends.mean(axis=1)[:, None] + half * _POINTS
+    gamma1, w, slopes = scene.gamma1, scene.work_of_adhesion, scene.slopes
+    u, slope = state.depth - scene.indenter.height(x), scene.indenter.slope(x)
+    stretched = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
+    bound = terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes) - stretched
+    stored, pressure, _ = terms.spring(u, k=scene.stiffness)
+    densities = np.array([stored, stretched, bound, pressure])
+    weights = half * _WEIGHTS
+    return (densities * weights).sum(axis=(1, 2)), (np.abs(densities) * weights).sum(axis=(1, 2))
+
+
+def _of_tails(state: Equilibrium) -> Array:
+    """Springs and surface (2,) beyond the outermost lines.
+
+    A tail is the same one seen from each of its points: with its slope s(u) there, dx = du/|s|.
+    """
+    scene, total = state.scene, np.zeros(2)
+    for end in (state.contacts[0, 0], state.contacts[-1, 1]):
+        u_line = state.depth - float(scene.indenter.height(end))
+        if u_line:
+            u = u_line * (1 + _POINTS) / 2
+            s = state.tail.slope(u)
+            over = _WEIGHTS * abs(u_line) / 2 / np.abs(s)
+            surface = terms.surface(s, gamma1=scene.gamma1, slopes=scene.slopes)
+            total += over @ terms.spring(u, k=scene.stiffness).value, over @ surface.value
+    return total
+
+
+def _of_gaps(state: Equilibrium) -> Array:
+    """Springs and surface (2,) of the free surfaces between contacts (small slopes).
+
+    As γ₁u'' = ku (5), both together are [γ₁ u u']/2 between the lines.
+    """
+    scene, total = state.scene, np.zeros(2)
+    outwards = state.line_slopes[1]
+    u = state.depth - scene.indenter.height(state.contacts)
+    near = scene.elastocapillary_length * _GRADED
+    for i, (left, right) in enumerate(
+        zip(state.contacts[:-1, 1], state.contacts[1:, 0], strict=True)
+    ):
+        cuts = np.unique(np.concatenate([left + near, right - near, [(left + right) / 2]]))
+        ends = np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
+        half = np.diff(ends)[:, None] / 2
+        x = ends[:-1, None] + half * (1 + _POINTS)
+        stored = terms.spring(state.displacement(x), k=scene.stiffness).value
+        springs = float((stored * half * _WEIGHTS).sum())
+        pulls = u[i, 1] * outwards[i, 1] + u[i + 1, 0] * outwards[i + 1, 0]
+        total += springs, -scene.gamma1 / 2 * float(pulls) - springs
+    return total

@@ -1,0 +1,46 @@
+"""Units as the headers of measured data write them: a prefix and m, N or N/m."""
+
+from __future__ import annotations
+
+import re
+
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_SIZES = {symbol: 10.0**power for power, symbol in PREFIXES.items()}
+_SIZES |= {"c": 1e-2, "u": 1e-6, "μ": 1e-6}
+_NEWTON = f"([{''.join(_SIZES)}]?)N"
+_METRE = "([kcmµuμnp]?)m"  # no Mm and Gm: whoever writes Mm means mm
+KINDS = {
+    "length": re.compile(_METRE),
+    "force": re.compile(_NEWTON),
+    "force per length": re.compile(f"{_NEWTON}/{_METRE}"),
+}
+
+
+def size(unit: str, kind: str) -> float | None:
+    """The unit in m, N or N/m; None unless it is one of that kind of KINDS, such as "mN/m"."""
+    found = KINDS[kind].fullmatch(unit.strip())
+    if found is None:
+        return None
+    first, *below = found.groups()
+    return _SIZES[first] / (_SIZES[below[0]] if below else 1.0)
+
+
+def named(cell: str) -> tuple[str, str]:
+    """Name and unit of a column; unit "" if none.
+
+    Whatever stands in brackets at the end is taken for the unit, as in "depth [µm]" and "depth
+    (inch)", and a short word behind a slash, "depth/µm"; "depth in µm", "depth, µm", "depth_um" and
+    "depth µm" only where that is a known unit.
+    """
+    text = " ".join(cell.split())
+    loose = re.fullmatch(r"(.*?[^\s/])(?:\s+in\s+|\s*[,_]\s*|\s+)(\S+)", text)
+    if loose and any_kind(loose[2]):
+        return loose[1], loose[2]
+    marked = re.fullmatch(r"(.+?)\s*[\[(]([^\[\]()]*)[\])]", text)
+    marked = marked or re.fullmatch(r"([^/]+?)\s*/\s*(\S{1,6})", text)
+    return (marked[1], marked[2].strip()) if marked else (text, "")
+
+
+def any_kind(unit: str) -> bool:
+    """Whether the text is a unit of one of the KINDS."""
+    return any(size(unit, kind) is not None for kind in KINDS)

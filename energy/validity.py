@@ -1,0 +1,147 @@
+"""How far the assumptions of the model hold: d ≪ h ≪ a, small slopes, and h not above l.
+
+The layer is a bed of independent springs (3). Of a layer bonded to a rigid base that is exact for
+a displacement that does not vary over its thickness; one that varies as cos qx meets the stiffness
+
+    k(q) = k (1 - c₂ q²h² + O(q⁴h⁴)),    c₂ = ν(4ν - 1)/(3(1 - ν)(1 - 2ν)).
+
+The free surface varies over l, so that c₂(h/l)² and h/l tell what the springs are worth there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from energy.scene import Scene
+
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(200)
+MUCH_LESS = 0.1  # how "≪" is read
+
+
+class Assumption(NamedTuple):
+    """One assumption of the model: a dimensionless measure that should stay below its limit."""
+
+    name: str
+    value: float
+    limit: float
+    consequence: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the measure does not exceed its limit."""
+        return self.value <= self.limit
+
+    def __str__(self) -> str:
+        verdict = "holds" if self.holds else f"VIOLATED: {self.consequence}"
+        return f"{self.name} = {self.value:.3g} (limit {self.limit:g}): {verdict}"
+
+
+class Deformation(NamedTuple):
+    """What an equilibrium in contact does to the layer.
+
+    indentation: depth below first touch, d - min f; displacement: largest |u| anywhere; half_width:
+    of the narrowest contact; slope: steepest |f'| in contact and |u'| beside it.
+    """
+
+    indentation: float
+    displacement: float
+    half_width: float
+    slope: float
+
+
+def assumptions(scene: Scene, deformed: Deformation | None) -> tuple[Assumption, ...]:
+    """The assumptions that a state of this scene makes; deformed: None without contact.
+
+    Those of Sections 2 and 6: d ≪ h ≪ a, slopes ≪ 1, 2w ≪ γ₁; for a nearly incompressible layer
+    (h/a)² ≪ 1 - 2ν; and with tension |c₂|(h/l)² ≪ 1 and h <= l. "≪" is read as "less than a tenth
+    of".
+    """
+    layered = () if deformed is None else _of_layer(scene, deformed)
+    return (*layered, *_of_slopes(scene, deformed), *_of_free_surface(scene))
+
+
+def _of_layer(scene: Scene, deformed: Deformation) -> tuple[Assumption, ...]:
+    """Strain of the layer, and its thickness against the narrowest contact."""
+    h, strained = scene.layer.h, "the layer is strained beyond linearity"
+    thickness = h / deformed.half_width if deformed.half_width else math.inf
+    return (
+        Assumption("d/h", abs(deformed.indentation) / h, MUCH_LESS, strained),
+        Assumption("u/h", deformed.displacement / h, MUCH_LESS, strained),
+        Assumption("h/a", thickness, MUCH_LESS, "the layer is not thin against a contact"),
+        Assumption(
+            "(h/a)²/(1-2ν)",
+            thickness**2 / (1 - 2 * scene.layer.nu),
+            MUCH_LESS,
+            "nearly incompressible: material flows sideways, springs are not independent",
+        ),
+    )
+
+
+def _of_slopes(scene: Scene, deformed: Deformation | None) -> tuple[Assumption, ...]:
+    """What the small-slope energies need; nothing for finite slopes."""
+    if scene.slopes != "small":
+        return ()
+    w, steep = scene.work_of_adhesion, "surfaces are too steep for small-slope energies"
+    ratio = (2 * w / scene.gamma1 if scene.gamma1 else math.inf) if w else 0.0
+    angle = Assumption("2w/γ₁", ratio, MUCH_LESS, "the contact angle is far from π")
+    if deformed is None:
+        return (angle,)
+    return Assumption("slope", deformed.slope, MUCH_LESS, steep), angle
+
+
+def _of_free_surface(scene: Scene) -> tuple[Assumption, ...]:
+    """The thickness against the elastocapillary length; nothing without tension."""
+    if not scene.gamma1:
+        return ()
+    ratio = scene.layer.h / scene.elastocapillary_length
+    off = abs(compliance_error(scene.layer.nu, ratio))
+    bends = f"its compliance under a line load is off by {100 * off:.2g} %"
+    return (
+        Assumption(
+            "|c₂|(h/l)²",
+            abs(second_order(scene.layer.nu)) * ratio**2,
+            MUCH_LESS,
+            f"the free surface bends within l, where springs are not independent: {bends}",
+        ),
+        Assumption(
+            "h/l", ratio, 1.0, f"the free surface bends within less than the thickness: {bends}"
+        ),
+    )
+
+
+def second_order(nu: float) -> float:
+    """c₂ = ν(4ν - 1)/(3(1 - ν)(1 - 2ν)) of the bonded layer; 0 for ν = 0 and ¼."""
+    return nu * (4 * nu - 1) / (3 * (1 - nu) * (1 - 2 * nu))
+
+
+def compliance_error(nu: float, thickness: float) -> float:
+    """Compliance of the free surface of the exact bonded layer over that of springs, minus 1.
+
+    u(0)/F = 1/π ∫₀^∞ dq/(k(q) + γ₁q²) under a line load F, against 1/(2kl); with ql = tan φ
+
+        2/π ∫₀^{π/2} dφ/(cos² φ k(q)/k + sin² φ) - 1.
+
+    thickness: h/l.
+    """
+    angle = math.pi / 4 * (_POINTS + 1)
+    relative = _stiffness(nu, thickness * np.tan(angle))
+    density = 1 / (np.cos(angle) ** 2 * relative + np.sin(angle) ** 2)
+    return float(_WEIGHTS @ density) / 2 - 1
+
+
+def _stiffness(nu: float, qh: NDArray[np.float64]) -> NDArray[np.float64]:
+    """k(q)/k of the bonded layer in plane strain without shear stress on its surface, qh > 0.
+
+    With κ = qh: κ [(3-4ν) cosh 2κ + 2κ² + 5 - 12ν + 8ν²]/[(3-4ν) sinh 2κ - 2κ] (1-2ν)/(2(1-ν)²);
+    both brackets are divided by cosh 2κ here.
+    """
+    decay = np.exp(-2 * qh)
+    sech = 2 * decay / (1 + decay**2)
+    above = 3 - 4 * nu + (2 * qh**2 + 5 - 12 * nu + 8 * nu**2) * sech
+    below = (3 - 4 * nu) * np.tanh(2 * qh) - 2 * qh * sech
+    return np.asarray(qh * above / below * (1 - 2 * nu) / (2 * (1 - nu) ** 2))

@@ -1,0 +1,225 @@
+"""How far the assumptions of the model hold, and what the exact layer says of the springs."""
+
+import itertools
+import math
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import DELTA0, L, adhesive, rough, two
+from scipy.integrate import quad
+from scipy.linalg import expm
+
+import discretization
+from discretization import minimise
+from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, SurfaceEnergies
+from energy.validity import compliance_error, second_order
+from studies import run
+from studies.checks import scenes as checks
+from studies.fit_trials import SCENE as FITTED
+from studies.new import TEMPLATE
+from studies.scene_file import built
+
+README = Path(__file__).parent.parent / "README.md"
+SHORT = 8.0  # qh from which the layer is a half-space to 1e-5
+
+
+def stiffness(nu, q):
+    """k(q)/k of a bonded layer of h = 1: plane strain, by the exponential of its equations.
+
+    With u_x = U(z) sin qx, u_z = W cos qx, σ_zz = S cos qx, σ_xz = T sin qx and μ = 1; U = W = 0 at
+    the base, T = 0 on the surface.
+    """
+    if q > SHORT:
+        return q * (1 - 2 * nu) / (2 * (1 - nu) ** 2)
+    lame = 2 * nu / (1 - 2 * nu)
+    uniaxial = lame + 2
+    growth = np.array(
+        [
+            [0, q, 1, 0],
+            [-lame * q / uniaxial, 0, 0, 1 / uniaxial],
+            [q * q * (uniaxial - lame**2 / uniaxial), 0, 0, q * lame / uniaxial],
+            [0, 0, -q, 0],
+        ]
+    )
+    top = expm(growth)[:, 2:]  # of stresses T, S at the base
+    at_base = np.array([-top[2, 1], top[2, 0]])
+    _, lift, _, stress = top @ at_base
+    return stress / lift / uniaxial
+
+
+def compliance(nu, ratio):
+    """u(0)/F of the free surface under a line load over 1/(2kl), for ratio = l/h."""
+
+    def density(q):
+        return 1 / (stiffness(nu, q) + (q * ratio) ** 2)
+
+    cuts = [0, 0.3 / ratio, 1, 3, SHORT, math.inf]
+    parts = [quad(density, a, b, epsrel=1e-9)[0] for a, b in itertools.pairwise(cuts)]
+    return 2 * ratio / math.pi * sum(parts)
+
+
+def film(nu, ratio, gamma1=0.07, **options):
+    """A scene with l/h = ratio."""
+    unit, h = ElasticLayer(1.0, nu, 1.0).modulus, 5e-6
+    layer = ElasticLayer(gamma1 / (ratio**2 * h * unit), nu, h)
+    return Scene(layer, SurfaceEnergies.from_work(gamma1, 6e-5), Parabola(0.02), **options)
+
+
+def measures(state):
+    return {one.name: one for one in state.validity}
+
+
+@pytest.mark.parametrize(
+    ("nu", "ratio", "percent"),
+    [
+        *((0.45, r, p) for r, p in ((0.35, 25), (1, 15), (2, 7.8), (5, 2.3), (10, 0.8))),
+        *((0.3, r, p) for r, p in ((0.35, -9), (1, -0.5), (2, 0.1))),
+        *((0.49, r, p) for r, p in ((2, 30), (5, 11), (10, 4))),
+    ],
+)
+def test_the_error_that_is_told_is_that_of_the_exact_layer(nu, ratio, percent):
+    exact = 100 * (compliance(nu, ratio) - 1)
+    assert exact == pytest.approx(percent, rel=0.05, abs=0.051)
+    assert 100 * compliance_error(nu, 1 / ratio) == pytest.approx(exact, rel=0, abs=2e-3)
+    for one in measures(minimise(film(nu, ratio), 0.0)).values():
+        if one.name in ("h/l", "|c₂|(h/l)²"):
+            assert f"is off by {abs(exact):.2g} %" in one.consequence
+
+
+def test_the_springs_are_good_to_three_per_cent_where_both_measures_hold():
+    worst, outside = 0.0, 0.0
+    for nu in (-0.9, -0.5, -0.2, 0.0, 0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.48, 0.49, 0.499):
+        least = max(1.0, math.sqrt(abs(second_order(nu)) / 0.1)) * (1 + 1e-9)
+        found = measures(minimise(film(nu, least), 0.0))
+        assert found["h/l"].holds and found["|c₂|(h/l)²"].holds
+        worst = max(worst, abs(compliance(nu, least) - 1))
+        beyond = measures(minimise(film(nu, least / 2), 0.0))
+        assert not (beyond["h/l"].holds and beyond["|c₂|(h/l)²"].holds)
+        outside = max(outside, abs(compliance(nu, least / 2) - 1))
+    assert 0.03 < worst <= 0.031
+    assert outside > 0.05
+
+
+@pytest.mark.parametrize("nu", [-0.5, 0.3, 0.45, 0.49])
+def test_c2_is_the_second_order_of_the_exact_layer(nu):
+    assert (1 - stiffness(nu, 1e-2)) / 1e-4 == pytest.approx(second_order(nu), rel=5e-3, abs=0)
+    far = 100.0
+    half = second_order(nu) / (2 * far**2)
+    assert compliance(nu, far) - 1 == pytest.approx(half, rel=0.1, abs=0)
+
+
+def test_without_tension_no_free_surface_is_judged():
+    names = set(measures(minimise(adhesive(Parabola(0.02), gamma1=0.0), DELTA0)))
+    assert "u/h" in names
+    assert not names & {"h/l", "|c₂|(h/l)²"}
+
+
+def test_a_detached_layer_is_not_strained_but_its_free_surface_is_judged():
+    thick = film(0.45, 0.35)
+    state = minimise(thick, -1.0)
+    assert state.label == "detached"
+    assert set(measures(state)) == {"2w/γ₁", "h/l", "|c₂|(h/l)²"}
+    assert [text.split(" = ")[0] for text in state.warnings] == ["|c₂|(h/l)²", "h/l"]
+    assert "VIOLATED" in run.summary(run.Record(None, (minimise(thick, 0.0),)))
+    assert "violated: |c₂|(h/l)², h/l" in run.row(state)
+
+
+@pytest.mark.parametrize("lift", [0.01, -0.03])
+def test_depth_is_measured_from_first_touch(lift):
+    x = np.linspace(-8 * L, 8 * L, 401)
+    for d in (0.5 * DELTA0, -0.1 * DELTA0):
+        body = Sampled(x, x**2 / 0.04 + lift, kind="smooth")
+        found = measures(minimise(adhesive(body), d + lift))
+        assert found["d/h"].value == pytest.approx(abs(d) / 0.03, rel=1e-9, abs=0)
+    tilted = adhesive(Parabola(0.02).tilted(0.3))
+    bottom = -(0.3**2) * 0.02 / 2
+    found = measures(minimise(tilted, bottom + DELTA0))
+    assert found["d/h"].value == pytest.approx(DELTA0 / 0.03, rel=1e-3, abs=0)
+
+
+def test_thickness_is_measured_against_the_narrowest_contact():
+    state = minimise(adhesive(two(6 * L)), 0.3 * DELTA0)
+    widths = np.diff(state.contacts)[:, 0]
+    assert len(widths) == 2 and widths[0] > 1.1 * widths[1]
+    assert measures(state)["h/a"].value == pytest.approx(0.06 / widths[1], rel=1e-12, abs=0)
+    layers = measures(minimise(rough(3), 0.5 * DELTA0))
+    assert layers["h/a"].value > 0.03 / (10 * L)
+
+
+def dent(half_width, height, punch):
+    """A flat punch with a dent of this half-width and height in its middle."""
+    x = np.linspace(-punch, punch, 801)
+    z = np.where(np.abs(x) < half_width, height / 2 * (1 + np.cos(np.pi * x / half_width)), 0.0)
+    return adhesive(Sampled(x, z, kind="smooth") + FlatPunch(punch))
+
+
+def test_displacement_is_the_largest_anywhere():
+    pressed = minimise(adhesive(Parabola(0.02)), 3 * DELTA0)
+    assert measures(pressed)["u/h"].value == pytest.approx(3 * DELTA0 / 0.03, rel=1e-12, abs=0)
+    lifted = minimise(dent(4 * L, 0.3 * DELTA0, 5 * L), -0.1 * DELTA0)
+    assert len(lifted.contacts) == 1
+    assert measures(lifted)["u/h"].value == pytest.approx(0.4 * DELTA0 / 0.03, rel=1e-4, abs=0)
+
+
+def test_slopes_count_inside_the_contact():
+    pressed = minimise(dent(2 * L, 0.3 * DELTA0, 5 * L), 5 * DELTA0)
+    assert len(pressed.contacts) == 1
+    inside, beside = 0.15 * DELTA0 * np.pi / (2 * L), 5 * DELTA0 / L
+    assert measures(pressed)["slope"].value == pytest.approx(beside, rel=1e-6, abs=0)
+    level = minimise(dent(2 * L, 0.3 * DELTA0, 5 * L), 0.0)
+    assert len(level.contacts) == 1
+    assert measures(level)["slope"].value == pytest.approx(inside, rel=1e-3, abs=0)
+
+
+def test_an_endless_contact_is_judged():
+    flat = measures(minimise(adhesive(Plane()), 0.5 * DELTA0))
+    assert flat["u/h"].value == flat["d/h"].value == pytest.approx(0.5 * DELTA0 / 0.03)
+    assert flat["h/a"].value == 0
+
+
+@pytest.fixture
+def seen(monkeypatch):
+    """The states that `discretization.minimise` has given."""
+    states, original = [], discretization.minimise
+
+    def recorded(*given, **options):
+        states.append(original(*given, **options))
+        return states[-1]
+
+    monkeypatch.setattr(discretization, "minimise", recorded)
+    return states
+
+
+def test_the_recipes_of_the_readme_are_inside_the_model_or_say_so(seen, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = README.read_text("utf-8").split("## Five recipes")[1].split("\n## ")[0]
+    recipes = re.findall(r"(.*?)```python\n(.*?)```", text, re.S)
+    assert len(recipes) == 4
+    outside = []
+    for words, recipe in recipes:
+        seen.clear()
+        names = {}
+        exec(compile(recipe, "README.md", "exec"), names)
+        for state in seen:
+            outside.append(bool(state.warnings))
+            assert not state.warnings or "state.warnings" in words
+        if "path" in names:
+            pull_off = names["path"].pull_off
+            assert minimise(names["scene"], pull_off.depth).warnings == ()
+            assert minimise(names["scene"], -0.33e-6).warnings == ()
+            assert minimise(names["scene"], -0.34e-6).warnings
+    assert sum(outside) == 2 and len(outside) >= 6
+
+
+def test_the_scene_that_new_writes_is_inside_the_model():
+    record = run.run(built(Path("new.toml"), tomllib.loads(TEMPLATE)))
+    assert len(record.attached) == len(record.states) == 33
+    assert all(state.warnings == () for state in record.states)
+
+
+def test_the_scenes_of_checks_and_fits_are_inside_the_model():
+    for scene in (checks.gel(checks.PARABOLA), checks.gel(checks.WEDGE), FITTED):
+        assert minimise(scene, 0.0).warnings == ()
