@@ -152,8 +152,8 @@ def refined(
 class _Panels(NamedTuple):
     """Panels between ends (n, 2): integrals (5, n) by the more points of these orders.
 
-    apart (2, n): what energy and force by fewer points, and of the whole, are off by; errors (2, n):
-    these, or a part of what they were before the panel was halved; weakest (n,): the least g.
+    apart (2, n): how far energy and force by fewer points, or of the whole, are from these; errors
+    (2, n): the same, or a part of what it was before the panel was halved; weakest (n,): least g.
     """
 
     ends: Array
@@ -215,8 +215,8 @@ def _halved(
         fine = Interval(*_summed(panels.sums.sum(axis=1).tolist(), free), least, rounding)
         lost = rounding * np.array([fine.force_scale, felt])
         limit = allowed * np.array([fine.energy_scale, fine.force_scale]) + lost
-        apart = panels.errors.sum(axis=1)
-        rough = (panels.errors > limit[:, None] / len(panels.ends)).any(axis=0) & panels.divisible
+        apart, share = panels.errors.sum(axis=1), limit[:, None] / max(1, len(panels.ends))
+        rough = (panels.errors > share).any(axis=0) & panels.divisible
         if (apart <= limit).all() or not rough.any() or len(panels.ends) > most:
             energy, force = (apart + lost).tolist()
             return fine._replace(energy=fine.energy - energy, force=fine.force - force), fine
