@@ -218,6 +218,8 @@ def case_of(kind, seed):
 def _deep(rng, kind, draw):
     """Depth above first touch, in δ₀."""
     above = rng.uniform(0, 4) if rng.random() < 0.75 else 10 ** rng.uniform(-6, 0)
+    if kind == "finite" and draw is fine_ripples:
+        above *= 0.3  # fewer contacts: their gaps take time
     if draw is tiny:
         above = 10 ** rng.uniform(-6, 0)
     if kind == "no_adhesion" or rng.random() < 0.8:

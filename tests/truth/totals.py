@@ -31,23 +31,36 @@ def polished(lines, depth, ground, surface, near=NEAR):
     loose = np.flatnonzero(~np.isin(lines, known))
     if not loose.size:
         return lines
-    step = STEP * ground.feature
     x, best = lines, np.abs(imbalance(lines, depth, ground, surface)[loose]).max()
     for _ in range(4):
-        value = imbalance(x, depth, ground, surface)[loose]
-        columns = []
-        for i in loose:
-            shift = step * (np.arange(x.size) == i)
-            two = [imbalance(x + s * shift, depth, ground, surface)[loose] for s in (1, -1)]
-            columns.append((two[0] - two[1]) / (2 * step))
+        value = imbalance(x, depth, ground, surface)
+        J = jacobian(x, depth, ground, surface)[np.ix_(loose, loose)]
         x = x.copy()
-        x[loose] -= np.linalg.lstsq(np.array(columns).T, value, rcond=None)[0]
+        x[loose] -= np.linalg.lstsq(J, value[loose], rcond=None)[0]
         if np.abs(x - lines).max() > near * ground.feature or (np.diff(x) < 0).any():
             break
         size = np.abs(imbalance(x, depth, ground, surface)[loose]).max()
         if size < best:
             lines, best = x, size
     return lines
+
+
+def jacobian(x, depth, ground, surface):
+    """Of the imbalance by the lines, from central differences: of a line and the one it faces.
+
+    All left lines are moved at once, then all right ones, as no two of them face each other.
+    """
+    J, step, i = np.zeros((x.size, x.size)), STEP * ground.feature, np.arange(x.size)
+    facing = i + np.where(i % 2, 1, -1)
+    for side in (0, 1):
+        shift = step * (i % 2 == side)
+        two = [imbalance(x + s * shift, depth, ground, surface) for s in (1, -1)]
+        rate = (two[0] - two[1]) / (2 * step)
+        own = i[i % 2 == side]
+        J[own, own] = rate[own]
+        own = own[(facing[own] >= 0) & (facing[own] < x.size)]
+        J[facing[own], own] = rate[facing[own]]
+    return J
 
 
 def imbalance(lines, depth, ground, surface):
