@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 
 from discretization import Equilibrium, History, load_path, minimise
 from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
-from studies import command
-from studies.batches import each
-from studies.figures import COLOURS
-from studies.units import prefixed
+from energy.units import prefixed
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.figures import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -208,7 +208,9 @@ def test_a_profile_too_rough_to_see_every_event_is_warned_of():
         """Smooth where contact is, ripples of wavenumber k beyond."""
         return Profile(
             height=lambda x: x * x / 20 + 1e-2 * (np.abs(x) > 2) * np.sin(k * (np.abs(x) - 2)) / k,
-            slope=lambda x: x / 10 + 1e-2 * np.sign(x) * (np.abs(x) > 2) * np.cos(k * (np.abs(x) - 2)),
+            slope=lambda x: (
+                x / 10 + 1e-2 * np.sign(x) * (np.abs(x) > 2) * np.cos(k * (np.abs(x) - 2))
+            ),
             extent=(-3.0, 3.0),
             corners=(-2.0, 2.0),
         )

@@ -9,11 +9,11 @@ from scenes import DELTA0, L, adhesive, rough, tips
 
 from discretization import minimise
 from energy import FlatPunch, Parabola, Profile, Wedge
-from studies import run as study
-from studies.new import TEMPLATE
-from studies.random_cases import SHAPES, random_case, random_steep_case
-from studies.scene_file import built
-from studies.table import read
+from studies.scenes import run as study
+from studies.scenes.file import built
+from studies.scenes.new import TEMPLATE
+from studies.shared.random_cases import SHAPES, random_case, random_steep_case
+from studies.shared.table import read
 
 WORDS = {"global", "metastable", "adhered", "neutral", "detached"}
 

@@ -11,9 +11,10 @@ from scene_files import refused, writer
 from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies import __main__ as command_line
-from studies import new, path_figures, scene_path
-from studies import run as study
-from studies.scene_file import load
+from studies.scenes import new
+from studies.scenes import path as scene_path
+from studies.scenes import run as study
+from studies.scenes.file import load
 
 TEXT = """
 title = "A loop"
@@ -138,7 +139,7 @@ def test_what_the_path_refuses_names_the_file(written):
 )
 def test_the_figure_of_a_path(written, text, panels):
     given = load(written((DEPTHS, text)))
-    figure = path_figures.figure(scene_path.follow(given), "a title")
+    figure = scene_path.follow(given).plot("a title")
     figure.draw_without_rendering()
     assert len(figure.axes) == panels
     kinds = [entry.get_text() for entry in figure.axes[0].get_legend().get_texts()]

@@ -16,11 +16,11 @@ import discretization
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, SurfaceEnergies
 from energy.validity import compliance_error, second_order
-from studies import run
-from studies.checks import scenes as checks
-from studies.fit_trials import SCENE as FITTED
-from studies.new import TEMPLATE
-from studies.scene_file import built
+from studies.scenes import run
+from studies.scenes.file import built
+from studies.scenes.fit.trial_record import SCENE as FITTED
+from studies.scenes.new import TEMPLATE
+from studies.verify import scenes as checks
 
 README = Path(__file__).parent.parent / "README.md"
 SHORT = 8.0  # qh from which the layer is a half-space to 1e-5
