@@ -23,7 +23,7 @@ BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#7F7F7F"  # Okabe-
 SOFT, RIGID = "#f3d9b1", "#b8c4cc"
 
 
-def panels(
+def canvas(
     width: float, height: float, rows: int = 1, columns: int = 1, **options: Any
 ) -> tuple[Figure, Any]:
     """A figure of this size in inches that lays itself out, and its axes; options of `subplots`."""
@@ -44,7 +44,7 @@ def plot(state: Equilibrium, title: str = "", *, si: bool = True) -> Figure:
     Lengths are drawn in metres with a prefix; si = False, for other units: as plain numbers.
     Assumptions of the model that do not hold are named below.
     """
-    drawn, axes = panels(11, 5, 1, 2)
+    drawn, axes = canvas(11, 5, 1, 2)
     draw(axes, state, "m" if si else "")
     drawn.suptitle(title, fontsize=14)
     note(drawn, [one for one in state.validity if not one.holds])

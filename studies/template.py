@@ -16,7 +16,7 @@ from discretization import minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.shared import command
 from studies.shared.batches import each
-from studies.shared.figures import BLUE, panels
+from studies.shared.figures import BLUE, canvas
 
 LAYER, WORK, RADIUS = ElasticLayer(E=2.5e3, nu=0.3, h=5e-6), 1e-6, 1e-3  # Pa, 1, m; N/m; m
 LARGEST = 1e-8  # relative error
@@ -56,7 +56,7 @@ def run(parameters: Parameters, jobs: int = 1) -> list[Row]:
 
 def plot(rows: Sequence[Row]) -> Any:
     """Half-width over the tension."""
-    figure, axes = panels(7, 4.5)
+    figure, axes = canvas(7, 4.5)
     ratios = [row.ratio for row in rows]
     axes.plot(ratios, [1e6 * row.closed_form for row in rows], color="black", label="Eq. (33)")
     axes.plot(ratios, [1e6 * row.half_width for row in rows], "o", color=BLUE, label="simulated")

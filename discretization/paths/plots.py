@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization.paths.control import Control
 from discretization.paths.events import Event, Snapshot
-from discretization.plots import BLUE, GREEN, GREY, ORANGE, axis, panels
+from discretization.plots import BLUE, GREEN, GREY, ORANGE, axis, canvas
 from energy.units import Unit, prefixed
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def plot(
     False, for other units: as they are.
     """
     driven = history.control != "depth"
-    drawn, row = panels(16 if driven else 12, 5, 1, 2 + driven)
+    drawn, row = canvas(16 if driven else 12, 5, 1, 2 + driven)
     for axes, quantity, i in zip(row, ("force", "half_width"), (1, 2), strict=False):
         scale = units([history], quantity, si)
         draw(axes, history, quantity, scale)

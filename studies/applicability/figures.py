@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studies.applicability.record import PUNCH, TOLERANCES, Point, Record
-from studies.shared.figures import COLOURS, MARKERS, plain_ticks
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+from studies.shared.figures import COLOURS, MARKERS, Figure, canvas, plain_ticks, shades
 
 Array = NDArray[np.float64]
 FLOOR = 1e-4  # the darkest colour of the map
@@ -44,10 +40,7 @@ def worst_on_path(points: Sequence[Point], name: str) -> tuple[Array, Array]:
 
 def draw_maps(record: Record) -> Figure:
     """The larger of the errors of a and P in colour, lines of 1 % and 10 %, overhang hatched."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 5.2), layout="constrained")
-    panels = figure.subplots(1, 3)
+    figure, panels = canvas(13, 5.2, 1, 3)
     for axes, (shape, points) in zip(panels, record.maps.items(), strict=True):
         across = "steepness" if shape in record.paths else "width"
         x, y, width, force = grid(points, across)
@@ -94,15 +87,12 @@ def _hatch(axes: Any, record: Record, shape: str, y: Array) -> None:
 
 def draw_conjecture(record: Record) -> Figure:
     """Errors against γ₁/w for each steepness; the largest of them against the steepness."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 4.8), layout="constrained")
-    *panels, last = figure.subplots(1, 3, sharey=True)
+    figure, (*panels, last) = canvas(13, 4.8, 1, 3, sharey=True)
     for k, (axes, (shape, points)) in enumerate(zip(panels, record.paths.items(), strict=True)):
         steepness = sorted({point.steepness for point in points}, reverse=True)
-        for i, s in enumerate(steepness):
+        for s, colour in zip(steepness, shades(len(steepness)), strict=True):
             row = [x for x in points if x.steepness == s and x.errors.exists]
-            tensions, colour = [1 / x.ratio for x in row], _shade(i, len(steepness))
+            tensions = [1 / x.ratio for x in row]
             for name, style in (("half_width", "-"), ("force", "--")):
                 errors = [abs(getattr(x.errors, name)) for x in row]
                 label = f"f'(a₀) = {s:g}" if style == "-" else None
@@ -123,9 +113,3 @@ def draw_conjecture(record: Record) -> Figure:
     for axes in (*panels, last):
         axes.grid(alpha=0.25)
     return figure
-
-
-def _shade(i: int, n: int) -> tuple[float, ...]:
-    from matplotlib import colormaps
-
-    return tuple(colormaps["viridis"](0.9 * i / max(n - 1, 1)))

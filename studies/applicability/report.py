@@ -208,9 +208,8 @@ def table(record: Record) -> tuple[list[str], list[list[object]]]:
 def write(record: Record, out: Output) -> str:
     """Write figures, CSV and report; return the answer."""
     text = answer(record)
-    images = {"applicability.png": draw_maps, "conjecture.png": draw_conjecture}
-    for name, drawing in images.items():
-        out.figure(name, drawing(record))
+    images = {"applicability.png": draw_maps(record), "conjecture.png": draw_conjecture(record)}
+    out.figures(images)
     out.table("applicability.csv", record.parameters, *table(record))
     links = "\n".join(f"\n![{name}]({name})" for name in images)
     out.at("applicability.md").write_text(f"{text}\n{links}\n", encoding="utf-8")

@@ -42,6 +42,7 @@ from studies.applicability.record import (
 )
 from studies.shared import command
 from studies.shared.batches import each
+from studies.shared.command import Show, silent
 from studies.shared.small_slopes import (
     QUANTITIES,
     SHAPES,
@@ -152,9 +153,7 @@ def map_point(case: tuple[str, float, float]) -> Point:
     return Point(shape, ratio, other, 1.0, at_unit_width(shape, other, ratio))
 
 
-def run(
-    p: Parameters = FULL, show: Callable[[str], object] = lambda line: None, jobs: int = 1
-) -> Record:
+def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """All comparisons, in `jobs` processes; `show` gets a line as each part begins."""
     cases = [*product(SHAPES, p.steepness, p.ratios), *product((PUNCH,), p.widths, p.ratios)]
     show("the paper's own energy, and flat faces ...")
@@ -174,10 +173,9 @@ def run(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write, answer."""
-    parser = command.parser("applicability", __doc__, "coarser grids")
-    options, out = command.parse(parser, argv)
-    start, preset = time.perf_counter(), QUICK if options.preset == "quick" else FULL
-    record = run(preset, command.say, options.jobs)
+    start, quick = time.perf_counter(), "coarser grids"
+    preset, jobs, out = command.start("applicability", __doc__, argv, quick, FULL, QUICK)
+    record = run(preset, command.say, jobs)
     print(applicability_report.write(record, out))
     print(f"report: {out.folder / 'applicability.md'}; {time.perf_counter() - start:.1f} s")
     return 0

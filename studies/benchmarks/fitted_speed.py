@@ -23,7 +23,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,13 +32,11 @@ from discretization import Equilibrium, minimise
 from energy import Plane, Profile, Sampled, cards
 from studies.shared import command
 from studies.shared.batches import each
-from studies.shared.figures import BLUE, COLOURS, MARKERS, ORANGE
+from studies.shared.command import Show, silent
+from studies.shared.figures import BLUE, COLOURS, MARKERS, ORANGE, Figure, canvas
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
 from studies.shared.table import aligned
 from studies.shared.timing import tridiagonal_seconds
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SAMPLES = 201
 NAMES = {"flat": "flat punch", "power": "power law"}
@@ -182,9 +180,7 @@ def _errors(case: Case, state: Equilibrium) -> tuple[float, float, float, float]
     return a, force, energy, math.inf if lost else angle
 
 
-def run(
-    parameters: Parameters = Parameters(), show: Callable[[str], object] = lambda line: None
-) -> list[Row]:
+def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:
     """Measure every indenter; `show` gets a line for each."""
     show(aligned(WIDTHS, HEADER.split("|")))
     rows = []
@@ -244,10 +240,7 @@ def table(rows: Sequence[Row]) -> tuple[list[str], list[list[object]]]:
 
 def plot(rows: Sequence[Row]) -> Figure:
     """Median time with the middle 90 % and its bar, and the largest errors, by indenter."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(12, 1.4 + 0.32 * len(rows)), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
+    figure, (left, right) = canvas(12, 1.4 + 0.32 * len(rows), 1, 2, sharey=True)
     at = np.arange(len(rows))
     middle, low, high = (np.array([row.ratio(p) for row in rows]) for p in (50, 5, 95))
     spread = np.array([middle - low, high - middle])

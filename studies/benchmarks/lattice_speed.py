@@ -16,7 +16,7 @@ from __future__ import annotations
 import statistics
 import tracemalloc
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,12 +24,9 @@ from discretization import minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.shared import command
 from studies.shared.batches import each
-from studies.shared.figures import BLUE, GREEN, ORANGE
+from studies.shared.figures import BLUE, GREEN, ORANGE, Figure, canvas
 from studies.shared.table import aligned
 from studies.shared.timing import interpreter_seconds, middle, seconds, tridiagonal_seconds
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 K, GAMMA1, W, RADIUS, DEPTH = 1.3e6, 0.04, 2e-4, 0.02, 6e-6
 REPEATS = 7
@@ -147,10 +144,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def plot(rows: Sequence[Row]) -> Figure:
     """Time over that of dptsv with its bar, and errors, over the nodes in contact."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = canvas(11, 4, 1, 2)
     nodes = [row.nodes for row in rows]
     for end, fmt, colour, label in (
         ("", "o-", BLUE, "minimise"),

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,12 +25,9 @@ from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.shared import command
 from studies.shared.batches import each
-from studies.shared.figures import BLUE, ORANGE
+from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.table import aligned
 from studies.shared.timing import middle, seconds, tridiagonal_seconds
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TIME_BAR = 150.0
 
@@ -142,10 +139,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def plot(rows: Sequence[Row], params: Parameters) -> Figure:
     """Time of each loop, with its bar, beside the errors of loop area and ledger."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 3.6), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
+    figure, (left, right) = canvas(11, 3.6, 1, 2, sharey=True)
     at, names = np.arange(len(rows)), [row.name for row in rows]
     spread = [row.ratio * row.spread / 2 for row in rows]
     left.barh(at, [row.ratio for row in rows], color=BLUE, height=0.6, xerr=spread, capsize=3)

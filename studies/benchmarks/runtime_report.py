@@ -6,16 +6,12 @@ import os
 import platform
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from studies.benchmarks.runtime_record import Floor, Point
-from studies.shared.figures import COLOURS, plain_ticks
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+from studies.shared.figures import COLOURS, Figure, canvas, plain_ticks
 
 QUANTITIES = ("half-width a", "force P", "energy U", "angle θ")
 MARKERS = "osD^v<>phX*"
@@ -112,13 +108,12 @@ def _row(p: Point) -> str:
 
 def plot(task: str, points: Sequence[Point], floors: Sequence[Floor]) -> Figure:
     """Time against each error, a line per method; open symbols: it says it failed."""
-    from matplotlib.figure import Figure
-
     shown = [p for p in points if not p.note and np.isfinite(p.seconds)]
     known = [q for q in range(4) if any(np.isfinite(p.errors[q]) for p in shown)] or [0]
     rows = (len(known) + 1) // 2
-    figure = Figure(figsize=(13, 1 + 4 * rows), layout="constrained")
-    panels = figure.subplots(rows, min(2, len(known)), sharey=True, squeeze=False).ravel()
+    columns = min(2, len(known))
+    figure, grid = canvas(13, 1 + 4 * rows, rows, columns, sharey=True, squeeze=False)
+    panels = grid.ravel()
     for axes in panels[len(known) :]:
         axes.set_visible(False)
     for quantity, axes in zip(known, panels, strict=False):

@@ -11,22 +11,20 @@ Output: a line per row, skipping.csv, a figure. Exit status 1 if a digit changed
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from studies.benchmarks.skipping_routes import ROUTES
 from studies.shared import command
 from studies.shared.batches import each
-from studies.shared.figures import BLUE, GREY
+from studies.shared.command import Show, silent
+from studies.shared.figures import BLUE, GREY, Figure, canvas
 from studies.shared.table import aligned
 from studies.shared.timing import interpreter_seconds, seconds
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ROUNDING = 1e-12
 IMPORTS = "cvxpy, matplotlib"
@@ -97,9 +95,7 @@ def imports(pairs: int) -> Row:
     return _row(IMPORTS, found, float("nan"))
 
 
-def run(
-    parameters: Parameters = Parameters(), show: Callable[[str], object] = lambda line: None
-) -> list[Row]:
+def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:
     """All rows; `show` gets a line for each."""
     show(aligned(WIDTHS, HEADER.split("|")))
     rows = []
@@ -122,11 +118,9 @@ def line(row: Row) -> str:
 
 def plot(rows: Sequence[Row]) -> Figure:
     """Factors as bars on a logarithmic axis, with their quartiles."""
-    from matplotlib.figure import Figure
-
     rows = sorted(rows, key=lambda row: row.factor)
-    figure = Figure(figsize=(9, 1.4 + 0.32 * len(rows)), layout="constrained")
-    axes, at = figure.subplots(), np.arange(len(rows))
+    figure, axes = canvas(9, 1.4 + 0.32 * len(rows))
+    at = np.arange(len(rows))
     factor, low, high = (np.array([getattr(r, n) for r in rows]) for n in ("factor", "low", "high"))
     spread = np.array([factor - low, high - factor])
     axes.barh(at, factor - 1, left=1, color=BLUE, xerr=spread, ecolor=GREY, capsize=3)
@@ -147,9 +141,8 @@ def plot(rows: Sequence[Row]) -> Figure:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if a digit changed."""
-    quick = "few pairs, under 10 s"
-    options, out = command.parse(command.parser("skipping", __doc__, quick), argv)
-    parameters = QUICK if options.preset == "quick" else Parameters()
+    given = "skipping", __doc__, argv, "few pairs, under 10 s", Parameters(), QUICK
+    parameters, _, out = command.start(*given)
     rows = run(parameters, command.say)
     out.table("skipping.csv", parameters, Row._fields, rows)
     out.figure("skipping.png", plot(rows))

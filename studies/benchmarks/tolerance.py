@@ -20,7 +20,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,11 +28,8 @@ from discretization import AccuracyWarning, minimise
 from studies.benchmarks import lattice_tolerance
 from studies.shared import command
 from studies.shared.batches import Progress, each, tell
-from studies.shared.figures import BLUE, ORANGE
+from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 QUANTITIES = ("half_width", "force", "energy")
 FLOOR, ROUNDING = 1e-12, 1e-15
@@ -128,10 +125,8 @@ def summary(trials: Sequence[Trial]) -> str:
 
 def plot(trials: Sequence[Trial]) -> Figure:
     """True error and estimate of each quantity against rtol."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10, 4), layout="constrained")
-    for axes, slopes in zip(figure.subplots(1, 2, sharey=True), ("small", "finite"), strict=True):
+    figure, panels = canvas(10, 4, 1, 2, sharey=True)
+    for axes, slopes in zip(panels, ("small", "finite"), strict=True):
         own = [trial for trial in trials if trial.slopes == slopes]
         rtol = [trial.rtol for trial in own]
         for values, marker, colour, label in (

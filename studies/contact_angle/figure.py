@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from studies.contact_angle.record import Record
-from studies.shared.figures import COLOURS, LINE, MARKERS
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from studies.shared.figures import COLOURS, LINE, MARKERS, Figure, canvas
 
 
 def plot(record: Record) -> Figure:
     """Angles with both laws and residuals; angles along loading paths and their residuals."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 8), layout="constrained")
-    panels = figure.subplots(2, 2, height_ratios=(1.5, 1))
+    figure, panels = canvas(13, 8, 2, 2, height_ratios=(1.5, 1))
     _draw_law(panels[0, 0], record)
     _draw_residuals(panels[1, 0], record)
     _draw_loops(panels[:, 1], record)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import chain
 
@@ -26,6 +26,7 @@ from studies.contact_angle.figure import plot
 from studies.contact_angle.record import FULL, QUICK, Angle, Loop, Parameters, Record
 from studies.shared import command
 from studies.shared.batches import each
+from studies.shared.command import Show, silent
 from studies.shared.small_slopes import depth_by_16, letting_go, scene, simulated
 
 INDENTERS: dict[str, Indenter] = {
@@ -104,9 +105,7 @@ def lattice_angle(shape: str, given: Scene, depth: float, spacing: float) -> Ang
     return fine[worst]._replace(estimate=abs(fine[worst].deficit - coarse[worst].deficit) / 2)
 
 
-def run(
-    p: Parameters = FULL, show: Callable[[str], object] = lambda line: None, jobs: int = 1
-) -> Record:
+def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """Measure all angles in `jobs` processes; `show` gets a line as each part begins."""
     show(f"{len(p.ratios)} w/γ₁ x {len(INDENTERS)} indenters x {len(p.widths)} depths ...")
     states = tuple(chain.from_iterable(each(partial(single, p), list(SHAPES), jobs)))
@@ -168,10 +167,9 @@ def table(record: Record) -> tuple[list[str], list[list[object]]]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write; 1 if a measured angle misses its law."""
-    parser = command.parser("contact_angle", __doc__, "fewer states")
-    options, out = command.parse(parser, argv)
-    start, preset = time.perf_counter(), QUICK if options.preset == "quick" else FULL
-    record = run(preset, command.say, options.jobs)
+    start, quick = time.perf_counter(), "fewer states"
+    preset, jobs, out = command.start("contact_angle", __doc__, argv, quick, FULL, QUICK)
+    record = run(preset, command.say, jobs)
     out.figure("contact_angle.png", plot(record))
     out.table("contact_angle.csv", preset, *table(record))
     print(summary(record))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,8 @@ from energy.units import quantity as quantity_of
 from studies.hysteresis.landscape import landscape
 from studies.hysteresis.record import Loop, Record
 from studies.shared import loops
-from studies.shared.figures import COLOURS, ORANGE, plain_ticks
+from studies.shared.figures import COLOURS, ORANGE, Figure, canvas, plain_ticks, shades
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 _DEPTHS = (0.5, 0.0, -0.4, -0.75, -0.95)  # of the landscape, in δ₀
@@ -37,10 +34,7 @@ def all_of(record: Record, history: History) -> dict[str, Figure]:
 
 
 def _grid(rows: int, height: float) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(15, height), layout="constrained")
-    return drawn, drawn.subplots(rows, len(INDENTERS), squeeze=False)
+    return canvas(15, height, rows, len(INDENTERS), squeeze=False)
 
 
 def _own(record: Record, shape: str) -> list[Loop]:
@@ -59,7 +53,7 @@ def over_tension(record: Record) -> Figure:
         own = [loop.history for loop in _own(record, shape) if loop.control == "depth"]
         for axes, quantity in zip(column, ("force", "half_width"), strict=True):
             scale = units(own, quantity)
-            for history, colour in zip(own, _colours(len(own)), strict=True):
+            for history, colour in zip(own, shades(len(own)), strict=True):
                 ratio = history.scene.elastocapillary_length / SIZE
                 name = f"γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, l/b = {ratio:.2g}"
                 draw(axes, history, quantity, scale, colour, name)
@@ -140,13 +134,6 @@ def _critical(shape: str, across: Array) -> Array:
     own = {"wedge": "delta", "parabola": "R"}[shape]
     given = {own: getattr(INDENTERS[shape], own), "k": k, "w": WORK}
     return np.asarray(card(gamma1=k * (across * SIZE) ** 2, **given)) / (k * SIZE)
-
-
-def _colours(count: int) -> list[str]:
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
-
-    return [to_hex(colour) for colour in colormaps["viridis"](np.linspace(0, 0.85, count))]
 
 
 def closed_form(history: History) -> tuple[Array, Array, Array]:

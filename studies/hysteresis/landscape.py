@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,7 @@ from discretization.fitted.quadrature import totals
 from discretization.fitted.response import chosen
 from discretization.paths.history import History
 from energy.units import prefixed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from studies.shared.figures import Figure, canvas, shades
 
 Array = NDArray[np.float64]
 _POINTS = 160
@@ -79,11 +77,8 @@ def landscape(history: History, steps: Sequence[int]) -> Figure:
 
     A filled dot is the state of the path, a ring the detached surface.
     """
-    from matplotlib import colormaps
-    from matplotlib.figure import Figure
-
-    drawn, found = Figure(figsize=(8, 5.5), layout="constrained"), curves(history, steps)
-    axes, states = drawn.subplots(), np.array([curve.state for curve in found])
+    (drawn, axes), found = canvas(8, 5.5), curves(history, steps)
+    states = np.array([curve.state for curve in found])
     shown = np.concatenate([states[:, 1], [curve.energy[0] for curve in found]])
     depth, x, y = (
         prefixed(values, unit)
@@ -93,8 +88,7 @@ def landscape(history: History, steps: Sequence[int]) -> Figure:
             (shown, "J/m"),
         )
     )
-    colours = colormaps["viridis"](np.linspace(0, 0.9, len(found)))
-    for curve, colour in zip(found, colours, strict=True):
+    for curve, colour in zip(found, shades(len(found)), strict=True):
         name = f"d = {curve.depth / depth.size:.3g} {depth.symbol}".replace("-", "−")
         a, energy = curve.half_width / x.size, curve.energy / y.size
         axes.plot(a, np.where(curve.through, np.nan, energy), color=colour, lw=2, label=name)

@@ -17,10 +17,9 @@ Exit status 1 if an error exceeds 1e-8 or a ledger is out of balance by more tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,22 +30,17 @@ from studies.hysteresis.animation import animate
 from studies.hysteresis.record import BAR, FULL, LEDGER, QUICK, Loop, Map, Parameters, Record
 from studies.shared import command, loops
 from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import aligned
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 _NIL = 1e-8  # of the scale, printed as 0
 _COARSE = 18  # steps of a loop of the map
 
 
-def run(
-    parameters: Parameters = FULL,
-    show: Callable[[str], object] = lambda line: None,
-    jobs: int = 1,
-) -> Record:
+def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """Follow all loops in `jobs` processes; `show` gets a line for each."""
     show(aligned(WIDTHS, HEADER.split("|")))
     found, maps = [], []
@@ -165,14 +159,12 @@ def map_table(record: Record) -> tuple[list[str], list[list[object]]]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write; 1 if a loop misses a bar."""
-    parser = command.parser("hysteresis", __doc__, "fewer loops, a coarse map")
-    options, out = command.parse(parser, argv)
-    preset = QUICK if options.preset == "quick" else FULL
-    record = run(preset, command.say, options.jobs)
+    quick = "fewer loops, a coarse map"
+    preset, jobs, out = command.start("hysteresis", __doc__, argv, quick, FULL, QUICK)
+    record = run(preset, command.say, jobs)
     out.table("hysteresis.csv", preset, *table(record))
     out.table("hysteresis_map.csv", preset, *map_table(record))
-    for name, figure in plot(record).items():
-        out.figure(name, figure)
+    out.figures(plot(record))
     finer = loops.depth_loop(featured(record).scene, 2 * preset.frames)
     count = animate(finer, out.at("hysteresis_loop.gif"), preset.frames)
     print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {out.folder}")

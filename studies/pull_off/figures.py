@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,8 @@ from numpy.typing import NDArray
 from energy.units import prefixed
 from studies.pull_off.record import Curve
 from studies.shared import loops
-from studies.shared.figures import COLOURS, GREY, MARKERS, plain_ticks
+from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas, plain_ticks
 from studies.shared.loops import LAYER, SIZE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 Array = NDArray[np.float64]
 LAWS = {
@@ -37,10 +33,7 @@ def _dense(curve: Curve) -> tuple[Array, Array, Array]:
 
 def forces(curves: Sequence[Curve]) -> Figure:
     """F_A above and the half-width at pull-off below, over γ₁."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(15, 8), layout="constrained")
-    grid = drawn.subplots(2, len(curves), sharex="col", height_ratios=(1.5, 1))
+    drawn, grid = canvas(15, 8, 2, len(curves), sharex="col", height_ratios=(1.5, 1))
     for column, curve, colour, marker in zip(grid.T, curves, COLOURS, MARKERS, strict=False):
         _column(column, curve, {"color": colour, "marker": marker, "ls": ""})
         column[0].set_title(f"{curve.shape}: worst error {curve.error:.0e}")
@@ -95,10 +88,7 @@ def _beyond(axes: Any, curve: Curve, y: float) -> None:
 
 def gain(curves: Sequence[Curve]) -> Figure:
     """F_A over its value without tension, for all indenters over l/b."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(8, 5.5), layout="constrained")
-    axes = drawn.subplots()
+    drawn, axes = canvas(8, 5.5)
     for curve, colour, marker in zip(curves, COLOURS, MARKERS, strict=False):
         ratios, force, _ = _dense(curve)
         axes.plot(ratios, force / curve.forces[0], color=colour, lw=1.2)
@@ -115,9 +105,7 @@ def gain(curves: Sequence[Curve]) -> Figure:
 
 def maxwell(flat: Curve) -> Figure:
     """Flat punch: metastable limit and the pull at which detached has the lower energy."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(11, 4.8), layout="constrained")
+    drawn, panels = canvas(11, 4.8, 1, 2)
     pulls, ratios = flat.pulls[1:], flat.ratios[1:]
     dense = np.geomspace(ratios[0], ratios[-1], _DENSE)
     scenes = [loops.scene_of(flat.shape, LAYER.stiffness * (r * SIZE) ** 2) for r in dense]
@@ -126,7 +114,7 @@ def maxwell(flat: Curve) -> Figure:
     states = [[p.simulated for p in pulls], [p.balanced for p in pulls if p.balanced]]
     names = ("metastable limit, Eq. (23)", "equal energies (Maxwell)")
     for axes, quantity, sign, unit in zip(
-        drawn.subplots(1, 2), ("force", "depth"), (-1, 1), ("N/m", "m"), strict=True
+        panels, ("force", "depth"), (-1, 1), ("N/m", "m"), strict=True
     ):
         y = prefixed([getattr(card, quantity) for card in cards[0]], unit)
         for card, own, name, i in zip(cards, states, names, (0, 1), strict=True):

@@ -18,10 +18,9 @@ exceeds 1e-8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +34,10 @@ from studies.pull_off.conclusions import conclusions
 from studies.pull_off.record import Curve, Pull, State
 from studies.shared import command, loops
 from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE
 from studies.shared.table import aligned
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 BAR = 1e-8
@@ -56,11 +54,7 @@ FULL = Parameters()
 QUICK = Parameters(ratios=(0.03, 0.3, 0.8, 1.7, 4.0))
 
 
-def run(
-    parameters: Parameters = FULL,
-    show: Callable[[str], object] = lambda line: None,
-    jobs: int = 1,
-) -> tuple[Curve, ...]:
+def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Curve, ...]:
     """Pull every scene off in `jobs` processes; `show` gets a line for each."""
     show(aligned(WIDTHS, HEADER.split("|")))
     cases = list(product(INDENTERS, (0.0, *sorted(parameters.ratios))))
@@ -159,13 +153,11 @@ def table(curves: Sequence[Curve]) -> tuple[list[str], list[list[object]]]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, conclude, draw, write; 1 if an error misses its bar."""
-    parser = command.parser("pull_off", __doc__, "fewer tensions")
-    options, out = command.parse(parser, argv)
-    preset = QUICK if options.preset == "quick" else FULL
-    curves = run(preset, command.say, options.jobs)
+    quick = "fewer tensions"
+    preset, jobs, out = command.start("pull_off", __doc__, argv, quick, FULL, QUICK)
+    curves = run(preset, command.say, jobs)
     out.table("pull_off.csv", preset, *table(curves))
-    for name, figure in plot(curves).items():
-        out.figure(name, figure)
+    out.figures(plot(curves))
     error = float(np.max([curve.error for curve in curves]))
     print("\n".join(["", *conclusions(curves), ""]))
     total = sum(len(curve.pulls) for curve in curves)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from discretization import Equilibrium, minimise, plots
 from discretization.paths import display
-from discretization.plots import panels
+from discretization.plots import canvas
 from energy import Assumption, Scene
 from energy.description import described
 from energy.units import prefixed
@@ -155,7 +155,7 @@ def notes(given: SceneFile) -> list[str]:
 def plot(record: Record) -> Any:
     """Surface and contact line of the last state in contact; above them P(d) and a(d)."""
     several, state = len(record.states) > 1, (record.attached or record.states)[-1]
-    figure, axes = panels(11, 9 if several else 5, 1 + several, 2, squeeze=False)
+    figure, axes = canvas(11, 9 if several else 5, 1 + several, 2, squeeze=False)
     if several:
         _curve(axes[0, 0], record, "force", "force P", "N/m")
         _curve(axes[0, 1], record, "half_width", "half-width a", "m")

@@ -9,13 +9,11 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from studies import TIMED
 from studies.shared import figures, table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from studies.shared.figures import Figure
 
 P = TypeVar("P")
 Show = Callable[[str], object]

@@ -5,17 +5,29 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from discretization.plots import BLUE, GREEN, GREY, ORANGE, panels
+import numpy as np
+
+from discretization.plots import BLUE, GREEN, GREY, ORANGE
+from discretization.plots import canvas as canvas
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+else:
+    Figure = Any  # for annotations: matplotlib is imported when something is drawn
 
 PURPLE, SKY, YELLOW, BLACK = "#CC79A7", "#56B4E9", "#E69F00", "#000000"  # Okabe-Ito, the rest
-__all__ = ["BLUE", "COLOURS", "GREEN", "GREY", "LINE", "MARKERS", "ORANGE", "panels", "plain_ticks"]
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, YELLOW, BLACK, GREY)
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 LINE: dict[str, Any] = {"color": BLACK, "lw": 1.2}
 DPI = 140
+
+
+def shades(count: int, name: str = "viridis") -> list[str]:
+    """So many colours from dark to light, which keep their order in greyscale."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colour) for colour in colormaps[name](np.linspace(0, 0.9, count))]
 
 
 def plain_ticks(

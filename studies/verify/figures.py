@@ -3,30 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from energy.units import prefixed
-from studies.shared.figures import BLUE, COLOURS, LINE, MARKERS, ORANGE
+from studies.shared.figures import BLUE, COLOURS, LINE, MARKERS, ORANGE, Figure, canvas
 from studies.verify.curves import Angles, Branch, Meniscus, Outside
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LAYER, BASE, BODY = "#d9d9d9", "#7f7f7f", "#bcd4e6"
 
 
-def _canvas(width: float, height: float) -> Figure:
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), layout="constrained")
-
-
 def punch_and_meniscus(data: Meniscus) -> Figure:
     """The paper's Fig. 2: punch, layer on its base, meniscus; the meniscus enlarged below."""
-    figure, unit = _canvas(8, 7), prefixed(data.scene.layer.h, "m")
-    whole, close = figure.subplots(2, 1, height_ratios=(1.25, 1))
+    figure, (whole, close) = canvas(8, 7, 2, 1, height_ratios=(1.25, 1))
+    unit = prefixed(data.scene.layer.h, "m")
     drawn = data.scaled(unit.size)
     _draw_bodies(whole, drawn, data.scene.layer.h / unit.size)
     _draw_dimensions(whole, drawn, data.scene.layer.h / unit.size, unit.symbol)
@@ -79,8 +70,7 @@ def _draw_dimensions(axes: Any, data: Meniscus, h: float, unit: str) -> None:
 
 def free_surface(shapes: Sequence[Outside]) -> Figure:
     """u(x) beside four shapes in scaled coordinates, Eq. (6) dashed, and the error below."""
-    figure = _canvas(7.5, 7)
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
+    figure, (top, bottom) = canvas(7.5, 7, 2, 1, sharex=True, height_ratios=(1.6, 1))
     for i, shape in enumerate(shapes):
         colour = COLOURS[i]
         style: dict[str, Any] = {"color": colour, "marker": MARKERS[i], "markevery": (i, 4)}
@@ -104,8 +94,7 @@ def contact_angle(curves: Sequence[Angles]) -> Figure:
 
     The fitted mesh has no spacing: its error is a level. One below rounding is drawn at rounding.
     """
-    figure, unit = _canvas(7, 5), prefixed([curve.gamma1 for curve in curves], "N/m")
-    axes = figure.subplots()
+    (figure, axes), unit = canvas(7, 5), prefixed([curve.gamma1 for curve in curves], "N/m")
     for curve, colour, marker in zip(curves, COLOURS, MARKERS, strict=False):
         name = f"γ₁ = {curve.gamma1 / unit.size:.0f} {unit.symbol}"
         style: dict[str, Any] = {"color": colour, "marker": marker}
@@ -126,8 +115,7 @@ def contact_angle(curves: Sequence[Angles]) -> Figure:
 
 def case_studies(branches: Sequence[Branch]) -> Figure:
     """a(d) above, P(d) below, a column for each case study."""
-    figure = _canvas(13, 6.2)
-    grid = figure.subplots(2, len(branches), sharex="col")
+    figure, grid = canvas(13, 6.2, 2, len(branches), sharex="col")
     depth = prefixed(np.concatenate([data.dense for data in branches]), "m")
     width = prefixed(np.concatenate([data.half_width_card for data in branches]), "m")
     force = prefixed(np.concatenate([data.force_card for data in branches]), "N/m")

@@ -17,21 +17,19 @@ Output: one line per check, report.md with all figures, verify.csv. Exit status 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 from studies.shared import command
 from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.figures import Figure
 from studies.shared.table import aligned
 from studies.verify import curves
 from studies.verify import figures as verify_figures
 from studies.verify.checks import CHECKS, Check
 from studies.verify.convergence import Result, refine
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ class Record:
 def run(
     parameters: Parameters = FULL,
     checks: Sequence[Check] | None = None,
-    show: Callable[[str], object] = lambda line: None,
+    show: Show = silent,
     jobs: int = 1,
 ) -> Record:
     """Run the checks (all by default) in `jobs` processes; `show` gets a line for each."""
@@ -221,13 +219,10 @@ def table(record: Record) -> tuple[list[str], list[list[object]]]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write; 1 if any check failed."""
-    parser = command.parser("verify", __doc__, "fewer levels, shifts and points")
-    options, out = command.parse(parser, argv)
-    start = time.perf_counter()
-    preset = QUICK if options.preset == "quick" else FULL
-    record = run(preset, show=command.say, jobs=options.jobs)
-    for name, figure in plot(record).items():
-        out.figure(name, figure)
+    start, quick = time.perf_counter(), "fewer levels, shifts and points"
+    preset, jobs, out = command.start("verify", __doc__, argv, quick, FULL, QUICK)
+    record = run(preset, show=command.say, jobs=jobs)
+    out.figures(plot(record))
     out.table("verify.csv", preset, *table(record))
     closing = summary(record, time.perf_counter() - start)
     out.at("report.md").write_text(report(record, closing), encoding="utf-8")

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from studies.benchmarks.stress.profiles import NAMES
 from studies.benchmarks.stress.verdicts import Trial
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+from studies.shared.figures import Figure, canvas
 
 LABELS = {
     "fitted": ("log₁₀ a/l", "log₁₀ w/γ₁"),
@@ -28,12 +25,10 @@ MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
 
 def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
     """Fewest digits of a, P and U over each grid; crosses: lost or failed, rings: refused."""
-    from matplotlib.figure import Figure
-
     columns = min(3, len(grids))
     rows = math.ceil(len(grids) / columns)
-    figure = Figure(figsize=(4.6 * columns + 1, 4.3 * rows + 0.4), layout="constrained")
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    figure, grid = canvas(4.6 * columns + 1, 4.3 * rows + 0.4, rows, columns, squeeze=False)
+    panels = grid.ravel()
     for axes, name in zip(panels, grids, strict=False):
         drawn = _draw(axes, [t for t in trials if t.grid == name])
         axes.set(xlabel=LABELS[name][0], ylabel=LABELS[name][1], title=name)

@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import partial
@@ -56,6 +56,7 @@ from studies.benchmarks.stress.verdicts import (
 )
 from studies.shared import command
 from studies.shared.batches import each
+from studies.shared.command import Show, silent
 
 REASON = 120  # characters
 UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre
@@ -181,7 +182,7 @@ GRIDS = tuple(RUNS)
 def run(
     params: Parameters = Parameters(),
     grids: Sequence[str] = GRIDS,
-    show: Callable[[str], object] = lambda line: None,
+    show: Show = silent,
     jobs: int = 1,
 ) -> list[Trial]:
     """All trials, grids in `jobs` processes; `show` gets a line for each."""

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from energy.units import prefixed
 from studies.scenes.fit.estimate import Fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.trial_record import Record
-from studies.shared.figures import BLUE, GREY, ORANGE
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
 
 
 def plot(found: Fit, title: str) -> Figure:
     """P(d) above, residuals with ± 2s below, both branches."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9, 7.5), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
     depth, force = found.curve
     x, y = prefixed(depth, "m"), prefixed(force, "N/m")
     z = prefixed(force[found.used] - found.fitted, "N/m")
@@ -56,11 +48,10 @@ def plot(found: Fit, title: str) -> Figure:
 
 def plot_trials(record: Record) -> Figure:
     """Each estimate over the truth with its linearised interval, a panel per parameter."""
-    from matplotlib.figure import Figure
-
     names = record.parameters.names
-    figure = Figure(figsize=(10, 2.6 * len(names) + 0.5), layout="constrained")
-    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    count = len(names)
+    figure, grid = canvas(10, 2.6 * count + 0.5, count, 1, sharex=True, squeeze=False)
+    panels = grid[:, 0]
     for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
         truth = record.truth[name]
         for holds, colour, marker in ((True, BLUE, "o"), (False, ORANGE, "s")):

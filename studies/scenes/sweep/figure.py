@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 from energy.units import Unit, prefixed
 from studies.scenes.grid import UNITS, Value
 from studies.scenes.sweep.record import Record
-from studies.shared.figures import BLUE, GREY
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+from studies.shared.figures import BLUE, GREY, Figure, canvas, shades
 
 Array = NDArray[np.float64]
 CONVENTIONS = (
@@ -34,16 +30,12 @@ STYLES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 
 def plot(record: Record, title: str) -> Figure:
     """Over the longest axis, a line per value of the second, or a map; other axes at the first."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 4.8), layout="constrained")
+    figure, panels = canvas(11, 4.8, 1, 2)
     shape = [len(axis.values) for axis in record.grid.axes]
     order = sorted(range(len(shape)), key=lambda i: -shape[i])
     first, second = order[0], order[1] if len(order) > 1 else None
     path = any("pull_off_force" in result.get("found", {}) for result in record.results)
-    for axes, (name, label, unit) in zip(
-        figure.subplots(1, 2), PATH if path else STATE, strict=True
-    ):
+    for axes, (name, label, unit) in zip(panels, PATH if path else STATE, strict=True):
         keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
         table, error = (
             record.column(column).reshape(shape)[keep] for column in (name, f"error_{name}")
@@ -111,12 +103,10 @@ def _crosses(axes: Any, x: Array, values: Values) -> None:
 
 
 def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> None:
-    from matplotlib import colormaps
-
     axis = record.grid.axes[second]
-    for i, value in enumerate(axis.values):
+    colours = shades(len(axis.values), "cividis")
+    for i, (value, colour) in enumerate(zip(axis.values, colours, strict=True)):
         name = _named(record, second, value)
-        colour = colormaps["cividis"](0.9 * i / max(1, len(axis.values) - 1))
         style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name, "marker": "o", "ms": 3}
         axes.errorbar(x, values.attached[:, i], yerr=values.error[:, i], capsize=2, **style)
     axes.legend(fontsize=8)
