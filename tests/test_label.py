@@ -11,7 +11,7 @@ from discretization import minimise
 from energy import FlatPunch, Parabola, Profile, Wedge
 from studies.scenes import run as study
 from studies.scenes.file import built
-from studies.scenes.new import TEMPLATE
+from studies.scenes.new import TEMPLATES
 from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 from studies.shared.table import read
 
@@ -82,7 +82,7 @@ def test_without_adhesion_every_state_is_global():
 
 
 def test_the_scene_that_new_writes_is_not_called_metastable_where_it_is_lowest():
-    given = built(Path("new.toml"), tomllib.loads(TEMPLATE))
+    given = built(Path("new.toml"), tomllib.loads((TEMPLATES / "template.toml").read_text("utf-8")))
     states = study.run(given).states
     assert {state.label for state in states} <= WORDS
     for state in states:

@@ -38,6 +38,8 @@ SCENE = Scene(
 )
 LEGS = [-1e-6, -0.25e-6, 0.5e-6, 1.25e-6, 2e-6, 0, -2e-6, -4e-6, -6e-6]
 
+TEMPLATE = (new.TEMPLATES / "template.toml").read_text("utf-8")
+
 
 @pytest.fixture
 def written(tmp_path):
@@ -158,7 +160,7 @@ def test_a_new_file_runs_unchanged_and_is_not_overwritten(tmp_path, capsys):
 
 
 def test_the_defaults_that_a_new_file_shows_are_the_defaults(tmp_path):
-    options = re.sub("(?m)^# ", "", new.TEMPLATE[new.TEMPLATE.index("[options]") :])
+    options = re.sub("(?m)^# ", "", TEMPLATE[TEMPLATE.index("[options]") :])
     shown = tomllib.loads(options)["options"]
     shown.pop("spacing")
     signature = inspect.signature(minimise).parameters
@@ -169,7 +171,7 @@ def test_the_defaults_that_a_new_file_shows_are_the_defaults(tmp_path):
 
 @pytest.mark.parametrize("control", ["depths", "forces", "drives"])
 def test_what_a_new_file_shows_in_comments_can_be_used(tmp_path, control):
-    text = new.TEMPLATE.replace("# [path]", "[path]").replace(f"# {control} =", f"{control} =")
+    text = TEMPLATE.replace("# [path]", "[path]").replace(f"# {control} =", f"{control} =")
     text = text.replace("\ndepth = {", "\n# depth = {").replace("# steps = 50", "steps = 5")
     text = text.replace("# [opening]\n# w", "[opening]\nw").replace("# tilted", "tilted")
     if control == "drives":

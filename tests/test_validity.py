@@ -19,7 +19,7 @@ from energy.validity import compliance_error, second_order
 from studies.scenes import run
 from studies.scenes.file import built
 from studies.scenes.fit.trial_record import SCENE as FITTED
-from studies.scenes.new import TEMPLATE
+from studies.scenes.new import TEMPLATES
 from studies.verify import scenes as checks
 
 README = Path(__file__).parent.parent / "README.md"
@@ -215,7 +215,9 @@ def test_the_recipes_of_the_readme_are_inside_the_model_or_say_so(seen, tmp_path
 
 
 def test_the_scene_that_new_writes_is_inside_the_model():
-    record = run.run(built(Path("new.toml"), tomllib.loads(TEMPLATE)))
+    record = run.run(
+        built(Path("new.toml"), tomllib.loads((TEMPLATES / "template.toml").read_text("utf-8")))
+    )
     assert len(record.attached) == len(record.states) == 33
     assert all(state.warnings == () for state in record.states)
 

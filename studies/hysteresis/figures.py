@@ -102,17 +102,11 @@ def dissipation(record: Record) -> Figure:
         low, high = axes.get_ylim()
         if not np.isfinite(area).all():
             axes.text(1.25, 1, "no loop", va="center")
-        if found.shape != "flat punch":
-            across = np.geomspace(float(found.across[0]), float(found.across[-1]), 200)
-            critical = _critical(found.shape, across)
+        across = np.geomspace(float(found.across[0]), float(found.across[-1]), 200)
+        if (critical := _critical(found.shape, across)) is not None:
+            name = "critical K: above it the contact closes"
             axes.plot(across, critical, color="white", lw=5)
-            axes.plot(
-                across,
-                critical,
-                color=ORANGE,
-                lw=2,
-                label="critical K: above it the contact closes",
-            )
+            axes.plot(across, critical, color=ORANGE, lw=2, label=name)
             axes.legend(loc="lower left", fontsize=9)
         plain_ticks(axes.xaxis)
         plain_ticks(axes.yaxis)
@@ -128,18 +122,18 @@ def _edges(middles: Array) -> Array:
     return np.concatenate([[middles[0] / step], inner, [middles[-1] * step]])
 
 
-def _critical(shape: str, across: Array) -> Array:
-    """K_c/(kb) of the cards for these l/b."""
-    k, card = LAYER.stiffness, getattr(cards.machine_control, f"{shape}_critical_stiffness")
-    own = {"wedge": "delta", "parabola": "R"}[shape]
-    given = {own: getattr(INDENTERS[shape], own), "k": k, "w": WORK}
-    return np.asarray(card(gamma1=k * (across * SIZE) ** 2, **given)) / (k * SIZE)
+def _critical(shape: str, across: Array) -> Array | None:
+    """K_c/(kb) of the cards for these l/b; None where the contact ends under any machine."""
+    scene, k = loops.scene_of(shape, 0.0), LAYER.stiffness
+    card = loops.known(scene).critical_stiffness
+    tension = {"gamma1": k * (across * SIZE) ** 2}
+    return np.asarray(card(**loops.arguments(scene) | tension)) / (k * SIZE) if card else None
 
 
 def closed_form(history: History) -> tuple[Array, Array, Array]:
     """(d, P, a) of a parabola's whole branch."""
     scene = history.scene
-    given = {"R": scene.indenter.R, **loops.material(scene)}  # type: ignore[attr-defined]
+    given = loops.arguments(scene)
     d = np.linspace(-scene.critical_separation, float(history.depth.max()), 400)
     force, a = cards.parabola.force(d, **given), cards.parabola.half_width(d, **given)
     return d, np.asarray(force), np.asarray(a)

@@ -110,7 +110,7 @@ def maxwell(flat: Curve) -> Figure:
     dense = np.geomspace(ratios[0], ratios[-1], _DENSE)
     scenes = [loops.scene_of(flat.shape, LAYER.stiffness * (r * SIZE) ** 2) for r in dense]
     cards = [[loops.pull_off_card(s) for s in scenes]]
-    cards.append([loops.closed_form(s, "global_pull_off") for s in scenes])
+    cards.append([loops.global_pull_off(s) for s in scenes])
     states = [[p.simulated for p in pulls], [p.balanced for p in pulls if p.balanced]]
     names = ("metastable limit, Eq. (23)", "equal energies (Maxwell)")
     for axes, quantity, sign, unit in zip(

@@ -99,7 +99,7 @@ def balanced(scene: Scene) -> State:
 
 def balanced_card(scene: Scene) -> State:
     """The Maxwell point of the flat punch, in closed form."""
-    force, depth, a = map(float, loops.closed_form(scene, "global_pull_off"))
+    force, depth, a = map(float, loops.global_pull_off(scene))
     return State(-force, depth, a)
 
 

@@ -32,12 +32,81 @@ INDENTERS: dict[str, Indenter] = {
     "wedge": Wedge(math.atan(LIFT / SIZE)),
     "parabola": Parabola(SIZE**2 / LIFT),
 }
-CONTROLS = {
-    "depth": cards.displacement_control,
-    "force": cards.load_control,
-    "drive": cards.machine_control,
-}
 _DEEPEST, _BEYOND = 2.0, 0.4
+
+
+class Loop(NamedTuple):
+    """The cards of a closed loop under one control."""
+
+    jump_in: Callable[..., Any]
+    detachment: Callable[..., Any]
+    loop_area: Callable[..., Any]
+
+
+class Known(NamedTuple):
+    """What is known in closed form of one kind of indenter.
+
+    argument, value: name of its parameter in the cards, and where the indenter has it; size: b of
+    this parameter and δ₀; loops: by control.
+    """
+
+    argument: str
+    value: Callable[[Any], float]
+    size: Callable[[float, float], float]
+    pull_off: Callable[..., Any]
+    loops: dict[str, Loop]
+    critical_stiffness: Callable[..., Any] | None = None
+
+
+def _punch_jump_in(*, K: float, **given: float) -> Any:
+    """A face that touches all at once is pulled in by no machine."""
+    return _d.flat_punch_jump_in(**given)
+
+
+_d, _f, _m = cards.displacement_control, cards.load_control, cards.machine_control
+_KNOWN: dict[type, Known] = {
+    FlatPunch: Known(
+        *("a", lambda body: body.half_width, lambda a, lift: a, _d.flat_punch_detachment),
+        {
+            "depth": Loop(_d.flat_punch_jump_in, _d.flat_punch_detachment, _d.flat_punch_loop_area),
+            "force": Loop(_f.flat_punch_jump_in, _f.flat_punch_detachment, _f.flat_punch_loop_area),
+            "drive": Loop(_punch_jump_in, _m.flat_punch_detachment, _m.flat_punch_loop_area),
+        },
+    ),
+    Wedge: Known(
+        *("delta", lambda body: body.delta, lambda delta, lift: lift / math.tan(delta)),
+        cards.wedge.pull_off,
+        {
+            "depth": Loop(_d.wedge_jump_in, _d.wedge_detachment, _d.wedge_loop_area),
+            "force": Loop(_f.wedge_jump_in, _f.wedge_detachment, _f.wedge_loop_area),
+            "drive": Loop(_m.wedge_jump_in, _m.wedge_detachment, _m.wedge_loop_area),
+        },
+        _m.wedge_critical_stiffness,
+    ),
+    Parabola: Known(
+        *("R", lambda body: body.R, lambda R, lift: math.sqrt(R * lift), cards.parabola.pull_off),
+        {
+            "depth": Loop(_d.parabola_jump_in, _d.parabola_detachment, _d.parabola_loop_area),
+            "force": Loop(_f.parabola_jump_in, _f.parabola_detachment, _f.parabola_loop_area),
+            "drive": Loop(_m.parabola_jump_in, _m.parabola_detachment, _m.parabola_loop_area),
+        },
+        _m.parabola_critical_stiffness,
+    ),
+}
+
+
+def known(scene: Scene) -> Known:
+    """The closed forms of a scene's indenter. ValueError where there are none."""
+    if type(scene.indenter) not in _KNOWN:
+        remedy = "must be a FlatPunch, Wedge or Parabola; others have no closed forms"
+        raise ValueError(f"indenter = {scene.indenter!r} {remedy}")
+    return _KNOWN[type(scene.indenter)]
+
+
+def arguments(scene: Scene) -> dict[str, float]:
+    """The indenter's parameter, k, γ₁ and w as the cards take them."""
+    own = {known(scene).argument: known(scene).value(scene.indenter)}
+    return own | {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
 
 
 def scene_of(shape: str, gamma1: float, w: float = WORK) -> Scene:
@@ -47,14 +116,7 @@ def scene_of(shape: str, gamma1: float, w: float = WORK) -> Scene:
 
 def size(scene: Scene) -> float:
     """b, the half-width of the contact without tension at which it bears the largest pull."""
-    indenter, lift = scene.indenter, scene.critical_separation
-    if isinstance(indenter, FlatPunch):
-        return indenter.half_width
-    if isinstance(indenter, Wedge):
-        return lift / math.tan(indenter.delta)
-    if isinstance(indenter, Parabola):
-        return math.sqrt(indenter.R * lift)
-    raise ValueError(f"indenter = {indenter!r} must be a FlatPunch, Wedge or Parabola")
+    return known(scene).size(known(scene).value(scene.indenter), scene.critical_separation)
 
 
 def force_scale(scene: Scene) -> float:
@@ -108,38 +170,14 @@ class Form(NamedTuple):
         )
 
 
-def closed_form(scene: Scene, what: str, control: str = "depth", K: float | None = None) -> Any:
-    """The card `what` (jump_in, detachment, loop_area, ...) of this indenter and control."""
-    shape, own = _parameters(scene.indenter)
-    given: dict[str, float] = {**own, **material(scene)}
-    if control == "drive" and (shape, what) != ("flat_punch", "jump_in"):
-        given["K"] = math.nan if K is None else K
-    card: Callable[..., Any] = getattr(CONTROLS[control], f"{shape}_{what}")
-    return card(**given)
-
-
-def material(scene: Scene) -> dict[str, float]:
-    """k, γ₁ and w as the cards take them."""
-    return {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
-
-
-def _parameters(indenter: Indenter) -> tuple[str, dict[str, float]]:
-    if isinstance(indenter, FlatPunch):
-        return "flat_punch", {"a": indenter.half_width}
-    if isinstance(indenter, Wedge):
-        return "wedge", {"delta": indenter.delta}
-    if isinstance(indenter, Parabola):
-        return "parabola", {"R": indenter.R}
-    raise ValueError(f"indenter = {indenter!r} has no closed forms of loops")
-
-
 def pull_off_card(scene: Scene) -> cards.PullOff:
     """The most tensile state of the adhered branch: behind Eqs. (23), (30) and the parabola's."""
-    shape, own = _parameters(scene.indenter)
-    if shape == "flat_punch":
-        return cards.PullOff(*closed_form(scene, "detachment")[:3])
-    found: cards.PullOff = getattr(cards, shape).pull_off(**own, **material(scene))
-    return found
+    return cards.PullOff(*known(scene).pull_off(**arguments(scene))[:3])
+
+
+def global_pull_off(scene: Scene) -> cards.PullOff:
+    """Where the detached state of a flat punch gets the lower energy (Maxwell)."""
+    return _d.flat_punch_global_pull_off(**arguments(scene))
 
 
 def formula_30(scene: Scene) -> float:
@@ -160,9 +198,8 @@ def most_tensile(history: History) -> tuple[float, float, float]:
 def compared(history: History) -> list[Form]:
     """Jump-in, end of the contact, pull-off and loop area beside their closed forms."""
     scene, control, K = history.scene, history.control, history.machine_stiffness
-    jump, end, area = (
-        closed_form(scene, what, control, K) for what in ("jump_in", "detachment", "loop_area")
-    )
+    machine = {"K": K} if control == "drive" else {}
+    jump, end, area = (card(**arguments(scene), **machine) for card in known(scene).loops[control])
     first, last = history.events[0], history.events[-1]
     force, lift, width = force_scale(scene), scene.critical_separation, size(scene)
     work = force * lift

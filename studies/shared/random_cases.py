@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
@@ -67,25 +68,23 @@ def random_case(rng: np.random.Generator, shape: str) -> Case:
     m = {"k": k, "gamma1": gamma1, "w": w}
     delta0 = alpha * ell
     indenter: Indenter
+    own: dict[str, float]
+    card: Any
     if shape == "flat":
-        indenter, d = FlatPunch(a), delta0 * rng.uniform(-0.99, 2)
-        force = cards.flat_punch.force(d, a=a, **m)
-        energy = cards.flat_punch.energy(d, a=a, **m)
+        indenter, own, card = FlatPunch(a), {"a": a}, cards.flat_punch
+        d = delta0 * rng.uniform(-0.99, 2)
     elif shape == "wedge":
         delta = math.atan(alpha * rng.uniform(0.1, 0.95))
-        indenter, d = Wedge(delta), cards.wedge.depth(a, delta=delta, **m)
-        force = cards.wedge.force(d, delta=delta, **m)
-        energy = cards.wedge.energy(d, delta=delta, **m)
+        indenter, own, card = Wedge(delta), {"delta": delta}, cards.wedge
     elif shape == "parabola":
         R = ell * 10 ** rng.uniform(0, 2)
-        indenter, d = Parabola(R), cards.parabola.depth(a, R=R, **m)
-        force, energy = cards.parabola.force(d, R=R, **m), cards.parabola.energy(d, R=R, **m)
+        indenter, own, card = Parabola(R), {"R": R}, cards.parabola
     else:
         n = rng.uniform(1.5, 5)
         c = alpha * 10 ** rng.uniform(-1, 1) * a ** (1 - n)
-        indenter, d = PowerLaw(c, n), cards.power_law.depth(a, c=c, n=n, **m)
-        force = cards.power_law.force(d, c=c, n=n, **m)
-        energy = cards.power_law.energy(d, c=c, n=n, **m)
+        indenter, own, card = PowerLaw(c, n), {"c": c, "n": n}, cards.power_law
+    d = d if shape == "flat" else card.depth(a, **own, **m)
+    force, energy = (one(d, **own, **m) for one in (card.force, card.energy))
     scene = Scene(layer, SurfaceEnergies.from_work(gamma1, w), indenter)
     return Case(scene, float(d), a, float(force), float(energy), shape)
 

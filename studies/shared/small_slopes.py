@@ -26,6 +26,7 @@ from energy import (
     Wedge,
     cards,
 )
+from studies.shared.loops import pull_off_card
 
 K = 1.0
 SHAPES = ("wedge", "parabola")
@@ -137,7 +138,7 @@ def letting_go_error(shape: str, steepness: float, ratio: float) -> float:
 def pull_error(shape: str, steepness: float, ratio: float) -> float:
     """Error of the largest pull on the way to where the contact lets go, scaled like P."""
     given = scene(blunt(shape, steepness), 1.0, ratio)
-    reach, m = given.critical_separation, {"k": K, "gamma1": 1.0, "w": ratio}
+    reach = given.critical_separation
 
     def force(depth: float) -> float:
         state = simulated(given, depth, _NARROW)
@@ -147,10 +148,7 @@ def pull_error(shape: str, steepness: float, ratio: float) -> float:
         force, bounds=(-reach, reach / 4), method="bounded", options={"xatol": 1e-4 * reach}
     )
     most = min(float(inner.fun), force(-reach * (1 - 1e-9)))
-    if shape == "wedge":
-        by_16 = cards.wedge.pull_off(delta=math.atan(steepness), **m).force
-    else:
-        by_16 = cards.parabola.pull_off(R=1 / steepness, **m).force
+    by_16 = pull_off_card(given).force
     return (float(by_16) - most) / _force_scale(given, most)
 
 
