@@ -6,7 +6,7 @@ import warnings
 
 from discretization.equilibrium import AccuracyWarning, Equilibrium
 from discretization.fitted.state import on_fitted_mesh
-from discretization.lattice.state import on_lattice
+from discretization.lattice.state import looked_at_on_lattice, on_lattice
 from energy import Plane, Scene
 from energy.checks import finite, option
 
@@ -41,7 +41,8 @@ def minimise(
 
     ValueError for an unusable argument, a depth at which the contact would leave the profile, or
     several contacts with finite slopes; NotCertifiedError if no equilibrium was found;
-    AccuracyWarning if the error estimate stays above rtol.
+    AccuracyWarning if the error estimate stays above rtol, or if the surface between the
+    nodes misses a feature of the profile that is narrower than their distance.
     """
     _check(scene, depth, method, branch, rtol)
     if method == "auto" and branch == "global" and spacing is not None:
@@ -53,7 +54,7 @@ def minimise(
     if method in ON_NODES:
         if spacing is None:
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
-        return on_lattice(scene, float(depth), spacing, branch=branch, method=method)
+        return looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)
     if spacing is not None:
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
     if isinstance(scene.indenter, Plane):

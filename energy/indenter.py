@@ -8,6 +8,7 @@ what a minimiser need not search for:
 | `apex`      | x of the lowest point if f never falls away from it on either side, or None   |
 | `corners`   | increasing x where the slope jumps or the body ends: lines can be pinned      |
 | `knots`     | x where only a higher derivative jumps; quadrature stops there                |
+| `complete`  | between corners and knots f is smooth: quadrature need not look for more       |
 | `extent`    | (lo, hi) outside which the profile has no points or is not known               |
 | `walls`     | the ends of `extent` at which the body itself ends (a punch, not a data set)   |
 | `symmetric` | mirror-symmetric about the apex                                                |
@@ -39,6 +40,7 @@ class Indenter:
     apex: float | None = None
     corners: Sequence[float] | Array = ()
     knots: Sequence[float] | Array = ()
+    complete: bool = False
     extent: tuple[float, float] = UNBOUNDED
     walls: tuple[float, ...] = ()
     symmetric: bool = False
@@ -70,7 +72,9 @@ class Profile(Indenter):
     """Any profile from two vectorised functions, height(x) and its derivative slope(x).
 
     `extent` limits where contact is looked for; needed if the profile has its lowest point far
-    from x = 0 or does not rise in the end. `corners` lists kinks a contact line may be pinned at.
+    from x = 0 or does not rise in the end. `corners` lists kinks a contact line may be pinned at,
+    `knots` where only a higher derivative jumps, such as the end of a rounding: integrals converge
+    at once where they are given, and are refined until they do where not.
     `convex` promises that the slope never decreases: no other contacts are looked for.
     """
 
@@ -79,6 +83,7 @@ class Profile(Indenter):
     extent: tuple[float, float] = UNBOUNDED
     corners: Sequence[float] = ()
     convex: bool = False
+    knots: Sequence[float] = ()
 
     def __post_init__(self) -> None:
         for name in ("height", "slope"):
@@ -87,9 +92,10 @@ class Profile(Indenter):
         ends = array("extent", self.extent)
         if ends.shape != (2,) or not ends[0] < ends[1]:
             raise ValueError(f"extent = {self.extent!r} must be (lo, hi) with lo < hi")
-        corners = array("corners", self.corners)
-        if corners.ndim != 1 or not (np.diff(corners) > 0).all() or np.isnan(corners).any():
-            raise ValueError(f"corners = {self.corners!r} must increase; sort them")
+        for name in ("corners", "knots"):
+            x = array(name, getattr(self, name))
+            if x.ndim != 1 or not (np.diff(x) > 0).all() or np.isnan(x).any():
+                raise ValueError(f"{name} = {getattr(self, name)!r} must increase; sort them")
 
 
 def floats(x: ArrayLike | float) -> Array:
@@ -127,8 +133,8 @@ class Shifted(Indenter):
         object.__setattr__(self, "knots", np.asarray(self.base.knots, float) + move)
         object.__setattr__(self, "extent", (extent[0] + move, extent[1] + move))
         object.__setattr__(self, "walls", tuple(c + move for c in self.base.walls))
-        object.__setattr__(self, "symmetric", self.base.symmetric)
-        object.__setattr__(self, "convex", self.base.convex)
+        for name in ("symmetric", "convex", "complete"):
+            object.__setattr__(self, name, getattr(self.base, name))
 
     def height(self, x: ArrayLike) -> Array:
         return self.base.height(self._own(x))
@@ -154,7 +160,7 @@ class Tilted(Indenter):
     tilt: float
 
     def __post_init__(self) -> None:
-        for name in ("corners", "knots", "extent", "walls", "convex"):
+        for name in ("corners", "knots", "extent", "walls", "convex", "complete"):
             object.__setattr__(self, name, getattr(self.base, name))
 
     def height(self, x: ArrayLike) -> Array:
@@ -182,7 +188,8 @@ class Sum(Indenter):
             object.__setattr__(self, name, both[(both >= lo) & (both <= hi)].astype(float))
         walls = {*one.walls, *two.walls} & {lo, hi}
         object.__setattr__(self, "walls", tuple(sorted(walls)))
-        object.__setattr__(self, "convex", one.convex and two.convex)
+        for name in ("convex", "complete"):
+            object.__setattr__(self, name, getattr(one, name) and getattr(two, name))
         if one.apex is not None and one.apex == two.apex:
             object.__setattr__(self, "apex", one.apex)
             object.__setattr__(self, "symmetric", one.symmetric and two.symmetric)

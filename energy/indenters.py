@@ -23,6 +23,7 @@ class Plane(Indenter):
     apex = 0.0
     symmetric = True
     convex = True
+    complete = True
 
     def shifted(self, x0: float) -> Plane:
         finite("x0", x0)
@@ -43,6 +44,7 @@ class FlatPunch(Indenter):
     apex = 0.0
     symmetric = True
     convex = True
+    complete = True
 
     def __post_init__(self) -> None:
         positive("half_width", self.half_width)
@@ -73,6 +75,7 @@ class Wedge(Indenter):
     corners = (0.0,)
     symmetric = True
     convex = True
+    complete = True
 
     def __post_init__(self) -> None:
         if not 0 < finite("delta", self.delta) < math.pi / 2:
@@ -93,6 +96,7 @@ class Parabola(Indenter):
     apex = 0.0
     symmetric = True
     convex = True
+    complete = True
 
     def __post_init__(self) -> None:
         positive("R", self.R)
@@ -114,6 +118,7 @@ class PowerLaw(Indenter):
     apex = 0.0
     symmetric = True
     convex = True
+    complete = True
 
     def __post_init__(self) -> None:
         if not real("c", self.c) > 0:

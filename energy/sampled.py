@@ -31,6 +31,7 @@ class Sampled(Indenter):
     x: Array
     z: Array
     kind: str = "linear"
+    complete = True
     _slopes: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -1,12 +1,14 @@
 """The stress study: its reference against the cards, its verdicts, and what it finds."""
 
 import math
+from dataclasses import replace
 from decimal import localcontext
 
 import numpy as np
 import pytest
 from scenes import plain
 
+from discretization import minimise
 from energy import ElasticLayer, Parabola, PowerLaw, Scene, SurfaceEnergies, cards
 from studies.benchmarks.stress import reference as stress_reference
 from studies.benchmarks.stress import study as stress
@@ -92,6 +94,16 @@ def test_only_overhangs_and_the_finest_lattices_are_refused(trials):
         if t.verdict == "refused":
             fine = t.grid == "lattice" and t.x >= 5 and "violates force" in t.note
             assert fine or (t.grid == "finite" and "turn over" in t.note), t
+
+
+def test_an_estimate_of_a_lattice_state_that_is_too_small_is_wrong():
+    scene = plain(Parabola(10.0))
+    state = minimise(scene, 0.3, method="lattice", spacing=0.05)
+    assert stress.untrusted(scene, 0.3, state) == ""
+    bold = replace(state, errors={**state.error_estimate, "energy": 1e-7})
+    assert stress.untrusted(scene, 0.3, bold).startswith("U is off by ")
+    withheld = replace(state, errors=dict.fromkeys(state.error_estimate, math.inf))
+    assert stress.untrusted(scene, 0.3, withheld) == ""
 
 
 def test_verdicts():

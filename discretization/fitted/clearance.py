@@ -13,6 +13,7 @@ from discretization.fitted.surfaces import Line, Surfaces
 from discretization.profile import Resolved
 
 Array = NDArray[np.float64]
+_UNSURE = 1 / 16  # of the width of an interval and of how v' varies in it
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,7 @@ class Clearance:
         """The least v between two lines, and where; a line that is None is infinitely far away.
 
         Read at the samples; between two of them, where v' changes sign, at the minimum of the cubic
-        through v and v', and the least of all these is solved for.
+        through v and v'. The least of all these is solved for, unless its sign is certain.
         """
         z, f, slope = self._near(left, right, depth)
         if not z.size:
@@ -37,10 +38,13 @@ class Clearance:
         best, place = float(v[i]), float(z[i])
         dips = np.flatnonzero((v1[:-1] < 0) & (v1[1:] > 0) & (np.diff(z) > 0))
         if dips.size:
-            low = _dips(z, v, v1, dips)
+            low, unsure = _dips(z, v, v1, dips)
             j = int(np.argmin(low))
             if low[j] < best:
-                return self._bottom(left, right, depth, *z[dips[j] : dips[j] + 2].tolist())
+                i = int(dips[j])
+                if abs(low[j]) <= unsure[j]:
+                    return self._bottom(left, right, depth, *z[i : i + 2].tolist())
+                return float(low[j]), float(z[i] + v1[i] / (v1[i] - v1[i + 1]) * (z[i + 1] - z[i]))
         return best, place
 
     def _near(self, left: Line | None, right: Line | None, depth: float) -> Array:
@@ -73,11 +77,11 @@ class Clearance:
         return u - depth + float(indenter.height(place)), place
 
 
-def _dips(z: Array, v: Array, v1: Array, at: NDArray[np.intp]) -> Array:
-    """The least v of the cubics between samples `at` and the next."""
-    width = z[at + 1] - z[at]
-    t = v1[at] / (v1[at] - v1[at + 1])
+def _dips(z: Array, v: Array, v1: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
+    """The least v of the cubics between samples `at` and the next, and how far it may be off."""
+    width, fall, rise = z[at + 1] - z[at], -v1[at], v1[at + 1]
+    t = fall / (fall + rise)
     t2, t3 = t * t, t * t * t
     low = v[at] * (2 * t3 - 3 * t2 + 1) + v[at + 1] * (3 * t2 - 2 * t3)
-    low += width * (v1[at] * (t3 - 2 * t2 + t) + v1[at + 1] * (t3 - t2))
-    return np.asarray(low)
+    low += width * (rise * (t3 - t2) - fall * (t3 - 2 * t2 + t))
+    return low, _UNSURE * width * (fall + rise)

@@ -66,7 +66,8 @@ class Gap:
         if length > 2 * gap.FAR:
             return abs(self.problem.response.reaction(1.0) - 1)
         (even, odd), found = self._halves(q, p), gap.half(degree, length)
-        rate = even * even * found.even_rate + odd * odd * found.odd_rate
+        even_rate, odd_rate = gap.rates(degree, length)
+        rate = even * even * even_rate + odd * odd * odd_rate
         own, reaction = even + odd, even * found.even + odd * found.odd
         size = own * own + reaction * reaction
         apart = abs(2 * rate - own * own + reaction * reaction) / (size or 1.0)

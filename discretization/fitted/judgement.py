@@ -24,6 +24,7 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.contacts import FittedContacts
 from discretization.fitted.gap_lines import Gap
+from discretization.fitted.height_rounding import felt
 from discretization.fitted.lines import FittedLine, Problem
 from discretization.fitted.quadrature import Interval
 from energy import Scene
@@ -36,6 +37,7 @@ _NEAR = 4.0
 _SAMPLES = 65
 _DIFFERENCE = 1e-4
 _ROUNDING = 16 * float(np.finfo(float).eps)
+_POSITION = _ROUNDING / 4  # of |x|, to which a line is found
 
 
 def certify(
@@ -199,7 +201,8 @@ def errors(contacts: FittedContacts, coarse: Interval, fine: Interval) -> dict[s
     scale = max(problem.scale(pair) for pair in contacts.pairs)
     for lines, rate in _stiffness(contacts):
         inverse = np.abs(np.linalg.pinv(rate))
-        moved = inverse.sum(axis=1) * surface * scale
+        moved = inverse.sum(axis=1) * (surface * scale + felt(problem.scene, fine.rounding))
+        moved += [_POSITION * abs(line.x) for line in lines]
         move += float(moved.sum())
         push += float(sum(_rate(own, line) * m for line, m in zip(lines, moved, strict=True)))
     width = float(np.diff(contacts.x, axis=1).sum())

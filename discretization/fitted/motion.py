@@ -40,6 +40,7 @@ Pair = tuple[float, float]
 _MET = 1e-9  # of l: lines closer than that have met
 _SWEEPS = 1000
 _STILL = 4e-16  # of the positions: a line that moves less has come to rest
+_ROUNDED = 1e-12  # of the same: a step of Newton's method that may be rounding, if it shrinks no more
 _NEWTON = 12
 _DIFFERENCE = 1e-6  # of the room between two lines, for the change of D
 _STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
@@ -52,8 +53,8 @@ _MOST = 100_000
 class At(NamedTuple):
     """A contact line at x and the height of the profile there."""
 
-    x: float
-    f: float
+    x: Any
+    f: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,37 +246,43 @@ class Motion:
         if math.isinf(q) or math.isinf(p):
             return self._outermost(q, p, depth)
         least = 2 * _MET * self.scene.elastocapillary_length
-        for _ in range(_SWEEPS):
+        for sweep in range(_SWEEPS):
             if p - q <= least:
                 return None
             a = self._stop(1, q, p, self._at(p), depth, 1)
-            b = a and self._stop(-1, p, a.x, self._at(a.x), depth, 1)
+            b = a and self._stop(-1, p, a.before, self._at(a.before), depth, 1)
             if a is None or b is None:
                 return None
-            if _still(a.x, q) and _still(b.x, p):
-                return a.x, b.x
-            step, (q, p) = (a.x - q, b.x - p), (a.x, b.x)
-            near = None if a.corner or b.corner else self._nearby(q, p, depth, 1)
-            if near is not None:
-                return near
+            if a.root and b.root:
+                near = self._nearby((a.guess, b.guess), (a.before, b.before), depth, 1)
+                if near is not None:
+                    return near
+            ends = a.x, b.x
+            if _still(ends[0], q, sweep) and _still(ends[1], p, sweep):
+                return ends
+            step, (q, p) = (ends[0] - q, ends[1] - p), ends
             q, p = self._further(q, p, step, depth, 1)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
         """Both lines of a free surface recede, not beyond the other lines of their contacts."""
-        for _ in range(_SWEEPS):
+        for sweep in range(_SWEEPS):
             facing = self._at(p)
             a = q if math.isinf(q) else self._lower(1, q, least, facing, depth)
             facing = self._at(a)
             b = p if math.isinf(p) else self._lower(-1, p, most, facing, depth)
             lost = a < least or b > most
-            if lost or math.isinf(q) or math.isinf(p) or (_still(a, q) and _still(b, p)):
+            if lost or math.isinf(q) or math.isinf(p) or (
+                _still(a, q, sweep) and _still(b, p, sweep)
+            ):
                 return a, b
             step, (q, p) = (a - q, b - p), (a, b)
-            near = self._nearby(q, p, depth, -1)
+            near = self._nearby((q, p), (q, p), depth, -1)
             if near is not None and near[0] >= least and near[1] <= most:
                 return near
-            q, p = self._further(q, p, step, depth, -1)
+            further = self._further(q, p, step, depth, -1)
+            if further[0] >= least and further[1] <= most:
+                q, p = further
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _lower(
@@ -318,47 +325,63 @@ class Motion:
     def _rest(self, side: int, x: Any, f: Any, f1: Any, facing: At | None) -> Any:
         return self.surfaces.rest_depth(side, x, f, f1, facing, self.scene.work_of_adhesion)
 
-    def _nearby(self, q: float, p: float, depth: float, way: int) -> Pair | None:
-        """Both lines of a gap in stable equilibrium close by on this way, by Newton's method.
+    def _nearby(self, guess: Pair, start: Pair, depth: float, way: int) -> Pair | None:
+        """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
 
         None where a sample lies in between, they are not stable, or it fails.
         """
-        x, size = np.array([q, p]), abs(q) + abs(p) + self.scene.elastocapillary_length
+        x, last = np.array(guess), math.inf
+        size = abs(start[0]) + abs(start[1]) + self.scene.elastocapillary_length
         for _ in range(_NEWTON):
             value, rate = self._rates(*x.tolist())
-            stable = rate[0, 0] > 0 > rate[1, 1] and (
-                rate[0, 0] * rate[1, 1] < rate[0, 1] * rate[1, 0]
+            crossed = rate[0, 0] * rate[1, 1] - rate[0, 1] * rate[1, 0]
+            if not (rate[0, 0] > 0 > rate[1, 1] and crossed < 0):
+                return None
+            residual = value - depth
+            step = np.array(
+                [
+                    rate[1, 1] * residual[0] - rate[0, 1] * residual[1],
+                    rate[0, 0] * residual[1] - rate[1, 0] * residual[0],
+                ]
             )
-            if not stable:
+            x = x - step / crossed
+            now = float(np.abs(step / crossed).max())
+            if not x[0] < x[1]:
                 return None
-            step = np.linalg.solve(rate, value - depth)
-            x = x - step
-            if not x[0] < x[1] or (way * (x - (q, p)) * (1, -1) < -_STILL * size).any():
-                return None
-            if np.abs(step).max() <= _STILL * size:
+            if now <= _STILL * size or last / 2 <= now <= _ROUNDED * size:
                 break
+            last = now
         else:
             return None
-        for old, new in ((q, x[0]), (p, x[1])):
-            between = self.profile.beyond(old, float(new))
+        if (way * (x - start) * (1, -1) < -_ROUNDED * size).any():
+            return None
+        for old, new in zip(start, x.tolist(), strict=True):
+            between = self.profile.beyond(old, new)
             if between.stop > between.start:
                 return None
         return float(x[0]), float(x[1])
 
     def _further(self, q: float, p: float, step: Pair, depth: float, way: int) -> Pair:
-        """Both lines of a gap the same way on, in growing steps, as long as both still move.
+        """The lines of a gap further on the same way, in growing steps of the one that moves most.
 
-        Where an equilibrium has just disappeared they pass its place by ever smaller steps else.
+        Where an equilibrium has just disappeared they would pass its place by ever smaller ones. The
+        other line is at rest meanwhile, and no step is taken that leaves the first beyond its own.
         """
-        while step != (0.0, 0.0):
-            x = q + 2 * step[0], p + 2 * step[1]
-            passed = (self.profile.beyond(*ends) for ends in zip((q, p), x, strict=True))
-            if not x[0] < x[1] or any(own.stop > own.start for own in passed):
+        side = 1 if abs(step[0]) >= abs(step[1]) else -1
+        (own, other), move = ((q, p), step[0]) if side > 0 else ((p, q), step[1])
+        while move:
+            x, move = own + 2 * move, 2 * move
+            passed = self.profile.beyond(own, x)
+            if passed.stop > passed.start or side * (other - x) <= 0:
                 break
-            if (way * (self.rest_depths(*x) - depth) >= 0).any():
+            stop = self._stop(-side, other, x if way > 0 else -side * math.inf, self._at(x), depth, way)
+            if stop is None:
                 break
-            step, (q, p) = (2 * step[0], 2 * step[1]), x
-        return q, p
+            values = self.rest_depths(*((x, stop.x) if side > 0 else (stop.x, x)))
+            if way * (values[0 if side > 0 else 1] - depth) >= 0:
+                break
+            own, other = x, stop.x
+        return (own, other) if side > 0 else (other, own)
 
     def rest_depths(self, q: float, p: float) -> Array:
         """D of both lines of a gap."""
@@ -369,9 +392,13 @@ class Motion:
 
     def _rates(self, q: float, p: float) -> tuple[Array, Array]:
         """D of both lines of a gap, and its change (rows) with the lines (columns)."""
-        h, at = _DIFFERENCE * (p - q), self.rest_depths
-        columns = [at(q + h, p) - at(q - h, p), at(q, p + h) - at(q, p - h)]
-        return at(q, p), np.column_stack(columns) / (2 * h)
+        indenter, h = self.profile.indenter, _DIFFERENCE * (p - q)
+        x = np.array([q, q + h, q - h, q, q, p, p, p, p + h, p - h])
+        f, f1 = np.asarray(indenter.height(x), float), np.asarray(indenter.slope(x), float)
+        one = self._rest(1, x[:5], f[:5], f1[:5], At(x[5:], f[5:]))
+        other = self._rest(-1, x[5:], f[5:], f1[5:], At(x[:5], f[:5]))
+        both = np.array([one, other])
+        return both[:, 0], (both[:, [1, 3]] - both[:, [2, 4]]) / (2 * h)
 
     # what must not be passed unseen
 
@@ -464,9 +491,13 @@ class Motion:
         return tuple(kept) if len(kept) == len(lines) else self._unpulled(tuple(kept), depth)
 
 
-def _still(new: float, old: float) -> bool:
-    """Whether a line has not moved beyond rounding."""
-    return abs(new - old) <= _STILL * abs(old)
+def _still(new: float, old: float, sweep: int) -> bool:
+    """Whether a line has not moved beyond rounding.
+
+    Where an equilibrium is about to disappear within rounding, lines tremble more, for ever: the
+    more sweeps have been made, the more counts as rounding.
+    """
+    return abs(new - old) <= _STILL * (1 + sweep * sweep) * abs(old)
 
 
 def free(lines: Sequence[float]) -> list[Pair]:

@@ -1,29 +1,42 @@
-"""Energy and force of fitted contacts, integrated by Gauss points until fewer points agree."""
+"""Energy and force of fitted contacts, integrated by Gauss points until fewer points agree.
+
+Between its corners and knots a built-in indenter is smooth. Of a profile that does not say so
+(Indenter.complete) fewer and more points on the same panel may agree by luck beside a jump of the
+slope or of a higher derivative: there each panel is compared with its halves, too. Panels that
+disagree are halved, so that they close in on such a jump:
+
+    Σ_panels |many - few|, |whole - halves|  <=  max(rtol/10, 16 ε) · scale + rounding of heights.
+"""
 
 from __future__ import annotations
 
-import functools
+import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
+from discretization.fitted import gauss
+from discretization.fitted.height_rounding import height_rounding
 from discretization.fitted.response import Response
 from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
 _FEW_PANELS = 50
-_MOST_PANELS = 1 << 16
-_HALVINGS = 8
-_PLAIN = 6  # Gauss points of an ungraded panel
+_MOST_PANELS = 1 << 12  # beyond those between declared corners and knots
 _PART = 0.1  # of rtol for the quadrature
 _ROUNDING = 16 * float(np.finfo(float).eps)
 _CHUNK = 1 << 18
+_LUCK = 1 / 8  # of what the whole was off by: at a jump of f'' the halves are no better than that
 
 
 class Interval(NamedTuple):
-    """Totals over a fitted contact and its free surfaces, with the force by two routes."""
+    """Totals over a fitted contact and its free surfaces, with the force by two routes.
+
+    rounding: what the heights are off by as measured [length], counted in force and energy.
+    """
 
     energy: float
     force: float
@@ -31,6 +44,7 @@ class Interval(NamedTuple):
     energy_scale: float
     force_scale: float
     weakest: float
+    rounding: float = 0.0
 
     def change(self, other: Interval) -> float:
         """Larger of the relative differences of energy and force."""
@@ -55,45 +69,16 @@ class Intervals(NamedTuple):
         return float((apart / np.where(scale > 0, scale, 1.0)).max(initial=0.0))
 
 
-@functools.lru_cache(maxsize=16)
-def _rule(order: int) -> tuple[Array, Array]:
-    """Gauss points and weights on [0, 1]; of many, half for each half, crowded at the ends by t⁴.
-
-    A power law is not smooth where the panels end.
-    """
-    t, weights = np.polynomial.legendre.leggauss(order)
-    t, weights = (t + 1) / 2, weights / 2
-    if order <= _PLAIN:
-        return t, weights
-    near, weights = t**4 / 2, 2 * weights * t**3
-    return np.concatenate([near, 1 - near]), np.concatenate([weights, weights])
-
-
-@functools.lru_cache(maxsize=16)
-def _pair(few: int, many: int) -> tuple[Array, Array]:
-    """Both rules at once: all their points (p,), and their weights (2, p)."""
-    (points, weights), (more, heavier) = _rule(few), _rule(many)
-    both = np.zeros((2, points.size + more.size))
-    both[0, : points.size], both[1, points.size :] = weights, heavier
-    return np.concatenate([points, more]), both
-
-
-def _points(ends: Array, at: Array, weights: Array) -> tuple[Array, Array]:
-    """Points (n, ·) and weights (2, n, ·) of both rules on the panels between ends (n, m + 1)."""
-    start, stop = ends[:, :-1, None], ends[:, 1:, None]
-    span = stop - start
-    points = (start + span * at).reshape(len(ends), -1)
-    return points, (span * weights[:, None, None]).reshape(2, *points.shape)
-
-
-def inside(scene: Scene, depth: Array, ends: Array) -> tuple[Array, Array]:
+def inside(
+    scene: Scene, depth: Array, ends: Array, orders: tuple[int, int] | None = None
+) -> tuple[Array, Array]:
     """Integrals over contacts at depths (n,) or (1,), and their least g (n,).
 
     (2, 5, n), on the panels between ends (n, m + 1) by fewer and by more points: springs, surface,
     adhesion as it binds, kg and |kg|.
     """
     gamma1, w, slopes = scene.gamma1, scene.work_of_adhesion, scene.slopes
-    x, span = _points(ends, *_pair(*_orders(ends)))
+    x, span = gauss.points(ends, *gauss.pair(*(orders or _orders(ends))))
     g, slope = depth[:, None] - scene.indenter.height(x), scene.indenter.slope(x)
     stretch = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
     bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes)
@@ -133,7 +118,7 @@ def _ends(indenter: Indenter, lines: Array) -> Array:
 
 def _orders(ends: Array) -> tuple[int, int]:
     """Orders to compare; a few where there are many panels."""
-    return (28, 40) if ends.shape[1] < _FEW_PANELS else (4, _PLAIN)
+    return (28, 40) if ends.shape[1] < _FEW_PANELS else (4, gauss.PLAIN)
 
 
 def totals(
@@ -149,33 +134,113 @@ def totals(
 def refined(
     scene: Scene, depth: float, ends: Array, free: tuple[float, ...], rtol: float
 ) -> tuple[Interval, Interval]:
-    """Energy and force at a depth by fewer and by more points, on panels halved until both agree.
+    """Energy and force at a depth, first off by the estimated error, then by more points.
 
     ends (n, m + 1): of the panels in contact; free: what `surfaces` says of those beyond.
     """
-    for _ in range(_HALVINGS):
+    allowed = max(_PART * rtol, _ROUNDING)
+    if scene.indenter.complete:
         sums, weakest = inside(scene, np.array([depth]), ends)
         least, parts = float(weakest.min()), sums.sum(axis=2).tolist()
         coarse, fine = (Interval(*_summed(part, free), least) for part in parts)
-        agree = fine.change(coarse) <= max(_PART * rtol, _ROUNDING)
-        if agree or ends[:, 1:].size > _MOST_PANELS:
-            break
-        ends, m = np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2])), ends.shape[1]
-        ends = np.concatenate([ends[:, :m], ends[:, m - 1 :]])
-    return coarse, fine
+        if fine.change(coarse) <= allowed:
+            return coarse, fine
+    panels = np.column_stack([ends[:, :-1].ravel(), ends[:, 1:].ravel()])
+    return _halved(scene, depth, _measured(scene, depth, panels, _orders(ends)), free, allowed)
+
+
+class _Panels(NamedTuple):
+    """Panels between ends (n, 2): integrals (5, n) by the more points of these orders.
+
+    apart (2, n): what energy and force by fewer points, and of the whole, are off by; errors (2, n):
+    these, or a part of what they were before the panel was halved; weakest (n,): the least g.
+    """
+
+    ends: Array
+    sums: Array
+    apart: Array
+    errors: Array
+    weakest: Array
+    orders: tuple[int, int]
+
+    @property
+    def divisible(self) -> NDArray[np.bool_]:
+        """Whether there is a number between the ends (n,)."""
+        middle = self.ends.mean(axis=1)
+        return np.asarray((self.ends[:, 0] < middle) & (middle < self.ends[:, 1]))
+
+    def halved(self, scene: Scene, depth: float, rough: NDArray[np.bool_]) -> _Panels:
+        """The panels, the rough ones as two halves each, at the end."""
+        old, at = self.ends[rough], self.ends[rough].mean(axis=1)
+        ends = np.concatenate([np.column_stack([old[:, 0], at]), np.column_stack([at, old[:, 1]])])
+        new, n = _measured(scene, depth, ends, self.orders), len(old)
+        apart = errors = new.apart
+        if not scene.indenter.complete:
+            whole = _balance(new.sums[:, :n] + new.sums[:, n:] - self.sums[:, rough])
+            apart = np.maximum(apart, np.tile(np.abs(whole) / 2, 2))
+            errors = np.maximum(apart, np.tile(self.apart[:, rough] * _LUCK, 2))
+        return _Panels(
+            np.concatenate([self.ends[~rough], ends]),
+            np.hstack([self.sums[:, ~rough], new.sums]),
+            np.hstack([self.apart[:, ~rough], apart]),
+            np.hstack([self.errors[:, ~rough], errors]),
+            np.append(self.weakest[~rough], new.weakest),
+            self.orders,
+        )
+
+
+def _measured(scene: Scene, depth: float, ends: Array, orders: tuple[int, int]) -> _Panels:
+    """Integrals over panels (n, 2), and how far those by fewer points are from them."""
+    (few, many), weakest = inside(scene, np.array([depth]), ends, orders)
+    apart = np.abs(_balance(many - few))
+    return _Panels(ends, many, apart, apart.copy(), weakest, orders)
+
+
+def _balance(sums: Array) -> Array:
+    """Energy and force (2, n) from the integrals over panels (5, n)."""
+    return np.array([sums[0] + sums[1] - sums[2], sums[3]])
+
+
+def _halved(
+    scene: Scene, depth: float, panels: _Panels, free: tuple[float, ...], allowed: float
+) -> tuple[Interval, Interval]:
+    """`refined` from whole panels, those halved that disagree."""
+    most = len(panels.ends) + _MOST_PANELS
+    rounding = height_rounding(scene.indenter, panels.ends)
+    felt = scene.stiffness * (np.diff(panels.ends).sum() + 2 * scene.elastocapillary_length)
+    if not scene.indenter.complete:  # not known until there are halves
+        panels.errors[:, panels.divisible] = math.inf
+    while True:
+        least = float(panels.weakest.min(initial=0.0))
+        fine = Interval(*_summed(panels.sums.sum(axis=1).tolist(), free), least, rounding)
+        lost = rounding * np.array([fine.force_scale, felt])
+        limit = allowed * np.array([fine.energy_scale, fine.force_scale]) + lost
+        apart = panels.errors.sum(axis=1)
+        rough = (panels.errors > limit[:, None] / len(panels.ends)).any(axis=0) & panels.divisible
+        if (apart <= limit).all() or not rough.any() or len(panels.ends) > most:
+            energy, force = (apart + lost).tolist()
+            return fine._replace(energy=fine.energy - energy, force=fine.force - force), fine
+        panels = panels.halved(scene, depth, rough)
+
+
+def _halves(ends: Array) -> Array:
+    """Ends (n, 2m + 1) with the middles of all panels."""
+    return np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2]))
 
 
 def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple[Intervals, float]:
     """Energy and force at depths (n,) between lines (n, 2), and their change from fewer points."""
-    ends, parts, change = _ends(scene.indenter, lines), [], 0.0
+    grids, parts, change = _grids(scene.indenter, _ends(scene.indenter, lines)), [], 0.0
     displaced = (depth[:, None] - scene.indenter.height(lines)).tolist()
     free = np.array([surfaces(scene, response, pair) for pair in displaced])
-    step = max(1, _CHUNK // (40 * 2 * ends.shape[1]))
+    step = max(1, _CHUNK // (40 * 2 * grids[-1].shape[1]))
     for start in range(0, len(depth), step):
-        own = slice(start, start + step)
-        sums, weakest = inside(scene, depth[own], ends[own])
-        coarse, fine = (Intervals(*_summed(part, free[own].T), weakest) for part in sums)
-        change = max(change, fine.change(coarse))
+        own, found = slice(start, start + step), []
+        for ends in grids:
+            sums, weakest = inside(scene, depth[own], ends[own])
+            found += [Intervals(*_summed(part, free[own].T), weakest) for part in sums]
+        *coarser, fine = found
+        change = max(change, *map(fine.change, coarser))
         parts.append(fine)
     return Intervals(*(np.concatenate(part) for part in zip(*parts, strict=True))), change
 
@@ -186,12 +251,12 @@ def pressing(
     """The force alone: P = k∫(d - f) dx + S(left) + S(right); panels halved only where needed."""
     indenter, k, length = scene.indenter, scene.stiffness, scene.elastocapillary_length
     x, span = _contact(indenter, left, right)
-    few, many = (span @ indenter.height(x)).tolist()
+    *fewer, many = (span @ indenter.height(x)).tolist()
     press = k * (depth * (right - left) - many)
     pull = 0.0
     for end in (left, right) if scene.gamma1 else ():
         pull += scene.gamma1 * response.reaction((depth - float(indenter.height(end))) / length)
-    if k * abs(few - many) > _PART * rtol * (abs(press) + abs(pull)):
+    if k * max(abs(few - many) for few in fewer) > _PART * rtol * (abs(press) + abs(pull)):
         return totals(scene, response, depth, left, right, rtol)[1].force
     return press + pull
 
@@ -202,7 +267,7 @@ def arc_length(scene: Scene, left: float, right: float) -> float:
         return abs(right - left)
     x, span = _contact(scene.indenter, min(left, right), max(left, right))
     slope = scene.indenter.slope(x)
-    return float(span[1] @ np.sqrt(1 + slope * slope))
+    return float(span[-1] @ np.sqrt(1 + slope * slope))
 
 
 def _panels(indenter: Indenter, left: float, right: float) -> Array:
@@ -215,8 +280,16 @@ def _panels(indenter: Indenter, left: float, right: float) -> Array:
     return np.array([sorted(float(x) for x in cuts if left <= x <= right)])
 
 
+def _grids(indenter: Indenter, ends: Array) -> list[Array]:
+    """Ends of the panels to compare: these and, unless the profile is smooth there, halves."""
+    return [ends] if indenter.complete else [ends, _halves(ends)]
+
+
 def _contact(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
-    """Points (·,) and weights (2, ·) of one contact, by fewer and by more points."""
-    ends = _panels(indenter, left, right)
-    x, span = _points(ends, *_pair(*_orders(ends)))
-    return x[0], span[:, 0]
+    """Points (p,) and weights (2 or 4, p) of one contact, by fewer and more points on `_grids`."""
+    grids = _grids(indenter, _panels(indenter, left, right))
+    found = [gauss.points(ends, *gauss.pair(*_orders(ends))) for ends in grids]
+    if len(found) == 1:
+        return found[0][0][0], found[0][1][:, 0]
+    spans = block_diag(*(span[:, 0] for _, span in found))
+    return np.concatenate([x[0] for x, _ in found]), spans

@@ -8,6 +8,7 @@ mesh, the adhered state, and none. Lattices are halved until two of them lead to
 
 from __future__ import annotations
 
+import contextlib
 import math
 import warnings
 from collections.abc import Iterator
@@ -33,8 +34,10 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _PER_LENGTH = 16  # nodes per l of the first lattice
-_PER_KINK = 8  # and per length on which the slope changes by √(2w/γ₁)
+_PER_WAVE = 16  # and per wave: from where the slope turns round to where it does so likewise
+_NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count
 _FINER = 4  # lattices, each with half the spacing of the last
+_BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
 _MOST_NODES = 400_000
 _SAME = 1e-9  # of the energy's scale: energies of the same state
 _ROUNDING = 16 * float(np.finfo(float).eps)
@@ -80,28 +83,36 @@ def _found(
     if branch == "adhered" or not motion.scene.work_of_adhesion:
         return state
     found: list[Equilibrium] = []
-    for lines in _lowest(motion, depth):
-        try:
-            found.append(state_of(motion, response, lines, depth, branch, rtol))
-        except NotCertifiedError:
-            continue
+    for candidates in _lowest(motion, depth):
+        states = [state]
+        for lines in candidates:
+            with contextlib.suppress(NotCertifiedError):
+                states.append(state_of(motion, response, lines, depth, branch, rtol))
+        found.append(min(states, key=lambda each: each.energy))
         if len(found) > 1 and _alike(*found[-2:]):
             break
     else:
         warnings.warn(_undecided(depth), AccuracyWarning, stacklevel=5)
-    return min([*found, state], key=lambda each: each.energy)
+    return min(found, key=lambda each: each.energy)
 
 
-def _lowest(motion: Motion, depth: float) -> Iterator[Lines]:
-    """The lowest contacts of finer and finer lattices, moved to rest."""
+def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
+    """The lowest contacts of finer and finer lattices, moved to rest.
+
+    Those of depths a little less and more are among them: two states may have so nearly the same
+    energy that a lattice takes one for the other.
+    """
     scene, profile = motion.scene, motion.profile
     spacing, least = coarsest(scene, profile), float(np.ptp(profile.x)) / _MOST_NODES
+    beside = _BESIDE * scene.critical_separation
     for i in range(_FINER):
-        lattice = Lattice.of(scene, max(spacing / 2**i, least))
-        nodes, _ = lowest_contacts(scene, depth, lattice, "lattice", False)
-        near = parted(scene, depth, np.asarray(lattice.x(nodes.astype(float))))
-        lines = np.clip(near.ravel(), *scene.indenter.extent)
-        yield motion.settled(tuple(lines.tolist()), depth)
+        lattice, found = Lattice.of(scene, max(spacing / 2**i, least)), {()}
+        for at in (depth - beside, depth, depth + beside):
+            nodes, _ = lowest_contacts(scene, at, lattice, "lattice", False)
+            near = parted(scene, at, np.asarray(lattice.x(nodes.astype(float))))
+            lines = np.clip(near.ravel(), *scene.indenter.extent)
+            found.add(motion.settled(tuple(lines.tolist()), depth))
+        yield found
 
 
 def _alike(one: Equilibrium, other: Equilibrium) -> bool:
@@ -120,13 +131,23 @@ def _undecided(depth: float) -> str:
 
 
 def coarsest(scene: Scene, profile: Resolved) -> float:
-    """Spacing of the first lattice: on l, and on the length on which slopes change by √(2w/γ₁)."""
-    spacing = scene.elastocapillary_length / _PER_LENGTH
-    width = np.diff(profile.x)
-    bend = np.abs(np.diff(profile.slope))[width > 0] / width[width > 0]
-    kink = math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
-    steepest = float(bend.max(initial=0.0)) * _PER_KINK
-    return min(spacing, kink / steepest) if steepest * spacing > kink else spacing
+    """Spacing of the first lattice: a part of l, and of the shortest wave of the profile."""
+    length = scene.elastocapillary_length
+    least = _NOTICED * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1)
+    turns = np.array(_turns(profile.x, profile.slope, least))
+    return min([length / _PER_LENGTH, *((turns[2:] - turns[:-2]) / _PER_WAVE).tolist()])
+
+
+def _turns(x: Array, slope: Array, least: float) -> list[float]:
+    """Where a slope turns round, having changed and then changing back by more than `least`."""
+    found, low, high, way = [], 0, 0, 0
+    for i, value in enumerate(slope.tolist()):
+        low, high = (i if value < slope[low] else low), (i if value > slope[high] else high)
+        if way >= 0 and slope[high] - value > least:
+            found, way, low = [*found, float(x[high])], -1, i
+        elif way <= 0 and value - slope[low] > least:
+            found, way, high = [*found, float(x[low])], 1, i
+    return found
 
 
 def state_of(

@@ -128,7 +128,7 @@ def _errors(
     size = np.abs(height) + abs(depth)
     width = float(np.diff(lines, axis=1).sum())
     with np.errstate(divide="ignore", invalid="ignore"):
-        moves = np.minimum(_ROUNDING * size / np.abs(slope), width)
+        moves = np.minimum((_ROUNDING * size + fine.rounding) / np.abs(slope), width)
     moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
     pull = float((moves * scene.stiffness * np.abs(depth - height)).sum())
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0

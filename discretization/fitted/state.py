@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted.height_rounding import felt
 from discretization.fitted.lines import (
     FittedLine,
     Problem,
@@ -26,6 +27,7 @@ from energy import Scene
 Array = NDArray[np.float64]
 _UNDECIDED = 1e-7  # letting go and turning over at once
 _ROUNDING = 16 * float(np.finfo(float).eps)
+_POSITION = _ROUNDING / 4  # of |x|, to which a line is found
 
 
 def on_fitted_mesh(
@@ -147,13 +149,13 @@ def certify_lines(
     return Certificate(penetration, stationarity, pulled / problem.lift, neighbours, force)
 
 
-def _yield(problem: Problem, side: int, x: float, width: float, scale: float) -> float:
+def _yield(problem: Problem, side: int, x: float, width: float, lost: float) -> float:
     """How far a line moves per change of its drive, from a step inwards that rounding leaves."""
     for step, least in ((1e-4 * width, 100), (width / 2, 4)):
         rise = -problem.drive(side, x - side * step, 0.0)
-        if rise > least * _ROUNDING * scale:
+        if rise > least * lost:
             return step / rise
-    return width / (_ROUNDING * scale)
+    return width / lost
 
 
 def _errors(
@@ -162,11 +164,12 @@ def _errors(
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
     surface = _ROUNDING + problem.response.error
-    scale = problem.scale(ends)
+    scale, rounding = problem.scale(ends), felt(problem.scene, fine.rounding)
     for side, end, count in problem.distinct(ends):
         if end.pinned or not width:
             continue
-        error = count * surface * scale * _yield(problem, side, end.x, width, scale)
+        yielding = _yield(problem, side, end.x, width, _ROUNDING * scale + rounding)
+        error = count * ((surface * scale + rounding) * yielding + _POSITION * abs(end.x))
         move += error
         push += error * abs(problem.force_rate(side, end.x))
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0

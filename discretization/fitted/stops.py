@@ -7,6 +7,7 @@ to where it disappears.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -29,11 +30,19 @@ _NEAR = 2.0  # times its distance from the next samples, that a maximum may rise
 
 
 class Stop(NamedTuple):
-    """The last sample before a stop, the stop itself, and whether it is at a corner."""
+    """A stop beyond the place `before`, at which h is still negative; guess: about where it is.
+
+    root: finds it, None where `guess` is the stop itself, at a corner.
+    """
 
     before: float
-    x: float
-    corner: bool
+    guess: float
+    root: Callable[[], float] | None
+
+    @property
+    def x(self) -> float:
+        """The stop itself."""
+        return self.guess if self.root is None else self.root()
 
 
 def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> Stop | None:
@@ -42,7 +51,7 @@ def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> St
     f, f1 = profile.at(start, side)
     value = h(start, f, f1)
     if value >= 0:
-        return Stop(start, start, True)
+        return Stop(start, start, None)
     last = np.array([start, start]), np.array([-math.inf, value])
     for x, f, f1 in _blocks(profile, start, limit, side):
         seen = np.concatenate([last[0], x]), np.concatenate([last[1], h(x, f, f1)])
@@ -90,14 +99,17 @@ def _among(profile: Resolved, h: Function, x: Array, values: Array) -> Stop | No
         if top is not None:
             if abs(top - before) > abs(x[i] - before):
                 before = float(x[i])
-            return Stop(before, bracketed(_read(profile, h), before, top), False)
+            read = functools.partial(bracketed, _read(profile, h), before, top)
+            return Stop(before, top, read)
     if not stops.size:
         return None
     inside, outside = float(x[end - 1]), float(x[end])
     if inside == outside:
-        return Stop(float(x[max(end - 2, 0)]), outside, True)
-    known = {inside: float(values[end - 1]), outside: float(values[end])}
-    return Stop(inside, bracketed(_read(profile, h, known), inside, outside), False)
+        return Stop(inside, outside, None)
+    low, high = float(values[end - 1]), float(values[end])
+    read = _read(profile, h, {inside: low, outside: high})
+    guess = inside + (outside - inside) * low / (low - high)
+    return Stop(inside, guess, functools.partial(bracketed, read, inside, outside))
 
 
 def _read(

@@ -69,7 +69,7 @@ class SmallSurfaces:
         excess = length * (side * f1 - math.sqrt(2 * w / self.scene.gamma1))
         if facing is None:
             return f + excess / self.response.reactions[0]
-        even, odd, _, _ = gap.half(self.response.degree, side * (facing.x - x) / length)
+        even, odd = gap.half(self.response.degree, side * (facing.x - x) / length)
         rise = (facing.f - f) / 2
         return f + rise + (excess - rise * odd) / even
 

@@ -20,14 +20,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.lattice.changes import Change, Contacts, Nodes, State, advances, lines, recedes
+from discretization.lattice.changes import (
+    Change,
+    Contacts,
+    Nodes,
+    State,
+    lines,
+    pressed,
+    recedes,
+    retracted,
+    rises,
+)
+from discretization.lattice.contact_set import ContactSet, judged, totals
 from discretization.lattice.fronts import heights, region
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.rules import Rules
+from discretization.lattice.unseen import Unseen, looked_between, unseen
 from energy import Scene
 
 Array = NDArray[np.float64]
-_TIE = 1e-12
+_BESIDE = 16  # nodes beside the window, for the certificate
 _MANY = 10**6
 
 
@@ -35,7 +47,8 @@ _MANY = 10**6
 class ManyContacts:
     """States of any number of contacts on fixed nodes under a prescribed depth; None: detached.
 
-    f (n,): heights of the nodes of the window, which starts with node `first` of the lattice.
+    f (n,): heights of the nodes of the window, which starts with node `first` of the lattice;
+    deepest: the largest depth.
     """
 
     scene: Scene
@@ -43,6 +56,12 @@ class ManyContacts:
     first: int
     f: Array
     rules: Rules
+    deepest: float
+
+    @functools.cached_property
+    def hidden(self) -> Unseen:
+        """What the nodes do not see of the profile."""
+        return unseen(self.scene, self.deepest, self.lattice)
 
     @classmethod
     def of(
@@ -70,7 +89,7 @@ class ManyContacts:
                 "give it a finite extent, or a larger spacing"
             )
         f = heights(lattice, scene.indenter, np.arange(where.first, where.last + 1, dtype=float))
-        return cls(scene, lattice, where.first, f, Rules(lattice, f))
+        return cls(scene, lattice, where.first, f, Rules(lattice, f), deepest)
 
     @property
     def smooth(self) -> bool:
@@ -101,41 +120,32 @@ class ManyContacts:
         at = [round((x - lat.origin) / lat.spacing) - self.first for x in lines]
         return self._state(tuple(zip(at[::2], at[1::2], strict=True)))
 
-    def _next(self, nodes: Nodes, end: float) -> Change | None:
-        """The first change on the way to a depth; at that very depth, what still has to happen."""
-        rising = min(advances(self.rules, nodes), key=lambda change: change.depth)
-        if rising.depth <= end:
-            return rising
-        falling = max(recedes(self.rules, nodes), key=lambda change: change.depth, default=None)
-        tie = _TIE * (abs(end) + self._height)  # what has just closed does not open by rounding
-        return falling if falling is not None and falling.depth > end + tie else None
+    def _rising(self, nodes: Nodes) -> Change:
+        """The first change as the depth grows."""
+        return min(rises(self.rules, nodes), key=lambda change: change.depth)
 
-    @functools.cached_property
-    def _height(self) -> float:
-        """A length to which rounding of depths is relative."""
-        return float(np.abs(self.f).max())
+    def _falling(self, nodes: Nodes) -> Change | None:
+        """The first change as the depth falls; None: there is no contact."""
+        found = (change for i, _ in enumerate(nodes) for change in recedes(self.rules, nodes, i))
+        return max(found, key=lambda change: change.depth, default=None)
 
-    def _relaxed(self, nodes: Nodes, depth: float) -> Nodes:
-        """Contacts once everything that lowers the energy at a fixed depth has happened."""
-        for _ in range(20 * self.f.size):
-            change = self._next(nodes, depth)
-            if change is None:
-                return nodes
-            nodes = change.applied(nodes)
-        raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
-
-    def _walk(self, nodes: Nodes, end: float) -> Iterator[tuple[float, Nodes, Nodes, bool]]:
-        """Changes on the way to a depth: where, contacts before and after, whether by a jump."""
-        while (change := self._next(nodes, end)) is not None:
-            rising = change.depth <= end
-            at = change.depth if rising else math.nextafter(change.depth, -math.inf)
+    def _walk(
+        self, nodes: Nodes, start: float, end: float
+    ) -> Iterator[tuple[float, Nodes, Nodes, bool]]:
+        """Changes on the way from one depth to another: where, contacts before and after, jump."""
+        pressing = end >= start
+        while True:
+            change = self._rising(nodes) if pressing else self._falling(nodes)
+            if change is None or (change.depth > end if pressing else change.depth <= end):
+                return
             moved = change.applied(nodes)
-            after = self._relaxed(moved, at)
-            if after == nodes:
-                raise NotCertifiedError(f"the contacts at depth = {at!r} do not come to rest")
-            abrupt = change.abrupt or (
-                after != moved and self._released(nodes, after, change.depth) > self._least
-            )
+            if pressing:
+                after = pressed(self.rules, moved, change.depth)
+            else:
+                after = retracted(self.rules, moved, math.nextafter(change.depth, -math.inf))
+            abrupt = change.abrupt or len(after) != len(nodes)
+            if not abrupt and after != moved:
+                abrupt = self._released(nodes, after, change.depth) > self._least
             yield change.depth, nodes, after, abrupt
             nodes = after
 
@@ -152,7 +162,7 @@ class ManyContacts:
         """First depth on the way at which more than one link changes, and the states beside it."""
         if state is None:
             return None
-        for depth, before, after, abrupt in self._walk(state.nodes, end):
+        for depth, before, after, abrupt in self._walk(state.nodes, start, end):
             if abrupt:
                 self._inside(after, depth)
                 return depth, self._state(before), self._state(after)
@@ -162,19 +172,23 @@ class ManyContacts:
         """The state at this depth when it was `before` on the way here."""
         if before is None and depth < self.touch:
             return None
-        nodes = () if before is None else before.nodes
-        self._inside(nodes := self._relaxed(nodes, depth), depth)
+        nodes = pressed(self.rules, () if before is None else before.nodes, depth)
+        if before is not None and nodes == before.nodes:
+            nodes = retracted(self.rules, nodes, depth)
+        self._inside(nodes, depth)
         return self._state(nodes)
 
     def reached(self, depth: float) -> NDArray[np.int64]:
         """First and last nodes (m, 2), in the lattice's numbers, of the contacts at a depth.
 
-        On the path that touches first and then moves there, from event to event.
+        On the path that touches first and then moves there. Its next change is the one of the least
+        depth; to take that one, again and again, until the depth is reached, is the path.
         """
-        nodes = self._relaxed((), self.touch)
-        for _, _, after, _ in self._walk(nodes, depth):
-            self._inside(after, depth)
-            nodes = after
+        deepest = max(depth, self.touch)
+        nodes = pressed(self.rules, (), deepest)
+        self._inside(nodes, deepest)
+        if depth < deepest:
+            nodes = retracted(self.rules, nodes, depth)
         return np.array(nodes, np.int64).reshape(-1, 2) + self.first
 
     def _inside(self, nodes: Nodes, depth: float) -> None:
@@ -200,11 +214,7 @@ class ManyContacts:
         """(g, pull of the free part) of every line."""
         for i, side, other in lines(nodes):
             node = nodes[i][side > 0]
-            g = depth - float(self.f[node])
-            _, far, both = self.rules.shares(None if other is None else abs(other - node))
-            # t (g - A g - B g') without cancellation
-            apart = 0.0 if other is None else float(self.f[other] - self.f[node])
-            yield g, self.lattice.link * (both * g + far * apart)
+            yield depth - float(self.f[node]), self.rules.pull(node, other, depth)
 
     def force(self, state: State, depth: float) -> float:
         """P = kΔx Σ g over the contact nodes + the pulls of the free parts."""
@@ -237,25 +247,47 @@ class ManyContacts:
         if before is None or start == end:
             return 0.0
         done, here, nodes = 0.0, start, before.nodes
-        for depth, _, after, _ in self._walk(before.nodes, end):
+        for depth, _, after, _ in self._walk(before.nodes, start, end):
             middle = (here + depth) / 2
             done += (depth - here) * self.force(Contacts(nodes, ()), middle)
             here, nodes = depth, after
         return done + (end - here) * self.force(Contacts(nodes, ()), (here + end) / 2)
 
     def observed(self, depths: Array, states: Sequence[Contacts]) -> tuple[Array, Array, Array]:
-        """Outermost lines (n, 2), P and U (n,) of the contact sets."""
+        """Outermost lines (n, 2), P and U (n,) of the contact sets.
+
+        AccuracyWarning where their surfaces miss what the nodes do not see.
+        """
         pairs = list(zip(depths.tolist(), states, strict=True))
+        lines = [state.lines for state in states]
+        looked_between(self.scene, self.lattice, self.hidden, depths, lines, stacklevel=4)
         force = np.array([self.force(state, depth) for depth, state in pairs])
         energy = np.array([self.energy(state, depth) for depth, state in pairs])
         return np.array([state.ends for state in states]), force, energy
 
     def certify(self, state: State, depth: float) -> None:
-        """NotCertifiedError if something would still happen at this depth."""
+        """NotCertifiedError if something would still happen at this depth, or has not before."""
         if state is None:
             return
-        below = math.nextafter(depth, -math.inf)
-        if all(self._next(state.nodes, at) is not None for at in (depth, below)):
+        rising, falling = self._rising(state.nodes), self._falling(state.nodes)
+        tie = self.rules.tie
+        moves = rising.depth < depth - tie(depth, rising.depth)
+        if falling is not None:
+            moves |= falling.depth > depth + tie(depth, falling.depth)
+        if moves:
             raise NotCertifiedError(
                 f"the contacts at depth = {depth!r} are not at rest; the path stops before them"
+            )
+        self._judge(state.nodes, depth)
+
+    def _judge(self, nodes: Nodes, depth: float) -> None:
+        """NotCertifiedError unless the surface over these contacts passes its certificate."""
+        none = np.full(_BESIDE, -math.inf)
+        g = np.concatenate([none, depth - self.f, none])
+        contacts = ContactSet(self.lattice, g, np.array(nodes) + _BESIDE, depth)
+        certificate = judged(contacts, totals(contacts))
+        if not certificate.ok:
+            raise NotCertifiedError(
+                f"the contacts at depth = {depth!r} violate {', '.join(certificate.failures)} "
+                f"({certificate}); the path stops before them"
             )

@@ -7,14 +7,24 @@ involved,
     a line passes the next link (n = 1), or closes the last two (n = 2), or opens one, at
         d = f_i + (f_1 - f_i + B (f_i - f_j) - G)/(1 - A - B),   G = √(2 n wΔx/c),
         c = kΔx + t + t(1 - A(T-1)), the stiffness of the first free node;
+    both lines of a span pass a link at once (n = 2; n = 3 closes it), next to a corner where
+        neither would alone, at  d = ((h + h')/2 - √((n wΔx - (s+o)(h - h')²/4)/(s-o)))/(1 - A - B),
+        h = f_1 - A f_i - B f_j, s and -o the stiffness of both nodes and between them;
     a free node touches at  d = (f_m - a f_i - b f_j)/(1 - a - b), a and b the shape of the span;
     a node inside a contact is torn open as a line that opens two links (n = 2, T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
+
+The energies compared are those of surfaces that stay above the indenter: where another node would
+be penetrated once a line has passed, it is held, too, and the line passes at a larger depth. With
+such energies v = u - g >= 0 falls with the depth and with every further contact node, and so does
+what a contact node costs: the energy is submodular in v, in what is in contact and in -d (Topkis).
+So pressed, contacts only grow, retracted, they only shrink, and neither order nor steps matter.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -27,6 +37,7 @@ from discretization.lattice.nodes import Lattice
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
 _ROUNDING = 256 * float(np.finfo(float).eps)
+_TIE = 64 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +68,28 @@ class Rules:
         if other is not None:
             rise += far * float(self.f[node] - self.f[other])
         return float(self.f[node]) + (rise - gap) / both
+
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
+    def passes_both(self, left: int, right: int) -> float:
+        """Depth at which both lines of a span pass a link at once; inf if they never do."""
+        lat, links = self.lattice, right - left
+        if links < 3:
+            return math.inf
+        near, far, both = self.shares(links)
+        inner = self.shares(links - 2)
+        own, other = lat.spring + lat.link * (2 - inner[0]), lat.link * inner[1]
+        f, g, f_next, g_next = (float(self.f[i]) for i in (left, right, left + 1, right - 1))
+        one, two = f_next - near * f - far * g, g_next - near * g - far * f
+        work = (3 if links == 3 else 2) * lat.w * lat.spacing - (own + other) * (one - two) ** 2 / 4
+        if work < 0:
+            return math.inf
+        return ((one + two) / 2 - math.sqrt(work / (own - other))) / both
+
+    def advance_both(self, left: int, right: int) -> float:
+        """The same if no other node is penetrated then, else inf."""
+        depth = self.passes_both(left, right)
+        clear = right - left <= 3 or self._clear(left + 1, right - 1, depth)
+        return depth if clear else math.inf
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
@@ -111,6 +144,84 @@ class Rules:
         best = int(np.argmax(torn))
         return float(torn[best]), int(m[best])
 
+    def tie(self, one: float, other: float) -> float:
+        """What rounding makes of the difference of two depths at which something happens.
+
+        The largest difference quotient of heights that enters them is that of a span of two links.
+        """
+        size = abs(one) + abs(other) + math.sqrt(2 * self.lattice.w / self.lattice.k)
+        return _TIE * size / self.shares(2)[2]
+
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
+    def advances(self, node: int, side: int, other: int | None) -> float:
+        """Depth at which a line passes the next link if no other node may be penetrated then.
+
+        inf: another node touches before.
+        """
+        alone, after = self.passes(node, side, other), node + side
+        if other is not None and abs(other - after) < 2:
+            return alone
+        if self._clear(*_ordered(side, after, other), alone):
+            return alone
+        low, high = alone, self.touches(*_ordered(side, node, other))[0]
+        if self._cost(node, side, other, high) > 0:
+            return math.inf
+        while high - low > self.tie(low, high):
+            middle = (low + high) / 2
+            if self._cost(node, side, other, middle) > 0:
+                low = middle
+            else:
+                high = middle
+        return high
+
+    def _clear(self, left: int | None, right: int | None, depth: float) -> bool:
+        """Whether the surface between two contact nodes (None: none there) is above the indenter."""
+        touch = self.touches(left, right)[0]
+        return touch == math.inf or touch >= depth - self.tie(touch, depth)
+
+    def _cost(self, node: int, side: int, other: int | None, depth: float) -> float:
+        """Energy by which passing the next link changes that of the surface above the indenter.
+
+        Of adhesion it gains that link's alone: not what the nodes held may adhere by.
+        """
+        lat, after = self.lattice, node + side
+        ends = _ordered(side, after, other)
+        held = self._held(*ends, depth)
+        new = np.array([after, *held])
+        parts = itertools.pairwise([ends[0], *held, ends[1]])
+        cost = sum(self.stored(*part, depth) for part in parts) + self.stored(node, after, depth)
+        cost += lat.spring / 2 * float(np.sum((depth - self.f[new]) ** 2))
+        cost -= self.stored(*_ordered(side, node, other), depth)
+        return cost - lat.w * lat.spacing
+
+    def _held(self, left: int | None, right: int | None, depth: float) -> list[int]:
+        """The nodes that keep the surface between two contact nodes above the indenter.
+
+        The first one to touch is among them, as they only become more with the depth.
+        """
+        touch, node = self.touches(left, right)
+        if touch >= depth:
+            return []
+        return [*self._held(left, node, depth), node, *self._held(node, right, depth)]
+
+    def pull(self, node: int, other: int | None, depth: float) -> float:
+        """Force on a contact node of the free part between it and another one (None: a tail).
+
+        t (g - A g - B g'), without cancellation.
+        """
+        _, far, both = self.shares(None if other is None else abs(other - node))
+        apart = 0.0 if other is None else float(self.f[other] - self.f[node])
+        return self.lattice.link * (both * (depth - float(self.f[node])) + far * apart)
+
+    def stored(self, left: int | None, right: int | None, depth: float) -> float:
+        """Energy of the surface between two contact nodes (None: none there), free or one link."""
+        lat, f = self.lattice, self.f
+        if left is not None and right is not None and right - left == 1:
+            return lat.link / 2 * float(f[right] - f[left]) ** 2
+        ends = ((left, right), (right, left))
+        own = [(depth - float(f[i])) * self.pull(i, j, depth) for i, j in ends if i is not None]
+        return sum(own) / 2
+
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
         """Depth below which a lone node between two contacts (None: none there) is pulled.
 
@@ -121,3 +232,8 @@ class Rules:
         height = float(self.f[node])
         rounding = _ROUNDING * (abs(height) + abs(float(shape[0])))
         return (height - float(shape[0]) - rounding) / float(rest[0])
+
+
+def _ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:
+    """Left and right contact node of the free part on this side of a node."""
+    return (node, other) if side > 0 else (other, node)

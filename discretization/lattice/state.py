@@ -20,6 +20,7 @@ from discretization.lattice.nodes import Lattice
 from discretization.lattice.path_state import on_path
 from discretization.lattice.springs import on_springs
 from discretization.lattice.sums import measured
+from discretization.lattice.unseen import looked_at
 from energy import Plane, Scene
 
 
@@ -57,6 +58,14 @@ def on_lattice(
     if state is None:
         state = _one_contact(scene, depth, branch, lattice, where)
     return replace(state, errors=functools.partial(estimated, on_lattice))
+
+
+def looked_at_on_lattice(
+    scene: Scene, depth: float, spacing: float, *, branch: str, method: str
+) -> Equilibrium:
+    """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
+    state = on_lattice(scene, depth, spacing, branch=branch, method=method)
+    return looked_at(state, Lattice.of(scene, spacing), stacklevel=3)
 
 
 def _several(

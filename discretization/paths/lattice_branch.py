@@ -17,6 +17,7 @@ contact sets.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,16 +27,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.lattice.fronts import Contact, Region, region
-from discretization.lattice.judgement import certify
+from discretization.lattice.fronts import Contact, Region, heights, region
+from discretization.lattice.judgement import certify, rounding
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.sums import measured
-from discretization.paths.lattice_side import Side, build
+from discretization.lattice.unseen import Unseen, looked_between, unseen
+from discretization.paths.lattice_side import Side, build, factors
 from energy import Scene
 
 Array = NDArray[np.float64]
 _INTERIOR = 0.499
-_OF_ADHESION = ("opening", "neighbours")  # judged with one work of adhesion only
+_OF_ADHESION = ("opening", "neighbours")  # judged here where the work of adhesion is not uniform
 
 
 class Links(NamedTuple):
@@ -58,6 +60,12 @@ class LatticeBranch:
     where: Region
     left: Side
     right: Side
+    deepest: float
+
+    @functools.cached_property
+    def hidden(self) -> Unseen:
+        """What the nodes do not see of the profile."""
+        return unseen(self.scene, self.deepest, self.lattice)
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, deepest: float) -> LatticeBranch:
@@ -72,13 +80,12 @@ class LatticeBranch:
             )
         lattice = Lattice.of(scene, spacing)
         where = region(lattice, scene.indenter, deepest)
-        left, right = (build(scene, lattice, where, side, deepest) for side in (-1, 1))
-        return cls(scene, lattice, where, left, right)
+        return cls(scene, lattice, where, *build(scene, lattice, where, deepest), deepest)
 
     @property
     def touch(self) -> float:
         """Depth at which contact begins."""
-        return float(self.right.f[0])
+        return float(self.right.f[self.right.start])
 
     @property
     def smooth(self) -> bool:
@@ -91,14 +98,16 @@ class LatticeBranch:
         return self.scene.opened.critical_separation
 
     def _state(self, left: int, right: int) -> Links:
-        return Links(left, right, (float(self.left.x[left]), float(self.right.x[right])))
+        sides = (self.left, left), (self.right, right)
+        x, y = (float(side.x[side.start + links]) for side, links in sides)
+        return Links(left, right, (x, y))
 
     def contact(self, depth: float, *lines: float) -> State:
         """The state whose lines are less than half a link from these positions; nan: detached."""
         if math.isnan(lines[0]):
             return None
         sides = zip((self.left, self.right), lines, strict=True)
-        return self._state(*(round(abs(x - side.x[0]) / self.lattice.spacing) for side, x in sides))
+        return self._state(*(side.links(x, self.lattice.spacing) for side, x in sides))
 
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
@@ -140,8 +149,9 @@ class LatticeBranch:
             return ("", "")
         held, corners = [], np.asarray(self.scene.indenter.corners, float)
         for side, links in ((self.left, state.left), (self.right, state.right)):
-            tip = links == 0 and side.x[0] in corners
-            edge = links == side.x.size - 1 and math.isinf(side.closes[links])
+            at = side.start + links
+            tip = links == 0 and side.x[at] in corners
+            edge = at == side.x.size - 1 and math.isinf(side.closes[at])
             held.append("edge" if edge else "tip" if tip else "")
         return held[0], held[1]
 
@@ -157,8 +167,9 @@ class LatticeBranch:
 
     def _pull(self, side: Side, links: Array | int, depth: Array | float) -> Array:
         """Force of one side without the middle node."""
-        springs = self.lattice.spring * (links * depth - side.sum_f[links])
-        return np.asarray(springs + self.lattice.tail_force(depth - side.f[links]))
+        at = links + side.start
+        springs = self.lattice.spring * (links * depth - side.sum_f[at])
+        return np.asarray(springs + self.lattice.tail_force(depth - side.f[at]))
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
@@ -172,11 +183,11 @@ class LatticeBranch:
 
     def _stored(self, side: Side, links: Array | int, depth: Array | float) -> Array:
         """Energy of one side without the middle node."""
-        lat = self.lattice
-        squares = links * depth**2 - 2 * depth * side.sum_f[links] + side.sum_f2[links]
-        stretch = lat.link * side.sum_df2[links] + lat.end_stiffness * (depth - side.f[links]) ** 2
+        lat, at = self.lattice, links + side.start
+        squares = links * depth**2 - 2 * depth * side.sum_f[at] + side.sum_f2[at]
+        stretch = lat.link * side.sum_df2[at] + lat.end_stiffness * (depth - side.f[at]) ** 2
         return np.asarray(
-            (lat.spring * squares + stretch) / 2 - lat.w * lat.spacing * side.bonds[links]
+            (lat.spring * squares + stretch) / 2 - lat.w * lat.spacing * side.bonds[at]
         )
 
     def friction(self, before: State, after: State) -> float:
@@ -184,7 +195,7 @@ class LatticeBranch:
         if before is None or after is None or self.scene.opening is None:
             return 0.0
         opened = sum(
-            float(side.bonds[max(old, new)] - side.bonds[new])
+            float(side.bonds[side.start + max(old, new)] - side.bonds[side.start + new])
             for side, old, new in (
                 (self.left, before.left, after.left),
                 (self.right, before.right, after.right),
@@ -207,16 +218,22 @@ class LatticeBranch:
         return done
 
     def observed(self, depths: Array, states: Sequence[Links]) -> tuple[Array, Array, Array]:
-        """Lines (n, 2), P and U (n,) of states, interpolated between the nodes."""
+        """Lines (n, 2), P and U (n,) of states, interpolated between the nodes.
+
+        AccuracyWarning where their surfaces miss what the nodes do not see.
+        """
         lines = np.array([state.ends for state in states])
+        looked_between(self.scene, self.lattice, self.hidden, depths, lines, stacklevel=4)
         spacing = self.lattice.spacing
         middle = self.lattice.spring * (depths - self.touch)
         force, energy, x = middle, middle * (depths - self.touch) / 2, np.empty_like(lines)
         for column, side in enumerate((self.left, self.right)):
-            links = np.rint(np.abs(lines[:, column] - side.x[0]) / spacing).astype(int)
+            start = side.start
+            links = np.rint(side.way * (lines[:, column] - side.x[start]) / spacing).astype(int)
             zeta = self._between(side, links, depths)
-            beside = np.clip(links + np.sign(zeta).astype(int), 0, side.x.size - 1)
-            x[:, column] = side.x[links] + zeta * (side.x[-1] - side.x[0]) / max(side.x.size - 1, 1)
+            beside = np.clip(links + np.sign(zeta).astype(int), -start, side.x.size - 1 - start)
+            width, count = side.x[-1] - side.x[0], max(side.x.size - 1, 1)
+            x[:, column] = side.x[start + links] + zeta * width / count
             for total, part in ((force, self._pull), (energy, self._stored)):
                 own = part(side, links, depths)
                 total += own + np.abs(zeta) * (part(side, beside, depths) - own)
@@ -226,9 +243,10 @@ class LatticeBranch:
         """Where the depth of closing equals d, in links from the last contact node: -1/2..1/2."""
         if not side.opens.size:  # the body ends at the node that touches first
             return np.zeros(links.size)
-        outer = side.closes[np.minimum(links, side.closes.size - 1)]
-        inner = side.opens[np.maximum(links - 1, 0)]
-        free = (links > 0) & np.isfinite(outer) & (outer > inner)
+        at = links + side.start
+        outer, inner = side.closes[at], side.opens[np.maximum(at - 1, 0)]
+        tip = (links == 0) & np.isin(side.x[side.start], self.scene.indenter.corners)
+        free = (at > 0) & ~tip & np.isfinite(outer) & (outer > inner)
         width = np.where(free, outer - inner, 1.0)
         zeta = np.where(free, (depths - inner) / width - 0.5, 0.0)
         return np.clip(zeta, -_INTERIOR, _INTERIOR)
@@ -247,8 +265,24 @@ class LatticeBranch:
             below = side.moved(links, math.nextafter(depth, -math.inf))
             if links not in (side.moved(links, depth), below):
                 failures.append("neighbours")
+        if not uniform and self._torn(state, depth):
+            failures.append("opening")
         if failures:
             raise NotCertifiedError(
                 f"the state at depth = {depth!r} violates {', '.join(failures)} ({judged}); the "
                 "path stops before it"
             )
+
+    def _torn(self, state: Links, depth: float) -> bool:
+        """Whether a node between two contact links is pulled by more than their adhesion holds.
+
+        Opening it alone changes the energy by -r²/(2(kΔx + 2t)) + (w of both links) Δx.
+        """
+        lat, lowest = self.lattice, self.where.lowest
+        nodes = np.arange(lowest - state.left, lowest + state.right + 1, dtype=float)
+        g = depth - heights(lat, self.scene.indenter, nodes)
+        work = self.scene.opened.work_of_adhesion * factors(self.scene, lat.x(nodes[:-1] + 0.5))
+        pull = -lat.spring * g[1:-1] + lat.link * np.diff(g, 2)
+        held = np.sqrt(2 * (lat.spring + 2 * lat.link) * (work[1:] + work[:-1]) * lat.spacing)
+        noise = rounding(lat, max(abs(depth), float(np.abs(g).max()), self.lift))
+        return bool((pull > held + noise).any())

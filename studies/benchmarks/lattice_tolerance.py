@@ -21,6 +21,7 @@ from studies.shared.batches import Progress, each
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
 
 FEWEST, MOST = 2.0, 400.0  # nodes per l
+UNKNOWN = (math.nan,) * 3
 ROUNDING = 1e-14  # of errors relative to the sums of their terms
 
 
@@ -71,7 +72,7 @@ def measure(given: tuple[Case, float, float]) -> Sparse:
     try:
         state = on_lattice(scene, case.depth, dx, origin=None if not offset else 0.0)
     except (ValueError, NotCertifiedError):
-        return Sparse(*kind, math.nan, "refused", (), ())
+        return Sparse(*kind, math.nan, "refused", UNKNOWN, UNKNOWN)
     estimates = tuple(float(state.error_estimate[name]) for name in QUANTITIES)
     links = float(np.diff(state.nodes).sum()) / dx
     word = "estimated" if max(estimates) < math.inf else "withheld"
@@ -111,6 +112,6 @@ def table(states: Sequence[Sparse]) -> tuple[list[str], list[list[object]]]:
     rows: list[list[object]] = [
         [s.shape, s.slopes, s.nodes, s.links, s.word, *row]
         for s in states
-        for row in zip(QUANTITIES, s.errors, s.estimates, strict=False)
+        for row in zip(QUANTITIES, s.errors, s.estimates, strict=True)
     ]
     return ["shape", "slopes", "nodes", "links", "word", "quantity", "error", "estimate"], rows

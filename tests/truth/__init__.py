@@ -4,8 +4,17 @@ They know the scene and nothing of `discretization`. Slow, and meant to be obvio
 
 ground.py       the profile: fine nodes, one-sided slopes, refined extremes
 surfaces.py     free surfaces of small and finite slopes
+rests.py        where a line first rests on its way, and where a free surface touches
 walk.py         the adhered state: a quasi-static walk in depth from first touch
+obstacle.py     w = 0: the only state, as a hull
+springs.py      γ₁ = 0: every spring by itself
+sets.py         the state of least energy, by a dynamic programme over contact nodes
 totals.py       lines polished by Newton's method, force and energy
-scenes.py       random scenes of several classes and unit systems
-compare.py      what `minimise` says about them; `python -m tests.truth CLASS N SEED` counts
+penetration.py  how far a state of `minimise` goes through the indenter
+
+scenes.py draws random scenes; compare.py says what `minimise` makes of them, and
+
+    python -m tests.truth CLASS N SEED
+
+counts; with N = 1 it prints the scene, the reference and the answer.
 """

@@ -9,12 +9,17 @@ import numpy as np
 
 from discretization import AccuracyWarning, NotCertifiedError, minimise
 
+from .ground import Outside
+from .obstacle import obstacle
+from .penetration import penetration
 from .scenes import case_of
+from .sets import lowest
+from .springs import springs
 from .totals import adhered
-from .walk import Outside, Walk
+from .walk import Walk
 
 TIMES, LEAST = 10, 1e-9  # of the error estimate; of the scales
-AWAY, JUMP = 1e-6, 1e-2  # a depth this near to a jump of the reference is not asked for
+AWAY, JUMP = 1e-6, 1e-2  # of δ₀, a depth this near to a jump of the reference is not asked for
 
 
 def walked(case, depths):
@@ -27,7 +32,22 @@ def walked(case, depths):
     return [adhered(walk, depth) for depth in depths]
 
 
-REFERENCE = {"small": walked, "finite": walked}
+def alone(solve):
+    """The states of a case at depths that do not follow from each other."""
+
+    def states(case, depths):
+        return [solve(case.scene, case.feature, depth) for depth in depths]
+
+    return states
+
+
+REFERENCE = {
+    "small": walked,
+    "finite": walked,
+    "no_adhesion": alone(obstacle),
+    "no_tension": alone(springs),
+    "global": alone(lowest),
+}
 
 
 class Verdict(NamedTuple):
@@ -62,7 +82,8 @@ def reference(case):
     """The reference state, or None and why the case is not asked for."""
     solve = REFERENCE[case.kind]
     try:
-        near = solve(case, [case.depth + s * AWAY * case.scale for s in (-1, 0, 1)])
+        away = AWAY * min(case.scale, abs(case.above) / 10)
+        near = solve(case, [case.depth + s * away for s in (-1, 0, 1)])
     except Outside as problem:
         return None, str(problem)
     for one, other in itertools.pairwise(near):
@@ -87,12 +108,19 @@ def answer(case):
 
 def differences(case, state, truth):
     """What is wrong with a state, in words."""
-    if len(state.contacts) != len(truth.contacts):
+    deep = penetration(state, case.feature)
+    if deep > LEAST * (case.scale + abs(case.depth)):
+        return [f"penetrates by {deep / case.scale:.2g} of the depth scale"]
+    if case.kind == "global" and _as_low(state, truth):
+        return []
+    contacts, length = state.contacts, case.scene.elastocapillary_length or case.feature
+    if case.kind == "no_tension":  # single springs count for nothing
+        contacts = contacts[contacts[:, 1] - contacts[:, 0] > LEAST * case.feature]
+    if len(contacts) != len(truth.contacts):
         return [
-            f"{len(state.contacts)} contacts instead of {len(truth.contacts)}, "
+            f"{len(contacts)} contacts instead of {len(truth.contacts)}, "
             f"force {state.force:.9g} instead of {truth.force:.9g}"
         ]
-    length = case.scene.elastocapillary_length or case.feature
     width = truth.half_width + 1e-3 * length
     found = [
         ("half_width", abs(state.half_width - truth.half_width) / width, "half_width"),
@@ -100,10 +128,15 @@ def differences(case, state, truth):
         ("energy", abs(state.energy - truth.energy) / (truth.energy_scale or 1.0), "energy"),
     ]
     if truth.contacts.size:
-        off = np.abs(state.contacts - truth.contacts).max() / width
+        off = np.abs(contacts - truth.contacts).max() / width
         found.append(("contacts", float(off), "half_width"))
     return [
         f"{name} off by {error:.2g}, estimated {state.error_estimate[estimate]:.2g}"
         for name, error, estimate in found
         if not error <= max(TIMES * state.error_estimate[estimate], LEAST)
     ]
+
+
+def _as_low(state, truth):
+    """Whether a state that does not penetrate has less energy than the reference found."""
+    return state.energy < truth.energy - LEAST * truth.energy_scale

@@ -9,6 +9,10 @@ MOST = 400_000
 PLACES, ROUNDS = 17, 10
 
 
+class Outside(Exception):
+    """A contact line has reached an end of the profile that is not the end of the body."""
+
+
 class Ground:
     """A profile sampled PER_FEATURE times per `feature`, the shortest length on which it varies."""
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from energy import ElasticLayer, Profile, Sampled, Scene, SurfaceEnergies
 
-HIGH = 5.0  # above its lowest point, a profile's ends must be out of reach
+HIGH = 6.0  # above its lowest point, a profile's ends must be out of reach
 
 
 class Case(NamedTuple):
@@ -23,6 +23,7 @@ class Case(NamedTuple):
     depth: float
     feature: float
     scale: float  # of depths: δ₀, or what stands for it without adhesion
+    above: float  # first touch, about
 
 
 class Shape(NamedTuple):
@@ -63,14 +64,14 @@ def ripples(rng):
     """Moderate ripples on a parabola, half of them mirror-symmetric about its lowest point."""
     m = 10 ** rng.uniform(-0.8, 0.5)
     phase = 0.0 if rng.random() < 0.5 else rng.uniform(0, 2 * np.pi)
-    return _waves(_bowl(rng), [(rng.uniform(0.1, 1.0) * m / (2 * np.pi), m, phase)])
+    return _waves(_bowl(rng, 0.0, 1.0), [(rng.uniform(0.1, 1.5) * m / (2 * np.pi), m, phase)])
 
 
 def strong_ripples(rng):
     """Ripples several times steeper than the contact angle."""
-    m = 10 ** rng.uniform(-0.8, 0.3)
+    m = 10 ** rng.uniform(-0.8, 0.5)
     phase = 0.0 if rng.random() < 0.5 else rng.uniform(0, 2 * np.pi)
-    return _waves(_bowl(rng), [(rng.uniform(1.0, 5.0) * m / (2 * np.pi), m, phase)])
+    return _waves(_bowl(rng, 0.0, 1.0), [(rng.uniform(1.5, 6.0) * m / (2 * np.pi), m, phase)])
 
 
 def fine_ripples(rng):
@@ -83,20 +84,20 @@ def fine_ripples(rng):
 def cosines(rng):
     """Sums of cosines of random lengths, heights and phases."""
     lengths = 10 ** rng.uniform(-0.6, 0.5, rng.integers(2, 6))
-    rise = rng.uniform(0.1, 1.5)
+    rise = rng.uniform(0.1, 3.0)
     waves = [
         (rise * m / (2 * np.pi) * rng.uniform(0.2, 1), m, rng.uniform(0, 2 * np.pi))
         for m in lengths
     ]
-    return _waves(_bowl(rng), waves, rng.uniform(-0.5, 0.5))
+    return _waves(_bowl(rng, 0.0, 1.0), waves, rng.uniform(-0.5, 0.5))
 
 
 def bumps(rng):
     """Several bumps of different widths and heights."""
-    R, n = _bowl(rng, 0.0, 0.9), rng.integers(2, 6)
+    R, n = _bowl(rng, 0.5, 1.3), rng.integers(2, 6)
     width = 10 ** rng.uniform(-1.2, 0.0, n)[:, None]
     at = rng.uniform(-2, 2, n)[:, None]
-    deep = rng.uniform(0.2, 2.0, n)[:, None] * np.minimum(1.0, 2 * width)
+    deep = rng.uniform(1.0, 2.0, n)[:, None] * np.minimum(1.0, 2 * width)
 
     def height(x):
         x = np.asarray(x, float)
@@ -114,7 +115,7 @@ def bumps(rng):
 
 def cup(rng):
     """Two lips with a hollow between them, tilted."""
-    c, deep, tilt = 10 ** rng.uniform(-0.7, 0.5), rng.uniform(0.1, 3.0), rng.uniform(-0.5, 0.5)
+    c, deep, tilt = 10 ** rng.uniform(-0.7, 0.5), rng.uniform(0.1, 3.0), rng.uniform(-0.3, 0.3)
 
     def height(x):
         t = (np.asarray(x, float) / c) ** 2
@@ -210,15 +211,15 @@ def case_of(kind, seed):
     )
     x = np.linspace(*indenter.extent, 20001)
     lowest = float(np.min(indenter.height(x)))
-    depth = lowest + scale * float(_deep(rng, kind, draw))
-    return Case(kind, draw.__name__, scene, depth, shape.feature * length, scale)
+    above = scale * float(_deep(rng, kind, draw))
+    return Case(kind, draw.__name__, scene, lowest + above, shape.feature * length, scale, above)
 
 
 def _deep(rng, kind, draw):
     """Depth above first touch, in δ₀."""
-    above = rng.uniform(0, 3) if rng.random() < 0.7 else 10 ** rng.uniform(-6, 0)
+    above = rng.uniform(0, 4) if rng.random() < 0.75 else 10 ** rng.uniform(-6, 0)
     if draw is tiny:
         above = 10 ** rng.uniform(-6, 0)
-    if kind == "no_adhesion" or rng.random() < 0.7:
+    if kind == "no_adhesion" or rng.random() < 0.8:
         return above
     return -rng.uniform(0, 1)

@@ -25,7 +25,7 @@ class State(NamedTuple):
         return float(np.sum(self.contacts[:, 1] - self.contacts[:, 0])) / 2
 
 
-def polished(lines, depth, ground, surface):
+def polished(lines, depth, ground, surface, near=NEAR):
     """The lines with lean(f') + tilt = deficit to rounding; those at corners and ends stay."""
     lines, known = np.array(lines, float), np.union1d(ground.corners, [ground.lo, ground.hi])
     loose = np.flatnonzero(~np.isin(lines, known))
@@ -42,7 +42,7 @@ def polished(lines, depth, ground, surface):
             columns.append((two[0] - two[1]) / (2 * step))
         x = x.copy()
         x[loose] -= np.linalg.lstsq(np.array(columns).T, value, rcond=None)[0]
-        if np.abs(x - lines).max() > NEAR * ground.feature or (np.diff(x) < 0).any():
+        if np.abs(x - lines).max() > near * ground.feature or (np.diff(x) < 0).any():
             break
         size = np.abs(imbalance(x, depth, ground, surface)[loose]).max()
         if size < best:

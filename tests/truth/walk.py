@@ -15,18 +15,14 @@ import math
 
 import numpy as np
 
-from .ground import Ground
+from .ground import Ground, Outside
 from .rests import BESIDE, MET, Surfaces, first_rest
 from .surfaces import surface_of
 
 MOVE = 1 / 4  # of the feature: the farthest a line moves before touching is looked for
-SINK = 1 / 3  # of δ₀: the farthest the depth grows at once
-ROUGHLY, CLOSELY = 1e-6, 1e-11  # of the feature: what counts as moved, on the way and at its end
+SINK = 0.6  # of δ₀: the farthest the depth grows at once
+ROUGHLY, CLOSELY = 1e-4, 1e-11  # of the feature: what counts as moved, on the way and at its end
 TIE = 1e-13  # of the depths of the scene: rounding of v
-
-
-class Outside(Exception):
-    """A contact line has reached an end of the profile that is not the end of the body."""
 
 
 class Walk:
@@ -41,7 +37,7 @@ class Walk:
         feature = min(feature, self.surface.length)
         self.ground, self.feature = Ground(scene.indenter, feature), feature
         self.delta = scene.critical_separation
-        self.tie = TIE * (self.delta + np.ptp(self.ground.heights))
+        self.tie = TIE * (self.delta + abs(float(self.ground.heights.min())))
         self.free = Surfaces(self.ground, self.surface, self.tie)
         self.touch, self.first = self.ground.lowest(self.tie)
         self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch

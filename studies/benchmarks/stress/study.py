@@ -16,8 +16,9 @@ terms' absolute values, and c = Σ |p ∂Q/∂p|/scale the problem's own conditi
     lost: e > 1000 ε (1 + c)   (and e > 10⁻¹² for the default method's own tolerance).
 
 Where fewer than 12 digits are kept, the note of the CSV gives e and c, and the line of the grid
-counts such points. At a distance of 16 ε from letting go a depth is that of letting go: "neutral"
-passes on either side of it, and nowhere else.
+counts such points. On the lattice no error of a, P or U against the continuum may be more than ten
+times `error_estimate`, which is infinite where it is withheld. At a distance of 16 ε from letting
+go a depth is that of letting go: "neutral" passes on either side of it, and nowhere else.
 
 The odd profiles have no closed form: their results must not depend on the units (10⁻⁹), and the
 lattice must agree with the default method. Every floating-point warning is an error. Output: a heat
@@ -52,6 +53,7 @@ from studies.benchmarks.stress.verdicts import (
     Work,
     against_reference,
     judged,
+    untrusted,
     verdict,
 )
 from studies.shared import command
@@ -147,10 +149,11 @@ def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
         ]
     found = verdict(errors, (max(1.0, contact.last), 10.0, 10.0), True)
     try:
-        minimise(scene, depth, method="lattice", spacing=spacing)
+        state = minimise(scene, depth, method="lattice", spacing=spacing)
     except NotCertifiedError as refusal:
         return (*found[:2], "refused" if found[2] == "ok" else found[2], str(refusal)[:200])
-    return found
+    doubted = untrusted(scene, depth, state)
+    return (*found[:2], "wrong", doubted) if doubted else found
 
 
 def edge(params: Parameters) -> Iterator[Point]:

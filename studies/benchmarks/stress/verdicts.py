@@ -100,6 +100,25 @@ def compared(given: Any, slopes: str, exact: Any, state: Equilibrium) -> Judgeme
     return verdict(errors, condition, state.certificate.ok)
 
 
+def untrusted(scene: Scene, depth: float, state: Equilibrium) -> str:
+    """Which errors of a state are more than ten times their estimates; "" where none is."""
+    with localcontext(prec=stress_reference.DIGITS):
+        given = stress_reference.inputs(scene, depth)
+        exact = stress_reference.answer(given, scene.slopes)
+        found = zip((state.half_width, state.force, state.energy), exact or (), strict=False)
+        errors = [float(abs(Decimal(value) - true)) for value, true in found]
+        scales = (state.half_width, *state.scales.values())
+        sizes = stress_reference.Exact(*map(Decimal, scales))
+        condition = stress_reference.conditions(given, scene.slopes, sizes) if exact else ()
+    rows = zip("aPU", errors, scales, condition, state.error_estimate.values(), strict=False)
+    short = [
+        f"{name} is off by {error / scale:.1e}, estimated {estimate:.1e}"
+        for name, error, scale, c, estimate in rows
+        if error > scale * (10 * estimate + SLACK * EPS * (1 + c))
+    ]
+    return "; ".join(short)
+
+
 def verdict(errors: Sequence[float], condition: Sequence[float], certified: bool) -> Judgement:
     """Digits, excess, and whether more was lost than the problem's condition explains."""
     bounds = [max(SLACK * EPS * (1 + c), TOLERANCE) for c in condition]

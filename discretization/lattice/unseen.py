@@ -1,0 +1,133 @@
+"""What a lattice cannot see: features of the profile that are narrower than its spacing.
+
+Between two nodes the profile should keep to its chord, but for what curvature does within a link,
+of which the nodes know by the largest second difference of the heights around the link,
+
+    |f_i + (f_{i+1} - f_i) s - f(x)| <= c max(|f_{i-1} - 2 f_i + f_{i+1}|,
+                                              |f_i - 2 f_{i+1} + f_{i+2}|),     s = (x - x_i)/Δx,
+
+with c = 1/8 if the profile is a parabola there, and 1/2 if it has a corner. A profile that does not
+may stick through the free surface of a state, which has missed a contact then, or be in contact,
+where its forces are not those of the nodes. So has a state without contact, wherever between the
+nodes the indenter is in its surface.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.equilibrium import AccuracyWarning, Equilibrium
+from discretization.lattice import span
+from discretization.lattice.fronts import heights
+from discretization.lattice.nodes import Lattice
+from discretization.profile import resolve
+from energy import Scene
+
+Array = NDArray[np.float64]
+_SMOOTH, _CORNERED = 1 / 4, 1 / 2  # of a second difference: twice a parabola's, and a corner's
+_ROUNDING = 64 * float(np.finfo(float).eps)  # of the heights
+_MISSED = 1e-9  # of the depth and δ₀: a penetration that counts, as in the certificate
+
+
+class Unseen(NamedTuple):
+    """Places between the nodes (n,), f there, and how far that is from what the nodes see of it.
+
+    lowest: x where the profile is lowest, at the height `touch`.
+    """
+
+    x: Array
+    f: Array
+    off: Array
+    lowest: float = math.nan
+    touch: float = math.inf
+
+
+def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
+    """What the nodes do not see of the profile, where contact is possible at this depth.
+
+    None of a convex profile. AccuracyWarning and ValueError as `resolve`.
+    """
+    if scene.indenter.convex:
+        return Unseen(*np.empty((3, 0)))
+    profile = resolve(scene, depth)
+    lo, hi = scene.indenter.extent
+    x, f = profile.x, profile.f
+    place = (x - lattice.origin) / lattice.spacing
+    link = np.floor(place).astype(int)
+    inside = (lattice.x(link - 1) >= lo) & (lattice.x(link + 2) <= hi)
+    x, f, place, link = x[inside], f[inside], place[inside], link[inside]
+    if not x.size:
+        none = np.empty(0)
+        return Unseen(none, none, none, profile.lowest, profile.touch)
+    nodes = heights(lattice, scene.indenter, np.arange(link.min() - 1, link.max() + 3, dtype=float))
+    at = link - link.min() + 1
+    bend = np.abs(np.diff(nodes, 2))
+    chord = nodes[at] + (place - link) * (nodes[at + 1] - nodes[at])
+    cornered = np.isin(link, np.floor((profile.corners - lattice.origin) / lattice.spacing))
+    share = np.where(cornered, _CORNERED, _SMOOTH)
+    known = share * np.maximum(bend[at - 1], bend[at]) + _ROUNDING * np.abs(nodes).max()
+    off = np.abs(chord - f)
+    hidden = off > known
+    return Unseen(x[hidden], f[hidden], off[hidden], profile.lowest, profile.touch)
+
+
+def looked_at(state: Equilibrium, lattice: Lattice, stacklevel: int) -> Equilibrium:
+    """The state; AccuracyWarning where its surface misses what the nodes do not see."""
+    hidden = unseen(state.scene, state.depth, lattice)
+    if not state.contacts.size and state.depth > hidden.touch:
+        place, height = np.array([hidden.lowest]), np.array([hidden.touch])
+        hidden = Unseen(place, height, np.zeros(1))
+    if hidden.x.size:
+        missed = state.depth - hidden.f - state.displacement(hidden.x)
+        ends = state.contacts.ravel()
+        missed = np.where(np.searchsorted(ends, hidden.x) % 2, hidden.off, missed)
+        size = max(abs(state.depth), state.scene.critical_separation)
+        _warn(hidden, missed, size, lattice, stacklevel + 1)
+    return state
+
+
+def looked_between(
+    scene: Scene,
+    lattice: Lattice,
+    hidden: Unseen,
+    depths: Array,
+    lines: Sequence[Sequence[float]] | Array,
+    stacklevel: int,
+) -> None:
+    """AccuracyWarning where one of several surfaces misses what the nodes do not see.
+
+    depths (n,), and the lines of each surface, contact nodes at x, two for every contact; small
+    slopes.
+    """
+    if not hidden.x.size or not len(lines):
+        return
+    missed = np.full(hidden.x.size, -math.inf)
+    for depth, own in zip(depths.tolist(), lines, strict=True):
+        ends = np.asarray(own)
+        place = np.searchsorted(ends, hidden.x)
+        x = np.concatenate([[-math.inf], ends, [math.inf]])
+        g = np.concatenate([[0.0], depth - scene.indenter.height(ends), [0.0]])
+        p, q = hidden.x - x[place], x[place + 1] - hidden.x
+        near, far, _ = span.shares(lattice.log_decay / lattice.spacing, p, q)
+        above = depth - hidden.f - near * g[place] - far * g[place + 1]
+        missed = np.maximum(missed, np.where(place % 2, hidden.off, above))
+    size = max(float(np.abs(depths).max()), scene.critical_separation)
+    _warn(hidden, missed, size, lattice, stacklevel + 1)
+
+
+def _warn(hidden: Unseen, missed: Array, size: float, lattice: Lattice, stacklevel: int) -> None:
+    worst = int(np.argmax(missed))
+    if missed[worst] > _MISSED * size:
+        warnings.warn(
+            f"at x = {float(hidden.x[worst])!r} the surface between nodes {lattice.spacing!r} "
+            f"apart misses the indenter by {float(missed[worst])!r}: a feature or contact "
+            "narrower than the spacing may be missed; give a smaller spacing, or method='fitted'",
+            AccuracyWarning,
+            stacklevel=stacklevel + 1,
+        )

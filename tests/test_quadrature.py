@@ -1,0 +1,320 @@
+"""Integrals over profiles that do not say where they are smooth, and whether their errors do.
+
+The reference integrates each smooth piece by itself: the pieces are polynomials of degree two, so
+that twenty Gauss points are exact for small slopes and exact to rounding for finite ones.
+"""
+
+import math
+import warnings
+
+import mpmath as mp
+import numpy as np
+import pytest
+from random_scenes import ASKED
+
+from discretization import AccuracyWarning, load_path, minimise
+from discretization.fitted.height_rounding import height_rounding
+from discretization.fitted.quadrature import along, pressing, refined
+from discretization.fitted.response import chosen
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    PowerLaw,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
+
+LAYER = ElasticLayer(1.0, 0.0, 1.0)
+LINES = (-0.83, 1.17)
+NONE = (0.0, 0.0, 0.0, 0.0)
+SIMPLE = {  # cuts, slope at the first, jumps of the slope there, curvature between and beyond
+    "rounded punch": ([-0.3, 0.4], 0.0, [0.0, 0.0], [0.5, 0.0, 0.5]),
+    "sphero-cone": ([-0.31, 0.31], -0.155, [0.0, 0.0], [0.0, 0.5, 0.0]),
+    "flat with a conical rim": ([-0.5, 0.7], -0.2, [0.2, 0.2], [0.0, 0.0, 0.0]),
+    "kink": ([0.1234567], 0.0, [0.1], [0.5, 0.5]),
+    "kink close to the middle": ([0.1701], 0.05, [0.1], [0.5, 0.5]),
+}
+
+
+class Bent:
+    """f of pieces of constant curvature between cuts, with jumps of the slope at them."""
+
+    def __init__(self, cuts, start, jumps, curvature):
+        self.cuts, self.jumps, self.curvature = map(np.asarray, (cuts, jumps, curvature))
+        width, bend = np.diff(self.cuts), self.curvature[1:-1]
+        before = start + np.concatenate([[0], np.cumsum(bend * width + self.jumps[:-1])])
+        self.slopes = np.append(before[0], before + self.jumps)
+        rises = self.slopes[1:-1] * width + bend * width**2 / 2
+        self.heights = np.concatenate([[0], [0], np.cumsum(rises)])
+        self.at = np.append(self.cuts[0], self.cuts)
+
+    def height(self, x):
+        i = np.searchsorted(self.cuts, x, side="right")
+        s = np.asarray(x) - self.at[i]
+        return self.heights[i] + s * (self.slopes[i] + s * self.curvature[i] / 2)
+
+    def slope(self, x):
+        i = np.searchsorted(self.cuts, x, side="right")
+        return self.slopes[i] + (np.asarray(x) - self.at[i]) * self.curvature[i]
+
+    def profile(self, convex, known=False):
+        corners = self.cuts[self.jumps != 0] if known else ()
+        knots = self.cuts[self.jumps == 0] if known else ()
+        return Profile(self.height, self.slope, (-50, 50), corners, convex, knots)
+
+
+def random_bent(rng, convex):
+    n = rng.integers(1, 6)
+    least = 0 if convex else -0.2
+    jumps = rng.uniform(least / 2, 0.2, n) * (rng.random(n) < 0.4) * (rng.random() < 0.5)
+    curvature = rng.uniform(least, 0.5, n + 1) * (rng.random(n + 1) < 0.8)
+    curvature[[0, -1]] = np.maximum(curvature[[0, -1]], 0.05)
+    return Bent(np.sort(rng.uniform(-2, 2, n)), -rng.uniform(0.05, 0.4), jumps, curvature)
+
+
+def scene_of(indenter, slopes="small", w=0.01, gamma1=1.0):
+    return Scene(LAYER, SurfaceEnergies.from_work(gamma1, w), indenter, slopes=slopes)
+
+
+def exact(body, depth, left, right, slopes, w=0.01):
+    """Energy and force of a contact without free surfaces, k = γ₁ = 1."""
+    t, weights = np.polynomial.legendre.leggauss(20)
+    ends = np.array([left, *(c for c in body.cuts if left < c < right), right])
+    half = np.diff(ends)[:, None] / 2
+    x, weights = ends[:-1, None] + half * (1 + t), half * weights
+    g, s = depth - body.height(x), body.slope(x)
+    stretch = np.sqrt(1 + s * s)
+    surface = s * s / 2 - w if slopes == "small" else (1 - w) * stretch - 1
+    return float((weights * (g * g / 2 + surface)).sum()), float((weights * g).sum())
+
+
+def judged(found, coarse, truth):
+    """(estimate, error) of energy and force over their scales."""
+    for name, value in zip(("energy", "force"), truth, strict=True):
+        scale, own = getattr(found, f"{name}_scale"), getattr(found, name)
+        yield abs(own - getattr(coarse, name)) / scale, abs(own - value) / scale
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8, 1e-12])
+@pytest.mark.parametrize("name", SIMPLE)
+def test_jumps_that_are_not_declared_are_found_by_local_halving(name, rtol, slopes, monkeypatch):
+    body, points = Bent(*SIMPLE[name]), []
+    profile = body.profile(convex=True)
+    height = profile.height
+    object.__setattr__(profile, "height", lambda x: points.append(np.size(x)) or height(x))
+    ends = np.array([LINES])
+    coarse, fine = refined(scene_of(profile, slopes), 0.1, ends, NONE, rtol)
+    for estimate, error in judged(fine, coarse, exact(body, 0.1, *LINES, slopes)):
+        assert error <= max(10 * estimate, 1e-14)
+        assert estimate <= rtol
+    assert sum(points) <= 60_000
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+def test_integrals_of_random_profiles_are_as_good_as_they_say(slopes):
+    rng = np.random.default_rng(None if ASKED else 3)
+    for _ in range(ASKED or 200):
+        body, convex = random_bent(rng, True), rng.random() < 0.5
+        rtol = 10.0 ** rng.choice([-4, -8, -12])
+        left, right = np.sort(rng.uniform(-3, 3, 2)).tolist()
+        ends, scene = np.array([[left, right]]), scene_of(body.profile(convex), slopes)
+        depth = float(rng.uniform(-0.1, 1))
+        coarse, fine = refined(scene, depth, ends, NONE, rtol)
+        for estimate, error in judged(fine, coarse, exact(body, depth, left, right, slopes)):
+            assert error <= max(10 * estimate, 1e-14)
+            assert estimate <= rtol
+
+
+def test_the_reference_is_right():
+    """Against 30 digits, at a kink."""
+    body = Bent(*SIMPLE["kink"])
+    cut, (left, right) = float(body.cuts[0]), LINES
+
+    def density(x):
+        s = mp.mpf(x) - cut
+        slope, f = s / 2 + (0.1 if s > 0 else 0), s * s / 4 + (s / 10 if s > 0 else 0)
+        return (0.1 - f) ** 2 / 2 + (1 - 0.01) * mp.sqrt(1 + slope**2) - 1
+
+    with mp.workdps(30):
+        truth = mp.quad(density, [left, cut, right])
+    assert exact(body, 0.1, left, right, "finite")[0] == pytest.approx(float(truth), rel=1e-14)
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+@pytest.mark.parametrize("convex", [True, False])
+def test_states_of_random_profiles_are_as_good_as_they_say(convex, slopes):
+    """Against the same profile with its jumps declared, where every panel is smooth."""
+    rng = np.random.default_rng(None if ASKED else 4)
+    compared = 0
+    for _ in range(ASKED or 40):
+        body, rtol = random_bent(rng, True), 10.0 ** rng.choice([-4, -8, -12])
+        if not convex and body.jumps.any():  # where lines rest on corners, they have to be known
+            continue
+        depth, w = float(rng.uniform(0.05, 0.5)), 0.01 * rng.integers(2)
+        depth += float(body.height(np.linspace(-8, 8, 4001)).min())
+        known, hidden = (
+            minimise(scene_of(body.profile(convex, known), slopes, w), depth, rtol=rtol)
+            for known in (True, False)
+        )
+        for name in ("half_width", "force", "energy"):
+            scale = hidden.scales.get(name, hidden.half_width)
+            error = abs(getattr(hidden, name) - getattr(known, name)) / scale
+            estimate = hidden.error_estimate[name] + known.error_estimate[name]
+            assert error <= 10 * estimate, (name, body.cuts, depth)
+        compared += 1
+    assert compared >= (ASKED or 40) // 4
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+def test_load_steps_see_jumps_that_are_not_declared(slopes):
+    response = chosen(slopes, 1e-12)
+    rng = np.random.default_rng(5)
+    for cut in np.linspace(-0.8, 1.1, 39) + rng.uniform(-0.02, 0.02, 39):
+        body = Bent([cut], -0.1, [0.2], [0.5, 0.5])
+        scene = scene_of(body.profile(True), slopes)
+        known = scene_of(body.profile(True, known=True), slopes)
+        force, truth = (pressing(one, response, 0.3, *LINES, 1e-6) for one in (scene, known))
+        assert abs(force - truth) <= 1e-6 * 0.3 * (LINES[1] - LINES[0])
+        lines, depths = np.array([LINES]), np.array([0.3])
+        many, change = along(scene, response, depths, lines)
+        right = along(known, response, depths, lines)[0]
+        apart = abs(many.energy - right.energy) / many.energy_scale
+        assert float(apart[0]) <= max(10 * change, 1e-14)
+
+
+def test_a_path_over_jumps_that_are_not_declared():
+    body = Bent(*SIMPLE["kink"])
+    depths = np.linspace(0.05, 0.4, 23)
+    known, hidden = (
+        load_path(scene_of(body.profile(True, known)), depths=depths, rtol=1e-9)
+        for known in (True, False)
+    )
+    assert np.allclose(hidden.force, known.force, rtol=1e-9, atol=0)
+    assert np.allclose(hidden.energy, known.energy, rtol=1e-8, atol=0)
+
+
+def test_who_says_where_it_is_smooth():
+    own = Profile(np.cosh, np.sinh, knots=(-1.0, 0.5))
+    for shape in (
+        FlatPunch(1.0),
+        Wedge(0.1),
+        Parabola(1.0),
+        PowerLaw(1.0, 3.0),
+        Sampled([0.0, 1.0, 2.0], [1.0, 0.0, 1.0]),
+    ):
+        moved = (shape.shifted(0.25), shape.tilted(0.1), shape + Parabola(2.0))
+        assert all(one.complete for one in (shape, *moved))
+        assert not (shape + own).complete
+    assert not any(one.complete for one in (own, own.shifted(0.25), own.tilted(0.1)))
+    assert own.shifted(0.25).knots.tolist() == [-0.75, 0.75]
+    assert own.tilted(0.1).knots == own.knots
+    assert (own + PowerLaw(1.0, 3.0)).knots.tolist() == [-1.0, 0.0, 0.5]
+
+
+def test_declared_knots_save_the_halving():
+    body, counts = Bent(*SIMPLE["rounded punch"]), []
+    for known in (True, False):
+        points = []
+        profile = body.profile(True, known)
+        object.__setattr__(
+            profile, "height", lambda x, own=points: own.append(np.size(x)) or body.height(x)
+        )
+        refined(
+            scene_of(profile),
+            0.1,
+            np.array([[LINES[0], *profile.knots, LINES[1]]]),
+            NONE,
+            1e-12,
+        )
+        counts.append(sum(points))
+    assert 3 * counts[0] < counts[1]
+
+
+def test_the_rounding_of_heights_is_measured():
+    ends = np.array([[-1e-3, 1e-3]])
+    lossy = Profile(lambda x: np.cosh(x) - 1, np.sinh)
+    exact = Profile(lambda x: 2 * np.sinh(np.asarray(x) / 2) ** 2, np.sinh)
+    assert 0.5 * 2.0**-53 <= height_rounding(lossy, ends) <= 4 * 2.0**-53
+    assert height_rounding(exact, ends) <= 1e-15 * 5e-7
+    assert height_rounding(Parabola(1.0), ends) == 0.0
+    unit = Profile(lambda x: 1e-6 * (np.cosh(x / 1e-6) - 1), lambda x: np.sinh(x / 1e-6))
+    measured = height_rounding(unit, 1e-6 * ends) / 1e-6
+    assert measured == pytest.approx(height_rounding(lossy, ends), rel=1.0)
+    kinked = Profile(lambda x: np.abs(x - 2e-4), lambda x: np.sign(x - 2e-4))
+    assert height_rounding(kinked, ends) <= 1e-15 * 1e-3
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+def test_digits_that_a_height_loses_are_counted_in_the_errors(slopes):
+    rng = np.random.default_rng(None if ASKED else 6)
+    silent, lost = 0, 0.0
+    for _ in range(ASKED or 60):
+        R = 10 ** rng.uniform(-2, 2)
+        length, rtol = R * 10 ** rng.uniform(-4, -0.5), 10.0 ** rng.choice([-4, -8, -12])
+        depth = length**2 / R * 10 ** rng.uniform(-1, 1)
+        w = length**2 * (length / R) ** 2 * 10 ** rng.uniform(-4, -1.3) * rng.integers(2)
+        heights = (
+            lambda x, R=R: R * (np.cosh(np.asarray(x) / R) - 1),
+            lambda x, R=R: 2 * R * np.sinh(np.asarray(x) / (2 * R)) ** 2,
+        )
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", AccuracyWarning)
+            own, true = (
+                minimise(
+                    scene_of(
+                        Profile(height, lambda x, R=R: np.sinh(x / R), (-R, R), convex=True),
+                        slopes,
+                        w,
+                        length**2,
+                    ),
+                    depth,
+                    rtol=rtol,
+                )
+                for height in heights
+            )
+        if caught:
+            continue
+        silent += 1
+        for name in ("half_width", "force", "energy"):
+            scale = own.scales.get(name, own.half_width)
+            error = abs(getattr(own, name) - getattr(true, name)) / scale
+            assert error <= 10 * (own.error_estimate[name] + true.error_estimate[name])
+            lost = max(lost, error)
+    assert silent >= 10
+    assert lost >= 1e-12  # or the heights lost nothing
+
+
+def test_a_contact_far_from_the_origin_is_found_to_the_rounding_of_its_position():
+    scene = scene_of(Parabola(1.0), gamma1=1e-4, w=1e-9)
+    far = scene_of(Parabola(1.0).shifted(12345.678), gamma1=1e-4, w=1e-9)
+    own, true = (minimise(one, 1e-6, rtol=1e-4) for one in (far, scene))
+    error = abs(own.half_width - true.half_width) / true.half_width
+    assert 1e-12 < error <= own.error_estimate["half_width"]
+
+
+@pytest.mark.parametrize("depth", [0.0, 1e-3])
+@pytest.mark.parametrize("shift", [0.0, 0.3, 1e3])
+@pytest.mark.parametrize("unit", [1.0, 1e-6])
+def test_angles_of_a_lone_tip_at_any_depth(depth, shift, unit):
+    x, z = unit * np.array([-1, 0, 1]), unit * np.array([0.8, -0.2, 0.8])
+    scene = scene_of(Sampled(x, z).shifted(shift * unit), w=0.0, gamma1=unit)
+    state = minimise(Scene(ElasticLayer(1, 0, unit), scene.surfaces, scene.indenter), depth * unit)
+    assert np.ptp(state.contacts) == 0
+    assert np.abs(state.line_slopes[0] - 1).max() <= 1e-14 * (1 + shift)
+    pull = depth + 0.2
+    assert np.allclose(state.contact_angles, math.pi - 1 + pull, rtol=0, atol=1e-9)
+
+
+def test_slopes_at_the_edge_of_a_curved_body_are_those_of_its_end():
+    for unit in (1e-6, 1.0):
+        scene = scene_of(FlatPunch(0.7 * unit) + Parabola(2.0 * unit), w=0.0, gamma1=unit)
+        state = minimise(
+            Scene(ElasticLayer(1, 0, unit), scene.surfaces, scene.indenter), 1.5 * unit
+        )
+        assert state.contacts.tolist() == [[-0.7 * unit, 0.7 * unit]]
+        assert state.line_slopes[0] == pytest.approx(np.full((1, 2), 0.35), rel=1e-15)

@@ -1,0 +1,100 @@
+"""w = 0: the smallest u >= g that hangs between its contacts like a free surface, by its hull.
+
+The energy is convex and the state the only one; it is the least majorant of g that is concave with
+respect to the free surfaces {exp(x/l), exp(-x/l)}. Over nodes it is found like a convex hull, by
+one pass that drops a node that lies below the free surface between its neighbours; then nodes are
+added at the contact lines and where the surface still dips below the indenter, and in the end the
+lines are polished by Newton's method on f' + u' = 0.
+"""
+
+import math
+
+import numpy as np
+
+from .ground import Ground, Outside
+from .rests import Surfaces
+from .surfaces import surface_of
+from .totals import polished, state_of
+
+TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
+ROUNDS, FINER, AROUND = 5, 4.0, 8
+MOST, JOINED = 12, 1e-4  # rounds; of the feature
+
+
+def obstacle(scene, feature, depth):
+    """The state without adhesion. Outside if it reaches an end of the profile."""
+    surface = surface_of(scene)
+    ground = Ground(scene.indenter, min(feature, surface.length))
+    tie = TIE * (abs(depth) + abs(float(ground.heights.min())))
+    free, extra = Surfaces(ground, surface, tie), ground.lowest(tie)[1]
+    for _ in range(MOST):
+        lines = _lines(ground, surface, depth, extra)
+        ends = [-math.inf, *lines, math.inf]
+        dips = [
+            x
+            for left, right in zip(ends[::2], ends[1::2], strict=True)
+            for v, x in free.dips(left, right, depth)
+            if v < -tie
+        ]
+        if not dips:
+            return state_of(lines, depth, ground, surface, scene)
+        extra = [*extra, *dips]
+    raise RuntimeError(f"the obstacle problem at depth = {depth!r} is not solved to rounding")
+
+
+def _lines(ground, surface, depth, extra):
+    """Lines of the hull over the ground's nodes and `extra`, zoomed in on and polished."""
+    nodes, step = np.union1d(ground.nodes, extra), ground.step
+    kept = np.union1d(extra, ground.corners)
+    noise = ROUNDING * (abs(depth) + abs(float(ground.heights.min())))
+    lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
+    for _ in range(ROUNDS):
+        step /= FINER
+        near = np.arange(-AROUND, AROUND + 1) * step
+        nodes = np.unique(np.concatenate([nodes, *(x + near for x in lines)]))
+        nodes = nodes[(nodes >= ground.lo) & (nodes <= ground.hi)]
+        apart = np.diff(nodes, prepend=-math.inf) > step / 8
+        nodes = nodes[apart | np.isin(nodes, kept)]
+        lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
+    if lines.size and (lines[0] <= ground.lo or lines[-1] >= ground.hi):
+        raise Outside("the contact reaches an end of the profile")
+    return polished(_joined(lines, ground), depth, ground, surface) if lines.size else lines
+
+
+def _joined(lines, ground):
+    """Without gaps as narrow as noise makes them."""
+    narrow = np.flatnonzero(lines[2::2] - lines[1:-1:2] <= JOINED * ground.feature)
+    return np.delete(lines, np.concatenate([2 * narrow + 1, 2 * narrow + 2]))
+
+
+def hull_lines(nodes, g, length, noise):
+    """First and last node of each run of neighbouring nodes on the hull (2m,).
+
+    noise: of g; a node is dropped only if it lies lower by more than that.
+    """
+    t, high, on = (nodes / length).tolist(), g.tolist(), []
+    for c in np.flatnonzero(g > 0).tolist():
+        if on and high[c] <= high[on[-1]] * math.exp(t[on[-1]] - t[c]):
+            continue  # below the tail of the last one
+        while on and _below(t, high, on, c, noise):
+            on.pop()
+        on.append(c)
+    hull = np.array(on, int)
+    if not hull.size:
+        return nodes[:0]
+    breaks = np.flatnonzero(np.diff(hull) > 1)
+    first, last = np.r_[hull[:1], hull[breaks + 1]], np.r_[hull[breaks], hull[-1:]]
+    return nodes[np.column_stack([first, last]).ravel()]
+
+
+def _below(t, high, on, c, noise):
+    """Whether the last node of the hull lies below the free surface from the one before to c."""
+    b = on[-1]
+    if len(on) == 1:
+        return high[b] + noise < high[c] * math.exp(t[b] - t[c])
+    a = on[-2]
+    left, right = t[b] - t[a], t[c] - t[b]
+    if left + right > 600:
+        return False
+    chord = high[a] * math.sinh(right) + high[c] * math.sinh(left)
+    return (high[b] + noise) * math.sinh(left + right) < chord

@@ -1,0 +1,138 @@
+"""The lowest of all states, by a dynamic programme over contact nodes (small slopes).
+
+Between contact nodes i < j hangs a free surface, admissible if it does not penetrate: the slope
+with which it leaves i to reach j is not less than for any node between, as surfaces that leave i
+are ordered by that slope. The energy is a sum over such gaps, links in contact and two tails, and
+cost[j] = min over i of cost[i] + gap(i, j) finds its minimum over all contact sets of the nodes.
+The lines found that way then move to rest by Newton's method, which can only lower the energy.
+"""
+
+import math
+
+import numpy as np
+
+from .ground import Ground, Outside, refined_minima
+from .rests import Surfaces
+from .surfaces import surface_of
+from .totals import State, polished, state_of
+
+PER_FEATURE, FEWEST, MOST = 24, 32, 2400
+FINEST = 1e-8  # of the feature
+LOW = 3.0  # δ₀: no contact reaches farther below the surface
+TIE = 1e-13
+NOTHING = State(np.empty((0, 2)), 0.0, 0.0, 0.0, 0.0)
+
+
+def lowest(scene, feature, depth):
+    """The state of least energy, detached included."""
+    surface = surface_of(scene)
+    ground = Ground(scene.indenter, min(feature, surface.length))
+    lines = best_lines(scene, ground, surface, depth)
+    if not lines.size:
+        return NOTHING
+    if lines[0] <= ground.lo or lines[-1] >= ground.hi:
+        raise Outside("the contact reaches an end of the profile")
+    lines = polished(lines, depth, ground, surface, near=0.2)
+    if dips(lines, depth, ground, surface, scene):
+        raise Outside("the lowest contact set on nodes misses a tip between them")
+    found = state_of(lines, depth, ground, surface, scene)
+    return found if found.energy < 0 or penetrated(scene, ground, surface, depth) else NOTHING
+
+
+def penetrated(scene, ground, surface, depth):
+    """Whether the flat surface would penetrate."""
+    return depth > ground.heights.min() + TIE * scene.critical_separation
+
+
+def best_lines(scene, ground, surface, depth):
+    """First and last node of each contact of the cheapest set; empty if none is cheaper than 0."""
+    x = _nodes(scene, ground, depth)
+    if not x.size:
+        return x
+    g = depth - ground.height(x)
+    cost_of_gap = _gaps(x, g, surface)
+    left = surface.tail_energy(g) + _through(x, g, surface.length)
+    right = surface.tail_energy(g) + _through(-x[::-1], g[::-1], surface.length)[::-1]
+    linked = np.diff(x) <= 1.5 * np.median(np.diff(x))
+    np.fill_diagonal(cost_of_gap[:, 1:], np.where(linked, _links(scene, ground, depth, x), np.inf))
+    cost, before = left, np.full(x.size, -1)
+    for j in range(1, x.size):
+        through = cost[:j] + cost_of_gap[:j, j]
+        i = int(np.argmin(through))
+        if through[i] < cost[j]:
+            cost[j], before[j] = through[i], i
+    last = int(np.argmin(cost + right))
+    path = [last]
+    while before[path[-1]] >= 0:
+        path.append(int(before[path[-1]]))
+    return _ends(x, np.array(path[::-1]), linked)
+
+
+def _nodes(scene, ground, depth):
+    """Evenly spaced nodes where contact may be; corners are among them to within a spacing."""
+    low = depth + LOW * scene.critical_separation
+    tips = [at for at, _ in refined_minima(ground.height, ground.nodes, ground.heights, depth)]
+    x, f = ground.nodes, ground.heights
+    while True:
+        near = np.union1d(x[f <= low], tips)
+        if not near.size:
+            return near
+        around = np.searchsorted(x, near[[0, -1]]) + np.array([-1, 1])
+        first, last = x[np.clip(around, 0, x.size - 1)]
+        if near.size > FEWEST or last - first < FINEST * ground.feature:
+            break
+        x = np.linspace(first, last, 16 * FEWEST)
+        f = ground.height(x)
+    count = math.ceil((last - first) / ground.feature * PER_FEATURE)
+    x = np.linspace(first, last, min(MOST, max(count, 400)))
+    return np.union1d(x[ground.height(x) <= low], tips)
+
+
+def _gaps(x, g, surface):
+    """Energy of the free surface between nodes i < j (n, n), infinite where it would penetrate."""
+    n, l = x.size, surface.length  # noqa: E741
+    cost = np.full((n, n), np.inf)
+    for i in range(n - 2):
+        t = np.minimum((x[i + 1 :] - x[i]) / l, 300.0)
+        slope = (g[i + 1 :] - g[i]) / np.sinh(t) - g[i] * np.tanh(t / 2)
+        highest = np.maximum.accumulate(np.concatenate([[-np.inf], slope[:-1]]))
+        free = slope >= highest
+        energy = surface.gap_energy(g[i], g[i + 1 :], x[i + 1 :] - x[i])
+        cost[i, i + 1 :] = np.where(free, energy, np.inf)
+    return cost
+
+
+def _through(x, g, length):
+    """Infinite where a tail to the left would penetrate: g_i exp(-(x_i - x_m)/l) < g_m."""
+    highest = np.full(x.size, -np.inf)
+    for i in range(1, x.size):
+        highest[i] = max(highest[i - 1], g[i - 1]) * np.exp((x[i] - x[i - 1]) / length)
+    return np.where(g >= highest, 0.0, np.inf)
+
+
+def _links(scene, ground, depth, x):
+    """Energy of contact between neighbouring nodes, by Simpson's rule."""
+    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    middle = (x[1:] + x[:-1]) / 2
+
+    def density(at, slope):
+        return k / 2 * (depth - ground.height(at)) ** 2 + gamma1 / 2 * slope**2 - w
+
+    ends = density(x[:-1], ground.slope(x[:-1], 1)) + density(x[1:], ground.slope(x[1:], -1))
+    return np.diff(x) / 6 * (ends + 4 * density(middle, ground.slope(middle, 1)))
+
+
+def _ends(x, path, linked):
+    """Lines of the runs of links on a path over the nodes."""
+    together = (np.diff(path) == 1) & linked[np.minimum(path[:-1], linked.size - 1)]
+    starts = np.concatenate([[True], ~together])
+    ends = np.concatenate([~together, [True]])
+    return np.column_stack([x[path[starts]], x[path[ends]]]).ravel()
+
+
+def dips(lines, depth, ground, surface, scene):
+    """Where the free surfaces of these lines penetrate the profile: (v, x)."""
+    tie = TIE * (scene.critical_separation + abs(depth))
+    ends, free = [-math.inf, *lines, math.inf], Surfaces(ground, surface, tie)
+    pairs = zip(ends[::2], ends[1::2], strict=True)
+    return [dip for pair in pairs for dip in free.dips(*pair, depth) if dip[0] < -tie]
