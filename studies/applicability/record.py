@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from studies.shared.small_slopes import (
-    Errors,
-)
+from studies.shared.small_slopes import Errors
 
 TOLERANCES = (0.01, 0.1)
 PUNCH = "flat punch"

@@ -15,11 +15,7 @@ from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas, plain
 from studies.shared.loops import LAYER, SIZE
 
 Array = NDArray[np.float64]
-LAWS = {
-    "flat punch": "Eq. (23)",
-    "wedge": "Eq. (30), then 0",
-    "parabola": "parabola law",
-}
+LAWS = {"flat punch": "Eq. (23)", "wedge": "Eq. (30), then 0", "parabola": "parabola law"}
 _DENSE = 200
 
 

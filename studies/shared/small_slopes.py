@@ -16,16 +16,7 @@ from typing import NamedTuple
 from scipy.optimize import brentq, minimize_scalar
 
 from discretization import Equilibrium, minimise
-from energy import (
-    ElasticLayer,
-    FlatPunch,
-    Indenter,
-    Parabola,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-    cards,
-)
+from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
 from studies.shared.loops import pull_off_card
 
 K = 1.0

@@ -36,11 +36,7 @@ POWER_LAWS = (PowerLaw(c=0.75, n=1.5), PowerLaw(c=1.2e5, n=3), PowerLaw(c=4e8, n
 
 
 def gel(
-    indenter: Indenter,
-    *,
-    gamma1: float = GAMMA1,
-    w: float = WORK,
-    layer: ElasticLayer = LAYER,
+    indenter: Indenter, *, gamma1: float = GAMMA1, w: float = WORK, layer: ElasticLayer = LAYER
 ) -> Scene:
     """An indenter on the gel film; surface tension, work of adhesion and layer as given."""
     return Scene(layer, SurfaceEnergies.from_work(gamma1, w), indenter)

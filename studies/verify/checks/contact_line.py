@@ -140,13 +140,7 @@ def place_of_both_lines(mesh: Mesh) -> Comparison:
     return _line_residuals(mesh, uneven_profiles())
 
 
-@check(
-    16,
-    what="outermost contact node: raw half-width",
-    unit="m",
-    order=FIRST,
-    bar=2e-3,
-)
+@check(16, what="outermost contact node: raw half-width", unit="m", order=FIRST, bar=2e-3)
 def raw_half_width(mesh: Mesh) -> Comparison:
     scene = gel(PARABOLA)
     a, _ = _lines(scene)
@@ -167,11 +161,7 @@ def no_tension(mesh: Mesh) -> Comparison:
 
 
 @check(
-    18,
-    what="γ₁ → 0, l = 30 µm/n, 10 links each: f(a) → d + δ₀",
-    order=FIRST,
-    bar=1e-2,
-    unit="m",
+    18, what="γ₁ → 0, l = 30 µm/n, 10 links each: f(a) → d + δ₀", order=FIRST, bar=1e-2, unit="m"
 )
 def vanishing_tension(mesh: Mesh) -> Comparison:
     """Refinement here is the tension going to zero: the distance from (18) is lf'(a), Eq. (16)."""
