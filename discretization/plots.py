@@ -99,6 +99,7 @@ def _surface(
     axes.axhline(0, color=GREY, lw=0.8, ls="--", label="undeformed surface")
     axes.set(xlim=(s[0], s[-1]), ylim=(bottom, top), xlabel=axis("position x", scale))
     axes.set_ylabel(axis("displacement u, downwards,", height).rstrip(","))
+    axes.ticklabel_format(scilimits=(-3, 4))  # of plain numbers
     axes.legend(loc="upper center", ncols=2, fontsize=9)
 
 

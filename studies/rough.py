@@ -33,8 +33,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import COLOURS, Figure, canvas
-
-Array = NDArray[np.float64]
+from studies.shared.types import Array, Table
 
 
 @dataclass(frozen=True)
@@ -184,9 +183,9 @@ def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
     return figure
 
 
-def table(loops: Sequence[Loop]) -> tuple[list[str], list[list[object]]]:
+def table(loops: Sequence[Loop]) -> Table:
     """Columns and a row per step, SI."""
-    rows: list[list[object]] = []
+    rows = []
     for loop in loops:
         for step, depth in enumerate(loop.path.depth.tolist()):
             lowest = loop.lowest[step].energy if step in loop.lowest else ""

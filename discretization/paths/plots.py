@@ -134,6 +134,7 @@ def draw(
     if label is not None:
         axes.plot([], [], color=colour, lw=width, label=label)
     axes.set(xlabel=axis("depth d", x), ylabel=axis(NAMES[quantity], y))
+    axes.ticklabel_format(scilimits=(-3, 4))  # of plain numbers
 
 
 def _arrow(axes: Any, x: Array, y: Array, colour: str, at: float) -> None:

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from studies.applicability.record import PUNCH, TOLERANCES, Point, Record
 from studies.shared.figures import COLOURS, MARKERS, Figure, canvas, plain_ticks, shades
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 FLOOR = 1e-4  # the darkest colour of the map
 LINES = (("a", "white", "-"), ("P", "black", "--"))
 

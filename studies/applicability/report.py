@@ -9,13 +9,11 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from studies.applicability.figures import draw_conjecture, draw_maps, grid, worst_on_path
 from studies.applicability.record import PUNCH, Point, Record
 from studies.shared.command import Output
-
-Array = NDArray[np.float64]
+from studies.shared.types import Array, Table
 
 
 def within(steepness: Array, errors: Array, tolerance: float) -> float:
@@ -193,7 +191,7 @@ def _overhang(record: Record) -> Iterator[str]:
     )
 
 
-def table(record: Record) -> tuple[list[str], list[list[object]]]:
+def table(record: Record) -> Table:
     """Columns and a row per comparison."""
     names = [f"error_{name}" for name in ("half_width", "force", "angle", "young")]
     rows = [

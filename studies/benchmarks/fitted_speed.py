@@ -37,6 +37,7 @@ from studies.shared.figures import BLUE, COLOURS, MARKERS, ORANGE, Figure, canva
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
 from studies.shared.table import aligned
 from studies.shared.timing import tridiagonal_seconds
+from studies.shared.types import Table
 
 SAMPLES = 201
 NAMES = {"flat": "flat punch", "power": "power law"}
@@ -224,7 +225,7 @@ def line(row: Row) -> str:
     return text + (f"\n  {len(failures)} not solved, first: {failures[0]}" if failures else "")
 
 
-def table(rows: Sequence[Row]) -> tuple[list[str], list[list[object]]]:
+def table(rows: Sequence[Row]) -> Table:
     """A row per scene, lengths in the scene's own units; `number` counts within an indenter."""
     names = ["slopes", "indenter", "number", "l", "k", "w", "depth", "half_width", "seconds"]
     names += ["dptsv_seconds", "error_half_width", "error_force", "error_energy", "error_angle"]

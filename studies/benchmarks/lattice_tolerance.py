@@ -18,7 +18,8 @@ from discretization import Equilibrium, NotCertifiedError
 from discretization.equilibrium import QUANTITIES
 from discretization.lattice.state import on_lattice
 from studies.shared.batches import Progress, each
-from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
+from studies.shared.random_cases import Case, in_turn
+from studies.shared.types import Table
 
 FEWEST, MOST = 2.0, 400.0  # nodes per l
 UNKNOWN = (math.nan,) * 3
@@ -57,8 +58,7 @@ def drawn(count: int, seed: int) -> Iterator[tuple[Case, float, float]]:
     """So many scenes, each with its nodes per l and the offset of a node in links."""
     rng = np.random.default_rng(seed)
     for i in range(count):
-        draw = random_steep_case if i % 2 else random_case
-        case = draw(rng, SHAPES[i // 2 % len(SHAPES)])
+        case = in_turn(rng, i)
         nodes = math.exp(rng.uniform(math.log(FEWEST), math.log(MOST)))
         yield case, nodes, float(rng.choice([0.0, rng.uniform(-0.5, 0.5)]))
 
@@ -107,9 +107,9 @@ def summary(states: Sequence[Sparse]) -> str:
     return "\n".join(lines)
 
 
-def table(states: Sequence[Sparse]) -> tuple[list[str], list[list[object]]]:
+def table(states: Sequence[Sparse]) -> Table:
     """Columns and a row per state and quantity."""
-    rows: list[list[object]] = [
+    rows = [
         [s.shape, s.slopes, s.nodes, s.links, s.word, *row]
         for s in states
         for row in zip(QUANTITIES, s.errors, s.estimates, strict=True)

@@ -12,6 +12,7 @@ import numpy as np
 
 from studies.benchmarks.runtime_record import Floor, Point
 from studies.shared.figures import COLOURS, Figure, canvas, plain_ticks
+from studies.shared.types import Table
 
 QUANTITIES = ("half-width a", "force P", "energy U", "angle θ")
 MARKERS = "osD^v<>phX*"
@@ -32,7 +33,7 @@ def machine() -> str:
     return f"{name}, {os.cpu_count()} cores, threads: {threads}; {versions}"
 
 
-def rows(points: Sequence[Point], floors: Sequence[Floor]) -> tuple[list[str], list[list[object]]]:
+def rows(points: Sequence[Point], floors: Sequence[Floor]) -> Table:
     """Columns and a row per point, then the floors."""
     names = ["error_half_width", "error_force", "error_energy", "error_angle"]
     head = ["task", "method", "size", "unknowns", "modelling_seconds", "first_seconds"]

@@ -25,13 +25,14 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization import AccuracyWarning, minimise
+from discretization.equilibrium import QUANTITIES
 from studies.benchmarks import lattice_tolerance
 from studies.shared import command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
-from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
+from studies.shared.random_cases import Case, in_turn
+from studies.shared.types import Table
 
-QUANTITIES = ("half_width", "force", "energy")
 FLOOR, ROUNDING = 1e-12, 1e-15
 SHARE = 0.99
 
@@ -69,8 +70,9 @@ class Trial(NamedTuple):
         return all(estimate >= error / 10 or error <= ROUNDING for error, estimate in pairs)
 
 
-def measure(case: Case, rtol: float) -> Trial:
-    """Solve one scene and compare it with its cards."""
+def measure(given: tuple[Case, float]) -> Trial:
+    """Solve one scene at its rtol and compare it with its cards."""
+    case, rtol = given
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # it is judged here
         state = minimise(case.scene, case.depth, rtol=rtol)
@@ -87,20 +89,14 @@ def run(
     params: Parameters, show: Callable[[Progress], object] = tell, jobs: int = 1
 ) -> list[Trial]:
     """All trials, in `jobs` processes; `show` is told how many are done."""
-    return list(each(_measured, list(drawn(params)), jobs, show))
+    return list(each(measure, list(drawn(params)), jobs, show))
 
 
 def drawn(params: Parameters) -> Iterator[tuple[Case, float]]:
     """The scenes, each with its rtol."""
     rng = np.random.default_rng(params.seed)
     for i in range(params.scenes):
-        draw = random_steep_case if i % 2 else random_case
-        case = draw(rng, SHAPES[i // 2 % len(SHAPES)])
-        yield case, 10 ** -rng.uniform(params.loosest, params.tightest)
-
-
-def _measured(given: tuple[Case, float]) -> Trial:
-    return measure(*given)
+        yield in_turn(rng, i), 10 ** -rng.uniform(params.loosest, params.tightest)
 
 
 def passed(trials: Sequence[Trial]) -> bool:
@@ -143,9 +139,9 @@ def plot(trials: Sequence[Trial]) -> Figure:
     return figure
 
 
-def table(trials: Sequence[Trial]) -> tuple[list[str], list[list[object]]]:
+def table(trials: Sequence[Trial]) -> Table:
     """Columns and a row per scene and quantity."""
-    rows: list[list[object]] = [
+    rows = [
         [trial.shape, trial.slopes, trial.rtol, *row]
         for trial in trials
         for row in zip(QUANTITIES, trial.errors, trial.estimates, strict=True)
@@ -155,14 +151,12 @@ def table(trials: Sequence[Trial]) -> tuple[list[str], list[list[object]]]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
-    options, out = command.parse(
-        command.parser("tolerance", __doc__, "60 scenes, 100 on nodes"), argv
-    )
-    params = Parameters(scenes=60, lattices=100) if options.preset == "quick" else Parameters()
-    trials = run(params, jobs=options.jobs)
+    full, quick, told = Parameters(), Parameters(60, 100), "60 scenes, 100 on nodes"
+    params, jobs, out = command.start("tolerance", __doc__, argv, told, full, quick)
+    trials = run(params, jobs=jobs)
     out.table("tolerance.csv", params, *table(trials))
     out.figure("tolerance.png", plot(trials))
-    states = lattice_tolerance.run(params.lattices, params.seed, tell, options.jobs)
+    states = lattice_tolerance.run(params.lattices, params.seed, tell, jobs)
     out.table("tolerance_lattice.csv", params, *lattice_tolerance.table(states))
     print(summary(trials), lattice_tolerance.summary(states), sep="\n\n")
     return 0 if passed(trials) and all(state.trusted for state in states) else 1

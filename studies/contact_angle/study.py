@@ -28,6 +28,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.small_slopes import depth_by_16, letting_go, scene, simulated
+from studies.shared.types import Table
 
 INDENTERS: dict[str, Indenter] = {
     "wedge": Wedge(math.atan(0.1)),
@@ -155,7 +156,7 @@ def law_gap(record: Record) -> list[tuple[float, float]]:
     return [(r, 1 - small[r] / finite[r]) for r in sorted(finite)]
 
 
-def table(record: Record) -> tuple[list[str], list[list[object]]]:
+def table(record: Record) -> Table:
     """Columns and a row per measured angle; lengths in l, angles in rad."""
     rows = [["state", *angle, angle.residual] for angle in (*record.states, *record.lattice)]
     for one in record.loops:

@@ -16,8 +16,8 @@ from discretization.paths.history import History
 from discretization.paths.plots import draw, mark, units
 from energy.units import prefixed
 from studies.shared.figures import BLUE, ORANGE
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 LAYER, BODY = "#f3d9b1", "#b8c4cc"
 FIGSIZE, DPI, PER_SECOND = (11.0, 4.3), 75, 12
 _POINTS = 401

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.paths.history import History
 from discretization.paths.plots import draw, units
@@ -16,8 +15,8 @@ from studies.hysteresis.record import Loop, Record
 from studies.shared import loops
 from studies.shared.figures import COLOURS, ORANGE, Figure, canvas, plain_ticks, shades
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 _DEPTHS = (0.5, 0.0, -0.4, -0.75, -0.95)  # of the landscape, in δ₀
 
 

@@ -22,8 +22,8 @@ from discretization.fitted.response import chosen
 from discretization.paths.history import History
 from energy.units import prefixed
 from studies.shared.figures import Figure, canvas, shades
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 _POINTS = 160
 _WIDER = 1.3
 _CLOSED = 1e-3

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.paths.history import History
 from studies.shared import loops
 from studies.shared.loops import LAYER, SIZE, WORK, Form
+from studies.shared.types import Array
 
 if TYPE_CHECKING:
     pass
-
-Array = NDArray[np.float64]
 
 
 BAR, LEDGER = 1e-8, 1e-9

@@ -22,7 +22,6 @@ from functools import partial
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.paths.history import History
 from studies.hysteresis import figures as hysteresis_figures
@@ -34,8 +33,8 @@ from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import aligned
+from studies.shared.types import Array, Table
 
-Array = NDArray[np.float64]
 _NIL = 1e-8  # of the scale, printed as 0
 _COARSE = 18  # steps of a loop of the map
 
@@ -131,12 +130,12 @@ def featured(record: Record) -> History:
     )
 
 
-def table(record: Record) -> tuple[list[str], list[list[object]]]:
+def table(record: Record) -> Table:
     """A row per loop: every number simulated, in closed form, and its relative error. SI."""
     names = [form.name.replace(" ", "_") for form in record.loops[0].forms]
     columns = [f"{name}{end}" for name in names for end in ("", "_closed_form", "_error")]
     given = ["indenter", "gamma1", "w", "control", "machine_stiffness"]
-    rows: list[list[object]] = []
+    rows = []
     for loop in record.loops:
         history, scene = loop.history, loop.history.scene
         forms = [v for f in loop.forms for v in (f.simulated, f.closed_form, f.error)]
@@ -146,9 +145,9 @@ def table(record: Record) -> tuple[list[str], list[list[object]]]:
     return [*given, *columns, "work", "dissipated", "imbalance"], rows
 
 
-def map_table(record: Record) -> tuple[list[str], list[list[object]]]:
+def map_table(record: Record) -> Table:
     """A row per loop of the maps."""
-    rows: list[list[object]] = [
+    rows = [
         [found.shape, across, up, found.area[i, j], found.error[i, j]]
         for found in record.maps
         for j, across in enumerate(found.across)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from studies.pull_off.record import Curve
 from studies.shared import loops
 from studies.shared.loops import SIZE, WORK
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 _NIL = 1e-8
 
 

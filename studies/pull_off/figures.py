@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energy.units import prefixed
 from studies.pull_off.record import Curve
 from studies.shared import loops
 from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas, plain_ticks
 from studies.shared.loops import LAYER, SIZE
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 LAWS = {"flat punch": "Eq. (23)", "wedge": "Eq. (30), then 0", "parabola": "parabola law"}
 _DENSE = 200
 

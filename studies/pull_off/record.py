@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energy import Scene
 from studies.shared import loops
+from studies.shared.types import Array
 
 if TYPE_CHECKING:
     pass
-
-Array = NDArray[np.float64]
 
 
 class State(NamedTuple):

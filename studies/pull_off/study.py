@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from discretization import minimise
@@ -38,8 +37,8 @@ from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE
 from studies.shared.table import aligned
+from studies.shared.types import Table
 
-Array = NDArray[np.float64]
 BAR = 1e-8
 
 
@@ -135,12 +134,12 @@ def plot(curves: Sequence[Curve]) -> dict[str, Figure]:
     }
 
 
-def table(curves: Sequence[Curve]) -> tuple[list[str], list[list[object]]]:
+def table(curves: Sequence[Curve]) -> Table:
     """Columns and a row per scene, SI; `global_*` for the flat punch."""
     names = ["indenter", "l_over_b", "gamma1", "w", "force", "depth", "half_width"]
     names += [f"{name}_closed_form" for name in State._fields]
     names += ["global_force", "global_depth", "global_force_closed_form", "error"]
-    rows: list[list[object]] = []
+    rows = []
     for curve in curves:
         for pull in curve.pulls:
             given = (curve.shape, pull.ratio, pull.scene.gamma1, pull.scene.work_of_adhesion)

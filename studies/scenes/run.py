@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from discretization import Equilibrium, minimise, plots
-from discretization.paths import display
+from discretization import Equilibrium, display, minimise, plots
+from discretization.equilibrium import QUANTITIES
+from discretization.paths import display as of_path
 from discretization.plots import canvas
 from energy import Assumption, Scene
 from energy.description import described
@@ -36,10 +36,8 @@ from studies.scenes.sweep import study as sweep
 from studies.shared import command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, GREY, ORANGE
+from studies.shared.types import Table
 
-Array = NDArray[np.float64]
-OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
-ERRORS = ("half_width", "force", "energy")
 CONVENTIONS = (
     "units: SI, per unit length of the line contact: depth and half_width in m, force in N/m, "
     "energy in J/m, contact_angle in rad; error_* are estimated errors in these units; inf: the "
@@ -114,7 +112,7 @@ def solved(given: SceneFile, depth: float) -> Equilibrium:
 
 def row(state: Equilibrium) -> str:
     """One line of the table on the screen, in SI units."""
-    values = [f"{getattr(state, name):>13.6g}" for name in OBSERVABLES]
+    values = [f"{getattr(state, name):>13.6g}" for name in display.OBSERVABLES]
     error = max(state.error_estimate.values())
     violated = ", ".join(one.name for one in broken(state))
     verdict = f"  violated: {violated}" if violated else ""
@@ -137,9 +135,9 @@ def summary(record: Record) -> str:
     return f"\n{text}\n{record.worst}"
 
 
-def table(record: Record) -> tuple[list[str], list[list[str]]]:
+def table(record: Record) -> Table:
     """Columns and a row per depth."""
-    columns = [*OBSERVABLES, *(f"error_{name}" for name in ERRORS)]
+    columns = [*display.OBSERVABLES, *(f"error_{name}" for name in QUANTITIES)]
     rows = [[*(repr(s.to_dict()[name]) for name in columns), s.label] for s in record.states]
     return [*columns, "label"], rows
 
@@ -229,7 +227,7 @@ def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
 def response(given: SceneFile, out: command.Output) -> list[Path]:
     """Follow, print and write the load path of the file; the files written."""
     history = scene_path.follow(given)
-    print(display.text(history, si=True))
+    print(of_path.text(history, si=True))
     name = f"{given.path.stem}_path"
     head = out.header(given.options)
     written = out.at(f"{name}.csv")

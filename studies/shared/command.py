@@ -6,7 +6,7 @@ import argparse
 import os
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,9 +14,9 @@ from typing import Any, TypeVar
 from studies import TIMED
 from studies.shared import figures, table
 from studies.shared.figures import Figure
+from studies.shared.types import Show as Show
 
 P = TypeVar("P")
-Show = Callable[[str], object]
 
 
 def parser(

@@ -15,14 +15,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.loading import load_path
 from discretization.paths.events import Event
 from discretization.paths.history import History
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
 
-Array = NDArray[np.float64]
 LAYER = ElasticLayer(E=300.0, nu=0.4, h=10e-6)  # Pa, 1, m: a very soft gel
 WORK = 1e-4  # N/m
 SIZE = 50e-6  # m

@@ -55,6 +55,12 @@ class Case:
         return float(law(self.scene.work_of_adhesion, self.scene.gamma1))
 
 
+def in_turn(rng: np.random.Generator, i: int) -> Case:
+    """Case number i: small and finite slopes in turn, and every shape."""
+    draw = random_steep_case if i % 2 else random_case
+    return draw(rng, SHAPES[i // 2 % len(SHAPES)])
+
+
 def random_case(rng: np.random.Generator, shape: str) -> Case:
     """A state of the adhered branch with a/l in 0.03..30 and δ₀/l in 0.01..1 in random units."""
     length, stress = 10.0 ** rng.uniform(-4, 4, 2)

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from discretization import AccuracyWarning, Equilibrium, minimise
 from discretization.lattice.state import on_lattice
 from energy import Scene
-
-Array = NDArray[np.float64]
+from studies.shared.types import Array
 
 
 class Mesh(ABC):

@@ -26,6 +26,7 @@ from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
 from studies.shared.table import aligned
+from studies.shared.types import Table
 from studies.verify import curves
 from studies.verify import figures as verify_figures
 from studies.verify.checks import CHECKS, Check
@@ -199,13 +200,13 @@ def _row(result: Result) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def table(record: Record) -> tuple[list[str], list[list[object]]]:
+def table(record: Record) -> Table:
     """Columns and a row per check, with the error of every level."""
     names = ["equation", "what", "unit", "simulated", "closed_form", "error", "bar", "order"]
     names += ["order_low", "order_high", "fitted_error", "fitted_bar", "lattice_only"]
     names += ["passed", "seconds", "note"]
     names += [f"error_{n}" for n in record.parameters.cells]
-    rows: list[list[object]] = []
+    rows = []
     for r in record.results:
         item, band = r.check, r.check.order or ("", "")
         equation = " ".join(map(str, item.equations))

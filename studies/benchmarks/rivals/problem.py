@@ -17,13 +17,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from discretization import Lattice
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 RADIUS = 10.0
 
 

@@ -59,6 +59,7 @@ from studies.benchmarks.stress.verdicts import (
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
+from studies.shared.types import Table
 
 REASON = 120  # characters
 UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre
@@ -224,7 +225,7 @@ def refusals(trials: Sequence[Trial]) -> Counter[str]:
     return Counter(f"{note[:REASON]} …" for note in told)
 
 
-def table(trials: Sequence[Trial]) -> tuple[list[str], list[list[object]]]:
+def table(trials: Sequence[Trial]) -> Table:
     """Columns and a row per trial."""
     names = ["digits_half_width", "digits_force", "digits_energy", "excess", "verdict", "note"]
     return ["grid", "shape", "x", "y", *names], [[*t[:4], *t.digits, *t[5:]] for t in trials]

@@ -18,8 +18,8 @@ from studies.scenes.fit.force_curve import Curve, in_contact, noise
 from studies.scenes.fit.model import DEFAULT, Model, conditioning, minimum
 from studies.scenes.fit.quality import Quality, judged
 from studies.shared.batches import Progress, each
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
 CONFIDENCE = 0.95
 LOOSE, CONDITION = 1.0, 100.0

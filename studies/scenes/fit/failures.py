@@ -25,6 +25,7 @@ from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import DEFAULT, parameters_of, scene_with
 from studies.scenes.fit.quality import Quality
 from studies.shared.batches import Progress, each, tell
+from studies.shared.types import Table
 
 KINDS = ("good", "sign", "zero", "hysteresis", "level")
 MISTAKEN = 0.05  # of the good curves may be called
@@ -148,9 +149,7 @@ def told(record: Record) -> str:
     return "\n".join(lines)
 
 
-def table(record: Record) -> tuple[list[str], list[list[object]]]:
+def table(record: Record) -> Table:
     """Columns and a row per curve."""
-    rows: list[list[object]] = [
-        [one.kind, one.number, *one.quality, one.called] for one in record.outcomes
-    ]
+    rows = [[one.kind, one.number, *one.quality, one.called] for one in record.outcomes]
     return ["kind", "curve", "residual_over_noise", "runs", "zero", "called"], rows

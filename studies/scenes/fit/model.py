@@ -16,8 +16,8 @@ from discretization import NotCertifiedError, load_path
 from discretization.paths.fitted_branch import FittedBranch
 from energy import Scene, SurfaceEnergies
 from studies.scenes.fit.force_curve import Curve, Mark, contacts, in_contact, marks, noise
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
 STRIDE = 1e-4  # of the difference quotients, relative to the parameters' scales

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from studies.shared.types import Array
+
 TIMES = 2.0  # residual over noise: found between 0.5 and 1.4 where the model is right
 RUNS = -3.5  # standard deviations below the mean number of runs: one in 4000 curves of pure noise
 ZERO = 4.5  # standard errors that the mean force out of contact may be off zero

@@ -52,9 +52,10 @@ from studies.scenes.fit.model import DEFAULT, NAMES
 from studies.scenes.fit.trial_record import SCENE
 from studies.shared import command
 from studies.shared.batches import tell
+from studies.shared.types import Table
 
 
-def table(found: Fit) -> tuple[list[str], list[tuple[float, ...]]]:
+def table(found: Fit) -> Table:
     """Depth, force, fitted force and residual; nan where the point took no part."""
     fitted = np.full(found.curve.force.shape, math.nan)
     fitted[found.used] = found.fitted

@@ -18,6 +18,7 @@ from studies.scenes.fit.model import parameters_of, scene_with
 from studies.scenes.fit.trial_record import NEEDED, Parameters, Record, Trial
 from studies.shared.batches import Progress, each, tell
 from studies.shared.command import Output
+from studies.shared.types import Table
 
 
 def clean_curve(p: Parameters) -> Curve:
@@ -82,9 +83,9 @@ def told(record: Record) -> str:
     return "\n".join([count, *lines, f"needed: {NEEDED:.0%}"])
 
 
-def table(record: Record) -> tuple[list[str], list[list[object]]]:
+def table(record: Record) -> Table:
     """Columns and a row per trial and parameter, SI."""
-    rows: list[list[object]] = [
+    rows = [
         [
             number,
             name,

@@ -12,8 +12,8 @@ from energy.units import Unit, prefixed
 from studies.scenes.grid import UNITS, Value
 from studies.scenes.sweep.record import Record
 from studies.shared.figures import BLUE, GREY, Figure, canvas, shades
+from studies.shared.types import Array
 
-Array = NDArray[np.float64]
 CONVENTIONS = (
     "units: SI, per unit length of the line contact: lengths in m, forces in N/m, energies in J/m, "
     "angles in rad; error_* are estimated errors in these units, nan where the lattice does not "

@@ -43,6 +43,7 @@ from studies.scenes.sweep.store import Store
 from studies.shared import command
 from studies.shared.batches import Progress, processes, tell
 from studies.shared.table import versions
+from studies.shared.types import Table
 
 
 def sweep(
@@ -86,7 +87,7 @@ def sweep(
     return Record(grid, tuple(results[at] for at in range(len(grid))))
 
 
-def table(record: Record) -> tuple[list[str], list[list[object]]]:
+def table(record: Record) -> Table:
     """Columns and a row for each point in the order of the grid; errors in the last column."""
     columns = list(dict.fromkeys(name for r in record.results for name in r.get("found", {})))
     keys, rows = [axis.key for axis in record.grid.axes], []
