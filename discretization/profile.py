@@ -131,7 +131,8 @@ def _window(scene: Scene, depth: float) -> tuple[float, float]:
         low = float(x[int(np.argmin(f))])
         level = _level(scene, depth, float(f.min()))
         clear = all(
-            end == limit or f[i] > level for i, end, limit in zip((0, -1), ends, (lo, hi), strict=True)
+            end == limit or f[i] > level
+            for i, end, limit in zip((0, -1), ends, (lo, hi), strict=True)
         )
         if abs(low - start) <= half / 2 and clear:
             return ends

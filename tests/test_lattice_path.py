@@ -9,7 +9,16 @@ from scenes import adhesive, rippled
 from discretization import History, NotCertifiedError, load_path, minimise
 from discretization.lattice.state import on_lattice
 from discretization.paths.lattice_branch import LatticeBranch
-from energy import FlatPunch, Parabola, Patches, Sampled, SurfaceEnergies, Wedge
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Patches,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
 
 SPACING = 1e-5
 RIPPLED = rippled(0.02, 0.002, 1e-5)
@@ -222,3 +231,47 @@ def test_a_path_does_not_continue_from_a_wrong_state(pattern):
     for links in (-1, 1):
         with pytest.raises(NotCertifiedError, match="neighbours"):
             branch.certify(state._replace(right=state.right + links), 1e-3)
+
+
+def one_sided(factors=(0.0, 1.0), edges=(0.05,)):
+    """A parabola that adheres on one side only, with k = 1."""
+    layer, surfaces = ElasticLayer(1, 0.0, 1.0), SurfaceEnergies.from_work(0.01, 0.00125)
+    return Scene(layer, surfaces, Parabola(1.0), pattern=Patches(edges, factors))
+
+
+def test_a_line_crosses_the_apex_where_nothing_holds_it():
+    """On the bare side d = f - l |f'|; from x = 0.05 on adhesion holds the line."""
+    h = 1e-4
+    depths = [0.02, -0.002, -0.01, -0.04]
+    path = load_path(one_sided(), depths=depths, method="lattice", spacing=h)
+    left, right = path.contacts[:, 0], path.contacts[:, 1]
+    bare = 0.1 - np.sqrt(0.1**2 - 2 * 0.002)  # x²/2 - l x = d
+    assert left[1] == pytest.approx(bare, abs=h / 10)
+    assert left[2:] == pytest.approx([0.05, 0.05], abs=h)
+    u = depths[3] - np.array([left[3], right[3]]) ** 2 / 2
+    springs = depths[3] * (right[3] - left[3]) - (right[3] ** 3 - left[3] ** 3) / 6
+    assert path.force[3] == pytest.approx(springs + 0.1 * u.sum(), rel=1e-3)
+    assert path.force[3] == pytest.approx(-0.00937, abs=2e-5)
+    whole = load_path(one_sided(), depths=[*depths, -0.2], method="lattice", spacing=h)
+    assert whole.work() == pytest.approx(whole.dissipated, rel=1e-12, abs=0)
+    tilted = replace(one_sided(), pattern=Patches([-0.05], [1.0, 0.0]))
+    other = load_path(tilted, depths=depths, method="lattice", spacing=h)
+    assert other.contacts[:, ::-1] == pytest.approx(-path.contacts, abs=1e-12)
+
+
+def test_a_line_left_at_the_apex_does_not_pass():
+    branch = LatticeBranch.of(one_sided(), 1e-4, 0.02)
+    state = branch.follow(branch.follow(None, 0.02), -0.04)
+    assert state.left == -500
+    branch.certify(state, -0.04)
+    with pytest.raises(NotCertifiedError, match="neighbours"):
+        branch.certify(state._replace(left=0), -0.04)
+
+
+def test_a_contact_that_would_open_on_a_bare_patch_is_refused():
+    """It is pulled there, with a contact on either side: one contact cannot follow that."""
+    scene = one_sided((1.0, 0.0, 1.0), (0.05, 0.1))
+    with pytest.raises(NotCertifiedError, match="opening"):
+        load_path(scene, depths=[0.02, -0.02], method="lattice", spacing=1e-3)
+    whole = replace(scene, pattern=Patches((0.05, 0.1), (1.0, 0.5, 1.0)))
+    load_path(whole, depths=[0.02, -0.02], method="lattice", spacing=1e-3)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import adhesive
+from truth.scenes import case_of
 
 from discretization import History, NodalEnergy, load_path
 from discretization.lattice.many_contacts import ManyContacts
@@ -171,3 +172,34 @@ def test_a_path_of_many_contacts_is_saved_and_continued(path, tmp_path):
     assert again.force.tobytes() == path.force.tobytes()
     assert again.half_width.tobytes() == path.half_width.tobytes()
     assert len(again.events) == len(path.events)
+
+
+@pytest.mark.parametrize("seed", [19, 241, 530, 1861, 1953])
+def test_contacts_on_ripples_a_few_nodes_long_come_to_rest(seed):
+    """Where a line that has passed a link would penetrate another node, they once did not."""
+    case = case_of("small", seed)
+    scene, rng = case.scene, np.random.default_rng(seed)
+    height = scene.indenter.height(np.linspace(*scene.indenter.extent, 4001)).min()
+    for _ in range(8):
+        top = height + scene.critical_separation * rng.uniform(0.5, 3)
+        least = height - 1.3 * scene.critical_separation
+        depths = np.r_[np.linspace(height, top, 20), np.linspace(top, least, 40)]
+        spacing = case.feature / rng.uniform(6, 10)
+        path = load_path(scene, depths=depths, method="lattice", spacing=spacing)
+        size = max(abs(path.dissipated), float(np.ptp(path.energy)))
+        assert abs(path.work() - path.dissipated) <= 1e-10 * size or path.half_width[-1] > 0
+
+
+def test_pressed_contacts_do_not_depend_on_the_steps():
+    """To a depth at once or in small steps: the same contacts."""
+    for seed in range(12):
+        case = case_of("small", seed)
+        f = case.scene.indenter.height(np.linspace(*case.scene.indenter.extent, 4001))
+        top = float(f.min()) + case.scene.critical_separation
+        branch = ManyContacts.of(case.scene, case.feature / 8, top)
+        if branch.f.size > 20000:
+            continue
+        state = branch.follow(None, branch.touch)
+        for depth in np.linspace(branch.touch, top, 40):
+            state = branch.follow(state, float(depth))
+        assert branch.follow(None, top) == state

@@ -79,3 +79,38 @@ def test_the_surface_touches_the_first_node_in_its_way(seed, left, right):
     held = tuple(sorted(held))
     (change,) = recedes(rules, held, held.index((node, node)))
     assert change.depth < depth
+
+
+def test_a_line_waits_where_a_node_would_be_penetrated_once_it_has_passed():
+    """The energies compared are those with that node held: no adhesion of it counts."""
+    waits = 0
+    for seed in range(800):
+        rules = case(seed, ell=2.0)
+        alone, depth = rules.passes(12, 1, None), rules.advances(12, 1, None)
+        if not depth > alone + 1e-9 or depth == np.inf:
+            assert depth >= alone
+            continue
+        assert energy(rules, [(6, 13)], depth)[2].min() < -1e-9
+        before, size, clear = energy(rules, [(6, 12)], depth)
+        if clear[:6].min() < -1e-9:  # the other side does not wait
+            continue
+        nodes, part = rules._held(13, None, depth), [(6, 13)]
+        after, _, over = energy(rules, sorted([*part, *((n, n) for n in nodes)]), depth)
+        links = sum(n + 1 in (*nodes,) for n in (13, *nodes))  # which adhere, but do not count
+        work = rules.lattice.w * rules.lattice.spacing
+        assert over[14:].min() >= -1e-12
+        assert abs(after + links * work - before) <= 1e-9 * size
+        waits += 1
+    assert waits >= 6
+
+
+def test_both_lines_of_a_gap_pass_a_link_at_once():
+    f = np.abs(np.arange(NODES) - 15.0) * -0.0023  # a re-entrant corner in the middle of the gap
+    rules = Rules(lattice(4.0, w=2e-3), f + 0.3)
+    for left, right in ((13, 17), (12, 18), (11, 19)):
+        depth = rules.passes_both(left, right)
+        equal(rules, [(6, left), (right, 24)], [(6, left + 1), (right - 1, 24)], depth)
+    assert rules.passes_both(13, 17) < min(rules.passes(13, 1, 17), rules.passes(17, -1, 13))
+    depth = rules.passes_both(14, 17)
+    equal(rules, [(6, 14), (17, 24)], [(6, 24)], depth)
+    assert rules.passes_both(14, 16) == np.inf  # there one node closes the gap

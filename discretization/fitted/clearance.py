@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.roots import bracketed
-from discretization.fitted.surfaces import Line, Surfaces
+from discretization.fitted.surfaces import At, Surfaces
 from discretization.profile import Resolved
 
 Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ class Clearance:
     profile: Resolved
     surfaces: Surfaces
 
-    def least(self, left: Line | None, right: Line | None, depth: float) -> tuple[float, float]:
+    def least(self, left: At | None, right: At | None, depth: float) -> tuple[float, float]:
         """The least v between two lines, and where; a line that is None is infinitely far away.
 
         Read at the samples; between two of them, where v' changes sign, at the minimum of the cubic
@@ -47,9 +47,11 @@ class Clearance:
                 return float(low[j]), float(z[i] + v1[i] / (v1[i] - v1[i + 1]) * (z[i + 1] - z[i]))
         return best, place
 
-    def _near(self, left: Line | None, right: Line | None, depth: float) -> Array:
-        """x, f and f' of the samples between two lines that are low enough: v >= f - max(d, f_line)."""
-        ends = [line.x if line is not None else end * math.inf for end, line in ((-1, left), (1, right))]
+    def _near(self, left: At | None, right: At | None, depth: float) -> Array:
+        """x, f and f' of the samples between two lines that are low: v >= f - max(d, f_line)."""
+        ends = [
+            line.x if line is not None else end * math.inf for end, line in ((-1, left), (1, right))
+        ]
         own = self.profile.beyond(*ends)
         f = self.profile.f[own]
         low = f <= max([depth, *(line.f for line in (left, right) if line is not None)])
@@ -60,8 +62,8 @@ class Clearance:
 
     def _bottom(
         self,
-        left: Line | None,
-        right: Line | None,
+        left: At | None,
+        right: At | None,
         depth: float,
         start: float,
         end: float,
@@ -70,7 +72,9 @@ class Clearance:
         indenter = self.profile.indenter
 
         def inclined(z: float) -> float:
-            return float(self.surfaces.shape(np.array(z), left, right, depth)[1] + indenter.slope(z))
+            return float(
+                self.surfaces.shape(np.array(z), left, right, depth)[1] + indenter.slope(z)
+            )
 
         place = bracketed(inclined, start, end)
         u = float(self.surfaces.shape(np.array(place), left, right, depth)[0])

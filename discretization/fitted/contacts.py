@@ -20,7 +20,6 @@ from discretization.fitted.quadrature import Interval, refined
 from energy import Indenter
 
 Array = NDArray[np.float64]
-_TIE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,16 +55,6 @@ class FittedContacts:
         for i, (q, p) in enumerate(self.gaps):
             sums[i, 1], sums[i + 1, 0] = own.reactions(q.x, p.x)
         return sums
-
-    @property
-    def pulled(self) -> NDArray[np.bool_]:
-        """Which contacts are a point, which does not adhere, and are pulled (m,)."""
-        lone, pull = self.x[:, 0] == self.x[:, 1], self.reactions.sum(axis=1)
-        size = (
-            np.abs(self.reactions).sum(axis=1)
-            + self.problem.lift / self.problem.scene.elastocapillary_length
-        )
-        return lone & (pull < -_TIE * size)
 
 
 def fitted_contacts(problem: Problem, motion: Motion, lines: Lines) -> FittedContacts:

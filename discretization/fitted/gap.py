@@ -37,7 +37,7 @@ FAR = 20.0  # half a gap whose lines are independent: exp(-2 FAR) is below round
 
 
 class Modes(NamedTuple):
-    """Modes of the inner nodes of an element [-1, 1]: λ and c² of the even ones, λ and b² of odd."""
+    """Modes of the inner nodes of an element [-1, 1]: λ and c² if even, λ and b² if odd."""
 
     even: tuple[Array, Array]
     odd: tuple[Array, Array]
@@ -66,7 +66,7 @@ class Piece(NamedTuple):
 
     @property
     def doubled(self) -> Piece:
-        """Two such parts in a row: σ + τσ/(σ+τ) and τ²/(2(σ+τ)), which add positive numbers only."""
+        """Two such parts in a row: σ + τσ/(σ+τ) and τ²/(2(σ+τ)), sums of positive numbers."""
         share = self.tie / (self.ground + self.tie)
         return Piece(self.ground + share * self.ground, share * self.tie / 2)
 
@@ -83,7 +83,10 @@ def _share(values: Array, parts: Array, square: Any) -> Any:
     """Σ c² η²/(λ + η²)."""
     if isinstance(square, np.ndarray) and square.ndim:
         return parts @ (square / (values[:, None] + square))
-    return sum(part * (square / (value + square)) for value, part in zip(values.tolist(), parts.tolist(), strict=True))
+    return sum(
+        part * (square / (value + square))
+        for value, part in zip(values.tolist(), parts.tolist(), strict=True)
+    )
 
 
 def piece(degree: int, length: Any) -> Piece:

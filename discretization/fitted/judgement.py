@@ -2,12 +2,13 @@
 
 The conditions of ../certificate.py for lines that move continuously:
 
-    penetration   max (g - u)/δ between the contacts and beyond them, at knots, corners and points
-                  half a node of the topology's lattice apart, the least ones refined; and the
-                  kink r of the surface at every line is no passage through the indenter
+    penetration   max (g - u)/δ between the contacts and beyond them, at the samples that resolve
+                  the profile and at the extremes between them; and the kink r of the surface at
+                  every line is no passage through the indenter
     stationarity  residual of the free nodes, and of the energy's derivative by the gap
-    opening       no corner in contact is torn open, -[f'] <= 2√(2w/γ₁) (or angles); a contact of one point,
-                  which does not adhere, is not pulled; w = 0: kg + γ₁f'' >= 0 everywhere in contact
+    opening       no corner in contact is torn open, -[f'] <= 2√(2w/γ₁) (or angles); a contact of
+                  one point, which does not adhere, is not pulled; w = 0: kg + γ₁f'' >= 0
+                  everywhere in contact
     neighbours    every drive is zero, or of the signs that pin the line; the energy of the lines,
                   those of a gap together, has a positive second variation
     force         dU/dd against k∫u dx
@@ -31,6 +32,8 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _ASIDE = 1e-9
+_INSIDE = 1e-3  # of an interval: how far from its ends, which may be corners, slopes are read
+_ULPS = 4.0  # roundings of a position, within which a line is where it is
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _REFINEMENTS = 45
 _NEAR = 4.0
@@ -62,15 +65,26 @@ def certify(
 
 
 def _drives(contacts: FittedContacts, aside: float) -> list[tuple[FittedLine, float, float]]:
-    """Every line with its drive, the slope at corners read inside and outside of it."""
+    """Every line with its drive just inside and just outside of it.
+
+    By the rounding of its position; at a corner, the slope is read on either side.
+    """
     problem, own, found = contacts.problem, Gap(contacts.problem), []
+
+    def beside(side: int, line: FittedLine) -> list[tuple[float, float]]:
+        step = 0.0 if line.pinned else _ULPS * float(np.spacing(abs(line.x)))
+        lo, hi = problem.scene.indenter.extent
+        moved = (min(max(line.x + s * side * step, lo), hi) for s in (-1, 1))
+        return [(x, s * aside * line.pinned) for x, s in zip(moved, (-1, 1), strict=True)]
+
     for side, line in contacts.outer:
-        near, far = (problem.drive(side, line.x, s * aside * line.pinned) for s in (-1, 1))
+        near, far = (problem.drive(side, *at) for at in beside(side, line))
         found.append((line, near, far))
     for q, p in contacts.gaps:
-        for side, line in ((1, q), (-1, p)):
-            near, far = (own.drive(side, q.x, p.x, s * aside * line.pinned) for s in (-1, 1))
-            found.append((line, near, far))
+        near, far = (own.drive(1, x, p.x, away) for x, away in beside(1, q))
+        found.append((q, near, far))
+        near, far = (own.drive(-1, q.x, x, away) for x, away in beside(-1, p))
+        found.append((p, near, far))
     return found
 
 
@@ -150,9 +164,12 @@ def _stretched(problem: Problem, points: Array, left: float, right: float) -> fl
     x = x[np.append(True, np.diff(x) > 1e-9 * scene.elastocapillary_length)]
     if x.size < 2:
         return 0.0
-    slope = indenter.slope(x[:-1] + 1e-3 * np.diff(x)), indenter.slope(x[1:] - 1e-3 * np.diff(x))
-    slope = [part / np.sqrt(1 + part * part) if scene.slopes == "finite" else part for part in slope]
-    bend = (slope[1] - slope[0]) / (0.998 * np.diff(x))
+    away = _INSIDE * np.diff(x)
+    slope = [np.asarray(indenter.slope(at)) for at in (x[:-1] + away, x[1:] - away)]
+    slope = [
+        part / np.sqrt(1 + part * part) if scene.slopes == "finite" else part for part in slope
+    ]
+    bend = (slope[1] - slope[0]) / ((1 - 2 * _INSIDE) * np.diff(x))
     g = problem.depth - indenter.height(x)
     stress = scene.stiffness * (g[1:] + g[:-1]) / 2 + scene.gamma1 * bend
     return float(-stress.min())

@@ -152,8 +152,8 @@ def refined(
 class _Panels(NamedTuple):
     """Panels between ends (n, 2): integrals (5, n) by the more points of these orders.
 
-    apart (2, n): what energy and force by fewer points, and of the whole, are off by; errors (2, n):
-    these, or a part of what they were before the panel was halved; weakest (n,): the least g.
+    apart (2, n): what energy and force by fewer points, and of the whole, are off by; errors
+    (2, n): these, or a part of what they were before the panel was halved; weakest (n,): least g.
     """
 
     ends: Array

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.fitted.bubbles import parted
-from discretization.fitted.contacts import FittedContacts, fitted_contacts, totals
+from discretization.fitted.contacts import fitted_contacts, totals
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.lines import Problem
 from discretization.fitted.motion import Lines, Motion
@@ -106,7 +106,8 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
     spacing, least = coarsest(scene, profile), float(np.ptp(profile.x)) / _MOST_NODES
     beside = _BESIDE * scene.critical_separation
     for i in range(_FINER):
-        lattice, found = Lattice.of(scene, max(spacing / 2**i, least)), {()}
+        lattice = Lattice.of(scene, max(spacing / 2**i, least))
+        found: set[Lines] = {()}
         for at in (depth - beside, depth, depth + beside):
             nodes, _ = lowest_contacts(scene, at, lattice, "lattice", False)
             near = parted(scene, at, np.asarray(lattice.x(nodes.astype(float))))
@@ -140,7 +141,8 @@ def coarsest(scene: Scene, profile: Resolved) -> float:
 
 def _turns(x: Array, slope: Array, least: float) -> list[float]:
     """Where a slope turns round, having changed and then changing back by more than `least`."""
-    found, low, high, way = [], 0, 0, 0
+    found: list[float] = []
+    low, high, way = 0, 0, 0
     for i, value in enumerate(slope.tolist()):
         low, high = (i if value < slope[low] else low), (i if value > slope[high] else high)
         if way >= 0 and slope[high] - value > least:

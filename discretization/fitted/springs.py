@@ -88,11 +88,17 @@ def _below(profile: Resolved, level: float) -> Array:
         if not 0 <= outside < x.size:
             return float(x[inside])
         above = float(profile.f[inside]) == level
-        return float(x[inside]) if above else bracketed(
-            lambda at: float(indenter.height(at)) - level, float(x[inside]), float(x[outside])
+        return (
+            float(x[inside])
+            if above
+            else bracketed(
+                lambda at: float(indenter.height(at)) - level, float(x[inside]), float(x[outside])
+            )
         )
 
-    ends = [(line(i, i - 1), line(j, j + 1)) for i, j in zip(first.tolist(), last.tolist(), strict=True)]
+    ends = [
+        (line(i, i - 1), line(j, j + 1)) for i, j in zip(first.tolist(), last.tolist(), strict=True)
+    ]
     return np.array(ends)
 
 
@@ -105,7 +111,7 @@ def _judged(
     lift: float,
     found: Interval,
 ) -> Certificate:
-    """penetration: of free springs; opening: no spring is held beyond δ₀; neighbours: lines at the level."""
+    """penetration: of free springs; opening: none is held beyond δ₀; neighbours: of lines."""
     free = np.searchsorted(lines.ravel(), profile.x) % 2 == 0
     free &= ~np.isin(profile.x, lines)
     through = float((depth - profile.f[free]).max(initial=0.0)) / lift
@@ -124,7 +130,9 @@ def _errors(
     fine: Interval,
 ) -> dict[str, float]:
     """Rounding of the heights times the condition of the lines, and the quadrature."""
-    height, slope = (np.asarray(part(lines), float) for part in (scene.indenter.height, scene.indenter.slope))
+    height, slope = (
+        np.asarray(part(lines), float) for part in (scene.indenter.height, scene.indenter.slope)
+    )
     size = np.abs(height) + abs(depth)
     width = float(np.diff(lines, axis=1).sum())
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -144,7 +152,7 @@ def _passed(state: Equilibrium) -> Equilibrium:
     """The state. NotCertifiedError if its certificate failed."""
     if not state.certificate.ok:
         raise NotCertifiedError(
-            f"the springs at depth = {state.depth!r} violate {', '.join(state.certificate.failures)} "
-            f"({state.certificate})"
+            f"the springs at depth = {state.depth!r} violate "
+            f"{', '.join(state.certificate.failures)} ({state.certificate}); try another depth"
         )
     return state

@@ -1,8 +1,8 @@
 """The first place on a way along the profile where a function is no longer negative.
 
 The function is read at the samples of the resolved profile, at corners on either side, until it is.
-Between samples a maximum is looked for wherever one could reach 0, so that a stop is not missed next
-to where it disappears.
+Between samples a maximum is looked for wherever one could reach 0, so that a stop is not missed
+next to where it disappears.
 """
 
 from __future__ import annotations
@@ -48,8 +48,7 @@ class Stop(NamedTuple):
 def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> Stop | None:
     """First x from `start` to `limit` (itself left out) with h >= 0; None if there is none."""
     side = 1 if limit > start else -1
-    f, f1 = profile.at(start, side)
-    value = h(start, f, f1)
+    value = float(h(start, *profile.at(start, side)))
     if value >= 0:
         return Stop(start, start, None)
     last = np.array([start, start]), np.array([-math.inf, value])
@@ -72,7 +71,9 @@ def _blocks(profile: Resolved, start: float, limit: float, side: int) -> Iterato
         first, size = first + size, 4 * size
     rest = columns[:, first:]
     if math.isfinite(limit):
-        rest = _with_more(profile, rest, start if first == 0 else float(columns[0, first - 1]), limit)
+        rest = _with_more(
+            profile, rest, start if first == 0 else float(columns[0, first - 1]), limit
+        )
     if rest.size:
         yield tuple(rest)
 
@@ -99,8 +100,7 @@ def _among(profile: Resolved, h: Function, x: Array, values: Array) -> Stop | No
         if top is not None:
             if abs(top - before) > abs(x[i] - before):
                 before = float(x[i])
-            read = functools.partial(bracketed, _read(profile, h), before, top)
-            return Stop(before, top, read)
+            return Stop(before, top, functools.partial(bracketed, _read(profile, h), before, top))
     if not stops.size:
         return None
     inside, outside = float(x[end - 1]), float(x[end])
@@ -134,7 +134,10 @@ def _peaks(x: Array, values: Array) -> list[int]:
     apart[:-1] = np.maximum(apart[:-1], steps[2:])  # a start may be as high as what follows
     top = (middle >= values[:-2]) & (middle >= values[2:]) & (middle < 0)
     top &= middle + _NEAR * apart >= 0
-    start, corner = np.isinf(values[:-2]), np.diff(x) == 0  # nothing lies between a corner and itself
+    start, corner = (
+        np.isinf(values[:-2]),
+        np.diff(x) == 0,
+    )  # nothing lies between a corner and itself
     top &= (start | ~corner[:-1]) & ~corner[1:]
     return (np.flatnonzero(top) + 1).tolist()
 

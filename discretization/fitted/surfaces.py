@@ -2,13 +2,13 @@
 
 A line rests at x at the depth D(x) at which ∂U/∂x = 0. On the mesh ∂U/∂x = γ₁/2 r² - w with
 r = f' - S/γ₁ (lines.py), f' outwards of the contact and S the reaction of the free surface there.
-With small slopes S is linear in the depth: in units of l, with the stiffness s of a tail, and B and A
-of a gap (gap.py),
+With small slopes S is linear in the depth: in units of l, with the stiffness s of a tail, and B
+and A of a gap (gap.py),
 
     D = f + (f' - √(2w/γ₁))/s,       D = (f + f_other)/2 + (f' - √(2w/γ₁) - A (f_other - f)/2)/B.
 
-With finite slopes ∂U/∂x ∝ 2γ₁ sin²((β - φ)/2) - w, tan β = f', sin φ = S/γ₁: D = f + u of the tail that
-is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line.
+With finite slopes ∂U/∂x ∝ 2γ₁ sin²((β - φ)/2) - w, tan β = f', sin φ = S/γ₁: D = f + u of the tail
+that is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line.
 
 A line advances where D < d and recedes where D > d.
 """
@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,24 +34,24 @@ _UPRIGHT = 2e-8  # of the greatest displacement: so close to turning over no dou
 _NEWTON = 3
 
 
-class Line(Protocol):
-    """A contact line: its position and the height of the profile there."""
+class At(NamedTuple):
+    """Contact lines at x and the heights f of the profile there, numbers or arrays."""
 
-    x: float
-    f: float
+    x: Any
+    f: Any
 
 
 class Surfaces(Protocol):
     """Free surfaces beside contacts; a line that is None is infinitely far away."""
 
-    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: Line | None, w: float) -> Any:
+    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: float) -> Any:
         """D at x, numbers or arrays, with the height f and the slope f' there.
 
         side: +1 for a line whose contact is on its left; facing: the line beyond the free surface.
         """
 
     def shape(
-        self, z: Array, left: Line | None, right: Line | None, depth: float
+        self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
         """u and u' at positions between two lines."""
 
@@ -63,7 +63,7 @@ class SmallSurfaces:
     scene: Scene
     response: Response
 
-    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: Line | None, w: float) -> Any:
+    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: float) -> Any:
         """D: linear in the heights and the slope."""
         length = self.scene.elastocapillary_length
         excess = length * (side * f1 - math.sqrt(2 * w / self.scene.gamma1))
@@ -74,9 +74,9 @@ class SmallSurfaces:
         return f + rise + (excess - rise * odd) / even
 
     def shape(
-        self, z: Array, left: Line | None, right: Line | None, depth: float
+        self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
-        """Both parts of the surface beside z are condensed to it: u balances them, u' is their pull."""
+        """Both parts beside z are condensed to it: u balances them, u' is the pull of one."""
         length, tail = self.scene.elastocapillary_length, self.response.reactions[0]
         pull, stiff, from_left = 0.0, 0.0, (0.0, -tail)
         for side, line in ((-1, left), (1, right)):
@@ -104,7 +104,7 @@ class FiniteSurfaces:
     scene: Scene
     response: Response
 
-    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: Line | None, w: float) -> Any:
+    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: float) -> Any:
         """D: the inclination at rest is known, and the displacement that has it is solved for.
 
         The inclination is cut at ±π/2, where the surface would turn over.
@@ -135,7 +135,7 @@ class FiniteSurfaces:
         return pull
 
     def shape(
-        self, z: Array, left: Line | None, right: Line | None, depth: float
+        self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
         """The tail's polynomials, and the slope that its first integral gives its height."""
         line, other, side = (left, right, 1) if left is not None else (right, left, -1)
@@ -149,7 +149,7 @@ class FiniteSurfaces:
         slope = -side * u * np.sqrt(1 - u * u / 4) / np.maximum(1 - u * u / 2, 1e-9)
         return length * u, slope
 
-    def _refuse(self, other: Line | None) -> None:
+    def _refuse(self, other: At | None) -> None:
         if other is not None:
             raise SeveralContactsError(
                 "slopes = 'finite': the surface beside the contact meets the indenter again, and "

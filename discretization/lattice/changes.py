@@ -146,7 +146,8 @@ def recedes(rules: Rules, nodes: Nodes, i: int) -> Iterator[Change]:
         yield Change(depth, i, i + 1, (_moved(nodes[i], side, -1),), False)
     if right is not None and last > first and nodes[i + 1][1] > right:
         both = _moved(nodes[i], 1, -1), _moved(nodes[i + 1], -1, -1)
-        yield Change(rules.passes_both(last - 1, right + 1), i, i + 2, both, False)
+        depth = rules.recede_both(last, right)
+        yield Change(depth, i, i + 2, both, False)
     if last - first >= 2:
         depth, node = rules.tears(first, last)
         yield Change(depth, i, i + 1, ((first, node - 1), (node + 1, last)), True)

@@ -174,8 +174,13 @@ class Rules:
                 high = middle
         return high
 
+    def recede_both(self, left: int, right: int) -> float:
+        """Depth at which both lines of a span open a link at once, none of the nodes pressed."""
+        ends = left - 1, right + 1
+        return min(self.passes_both(*ends), self.touches(*ends)[0])
+
     def _clear(self, left: int | None, right: int | None, depth: float) -> bool:
-        """Whether the surface between two contact nodes (None: none there) is above the indenter."""
+        """Whether the surface between two contact nodes (None: none there) clears the indenter."""
         touch = self.touches(left, right)[0]
         return touch == math.inf or touch >= depth - self.tie(touch, depth)
 

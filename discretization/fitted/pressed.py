@@ -1,0 +1,184 @@
+"""One free surface as the depth grows: its lines advance, contacts begin in it, or it closes.
+
+The clearance v = u - g falls with the depth and with every point that comes into contact, and
+where v >= 0 that moves other lines on, never back. So a surface may be taken to a larger depth at
+once, in any order, if v >= 0 at the end and nothing touched ahead of a line that has passed since:
+there a line without adhesion would rest, D₀(z) <= d, before the line itself came by. Else the step
+is halved, until the surface just touches, where a contact begins, or until lines jump at a fixed
+depth: then they are followed from sample to sample.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import NotCertifiedError
+from discretization.fitted.clearance import Clearance
+from discretization.fitted.resting import TIE, Pair, Resting
+from discretization.fitted.surfaces import At
+
+Array = NDArray[np.float64]
+Lines = tuple[float, ...]
+_STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
+_TOUCHED = 1e-9  # of the same: the penetration at which a contact has begun
+_MOST = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """Free surfaces that are pressed."""
+
+    resting: Resting
+
+    @functools.cached_property
+    def clearance(self) -> Clearance:
+        """Where free surfaces come closest to the profile."""
+        return Clearance(self.resting.profile, self.resting.surfaces)
+
+    def lines(self, left: float, right: float, start: float, end: float) -> Lines:
+        """The lines of a free surface with those of contacts that begin in it; () if it closes."""
+        done: list[float] = []
+        todo = [(left, right, start, end)]
+        for _ in range(_MOST):
+            if not todo:
+                return tuple(done)
+            q, p, low, high = todo.pop()
+            moved = self.resting.together(q, p, high)
+            plain = moved is not None and not self._overtakes(q, p, moved, low, high)
+            least, place = self.least(moved, high) if moved and plain else (-math.inf, math.nan)
+            if moved and least >= -TIE * self.resting.size:
+                done += moved
+            elif moved and least >= -_TOUCHED * self.resting.size:
+                todo += [(place, moved[1], high, high), (moved[0], place, high, high)]
+            elif high - low <= _STEP * self.resting.size:
+                parts = pairs(self._creeping(q, p, high))
+                todo += [(*part, high, high) for part in reversed(parts)]
+            else:
+                middle = self._middle(q, p, low, high, least)
+                first = self.lines(q, p, low, middle)
+                todo += [(*part, middle, high) for part in reversed(pairs(first))]
+        raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
+
+    def _middle(self, q: float, p: float, low: float, high: float, least: float) -> float:
+        """A depth between two, at which the surface just touches if the clearance is linear."""
+        clear = max(self.least((q, p), low)[0], 0.0)
+        if math.isinf(least) or math.isinf(clear):
+            return (low + high) / 2
+        share = (clear + _TOUCHED / 2 * self.resting.size) / (clear - least)
+        return low + (high - low) * min(max(share, 0.02), 0.98)
+
+    def least(self, lines: Pair, depth: float) -> tuple[float, float]:
+        """The least clearance between two lines, and where."""
+        return self.clearance.least(self.resting.at(lines[0]), self.resting.at(lines[1]), depth)
+
+    def _overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:
+        """Whether the surface may have touched ahead of a line that has passed there since."""
+        return any(
+            not math.isinf(x)
+            and self._touched_ahead(
+                side, x, new, self.resting.at(old), self.resting.at(facing), low, high
+            )
+            for side, x, new, old, facing in (
+                (1, q, *moved[:1], p, moved[1]),
+                (-1, p, moved[1], q, moved[0]),
+            )
+        )
+
+    def _touched_ahead(
+        self,
+        side: int,
+        x: float,
+        new: float,
+        old: At | None,
+        facing: At | None,
+        low: float,
+        high: float,
+    ) -> bool:
+        """Whether D₀ <= d somewhere on the way of a line, before the line itself came by.
+
+        old, facing: the other line before and afterwards; each is taken where it asks for more
+        care. Without adhesion the state does not depend on the way: whether the profile pulls there
+        at the end, which it must not.
+        """
+        own = self.resting.profile.beyond(x, new)
+        if own.stop == own.start:
+            return False
+        z, f, f1 = (
+            column[own][::side]
+            for column in (
+                self.resting.profile.x,
+                self.resting.profile.f,
+                self.resting.profile.slope,
+            )
+        )
+        if not self.resting.scene.work_of_adhesion:
+            return self.pulled(x, new, high)[0] > TIE * self.resting.size
+        rest, w = self.resting.surfaces.rest_depth, self.resting.scene.work_of_adhesion
+        passed = np.maximum.accumulate(np.append(low, rest(side, z, f, f1, old, w)))[:-1]
+        bare = rest(side, z, f, f1, facing, 0.0)
+        return bool((bare <= np.minimum(passed, high) - TIE * self.resting.size).any())
+
+    def pulled(self, one: float, other: float, depth: float) -> tuple[float, float]:
+        """The largest pull on the profile in contact between two positions, and where.
+
+        Over k: -g - l² f''.
+
+        f'' is a difference of slopes (finite slopes: of their sines).
+        """
+        ends = sorted((one, other))
+        own = self.resting.profile.beyond(*ends)
+        x = np.concatenate([ends[:1], self.resting.profile.x[own], ends[1:]])
+        f, f1 = (
+            np.concatenate(
+                [
+                    [self.resting.profile.at(ends[0], 1)[i]],
+                    column[own],
+                    [self.resting.profile.at(ends[1], -1)[i]],
+                ]
+            )
+            for i, column in enumerate((self.resting.profile.f, self.resting.profile.slope))
+        )
+        if self.resting.scene.slopes == "finite":
+            f1 = f1 / np.sqrt(1 + f1 * f1)
+        width = np.diff(x)
+        bend = np.diff(f1)[width > 0] / width[width > 0]
+        g = depth - np.minimum(f[1:], f[:-1])[width > 0]
+        pull = -g - self.resting.scene.elastocapillary_length**2 * bend
+        if not pull.size:
+            return 0.0, math.nan
+        i = int(np.argmax(pull))
+        return max(float(pull[i]), 0.0), float((x[:-1] + x[1:])[width > 0][i] / 2)
+
+    def _creeping(self, q: float, p: float, depth: float) -> Lines:
+        """Both lines of a free surface advance from sample to sample, until it touches."""
+        end = self.resting.together(q, p, depth)
+        goal = end or (p, q)
+        while (q, p) != end:
+            step = (self._next(q, goal[0], 1), self._next(p, goal[1], -1))
+            if step[0] >= step[1] or step == (q, p):
+                return () if end is None else end
+            least, place = self.least(step, depth)
+            if least < -TIE * self.resting.size:
+                return q, place, place, p
+            q, p = step
+        return q, p
+
+    def _next(self, x: float, goal: float, side: int) -> float:
+        """The next sample on the way of a line, or its goal."""
+        if math.isinf(x) or x == goal:
+            return x
+        own = self.resting.profile.beyond(x, goal)
+        if own.stop == own.start:
+            return goal
+        return float(self.resting.profile.x[own.start if side > 0 else own.stop - 1])
+
+
+def pairs(lines: Sequence[float]) -> list[Pair]:
+    """Lines two by two."""
+    return list(zip(lines[::2], lines[1::2], strict=True))

@@ -1,0 +1,226 @@
+"""Where the two lines of a free surface come to rest at a fixed depth.
+
+Lines q < p of a gap between two contacts, or one of them at infinity: a tail. Advancing (way 1)
+they go to the first places where D >= d, receding (way -1) to the first where D <= d, D that of
+surfaces.py. In a gap each feels the other: they take turns, and close to their resting places both
+are found at once by Newton's method.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import NotCertifiedError
+from discretization.fitted.stops import Stop, first_stop
+from discretization.fitted.surfaces import At, Surfaces
+from discretization.profile import Resolved
+from energy import Scene
+
+Array = NDArray[np.float64]
+Pair = tuple[float, float]
+TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
+MET = 1e-9  # of l: lines closer than that have met
+_SWEEPS = 1000
+_STILL = 4e-16  # of the positions: a line that moves less has come to rest
+_ROUNDED = (
+    1e-12  # of the same: a step of Newton's method that may be rounding if it shrinks no more
+)
+_NEWTON = 12
+_DIFFERENCE = 1e-6  # of the room between two lines, for the change of D
+
+
+@dataclass(frozen=True, eq=False)
+class Resting:
+    """Resting places on a profile with its free surfaces; size: of depths."""
+
+    scene: Scene
+    profile: Resolved
+    surfaces: Surfaces
+    size: float
+
+    def at(self, x: float) -> At | None:
+        if math.isinf(x):
+            return None
+        return At(x, float(self.profile.indenter.height(x)))
+
+    # both lines of a free surface: advancing (way 1) and receding (way -1)
+
+    def together(self, q: float, p: float, depth: float) -> Pair | None:
+        """Both lines of a free surface advance; None: they meet."""
+        if math.isinf(q) and math.isinf(p):
+            return q, p
+        if math.isinf(q) or math.isinf(p):
+            return self._outermost(q, p, depth)
+        least = 2 * MET * self.scene.elastocapillary_length
+        for sweep in range(_SWEEPS):
+            if p - q <= least:
+                return None
+            a = self._stop(1, q, p, self.at(p), depth, 1)
+            b = a and self._stop(-1, p, a.before, self.at(a.before), depth, 1)
+            if a is None or b is None:
+                return None
+            if a.root and b.root:
+                near = self._nearby((a.guess, b.guess), (a.before, b.before), depth, 1)
+                if near is not None:
+                    return near
+            ends = a.x, b.x
+            if _still(ends[0], q, sweep) and _still(ends[1], p, sweep):
+                return ends
+            step, (q, p) = (ends[0] - q, ends[1] - p), ends
+            q, p = self._further(q, p, step, depth, 1)
+        raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
+
+    def apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
+        """Both lines of a free surface recede, not beyond the other lines of their contacts."""
+        for sweep in range(_SWEEPS):
+            facing = self.at(p)
+            a = q if math.isinf(q) else self._lower(1, q, least, facing, depth)
+            facing = self.at(a)
+            b = p if math.isinf(p) else self._lower(-1, p, most, facing, depth)
+            lost = a < least or b > most
+            if (
+                lost
+                or math.isinf(q)
+                or math.isinf(p)
+                or (_still(a, q, sweep) and _still(b, p, sweep))
+            ):
+                return a, b
+            step, (q, p) = (a - q, b - p), (a, b)
+            near = self._nearby((q, p), (q, p), depth, -1)
+            if near is not None and near[0] >= least and near[1] <= most:
+                return near
+            further = self._further(q, p, step, depth, -1)
+            if further[0] >= least and further[1] <= most:
+                q, p = further
+        raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
+
+    def _lower(self, side: int, x: float, limit: float, facing: At | None, depth: float) -> float:
+        """Where a receding line rests; just beyond the other line of its contact if nowhere."""
+        if x == limit or self.rest(side, x, *self.profile.at(x, -side), facing) - depth <= (
+            TIE * self.size
+        ):
+            return x
+        stop = self._stop(side, x, limit, facing, depth, -1)
+        return stop.x if stop is not None else math.nextafter(limit, -side * math.inf)
+
+    def _outermost(self, q: float, p: float, depth: float) -> Pair:
+        """A tail's line advances, at most to the edge of the body."""
+        side, x = (1, q) if math.isinf(p) else (-1, p)
+        stop = self._stop(side, x, side * math.inf, None, depth, 1)
+        if stop is not None:
+            at = stop.x
+        else:
+            at = float(self.profile.x[-1 if side > 0 else 0])
+            if at not in self.profile.indenter.walls:
+                raise ValueError(
+                    f"depth = {depth!r} spreads the contact to x = {at!r}, where the profile is "
+                    "not known any more; give a wider profile, a smaller depth, or add a FlatPunch "
+                    "whose edge ends the indenter there"
+                )
+        return (at, p) if side > 0 else (q, at)
+
+    def _stop(
+        self, side: int, x: float, limit: float, facing: At | None, depth: float, way: int
+    ) -> Stop | None:
+        """The first place on this way at which a line rests."""
+
+        def h(x: Any, f: Any, f1: Any) -> Any:
+            return way * (self.rest(side, x, f, f1, facing) - depth)
+
+        return first_stop(self.profile, h, x, limit)
+
+    def rest(self, side: int, x: Any, f: Any, f1: Any, facing: At | None) -> Any:
+        return self.surfaces.rest_depth(side, x, f, f1, facing, self.scene.work_of_adhesion)
+
+    def _nearby(self, guess: Pair, start: Pair, depth: float, way: int) -> Pair | None:
+        """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
+
+        None where a sample lies in between, they are not stable, or it fails.
+        """
+        x, last = np.array(guess), math.inf
+        size = abs(start[0]) + abs(start[1]) + self.scene.elastocapillary_length
+        for _ in range(_NEWTON):
+            value, rate = self._rates(*x.tolist())
+            crossed = rate[0, 0] * rate[1, 1] - rate[0, 1] * rate[1, 0]
+            if not (rate[0, 0] > 0 > rate[1, 1] and crossed < 0):
+                return None
+            residual = value - depth
+            step = np.array(
+                [
+                    rate[1, 1] * residual[0] - rate[0, 1] * residual[1],
+                    rate[0, 0] * residual[1] - rate[1, 0] * residual[0],
+                ]
+            )
+            x = x - step / crossed
+            now = float(np.abs(step / crossed).max())
+            if not x[0] < x[1]:
+                return None
+            if now <= _STILL * size or last / 2 <= now <= _ROUNDED * size:
+                break
+            last = now
+        else:
+            return None
+        if (way * (x - start) * (1, -1) < -_ROUNDED * size).any():
+            return None
+        for old, new in zip(start, x.tolist(), strict=True):
+            between = self.profile.beyond(old, new)
+            if between.stop > between.start:
+                return None
+        return float(x[0]), float(x[1])
+
+    def _further(self, q: float, p: float, step: Pair, depth: float, way: int) -> Pair:
+        """The lines of a gap further on the same way, in growing steps of the one that moves most.
+
+        Where an equilibrium has just disappeared they would pass its place by ever smaller ones.
+        The other line is at rest meanwhile, and no step leaves the first beyond where it rests.
+        """
+        side = 1 if abs(step[0]) >= abs(step[1]) else -1
+        (own, other), move = ((q, p), step[0]) if side > 0 else ((p, q), step[1])
+        while move:
+            x, move = own + 2 * move, 2 * move
+            passed = self.profile.beyond(own, x)
+            if passed.stop > passed.start or side * (other - x) <= 0:
+                break
+            stop = self._stop(
+                -side, other, x if way > 0 else -side * math.inf, self.at(x), depth, way
+            )
+            if stop is None:
+                break
+            values = self.rest_depths(*((x, stop.x) if side > 0 else (stop.x, x)))
+            if way * (values[0 if side > 0 else 1] - depth) >= 0:
+                break
+            own, other = x, stop.x
+        return (own, other) if side > 0 else (other, own)
+
+    def rest_depths(self, q: float, p: float) -> Array:
+        """D of both lines of a gap."""
+        indenter = self.profile.indenter
+        (f, f1), (g, g1) = ((float(indenter.height(x)), float(indenter.slope(x))) for x in (q, p))
+        one, other = self.rest(1, q, f, f1, At(p, g)), self.rest(-1, p, g, g1, At(q, f))
+        return np.array([one, other])
+
+    def _rates(self, q: float, p: float) -> tuple[Array, Array]:
+        """D of both lines of a gap, and its change (rows) with the lines (columns)."""
+        indenter, h = self.profile.indenter, _DIFFERENCE * (p - q)
+        x = np.array([q, q + h, q - h, q, q, p, p, p, p + h, p - h])
+        f, f1 = np.asarray(indenter.height(x), float), np.asarray(indenter.slope(x), float)
+        one = self.rest(1, x[:5], f[:5], f1[:5], At(x[5:], f[5:]))
+        other = self.rest(-1, x[5:], f[5:], f1[5:], At(x[:5], f[:5]))
+        both = np.array([one, other])
+        return both[:, 0], (both[:, [1, 3]] - both[:, [2, 4]]) / (2 * h)
+
+    # what must not be passed unseen
+
+
+def _still(new: float, old: float, sweep: int) -> bool:
+    """Whether a line has not moved beyond rounding.
+
+    Where an equilibrium is about to disappear within rounding, lines tremble more, for ever: the
+    more sweeps have been made, the more counts as rounding.
+    """
+    return abs(new - old) <= _STILL * (1 + sweep * sweep) * abs(old)
