@@ -151,7 +151,8 @@ def table(trials: Sequence[Trial]) -> Table:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
-    full, quick, told = Parameters(), Parameters(60, 100), "60 scenes, 100 on nodes"
+    full, quick = Parameters(), Parameters(scenes=60, lattices=100)
+    told = "60 scenes, 100 on nodes"
     params, jobs, out = command.start("tolerance", __doc__, argv, told, full, quick)
     trials = run(params, jobs=jobs)
     out.table("tolerance.csv", params, *table(trials))
