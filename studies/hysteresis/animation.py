@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization import History
 from discretization.fitted.response import chosen
 from discretization.fitted.state import FittedTail
 from discretization.paths.events import Event, Snapshot
-from discretization.paths.history import History
 from discretization.paths.plots import draw, mark, units
 from energy.units import prefixed
 from studies.shared.figures import BLUE, ORANGE

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization.paths.history import History
+from discretization import History
 from discretization.paths.plots import draw, units
 from energy import cards
 from energy.units import quantity as quantity_of

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization import History
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.lines import Problem
 from discretization.fitted.quadrature import totals
 from discretization.fitted.response import chosen
-from discretization.paths.history import History
 from energy.units import prefixed
 from studies.shared.figures import Figure, canvas, shades
 from studies.shared.types import Array

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from discretization.paths.history import History
+from discretization import History
 from studies.shared import loops
 from studies.shared.loops import LAYER, SIZE, WORK, Form
 from studies.shared.types import Array

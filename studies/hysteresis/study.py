@@ -23,7 +23,7 @@ from itertools import product
 
 import numpy as np
 
-from discretization.paths.history import History
+from discretization import History
 from studies.hysteresis import figures as hysteresis_figures
 from studies.hysteresis.animation import animate
 from studies.hysteresis.record import BAR, FULL, LEDGER, QUICK, Loop, Map, Parameters, Record

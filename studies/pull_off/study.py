@@ -25,8 +25,7 @@ from itertools import product
 import numpy as np
 from scipy.optimize import brentq
 
-from discretization import minimise
-from discretization.loading import load_path
+from discretization import load_path, minimise
 from energy import Scene
 from studies.pull_off import figures as pull_off_figures
 from studies.pull_off.conclusions import conclusions

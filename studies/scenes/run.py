@@ -25,7 +25,6 @@ import numpy as np
 from discretization import Equilibrium, display, minimise, plots
 from discretization.equilibrium import QUANTITIES
 from discretization.paths import display as of_path
-from discretization.plots import canvas
 from energy import Assumption, Scene
 from energy.description import described
 from energy.units import prefixed
@@ -35,7 +34,7 @@ from studies.scenes.grid import axes, coarser
 from studies.scenes.sweep import study as sweep
 from studies.shared import command
 from studies.shared.batches import Progress, each, tell
-from studies.shared.figures import BLUE, GREY, ORANGE
+from studies.shared.figures import BLUE, GREY, ORANGE, canvas
 from studies.shared.types import Table
 
 CONVENTIONS = (

@@ -16,9 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization.loading import load_path
-from discretization.paths.events import Event
-from discretization.paths.history import History
+from discretization import Event, History, load_path
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
 
 LAYER = ElasticLayer(E=300.0, nu=0.4, h=10e-6)  # Pa, 1, m: a very soft gel

@@ -37,9 +37,8 @@ from decimal import Decimal, localcontext
 from functools import partial
 from itertools import product
 
-from discretization import NotCertifiedError, minimise
+from discretization import Lattice, NotCertifiedError, minimise
 from discretization.lattice import fronts
-from discretization.lattice.nodes import Lattice
 from discretization.lattice.sums import measured
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene, SurfaceEnergies
 from studies.benchmarks.stress import profiles as stress_profiles
