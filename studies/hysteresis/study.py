@@ -8,8 +8,8 @@ works of adhesion w, under imposed depth, a dead load, and machines of finite st
 The left side comes from the forces along the path, the right side from the energies beside the
 events. Jump-in, pull-off, end of the contact and loop area stand beside the closed forms
 (energy.cards); where a closed form is 0 the error is in units of kδ₀(b + l), δ₀ and b, see
-shared/loops.py. The map is over the two groups on which a loop depends (small slopes): l/b, which is
-√(γ₁/k)/b, or √(γ₁/2w) tan δ for the wedge, and K/(kb).
+shared/loops.py. The map is over the two groups on which a loop depends (small slopes): l/b, which
+is √(γ₁/k)/b, or √(γ₁/2w) tan δ for the wedge, and K/(kb).
 
 Output: a line per loop and its worst error, hysteresis.csv with all numbers, figures, and a GIF.
 Exit status 1 if an error exceeds 1e-8 or a ledger is out of balance by more than 1e-9.
