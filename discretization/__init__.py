@@ -31,7 +31,7 @@ that no digit changes:
 | line of a punch      | bracketing of a line at an edge | fitted.lines.find_line                  |
 | contact              | all but the touching point      | lattice.fronts.adhered                  |
 | far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |
-| other contacts       | topology of a convex profile    | fitted.state.on_fitted_mesh             |
+| other contacts       | resolving a convex profile      | fitted.state.on_fitted_mesh             |
 | links in between     | a convex profile's heights      | lattice.bracket.first_above             |
 | true lengths         | nonlinear solves                | fitted.response.Response.surface        |
 | known surfaces       | solves of one seen before       | fitted.response.response                |

@@ -22,7 +22,6 @@ from energy.validity import Deformation, assumptions
 Array = NDArray[np.float64]
 _SAMPLES = 257  # of each contact
 _ONE_SIDED = 1e-9  # of the room beside a corner, to read the slope on one side of it
-_BESIDE = 64 * float(np.finfo(float).eps)  # of |x|, so that x + step is beside a moved corner, too
 QUANTITIES = ("half_width", "force", "energy")
 
 
@@ -182,7 +181,6 @@ class Equilibrium:
         2f'(x + s) - f'(x + 2s) with a short s leaves an error of s² only.
         """
         step = _ONE_SIDED * room
-        step += np.sign(room) * _BESIDE * np.abs(self.contacts)
         near, far = (
             self.scene.indenter.slope(
                 np.clip(self.contacts + steps * step, *self.scene.indenter.extent)

@@ -273,5 +273,7 @@ def test_a_contact_that_would_open_on_a_bare_patch_is_refused():
     scene = one_sided((1.0, 0.0, 1.0), (0.05, 0.1))
     with pytest.raises(NotCertifiedError, match="opening"):
         load_path(scene, depths=[0.02, -0.02], method="lattice", spacing=1e-3)
+    with pytest.raises(NotCertifiedError, match="would open on a patch inside"):
+        load_path(scene, depths=[0.02, -0.02, -0.2], method="lattice", spacing=1e-3)
     whole = replace(scene, pattern=Patches((0.05, 0.1), (1.0, 0.5, 1.0)))
     load_path(whole, depths=[0.02, -0.02], method="lattice", spacing=1e-3)

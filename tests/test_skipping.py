@@ -14,10 +14,10 @@ from scipy.linalg import lapack
 
 import discretization
 from discretization import minimise
-from discretization.fitted import free_surface, quadrature, response
+from discretization.fitted import free_surface, quadrature, response, several
 from discretization.fitted.free_surface import FreeSurface
 from discretization.fitted.lines import Problem
-from discretization.lattice import fronts, shortest_path
+from discretization.lattice import shortest_path
 from energy import Parabola
 from studies.benchmarks import skipping
 from studies.benchmarks.skipping_routes import ROUTES, declared, numbers, scene
@@ -31,7 +31,7 @@ WORK = {
     "integrals": (quadrature, "inside"),
     "fields": (FreeSurface, "displacement"),
     "searches": (shortest_path, "shortest"),
-    "lattices": (fronts, "region"),
+    "resolved": (several, "resolve"),
     "heights": (Parabola, "height"),
 }
 SAVED = {  # what is counted, most with the skip, least by the general route
@@ -42,7 +42,7 @@ SAVED = {  # what is counted, most with the skip, least by the general route
     "line of a punch": ("drives", 4, 50),
     "contact": ("tridiagonal", 0, 1),
     "far field": ("tridiagonal", 0, 1),
-    "other contacts": ("lattices", 0, 1),
+    "other contacts": ("resolved", 0, 1),
     "links in between": ("heights", 250, 90_000),
     "true lengths": ("solves", 0, 1),
     "known surfaces": ("solves", 1, 27),

@@ -38,5 +38,5 @@ def points(ends: Array, at: Array, weights: Array) -> tuple[Array, Array]:
     """Points (n, ·) and weights (2, n, ·) of both rules on the panels between ends (n, m + 1)."""
     start, stop = ends[:, :-1, None], ends[:, 1:, None]
     span = stop - start
-    x = (start + span * at).reshape(len(ends), -1)
+    x = (start + span * at).reshape(len(ends), (ends.shape[1] - 1) * at.size)
     return x, (span * weights[:, None, None]).reshape(2, *x.shape)

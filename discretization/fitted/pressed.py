@@ -57,6 +57,8 @@ class Pressed:
             elif moved and least >= -_TOUCHED * self.resting.size:
                 todo += [(place, moved[1], high, high), (moved[0], place, high, high)]
             elif high - low <= _STEP * self.resting.size:
+                if moved is None and math.isinf(q - p):
+                    raise ValueError(_beyond(high, p if math.isinf(q) else q))
                 parts = pairs(self._creeping(q, p, high))
                 todo += [(*part, high, high) for part in reversed(parts)]
             else:
@@ -177,6 +179,14 @@ class Pressed:
         if own.stop == own.start:
             return goal
         return float(self.resting.profile.x[own.start if side > 0 else own.stop - 1])
+
+
+def _beyond(depth: float, x: float) -> str:
+    return (
+        f"depth = {depth!r} spreads the contact from x = {x!r} to where the profile is not known "
+        "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends the "
+        "indenter there"
+    )
 
 
 def pairs(lines: Sequence[float]) -> list[Pair]:

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from discretization.fitted import gauss
 from discretization.fitted.height_rounding import height_rounding
@@ -152,8 +151,8 @@ def refined(
 class _Panels(NamedTuple):
     """Panels between ends (n, 2): integrals (5, n) by the more points of these orders.
 
-    apart (2, n): what energy and force by fewer points, and of the whole, are off by; errors
-    (2, n): these, or a part of what they were before the panel was halved; weakest (n,): least g.
+    apart (2, n): how far energy and force by fewer points, or of the whole, are from these; errors
+    (2, n): the same, or a part of what it was before the panel was halved; weakest (n,): least g.
     """
 
     ends: Array
@@ -215,8 +214,8 @@ def _halved(
         fine = Interval(*_summed(panels.sums.sum(axis=1).tolist(), free), least, rounding)
         lost = rounding * np.array([fine.force_scale, felt])
         limit = allowed * np.array([fine.energy_scale, fine.force_scale]) + lost
-        apart = panels.errors.sum(axis=1)
-        rough = (panels.errors > limit[:, None] / len(panels.ends)).any(axis=0) & panels.divisible
+        apart, share = panels.errors.sum(axis=1), limit[:, None] / max(1, len(panels.ends))
+        rough = (panels.errors > share).any(axis=0) & panels.divisible
         if (apart <= limit).all() or not rough.any() or len(panels.ends) > most:
             energy, force = (apart + lost).tolist()
             return fine._replace(energy=fine.energy - energy, force=fine.force - force), fine
@@ -230,14 +229,15 @@ def _halves(ends: Array) -> Array:
 
 def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple[Intervals, float]:
     """Energy and force at depths (n,) between lines (n, 2), and their change from fewer points."""
-    grids, parts, change = _grids(scene.indenter, _ends(scene.indenter, lines)), [], 0.0
+    ends, parts, change = _ends(scene.indenter, lines), [], 0.0
+    grids = [ends] if scene.indenter.complete else [ends, _halves(ends)]
     displaced = (depth[:, None] - scene.indenter.height(lines)).tolist()
     free = np.array([surfaces(scene, response, pair) for pair in displaced])
     step = max(1, _CHUNK // (40 * 2 * grids[-1].shape[1]))
     for start in range(0, len(depth), step):
         own, found = slice(start, start + step), []
-        for ends in grids:
-            sums, weakest = inside(scene, depth[own], ends[own])
+        for grid in grids:
+            sums, weakest = inside(scene, depth[own], grid[own])
             found += [Intervals(*_summed(part, free[own].T), weakest) for part in sums]
         *coarser, fine = found
         change = max(change, *map(fine.change, coarser))
@@ -251,12 +251,12 @@ def pressing(
     """The force alone: P = k∫(d - f) dx + S(left) + S(right); panels halved only where needed."""
     indenter, k, length = scene.indenter, scene.stiffness, scene.elastocapillary_length
     x, span = _contact(indenter, left, right)
-    *fewer, many = (span @ indenter.height(x)).tolist()
-    press = k * (depth * (right - left) - many)
+    sums = (span @ indenter.height(x)).tolist()
+    press = k * (depth * (right - left) - sums[-1])
     pull = 0.0
     for end in (left, right) if scene.gamma1 else ():
         pull += scene.gamma1 * response.reaction((depth - float(indenter.height(end))) / length)
-    if k * max(abs(few - many) for few in fewer) > _PART * rtol * (abs(press) + abs(pull)):
+    if k * (max(sums) - min(sums)) > _PART * rtol * (abs(press) + abs(pull)):
         return totals(scene, response, depth, left, right, rtol)[1].force
     return press + pull
 
@@ -280,16 +280,14 @@ def _panels(indenter: Indenter, left: float, right: float) -> Array:
     return np.array([sorted(float(x) for x in cuts if left <= x <= right)])
 
 
-def _grids(indenter: Indenter, ends: Array) -> list[Array]:
-    """Ends of the panels to compare: these and, unless the profile is smooth there, halves."""
-    return [ends] if indenter.complete else [ends, _halves(ends)]
-
-
 def _contact(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
-    """Points (p,) and weights (2 or 4, p) of one contact, by fewer and more points on `_grids`."""
-    grids = _grids(indenter, _panels(indenter, left, right))
-    found = [gauss.points(ends, *gauss.pair(*_orders(ends))) for ends in grids]
-    if len(found) == 1:
-        return found[0][0][0], found[0][1][:, 0]
-    spans = block_diag(*(span[:, 0] for _, span in found))
-    return np.concatenate([x[0] for x, _ in found]), spans
+    """Points (p,) and weights (2 or 4, p) of a contact by fewer and more points, and on halves."""
+    ends = _panels(indenter, left, right)
+    x, span = gauss.points(ends, *gauss.pair(*_orders(ends)))
+    if indenter.complete:
+        return x[0], span[:, 0]
+    ends = _halves(ends)
+    more, heavier = gauss.points(ends, *gauss.pair(*_orders(ends)))
+    both = np.zeros((4, x.size + more.size))
+    both[:2, : x.size], both[2:, x.size :] = span[:, 0], heavier[:, 0]
+    return np.append(x, more), both

@@ -51,7 +51,7 @@ class Resting:
     # both lines of a free surface: advancing (way 1) and receding (way -1)
 
     def together(self, q: float, p: float, depth: float) -> Pair | None:
-        """Both lines of a free surface advance; None: they meet."""
+        """Both lines of a free surface advance; None: they meet, or that of a tail leaves."""
         if math.isinf(q) and math.isinf(p):
             return q, p
         if math.isinf(q) or math.isinf(p):
@@ -108,20 +108,13 @@ class Resting:
         stop = self._stop(side, x, limit, facing, depth, -1)
         return stop.x if stop is not None else math.nextafter(limit, -side * math.inf)
 
-    def _outermost(self, q: float, p: float, depth: float) -> Pair:
-        """A tail's line advances, at most to the edge of the body."""
+    def _outermost(self, q: float, p: float, depth: float) -> Pair | None:
+        """A tail's line advances, at most to the edge of the body; None: it leaves the profile."""
         side, x = (1, q) if math.isinf(p) else (-1, p)
         stop = self._stop(side, x, side * math.inf, None, depth, 1)
-        if stop is not None:
-            at = stop.x
-        else:
-            at = float(self.profile.x[-1 if side > 0 else 0])
-            if at not in self.profile.indenter.walls:
-                raise ValueError(
-                    f"depth = {depth!r} spreads the contact to x = {at!r}, where the profile is "
-                    "not known any more; give a wider profile, a smaller depth, or add a FlatPunch "
-                    "whose edge ends the indenter there"
-                )
+        at = float(self.profile.x[-1 if side > 0 else 0]) if stop is None else stop.x
+        if stop is None and at not in self.profile.indenter.walls:
+            return None
         return (at, p) if side > 0 else (q, at)
 
     def _stop(

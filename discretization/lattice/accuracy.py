@@ -17,6 +17,7 @@ The state is not resolved, and all errors are infinite, where
     a contact that is not pinned at both ends has fewer than LEAST links,
     a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
     from the line through them,
+    f is not convex, and another of its lowest points may touch before the lowest node does,
     f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer has another
     number of contacts,
     the coarse nodes have no contact or no answer, or
@@ -32,6 +33,9 @@ import numpy as np
 
 from discretization.certificate import NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
+from discretization.lattice.fronts import height, region
+from discretization.lattice.nodes import Lattice
+from discretization.profile import resolve
 
 Solver = Callable[..., Equilibrium]  # on_lattice
 LEAST, NARROW, SPARSE = 4, 96, 16
@@ -50,7 +54,7 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
-    if _too_coarse(fine) or _other_contacts(solve, fine):
+    if _too_coarse(fine) or _tied(fine) or _other_contacts(solve, fine):
         return UNRESOLVED
     found = [_asked(solve, fine, 2 * fine.spacing, origin) for origin in _origins(fine)]
     coarse = [state for state in found if state is not None and state.contacts.size]
@@ -77,6 +81,23 @@ def _other_contacts(solve: Solver, state: Equilibrium) -> bool:
         return False
     finer = _asked(solve, state, state.spacing / 4)
     return finer is None or len(finer.contacts) != len(state.contacts)
+
+
+def _tied(state: Equilibrium) -> bool:
+    """Whether nodes do not say which of two lowest points of the profile touches first.
+
+    A summit that is no higher than the lowest node, but not in contact.
+    """
+    scene = state.scene
+    if scene.indenter.convex or state.branch != "adhered" or not scene.work_of_adhesion:
+        return False
+    lattice = Lattice.of(scene, state.spacing)
+    where = region(lattice, scene.indenter, state.depth)
+    touch, profile = height(lattice, scene.indenter, where.lowest), resolve(scene, state.depth)
+    summits = profile.x[profile.f <= touch]
+    left = np.searchsorted(state.contacts[:, 0], summits + 2 * state.spacing) - 1
+    near = state.contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
+    return not bool((near & (left >= 0)).all())
 
 
 def _narrow(state: Equilibrium) -> bool:

@@ -220,8 +220,17 @@ class LatticeBranch:
     def observed(self, depths: Array, states: Sequence[Links]) -> tuple[Array, Array, Array]:
         """Lines (n, 2), P and U (n,) of states, interpolated between the nodes.
 
-        AccuracyWarning where their surfaces miss what the nodes do not see.
+        AccuracyWarning where their surfaces miss what the nodes do not see; NotCertifiedError where
+        one would open inside its contact, on a patch that adheres less.
         """
+        if self.scene.pattern is not None:
+            for state, depth in zip(states, depths.tolist(), strict=True):
+                if self._torn(state, depth):
+                    raise NotCertifiedError(
+                        f"the contact at depth = {depth!r} violates opening: it would open on a "
+                        "patch inside, and of several contacts none are followed with a pattern; "
+                        "give smaller tensile depths, or a pattern without bare patches"
+                    )
         lines = np.array([state.ends for state in states])
         looked_between(self.scene, self.lattice, self.hidden, depths, lines, stacklevel=4)
         spacing = self.lattice.spacing

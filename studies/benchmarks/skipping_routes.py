@@ -182,7 +182,7 @@ def far_field() -> Pair:
 
 
 def convex() -> Pair:
-    """One contact, against its topology found on the lattice first."""
+    """One contact, against a profile that is resolved and looked at for others."""
     general = Profile(Parabola(RADIUS).height, Parabola(RADIUS).slope)
     return _solve(scene()), _solve(scene(declared(general, apex=0.0, symmetric=True)))
 
