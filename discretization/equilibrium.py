@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from discretization import display, plots
 from discretization.certificate import Certificate
 from discretization.label import label
 from discretization.lattice.shortest_path import Proof
@@ -274,20 +275,11 @@ class Equilibrium:
         """The violated assumptions in plain words; empty if all hold."""
         return tuple(str(a) for a in self.validity if not a.holds)
 
-    def __str__(self) -> str:
-        kind = f"{self.label}, {self.branch} branch, {self.method}"
-        error = {
-            name: f"± {size:.1e}" if math.isfinite(size) else "not resolved: use smaller spacing"
-            for name, size in self.uncertainty.items()
-        }
-        lines = [
-            f"depth        d = {self.depth:.10g}   ({kind})",
-            f"half-width   a = {self.half_width:.10g}   ({error['half_width']})",
-            f"force        P = {self.force:.10g}   ({error['force']})",
-            f"energy       U = {self.energy:.10g}   ({error['energy']})",
-            f"angle        θ = {self.contact_angle:.10g} rad   (π - θ = {self.angle_deficit:.6g})",
-        ]
-        return "\n".join(lines + [f"validity     {a}" for a in self.validity])
+    plot = plots.plot
+    to_dict = display.to_dict
+    _repr_html_ = display.html
+    __repr__ = display.line
+    __str__ = display.text
 
 
 def detached(

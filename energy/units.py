@@ -1,8 +1,12 @@
-"""Units as the headers of measured data write them: a prefix and m, N or N/m."""
+"""Units: as the headers of measured data write them, and with the prefix that suits a figure."""
 
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _SIZES = {symbol: 10.0**power for power, symbol in PREFIXES.items()}
@@ -44,3 +48,31 @@ def named(cell: str) -> tuple[str, str]:
 def any_kind(unit: str) -> bool:
     """Whether the text is a unit of one of the KINDS."""
     return any(size(unit, kind) is not None for kind in KINDS)
+
+
+class Unit(NamedTuple):
+    """A unit to draw in: value/size is the number, symbol what stands on the axis."""
+
+    size: float
+    symbol: str
+
+
+def prefixed(values: ArrayLike, unit: str) -> Unit:
+    """The prefix that puts the largest finite |value| into 1..1000; none if all are zero.
+
+    `unit` is a plain SI unit ("m", "N/m"); the prefix applies to its first symbol. Numbers without
+    a unit, "", have no prefix.
+    """
+    if not unit:
+        return Unit(1.0, "")
+    sizes = np.abs(np.asarray(values, float))
+    largest = float(sizes[np.isfinite(sizes)].max(initial=0.0))
+    exponent = 3 * int(np.floor(np.log10(largest) / 3 + 1e-9)) if largest else 0
+    exponent = min(max(exponent, min(PREFIXES)), max(PREFIXES))
+    return Unit(10.0**exponent, PREFIXES[exponent] + unit)
+
+
+def quantity(value: float, unit: str) -> str:
+    """A value with its unit, prefixed: "20 mN/m"."""
+    size, symbol = prefixed(value, unit)
+    return f"{value / size:.4g} {symbol}"

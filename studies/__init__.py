@@ -1,13 +1,30 @@
-"""Questions asked of the simulator, one module each; the only place with figures and files.
+"""Questions asked of the simulator; the only place with figures and files.
 
-A study is a docstring with the question and the formula, a block of parameters, `run(...)` that
-returns numbers, functions that draw them, and `main(argv)` that returns an exit status. Tests call
-`run` on a small preset. A new study is such a module, and its name below.
+A study is a module: a docstring with the question and the formula, a block of parameters,
+`run(...)` that returns numbers, functions that draw and tabulate them, and `main(argv)` that
+returns an exit status. Tests call `run` on a small preset. `python -m studies new --study FILE.py`
+writes one to start from, and `python -m studies FILE.py` runs it wherever it lies; a study of this
+package also stands in the table below.
+
+shared/       command line, tables, figures, timing, processes, scenes that several studies use
+scenes/       scene files and what is done with them: new, run, sweep, fit
+benchmarks/   time against error, and how far tolerances and digits can be trusted
+verify/, contact_angle/, applicability/, hysteresis/, pull_off/   a folder for each larger study
 """
 
 TIMED = ("lattice_speed", "fitted_speed", "path_speed", "skipping", "runtime_vs_error")  # one job
-REPORTED = (
-    *("verify", "contact_angle", "applicability", "hysteresis", "pull_off", "rough", "tolerance"),
-    *("stress", *TIMED),
-)
-STUDIES = (*REPORTED, "run", "new", "sweep", "fit", "report")
+MODULES = {
+    **{name: f"studies.{name}.study" for name in ("verify", "contact_angle", "applicability")},
+    **{name: f"studies.{name}.study" for name in ("hysteresis", "pull_off")},
+    "rough": "studies.rough",
+    "tolerance": "studies.benchmarks.tolerance",
+    "stress": "studies.benchmarks.stress.study",
+    **{name: f"studies.benchmarks.{name}" for name in TIMED},
+    "run": "studies.scenes.run",
+    "new": "studies.scenes.new",
+    "sweep": "studies.scenes.sweep.study",
+    "fit": "studies.scenes.fit.study",
+    "report": "studies.report",
+}
+STUDIES = tuple(MODULES)
+REPORTED = STUDIES[: STUDIES.index("run")]

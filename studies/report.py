@@ -21,8 +21,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from studies import REPORTED, TIMED, command
-from studies.table import commit, read, versions
+from studies import MODULES, REPORTED, TIMED
+from studies.shared import command
+from studies.shared.table import commit, read, versions
 
 LONG = 2000  # characters that are folded away
 PICTURES = {".png": "image/png", ".gif": "image/gif"}
@@ -50,7 +51,7 @@ class Section(NamedTuple):
 
 def run(name: str, preset: str, out: Path, jobs: int) -> Section:
     """Run one study into its own folder and keep what it says."""
-    module = importlib.import_module(f"studies.{name}")
+    module = importlib.import_module(MODULES[name])
     own = [] if name in TIMED else ["--jobs", str(jobs)]
     arguments = ["--preset", preset, "--out", str(out / name), *own]
     text, start = io.StringIO(), time.perf_counter()

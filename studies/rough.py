@@ -19,25 +19,21 @@ Output: a line per l, rough.csv, rough.png.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization import Equilibrium, History, load_path, minimise
 from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
-from studies import command
-from studies.batches import each
-from studies.figures import COLOURS
-from studies.units import prefixed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
+from energy.units import prefixed
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.figures import COLOURS, Figure, canvas
+from studies.shared.types import Array, Table
 
 
 @dataclass(frozen=True)
@@ -111,9 +107,7 @@ class Loop:
         return np.where(width > 0, 2 * self.path.half_width / np.where(width > 0, width, 1), 0.0)
 
 
-def run(
-    params: Parameters, show: Callable[[str], object] = lambda line: None, jobs: int = 1
-) -> list[Loop]:
+def run(params: Parameters, show: Show = silent, jobs: int = 1) -> list[Loop]:
     """A loop per tension, in `jobs` processes; `show` is told a line when it is done."""
     loops = []
     for loop in each(partial(followed, params), params.tensions, jobs):
@@ -162,10 +156,7 @@ def line(loop: Loop) -> str:
 
 def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
     """Force, number of contacts and contact fraction against depth."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 4.2), layout="constrained")
-    axes: Any = figure.subplots(1, 3)
+    figure, axes = canvas(13, 4.2, 1, 3)
     depth = prefixed(params.programme, "m")
     force = prefixed(np.concatenate([loop.path.force for loop in loops]), "N/m")
     for colour, loop in zip(COLOURS, loops, strict=False):
@@ -192,9 +183,9 @@ def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
     return figure
 
 
-def table(loops: Sequence[Loop]) -> tuple[list[str], list[list[object]]]:
+def table(loops: Sequence[Loop]) -> Table:
     """Columns and a row per step, SI."""
-    rows: list[list[object]] = []
+    rows = []
     for loop in loops:
         for step, depth in enumerate(loop.path.depth.tolist()):
             lowest = loop.lowest[step].energy if step in loop.lowest else ""
@@ -205,11 +196,10 @@ def table(loops: Sequence[Loop]) -> tuple[list[str], list[list[object]]]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study; 1 if a global state has more energy than the metastable one."""
-    options, out = command.parse(command.parser("rough", __doc__, "a shorter profile"), argv)
-    quick = options.preset == "quick"
-    params = Parameters(nodes=1001, steps=15, compared=3) if quick else Parameters()
+    full, quick = Parameters(), Parameters(nodes=1001, steps=15, compared=3)
+    params, jobs, out = command.start("rough", __doc__, argv, "a shorter profile", full, quick)
     print(heading())
-    loops = run(params, command.say, options.jobs)
+    loops = run(params, command.say, jobs)
     out.table("rough.csv", params, *table(loops))
     out.figure("rough.png", plot(params, loops))
     return int(not all(lowest_is_lowest(loop) for loop in loops))

@@ -5,10 +5,9 @@ from itertools import pairwise
 import numpy as np
 
 from discretization import load_path
-from studies import fit_trials
-from studies.force_curve import Curve
+from studies.scenes.fit.force_curve import Curve
+from studies.scenes.fit.trial_record import SCENE
 
-SCENE = fit_trials.SCENE
 LIFT = SCENE.critical_separation
 
 

@@ -1,4 +1,4 @@
-"""Scenes that several tests share; random ones with closed forms: studies.random_cases."""
+"""Scenes that several tests share; random ones with closed forms: studies.shared.random_cases."""
 
 import math
 from dataclasses import replace

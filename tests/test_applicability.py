@@ -6,10 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies import applicability, applicability_figures, applicability_report, small_slopes
-from studies.command import Output
-from studies.small_slopes import Errors, at_unit_width, blunt, letting_go, scene
-from studies.table import read
+from studies.applicability import figures as applicability_figures
+from studies.applicability import report as applicability_report
+from studies.applicability import study as applicability
+from studies.shared import small_slopes
+from studies.shared.command import Output
+from studies.shared.small_slopes import Errors, at_unit_width, blunt, letting_go, scene
+from studies.shared.table import read
 
 PRESET = applicability.Parameters(
     ratios=(1e-4, 1e-3, 0.01, 0.1, 1.25, 1.4),

@@ -96,6 +96,32 @@ def test_only_cvxpy_and_matplotlib_are_imported_inside_functions():
                 assert nested == (top in LAZY), f"{path}: {module}"
 
 
+def test_the_studies_import_each_other_without_circles():
+    """Imports that only type checkers follow count, too."""
+    paths = {".".join(p.relative_to(ROOT).with_suffix("").parts): p for p in modules("studies")}
+    paths = {name.removesuffix(".__init__"): path for name, path in paths.items()}
+    uses = {}
+    for name, path in paths.items():
+        nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
+        froms = [n for n in nodes if isinstance(n, ast.ImportFrom)]
+        found = {f"{n.module}.{a.name}" for n in froms for a in n.names}
+        found |= {n.module for n in froms if n.module in paths}
+        found |= {a.name for n in nodes if isinstance(n, ast.Import) for a in n.names}
+        uses[name] = found & set(paths) - {name}
+    assert sum(map(len, uses.values())) > 100
+    while lowest := [name for name, below in uses.items() if not below & set(uses)]:
+        for name in lowest:
+            del uses[name]
+    assert not uses, f"these stand on a circle of imports, or above one: {sorted(uses)}"
+
+
+def test_no_folder_of_studies_has_more_than_a_dozen_modules():
+    folders = {path.parent for path in modules("studies")}
+    assert len(folders) > 5
+    for folder in folders:
+        assert len(list(folder.glob("*.py"))) <= 12, folder
+
+
 def test_every_package_is_listed_for_installation():
     listed = (ROOT / "pyproject.toml").read_text("utf-8")
     for package in PACKAGES:
@@ -116,7 +142,7 @@ def test_the_readme_commands_exist_and_ci_runs_the_second():
     for command in (main_job, tests):
         assert "venv" in command
         assert "pip install" in command
-    assert (ROOT / "studies" / "verify.py").exists()
+    assert (ROOT / "studies" / "verify" / "study.py").exists()
     assert "README.md" in (ROOT / ".ci" / "run").read_text("utf-8")
 
 

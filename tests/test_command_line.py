@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from scene_files import writer
 
+from studies import MODULES
 from studies import __main__ as command_line
 
 ROOT = Path(__file__).parent.parent
@@ -30,7 +31,7 @@ def test_the_list_has_one_line_for_each_study():
     assert set(command_line.STUDIES) >= {"run", "verify", "lattice_speed"}
     for name in command_line.STUDIES:
         (line,) = [line for line in ran.stdout.splitlines() if line.split()[:1] == [name]]
-        doc = importlib.import_module(f"studies.{name}").__doc__
+        doc = importlib.import_module(MODULES[name]).__doc__
         assert line.endswith(doc.splitlines()[0])
 
 

@@ -8,9 +8,10 @@ import pytest
 
 from energy import Wedge
 from studies import __main__ as studies
-from studies import contact_angle
-from studies.contact_angle import ORDER, measured
-from studies.small_slopes import scene, simulated
+from studies.contact_angle import study as contact_angle
+from studies.contact_angle.record import ORDER
+from studies.contact_angle.study import measured
+from studies.shared.small_slopes import scene, simulated
 
 PRESET = contact_angle.Parameters(
     ratios=(0.01, 0.1, 0.5),

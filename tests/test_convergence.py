@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from studies import verify
-from studies.checks import convergence, mesh
-from studies.checks.convergence import EXACT, FIRST, SECOND, Comparison, check, refine
+from studies.verify import convergence, mesh
+from studies.verify import study as verify
+from studies.verify.convergence import EXACT, FIRST, SECOND, Comparison, check, refine
 
 CELLS = (50, 100, 200, 400)
 

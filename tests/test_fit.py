@@ -11,14 +11,16 @@ from scene_files import refused
 from discretization import load_path
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
 from studies import __main__ as command_line
-from studies import fit as study
-from studies import fit_figure, fit_trials
-from studies.command import Output
-from studies.curve_file import read_curve
-from studies.fit_estimate import fit
-from studies.fit_model import Model, conditioning, parameters_of
-from studies.force_curve import Curve, in_contact, marks, noise
-from studies.scene_file import load
+from studies.scenes.curve_file import read_curve
+from studies.scenes.file import load
+from studies.scenes.fit import figure as fit_figure
+from studies.scenes.fit import study
+from studies.scenes.fit import trials as fit_trials
+from studies.scenes.fit.estimate import fit
+from studies.scenes.fit.force_curve import Curve, in_contact, marks, noise
+from studies.scenes.fit.model import Model, conditioning, parameters_of
+from studies.scenes.fit.trial_record import SCENE
+from studies.shared.command import Output
 
 ENERGIES = ("w", "gamma1")
 FEW = fit_trials.Parameters(names=ENERGIES, trials=5, steps=14, noise=0.01)
@@ -79,7 +81,7 @@ def test_an_offset_of_the_depth_is_found():
 
 
 def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_nearly_linear():
-    scene = fit_trials.SCENE
+    scene = SCENE
     found = fit(scene, curve_of(scene, share=0.005), ENERGIES)
     for i, estimate in enumerate(found.estimates):
         assert estimate.identifiable
@@ -92,7 +94,7 @@ def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_near
 
 
 def test_the_fit_does_not_depend_on_units():
-    scene, wrong = fit_trials.SCENE, fit_trials.wrong_start(FEW)
+    scene, wrong = SCENE, fit_trials.wrong_start(FEW)
     depth, force = curve_of(scene, share=0.01)
     here = fit(wrong, Curve(depth, force), profiles=False)
     # P per length: 1 N/m = 1e3 µN/mm
@@ -128,7 +130,7 @@ def test_the_letting_go_of_a_punch_tells_w():
 
 
 def test_a_tension_that_is_not_felt_is_not_identifiable():
-    wide = replace(fit_trials.SCENE, indenter=Parabola(500.0))  # a = 300 l
+    wide = replace(SCENE, indenter=Parabola(500.0))  # a = 300 l
     found = fit(wide, curve_of(wide, share=0.02), ("w", "gamma1"))
     assert [e.identifiable for e in found.estimates] == [True, False]
     assert found.estimates[1].bound
@@ -146,7 +148,7 @@ def test_conditioning_of_known_matrices():
 
 
 def test_the_model_follows_the_load_path_and_goes_on_smoothly():
-    scene = fit_trials.SCENE
+    scene = SCENE
     delta = scene.critical_separation
     depth = np.concatenate([np.linspace(0, delta, 8), np.linspace(delta, -0.99 * delta, 30)])
     force = load_path(scene, depths=depth).force
@@ -160,7 +162,7 @@ def test_the_model_follows_the_load_path_and_goes_on_smoothly():
 
 
 def test_noise_contact_and_marks_are_read_from_the_curve():
-    scene = fit_trials.SCENE
+    scene = SCENE
     clean, noisy = curve_of(scene, steps=60), curve_of(scene, steps=60, share=0.01)
     sigma = 0.01 * np.abs(clean.force).max()
     assert noise(noisy.force) == pytest.approx(sigma, rel=0.35, abs=0)
@@ -215,7 +217,7 @@ def test_an_unusable_file_is_refused(tmp_path, text, told):
 
 
 def test_unusable_parameters_scenes_and_curves_are_refused():
-    scene, curve = fit_trials.SCENE, curve_of(fit_trials.SCENE)
+    scene, curve = SCENE, curve_of(SCENE)
     with pytest.raises(ValueError, match="must be among w, gamma1, stiffness, offset"):
         fit(scene, curve, ("w", "nu"))
     with pytest.raises(ValueError, match="each once"):
@@ -245,7 +247,7 @@ R = 0.05
 def test_a_file_is_fitted_from_the_command_line(tmp_path, capsys):
     scene, data = tmp_path / "scene.toml", tmp_path / "curve.csv"
     scene.write_text(SCENE_FILE)
-    depth, force = curve_of(fit_trials.SCENE, steps=24, share=0.01)
+    depth, force = curve_of(SCENE, steps=24, share=0.01)
     rows = [f"{1e6 * d:.9g}, {1e3 * p:.9g}" for d, p in zip(depth, force, strict=True)]
     data.write_text("\n".join(["depth [µm], force [mN/m]", *rows]), "utf-8")
     arguments = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path)]
@@ -281,7 +283,7 @@ def test_the_self_test_reports_and_fails_where_intervals_miss(tmp_path, capsys, 
 
 
 def test_the_figure_shows_both_branches_and_what_took_no_part():
-    scene = fit_trials.SCENE
+    scene = SCENE
     found = fit(scene, curve_of(scene, share=0.01), profiles=False)
     top, bottom = fit_figure.plot(found, "a title").axes
     names = [text.get_text() for text in top.get_legend().get_texts()]

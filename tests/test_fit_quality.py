@@ -10,12 +10,21 @@ from measured_curves import LIFT, SCENE, measured
 
 from discretization import load_path
 from energy import FlatPunch, Scene, SurfaceEnergies, Wedge
-from studies import fit_failures, fit_figure, fit_trials
-from studies.command import Output
-from studies.fit_estimate import fit
-from studies.fit_model import DEFAULT, Model, parameters_of, scene_with
-from studies.fit_quality import Quality, judged, runs
-from studies.force_curve import Curve, contacts, in_contact, loading, marks, turning_points
+from studies.scenes.fit import failures as fit_failures
+from studies.scenes.fit import figure as fit_figure
+from studies.scenes.fit import trials as fit_trials
+from studies.scenes.fit.estimate import fit
+from studies.scenes.fit.force_curve import (
+    Curve,
+    contacts,
+    in_contact,
+    loading,
+    marks,
+    turning_points,
+)
+from studies.scenes.fit.model import DEFAULT, Model, parameters_of, scene_with
+from studies.scenes.fit.quality import Quality, judged, runs
+from studies.shared.command import Output
 
 
 def with_opening(scene, times):

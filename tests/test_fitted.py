@@ -25,7 +25,7 @@ from energy import (
     cards,
 )
 from energy.layer import ElasticLayer
-from studies.random_cases import SHAPES, random_case
+from studies.shared.random_cases import SHAPES, random_case
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -10,7 +10,7 @@ from scenes import L, adhesive, plain, rippled, steep
 from discretization import minimise
 from discretization.equilibrium import QUANTITIES
 from energy import FlatPunch, Parabola, Wedge, cards
-from studies.random_cases import random_steep_case
+from studies.shared.random_cases import random_steep_case
 
 
 def test_flat_punch_lets_go_at_the_critical_separation_at_any_slope():

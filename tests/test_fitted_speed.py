@@ -8,10 +8,10 @@ import pytest
 
 from discretization import minimise
 from energy import Plane
-from studies import fitted_speed
-from studies.fitted_speed import FINITE, SMALL, Parameters
-from studies.random_cases import SHAPES, random_case, random_steep_case
-from studies.table import read
+from studies.benchmarks import fitted_speed
+from studies.benchmarks.fitted_speed import FINITE, SMALL, Parameters
+from studies.shared.random_cases import SHAPES, random_case, random_steep_case
+from studies.shared.table import read
 
 PRESET = Parameters(small=4, finite=2, unknowns=1000)
 LITTLE = ["--scenes", "1", "--steep", "1"]

@@ -10,7 +10,7 @@ from random_scenes import ASKED, answered, depth_of, dice, fuzz, scene_and_depth
 
 from discretization import load_path, minimise
 from energy import Parabola, PowerLaw, SurfaceEnergies
-from studies import stress_reference as reference
+from studies.benchmarks.stress import reference
 
 CLOSE = 4e-15  # of letting go, in δ₀: rounding of the depth decides
 MOST, MANY = 10**6, 2000  # nodes in contact, of one and of several: more only take longer

@@ -14,7 +14,7 @@ from discretization.lattice import fronts
 from discretization.lattice.oracle import Oracle
 from discretization.lattice.state import on_lattice
 from energy import FlatPunch, cards
-from studies.random_cases import SHAPES, random_case
+from studies.shared.random_cases import SHAPES, random_case
 
 
 def nodal(state):

@@ -8,14 +8,17 @@ import pytest
 from PIL import Image
 
 from discretization import load_path
+from discretization.paths.plots import legs
+from discretization.paths.plots import plot as figure
 from energy import Parabola, Wedge, cards
-from studies import hysteresis, loops, pull_off
-from studies.landscape import curves, landscape
-from studies.loops import INDENTERS, LAYER, LIFT, SIZE, WORK, Form
-from studies.path_animation import animate, frames, surface
-from studies.path_figures import figure, legs
-from studies.pull_off_conclusions import trend
-from studies.table import read
+from studies.hysteresis import study as hysteresis
+from studies.hysteresis.animation import animate, frames, surface
+from studies.hysteresis.landscape import curves, landscape
+from studies.pull_off import study as pull_off
+from studies.pull_off.conclusions import trend
+from studies.shared import loops
+from studies.shared.loops import INDENTERS, LAYER, LIFT, SIZE, WORK, Form
+from studies.shared.table import read
 
 LITTLE = hysteresis.Parameters(
     tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36, across=(0.1,), up=(1.0, 3.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scene_files import refused
 
-from studies.curve_file import Reading, read_curve
+from studies.scenes.curve_file import Reading, read_curve
 
 
 def instrument_file(path, library, n=50):

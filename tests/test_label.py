@@ -9,11 +9,11 @@ from scenes import DELTA0, L, adhesive, rough, tips
 
 from discretization import minimise
 from energy import FlatPunch, Parabola, Profile, Wedge
-from studies import run as study
-from studies.new import TEMPLATE
-from studies.random_cases import SHAPES, random_case, random_steep_case
-from studies.scene_file import built
-from studies.table import read
+from studies.scenes import run as study
+from studies.scenes.file import built
+from studies.scenes.new import TEMPLATES
+from studies.shared.random_cases import SHAPES, random_case, random_steep_case
+from studies.shared.table import read
 
 WORDS = {"global", "metastable", "adhered", "neutral", "detached"}
 
@@ -82,7 +82,7 @@ def test_without_adhesion_every_state_is_global():
 
 
 def test_the_scene_that_new_writes_is_not_called_metastable_where_it_is_lowest():
-    given = built(Path("new.toml"), tomllib.loads(TEMPLATE))
+    given = built(Path("new.toml"), tomllib.loads((TEMPLATES / "template.toml").read_text("utf-8")))
     states = study.run(given).states
     assert {state.label for state in states} <= WORDS
     for state in states:

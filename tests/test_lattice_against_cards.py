@@ -9,7 +9,7 @@ from scenes import adhesive
 from discretization import minimise
 from discretization.lattice.state import on_lattice
 from energy import FlatPunch, Parabola, Plane, PowerLaw, Sampled, Wedge, cards
-from studies.random_cases import SHAPES, random_case
+from studies.shared.random_cases import SHAPES, random_case
 
 K, GAMMA1, W = 130.0, 0.07, 0.002
 M = {"k": K, "gamma1": GAMMA1, "w": W}

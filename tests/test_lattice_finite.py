@@ -11,7 +11,7 @@ from discretization import minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.lattice.state import on_lattice
 from energy import FlatPunch, Parabola, Plane, PowerLaw, Profile, Sampled, Wedge, cards
-from studies.random_cases import random_steep_case, steep_totals
+from studies.shared.random_cases import random_steep_case, steep_totals
 
 COSINES = Profile(
     lambda x: 2e-5 * np.cos(2000 * np.asarray(x)), lambda x: -0.04 * np.sin(2000 * np.asarray(x))

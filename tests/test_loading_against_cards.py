@@ -8,7 +8,7 @@ from scenes import adhesive
 
 from discretization.loading import load_path
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies, Wedge, cards
-from studies.random_cases import random_case
+from studies.shared.random_cases import random_case
 
 CONTROLS = ("depth", "force", "drive")
 BARS = 1e-10

@@ -9,7 +9,7 @@ from scene_files import refused
 
 from energy import read_profile
 from energy.text_table import Layout, read_table
-from studies.curve_file import Reading, read_curve
+from studies.scenes.curve_file import Reading, read_curve
 
 
 @pytest.mark.parametrize(("text", "encoding"), [c[1:] for c in RIGHT], ids=[c[0] for c in RIGHT])

@@ -8,7 +8,7 @@ from scenes import DELTA0, L, adhesive, rough, tips, two, wavy
 
 from discretization import load_path, minimise
 from energy import FlatPunch, Parabola, Plane, Wedge
-from studies.random_cases import SHAPES, random_case, random_steep_case
+from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 
 STORED = ("springs", "surface", "adhesion")
 ACTING = ("pressure", "lines")

@@ -5,7 +5,8 @@ import pytest
 
 from discretization import load_path
 from discretization.paths.fitted_branch import FittedBranch
-from studies import path_speed, timing
+from studies.benchmarks import path_speed
+from studies.shared import timing
 
 
 def test_the_middle_of_times():

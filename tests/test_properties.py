@@ -12,7 +12,7 @@ from discretization import NodalEnergy, minimise
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.state import on_lattice
 from energy import Profile
-from studies.random_cases import SHAPES, random_case, random_steep_case
+from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 
 cases = st.builds(
     lambda seed, shape: random_case(np.random.default_rng(seed), shape),

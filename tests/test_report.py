@@ -1,12 +1,13 @@
 """The report: one page that holds everything and says what failed."""
 
+import importlib
 import re
 import shutil
 from pathlib import Path
 
 import pytest
 
-from studies import REPORTED, STUDIES, report
+from studies import MODULES, REPORTED, STUDIES, report, template
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def test_the_page_says_where_it_comes_from_and_what_was_found(made):
 
 
 def test_a_failing_study_is_shown_and_counts(tmp_path, monkeypatch, capsys):
-    from studies import tolerance
+    from studies.benchmarks import tolerance
 
     monkeypatch.setattr(tolerance, "passed", lambda trials: False)
     assert report.main(["--quick", "--only", "tolerance", "--out", str(tmp_path)]) == 1
@@ -83,6 +84,8 @@ def test_the_verification_table_shows_a_failure(tmp_path):
 
 def test_every_study_that_needs_no_input_is_in_the_report():
     tools = {"run", "new", "sweep", "fit", "report"}
-    files = Path(report.__file__).parent.glob("[!_]*.py")
-    found = {file.stem for file in files if "\ndef main(" in file.read_text("utf-8")}
-    assert found == set(STUDIES) and set(REPORTED) == found - tools
+    files = Path(report.__file__).parent.rglob("[!_]*.py")
+    found = {str(file) for file in files if "\ndef main(" in file.read_text("utf-8")}
+    listed = {name: importlib.import_module(module).__file__ for name, module in MODULES.items()}
+    assert found == {*listed.values(), template.__file__}
+    assert set(REPORTED) == set(STUDIES) - tools

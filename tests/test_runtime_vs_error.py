@@ -6,10 +6,11 @@ import time
 import numpy as np
 import pytest
 
-from studies import runtime_report as report
-from studies import runtime_vs_error as study
-from studies.rivals import problem
-from studies.rivals.tasks import TASKS, Method, Task
+from studies.benchmarks import runtime_report as report
+from studies.benchmarks import runtime_vs_error as study
+from studies.benchmarks.rivals import problem
+from studies.benchmarks.rivals.task import Method
+from studies.benchmarks.rivals.tasks import TASKS, named
 
 SLOW = ((10**3, 0.01), (10**4, 10.0))
 TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
@@ -35,7 +36,7 @@ def points():
 def test_every_method_of_every_task_was_measured_or_says_why_not(points):
     for name in TASKS:
         methods = {p.method for p in points if p.task == name}
-        assert methods == {m.name for m in Task.named(name, 10).methods}
+        assert methods == {m.name for m in named(name, 10).methods}
     for p in points:
         assert p.note or (p.seconds > 0 and p.ratio > 0 and p.unknowns > 0 and p.spread >= 0)
         assert "not installed" in p.note or not p.note
@@ -59,7 +60,7 @@ def test_the_default_method_reaches_its_digits(points):
 
 
 def test_a_nested_active_set_is_of_second_order():
-    task = Task.named("nonadhesive", 1)
+    task = named("nonadhesive", 1)
     (method,) = (m for m in task.methods if m.name == "active set, nested grids")
     errors = [task.errors(method.make(task, n)[0]())[0] for n in (500, 1000, 2000, 4000, 8000)]
     slope = np.polyfit(np.log([500, 1000, 2000, 4000, 8000]), np.log(errors), 1)[0]
@@ -87,7 +88,7 @@ def test_a_size_that_would_take_for_ever_is_left_out():
         sizes.append(size)
         return (lambda: time.sleep(0.003) or problem.Answer(1.0, 1.0, 1.0, 1.0)), 100
 
-    task = Task.named("adhesive", 1)
+    task = named("adhesive", 1)
     method = Method("slow", prepare)
     study._grown(study.Parameters((10, 100, 1000), patience=0.05, repeats=1), len, (task, method))
     assert sizes == [10]

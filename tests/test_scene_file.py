@@ -7,7 +7,7 @@ import pytest
 from scene_files import DEPTH, INDENTER, SURFACES, by_hand, refused, writer
 
 from energy import FlatPunch, Parabola, Plane, PowerLaw, Sampled, SurfaceEnergies, Wedge
-from studies.scene_file import load
+from studies.scenes.file import load
 
 ANGLE = 'shape = "wedge"\ndelta = '
 

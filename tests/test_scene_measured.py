@@ -7,7 +7,7 @@ import pytest
 from measured_curves import SCENE, measured
 
 from studies import __main__ as command_line
-from studies.scene_file import load
+from studies.scenes.file import load
 
 SCENE_FILE = """
 depth = 0

@@ -11,9 +11,10 @@ from scene_files import refused, writer
 from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies import __main__ as command_line
-from studies import new, path_figures, scene_path
-from studies import run as study
-from studies.scene_file import load
+from studies.scenes import new
+from studies.scenes import path as scene_path
+from studies.scenes import run as study
+from studies.scenes.file import load
 
 TEXT = """
 title = "A loop"
@@ -36,6 +37,8 @@ SCENE = Scene(
     ElasticLayer(2e3, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 4e-4), Parabola(0.017)
 )
 LEGS = [-1e-6, -0.25e-6, 0.5e-6, 1.25e-6, 2e-6, 0, -2e-6, -4e-6, -6e-6]
+
+TEMPLATE = (new.TEMPLATES / "template.toml").read_text("utf-8")
 
 
 @pytest.fixture
@@ -138,7 +141,7 @@ def test_what_the_path_refuses_names_the_file(written):
 )
 def test_the_figure_of_a_path(written, text, panels):
     given = load(written((DEPTHS, text)))
-    figure = path_figures.figure(scene_path.follow(given), "a title")
+    figure = scene_path.follow(given).plot("a title")
     figure.draw_without_rendering()
     assert len(figure.axes) == panels
     kinds = [entry.get_text() for entry in figure.axes[0].get_legend().get_texts()]
@@ -157,7 +160,7 @@ def test_a_new_file_runs_unchanged_and_is_not_overwritten(tmp_path, capsys):
 
 
 def test_the_defaults_that_a_new_file_shows_are_the_defaults(tmp_path):
-    options = re.sub("(?m)^# ", "", new.TEMPLATE[new.TEMPLATE.index("[options]") :])
+    options = re.sub("(?m)^# ", "", TEMPLATE[TEMPLATE.index("[options]") :])
     shown = tomllib.loads(options)["options"]
     shown.pop("spacing")
     signature = inspect.signature(minimise).parameters
@@ -168,7 +171,7 @@ def test_the_defaults_that_a_new_file_shows_are_the_defaults(tmp_path):
 
 @pytest.mark.parametrize("control", ["depths", "forces", "drives"])
 def test_what_a_new_file_shows_in_comments_can_be_used(tmp_path, control):
-    text = new.TEMPLATE.replace("# [path]", "[path]").replace(f"# {control} =", f"{control} =")
+    text = TEMPLATE.replace("# [path]", "[path]").replace(f"# {control} =", f"{control} =")
     text = text.replace("\ndepth = {", "\n# depth = {").replace("# steps = 50", "steps = 5")
     text = text.replace("# [opening]\n# w", "[opening]\nw").replace("# tilted", "tilted")
     if control == "drives":

@@ -10,9 +10,9 @@ from scene_files import DEPTH, SURFACES, by_hand, refused, writer
 
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, SurfaceEnergies, Wedge
-from studies import run as study
-from studies.scene_file import load
-from studies.table import read
+from studies.scenes import run as study
+from studies.scenes.file import load
+from studies.shared.table import read
 
 SHIPPED = sorted((Path(__file__).parent.parent / "studies" / "scenes").glob("*.toml"))
 

@@ -9,12 +9,13 @@ from scene_files import DEPTH, SURFACES, TEXT, refused, writer
 from sweep_points import lines
 
 from discretization import minimise
-from studies import run as run_study
-from studies import sweep as study
-from studies import sweep_figure, table
-from studies.scene_file import built, read
-from studies.scene_grid import SolvedScene, axes, placed
-from studies.sweep import sweep
+from studies.scenes import run as run_study
+from studies.scenes.file import built, read
+from studies.scenes.grid import SolvedScene, axes, placed
+from studies.scenes.sweep import figure as sweep_figure
+from studies.scenes.sweep import study
+from studies.scenes.sweep.study import sweep
+from studies.shared import table
 
 WORKS = 'w = { from = 1e-4, to = 1e-2, steps = 3, spacing = "log" }'
 SWEPT = TEXT.replace("E = 2e3", "E = [2e3, 4e3]").replace(SURFACES, WORKS)

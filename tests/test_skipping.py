@@ -19,8 +19,8 @@ from discretization.fitted.free_surface import FreeSurface
 from discretization.fitted.lines import Problem
 from discretization.lattice import shortest_path
 from energy import Parabola
-from studies import skipping
-from studies.skipping_routes import ROUTES, declared, numbers, scene
+from studies.benchmarks import skipping
+from studies.benchmarks.skipping_routes import ROUTES, declared, numbers, scene
 
 README = Path(__file__).parent.parent / "README.md"
 WORK = {

@@ -10,8 +10,9 @@ from scenes import plain
 
 from discretization import minimise
 from energy import ElasticLayer, Parabola, PowerLaw, Scene, SurfaceEnergies, cards
-from studies import stress, stress_reference
-from studies.random_cases import random_case, random_steep_case
+from studies.benchmarks.stress import reference as stress_reference
+from studies.benchmarks.stress import study as stress
+from studies.shared.random_cases import random_case, random_steep_case
 
 TINY = stress.Parameters(stride=3, nodes=2000)
 

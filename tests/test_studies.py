@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scene_files import DEPTH, SURFACES, writer
 
-from studies import TIMED, command, figures, table
+from energy.units import prefixed, quantity
+from studies import MODULES, TIMED
 from studies import __main__ as command_line
-from studies.units import prefixed, quantity
+from studies.shared import command, figures, table
 
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
 FAST = {  # its words, and the rows of its tables in the order of their names
@@ -37,7 +38,7 @@ def test_every_study_has_the_common_options(name, capsys):
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_no_study_writes_tables_and_figures_by_itself(name):
-    module = importlib.import_module(f"studies.{name}")
+    module = importlib.import_module(MODULES[name])
     with open(module.__file__, encoding="utf-8") as file:
         text = file.read()
     for own in ("csv.writer", "savefig", "ArgumentParser", "ProcessPoolExecutor", "sys.argv"):

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from sweep_points import cheap, lines, nap, slow
 
-from studies.batches import SECONDS, Batch, Clock
-from studies.scene_grid import Axis
-from studies.sweep import Grid, sweep
-from studies.sweep_store import Store
+from studies.scenes.grid import Axis
+from studies.scenes.sweep.batches import SECONDS, Batch, BatchClock
+from studies.scenes.sweep.store import Store
+from studies.scenes.sweep.study import Grid, sweep
 
 ROOT = Path(__file__).parent.parent
 AXES = {"x": [1.0, 2.0, 0.1], "y": [3.0, 1e-17, 7.0, -2.0]}
@@ -93,7 +93,7 @@ def test_another_sweep_and_unusable_arguments_are_refused(tmp_path):
 
 KILLED = """
 if __name__ == "__main__":
-    from studies.sweep import sweep
+    from studies.scenes.sweep.study import sweep
     from sweep_points import slow
     sweep(slow, {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}, "PATH", jobs=2)
 """
@@ -142,7 +142,7 @@ def lines_of(path):
 
 
 def test_a_batch_takes_about_its_time_and_the_last_ones_are_small():
-    clock = Clock(0, 10**6, 0, lambda progress: None)
+    clock = BatchClock(0, 10**6, 0, lambda progress: None)
     assert clock.size(10**6, 2) == 1  # nothing is known yet
     clock.count(Batch(["{}"], 0, 1e-3))
     assert clock.size(10**6, 2) == int(SECONDS / 1e-3)

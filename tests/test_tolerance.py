@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 from discretization import minimise
 from discretization.lattice.state import on_lattice
 from energy import Parabola, Wedge
-from studies import lattice_tolerance, run, tolerance
+from studies.benchmarks import lattice_tolerance, tolerance
+from studies.scenes import run
 
 
 @pytest.fixture(scope="module")

@@ -16,11 +16,11 @@ import discretization
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, SurfaceEnergies
 from energy.validity import compliance_error, second_order
-from studies import run
-from studies.checks import scenes as checks
-from studies.fit_trials import SCENE as FITTED
-from studies.new import TEMPLATE
-from studies.scene_file import built
+from studies.scenes import run
+from studies.scenes.file import built
+from studies.scenes.fit.trial_record import SCENE as FITTED
+from studies.scenes.new import TEMPLATES
+from studies.verify import scenes as checks
 
 README = Path(__file__).parent.parent / "README.md"
 SHORT = 8.0  # qh from which the layer is a half-space to 1e-5
@@ -215,7 +215,9 @@ def test_the_recipes_of_the_readme_are_inside_the_model_or_say_so(seen, tmp_path
 
 
 def test_the_scene_that_new_writes_is_inside_the_model():
-    record = run.run(built(Path("new.toml"), tomllib.loads(TEMPLATE)))
+    record = run.run(
+        built(Path("new.toml"), tomllib.loads((TEMPLATES / "template.toml").read_text("utf-8")))
+    )
     assert len(record.attached) == len(record.states) == 33
     assert all(state.warnings == () for state in record.states)
 

@@ -9,10 +9,11 @@ import pytest
 
 from discretization import Lattice
 from energy import SurfaceEnergies, cards
-from studies import verify
-from studies.checks import CHECKS, convergence, curves, mesh, scenes
-from studies.checks.convergence import EXACT, FIRST, SECOND, refine
-from studies.table import read
+from studies.shared.table import read
+from studies.verify import convergence, curves, mesh, scenes
+from studies.verify import study as verify
+from studies.verify.checks import CHECKS
+from studies.verify.convergence import EXACT, FIRST, SECOND, refine
 
 CELLS = (50, 100, 200, 400)
 PRESET = verify.Parameters(cells=CELLS, offsets=(0.37,), points=5)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.many_contacts import ManyContacts
-from discretization.paths import ledger
+from discretization.paths import display, ledger, plots
 from discretization.paths.branch import Branch, State
 from discretization.paths.control import Control
 from discretization.paths.events import Event, PullOff, Snapshot, half_length
@@ -213,6 +213,18 @@ class History:
         ValueError for a path without tension.
         """
         return ledger.most_tensile(self._branch, self.segments)
+
+    plot = plots.plot
+    to_dict = display.to_dict
+    _repr_html_ = display.html
+    __repr__ = display.line
+    __str__ = display.text
+
+    def __len__(self) -> int:
+        return self.depth.size
+
+    def __bool__(self) -> bool:
+        return True  # also a path without steps
 
     @functools.cached_property
     def _branch(self) -> Branch:

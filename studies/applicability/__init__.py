@@ -1,0 +1,1 @@
+"""The study `applicability`: where Eq. (16) holds."""

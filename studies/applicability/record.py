@@ -1,0 +1,92 @@
+"""What `applicability` compares: its parameters, and the record that figures and report read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from studies.shared.small_slopes import Errors
+
+TOLERANCES = (0.01, 0.1)
+PUNCH = "flat punch"
+WORK = 0.5  # with k = 1 the critical separation δ₀ is 1
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Grids of w/γ₁, steepness and punch width a/l.
+
+    ratios, steepness, widths: of the map; turning: steepnesses at which the overhang is located;
+    lines, scan: steepness and w/γ₁ where borders are searched; paths, tensions: steepness and
+    γ₁/w of the conjecture.
+    """
+
+    ratios: tuple[float, ...] = (
+        *(1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35, 0.5, 0.7, 0.9),
+        *(0.98, 1.04, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7),
+    )
+    steepness: tuple[float, ...] = (0.01, 0.03, 0.07, 0.15, 0.25, 0.4, 0.65, 1.0)
+    widths: tuple[float, ...] = (0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0)
+    turning: tuple[float, ...] = (0.01, 0.1, 0.3, 1.0)
+    lines: tuple[float, ...] = (0.01, 0.1, 0.3)
+    scan: tuple[float, ...] = (1e-4, 1e-2, 0.1, 0.4, 0.8)
+    paths: tuple[float, ...] = (0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0)
+    tensions: tuple[float, ...] = (
+        *(0.56, 0.65, 0.75, 0.85, 0.95, 1.02, 1.2, 1.6, 2.5, 5.0, 12.0, 40.0, 200.0, 1e3, 1e4),
+    )
+
+
+FULL = Parameters()
+
+
+QUICK = Parameters(
+    ratios=(1e-4, 1e-3, 0.01, 0.1, 0.4, 0.8, 1.3, 1.8),
+    steepness=(0.03, 0.1, 0.3, 1.0),
+    widths=(0.1, 1.0, 10.0),
+    turning=(0.03, 0.3, 1.0),
+    lines=(0.1,),
+    scan=(1e-4, 0.05, 0.3),
+    paths=(0.1, 0.2, 0.4),
+    tensions=(1.2, 2.5, 40.0, 1e3),
+)
+
+
+class Point(NamedTuple):
+    """One comparison: w/γ₁, the steepness f' and width a/l of (16), and its errors."""
+
+    shape: str
+    ratio: float
+    steepness: float
+    width: float
+    errors: Errors
+
+
+class Border(NamedTuple):
+    """The w/γ₁ at which an error first exceeds a tolerance.
+
+    0: from the least w/γ₁ on; inf: nowhere up to the largest.
+    """
+
+    shape: str
+    steepness: float
+    quantity: str
+    tolerance: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Record:
+    """All comparisons.
+
+    turning: (shape, steepness, w/γ₁ from which the surface turns over); flat: (shape, w/γ₁, error
+    of d = -δ₀ where the contact lets go, relative to δ₀); small_slopes: largest error of (16)
+    within the paper's own energy for γ₁ > 0, and of (18) for γ₁ = 0.
+    """
+
+    parameters: Parameters
+    maps: dict[str, tuple[Point, ...]]
+    paths: dict[str, tuple[Point, ...]]
+    borders: tuple[Border, ...]
+    turning: tuple[tuple[str, float, float], ...]
+    flat: tuple[tuple[str, float, float], ...]
+    small_slopes: tuple[float, float]

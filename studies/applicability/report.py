@@ -1,0 +1,214 @@
+"""What the study `applicability` found: the answer in words, and the table of borders.
+
+Every number is read from the record of simulated states; none stands here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from studies.applicability.figures import draw_conjecture, draw_maps, grid, worst_on_path
+from studies.applicability.record import PUNCH, Point, Record
+from studies.shared.command import Output
+from studies.shared.types import Array, Table
+
+
+def within(steepness: Array, errors: Array, tolerance: float) -> float:
+    """Steepness at which the errors reach the tolerance, between points by their power law.
+
+    nan if they exceed it everywhere, inf if nowhere.
+    """
+    over = np.flatnonzero(errors > tolerance)
+    if not over.size or over[0] == 0:
+        return math.nan if over.size else math.inf
+    i = slice(over[0] - 1, over[0] + 1)
+    logs = np.interp(math.log(tolerance), np.log(errors[i]), np.log(steepness[i]))
+    return float(np.exp(logs))
+
+
+def power(x: Array, y: Array) -> float:
+    """n of y ~ xⁿ by least squares."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+def growth(points: Sequence[Point]) -> tuple[float, float]:
+    """C and n of |error of a| = C (w/γ₁)ⁿ for the bluntest profile, 1e-3 <= w/γ₁ <= 0.1.
+
+    (Below, the steepness of the profile itself is the larger cause of error.)
+    """
+    bluntest = min(point.steepness for point in points)
+    chosen = [x for x in points if x.steepness == bluntest and 1e-3 <= x.ratio <= 0.1]
+    ratios = np.array([x.ratio for x in chosen])
+    errors = np.abs([x.errors.half_width for x in chosen])
+    n, log_c = np.polyfit(np.log(ratios), np.log(errors), 1)
+    return math.exp(log_c), float(n)
+
+
+def answer(record: Record) -> str:
+    """applicability.md without its figures."""
+    return "\n".join(
+        [
+            "# Where Eq. (16) serves\n",
+            "Eq. (16) against simulated states with true surface lengths, at the same depth.\n",
+            "## Is it exact anywhere?\n",
+            *_exact(record),
+            "\n## Up to which w/γ₁ is the error below 1 % and 10 %?\n",
+            *_table(record),
+            "",
+            *_growth(record),
+            "\n## Does it serve for all γ₁? (w, k, indenter and d = 0 fixed)\n",
+            *_conjecture(record),
+            "\n## Where nothing can be said\n",
+            *_overhang(record),
+        ]
+    )
+
+
+def _exact(record: Record) -> Iterator[str]:
+    p = record.parameters
+    tense, dry = record.small_slopes
+    yield (
+        f"- In the paper's own energy (small slopes): for γ₁/w from {min(p.tensions):g} to "
+        f"{max(p.tensions):g} the simulated half-width differs from (16) by at most {tense:.0e}, "
+        f"for γ₁ = 0 from (18) by {dry:.0e}. There (16) is exact for every γ₁."
+    )
+    for shape in dict.fromkeys(item[0] for item in record.flat):
+        ratios = [ratio for name, ratio, _ in record.flat if name == shape]
+        worst = max(abs(error) for name, _, error in record.flat if name == shape)
+        yield (
+            f"- With true lengths, where the face is flat at the line: the {shape} lets go at "
+            f"d = -√(2w/k) within {worst:.0e} for w/γ₁ from {min(ratios):g} to {max(ratios):g}."
+        )
+    points = [x for part in (record.maps, record.paths) for row in part.values() for x in row]
+    young = [abs(x.errors.young) for x in points if math.isfinite(x.errors.young)]
+    yield (
+        f"- Control: in all {len(young)} simulated states with a free line π - θ obeys Young's law "
+        f"(8) within {max(young):.0e} of itself."
+    )
+
+
+def _ratio(value: float, largest: float) -> str:
+    if value == 0:
+        return "nowhere"
+    return f"up to {largest:g}, all tried" if math.isinf(value) else f"below {value:.2g}"
+
+
+def _table(record: Record) -> Iterator[str]:
+    """One row for each shape, steepness and quantity."""
+    yield "Wedge and parabola, at the depth where (16) gives a = l; w/γ₁:\n"
+    yield "| indenter | f'(a) | error of | within 1 % | within 10 % |"
+    yield "| --- | --: | --- | --- | --- |"
+    largest = max(record.parameters.scan)
+    for one, ten in zip(record.borders[::2], record.borders[1::2], strict=True):
+        steepness = f"{one.steepness:g}" if math.isfinite(one.steepness) else "any"
+        low, high = _ratio(one.ratio, largest), _ratio(ten.ratio, largest)
+        yield f"| {one.shape} | {steepness} | {one.quantity} | {low} | {high} |"
+
+
+def _growth(record: Record) -> Iterator[str]:
+    for shape in record.paths:
+        coefficient, n = growth(record.maps[shape])
+        steepness = min(point.steepness for point in record.maps[shape])
+        yield (
+            f"- {shape}, f'(a) = {steepness:g}: the error of a grows as {coefficient:.2g}"
+            f"·(w/γ₁)^{n:.2f} at a = l (least squares, w/γ₁ = 0.001 to 0.1)."
+        )
+    yield from _signs(record)
+    ratios, widths, _, force = grid(record.maps[PUNCH], "width")
+    largest, worst = ratios[~np.isnan(force).any(axis=0)][-1], np.nanmax(force, axis=1)
+    yield (
+        f"- flat punch about to let go: with the tension term 2√(2wγ₁) of (22) its force is off, "
+        f"for w/γ₁ up to {largest:g}, by at most {worst[0]:.1%} for a = {widths[0]:g} l and "
+        f"{worst[-1]:.1%} for a = {widths[-1]:g} l."
+    )
+
+
+def _signs(record: Record) -> Iterator[str]:
+    points = [x for shape in record.paths for x in (*record.maps[shape], *record.paths[shape])]
+    known = [x.errors.half_width for x in points if x.errors.exists]
+    below = sum(error < 0 for error in known)
+    yield f"- In {below} of {len(known)} states the contact is wider than (16) says."
+
+
+def _conjecture(record: Record) -> Iterator[str]:
+    orders = []
+    for shape, points in record.paths.items():
+        for name, what, scale in (
+            ("half_width", "half-width", "a₀"),
+            ("force", "force", "max(|P|, 2√(2wγ₁))"),
+        ):
+            steepness, errors = worst_on_path(points, name)
+            one, ten = (within(steepness, errors, tolerance) for tolerance in (0.01, 0.1))
+            yield (
+                f"- {shape}, {what}: the largest error over all γ₁ tried grows as f'(a₀)^"
+                f"{power(steepness, errors):.2f}, from {errors[0]:.1e} {scale} at f'(a₀) = "
+                f"{steepness[0]:g} to {errors[-1]:.1e} at {steepness[-1]:g}: within 1 % for all γ₁ "
+                f"if f'(a₀) {_bound(one)}, within 10 % if it {_bound(ten)}."
+            )
+            orders.append(power(steepness, errors))
+    yield _range(record)
+    if min(orders) > 0.5:
+        yield (
+            "\nThe conjecture holds in this sense: not π - θ has to be small but the slope of the "
+            "indenter at the line. The angle enters through 2l sin((π - θ)/2), and Young's law "
+            "makes that √(2w/k) at any angle. (Relative to a itself errors are larger where the "
+            "contact is about to vanish, a ≪ a₀.)"
+        )
+    else:
+        yield "\nThe conjecture fails: the error does not vanish for blunt indenters."
+
+
+def _range(record: Record) -> str:
+    """Which γ₁ were tried, down to where the surface turns over."""
+    points = [x for row in record.paths.values() for x in row if x.errors.exists]
+    least = {x.steepness: 0.0 for x in sorted(points, key=lambda x: x.steepness)}
+    for s in least:
+        least[s] = min(1 / x.ratio for x in points if x.steepness == s)
+    reached = ", ".join(f"{gamma:.2g} w at f'(a₀) = {s:g}" for s, gamma in least.items())
+    return f"- Least γ₁ tried at which the surface does not turn over: {reached}."
+
+
+def _bound(steepness: float) -> str:
+    if math.isnan(steepness):
+        return "is below all tried"
+    return "is any of those tried" if math.isinf(steepness) else f"is <= {steepness:.2g}"
+
+
+def _overhang(record: Record) -> Iterator[str]:
+    for shape, steepness, ratio in record.turning:
+        if math.isfinite(ratio):
+            where = f" with f'(a) = {steepness:g}" if steepness else ""
+            yield (
+                f"- {shape}{where}: beyond w/γ₁ = {ratio:.2f} the surface turns over (inclination "
+                "beyond π/2) and is no graph u(x)."
+            )
+    yield (
+        "- For γ₁ < w/2 Young's law has no angle: with w fixed the limit γ₁ → 0 of (18) cannot be "
+        "reached with true lengths; (18) is the limit of the small-slope energy only."
+    )
+
+
+def table(record: Record) -> Table:
+    """Columns and a row per comparison."""
+    names = [f"error_{name}" for name in ("half_width", "force", "angle", "young")]
+    rows = [
+        [part, shape, x.ratio, x.steepness, x.width, *x.errors]
+        for part, found in (("map", record.maps), ("path", record.paths))
+        for shape, points in found.items()
+        for x in points
+    ]
+    return ["part", "shape", "w/gamma1", "steepness", "a/l", *names], rows
+
+
+def write(record: Record, out: Output) -> str:
+    """Write figures, CSV and report; return the answer."""
+    text = answer(record)
+    images = {"applicability.png": draw_maps(record), "conjecture.png": draw_conjecture(record)}
+    out.figures(images)
+    out.table("applicability.csv", record.parameters, *table(record))
+    links = "\n".join(f"\n![{name}]({name})" for name in images)
+    out.at("applicability.md").write_text(f"{text}\n{links}\n", encoding="utf-8")
+    return text

@@ -1,0 +1,181 @@
+"""Where does Eq. (16), the contact line for small slopes, serve? Section 6 of the paper.
+
+    f(a) = d + √(2w/k) - l f'(a),  l = √(γ₁/k)                                             (16)
+
+is set, at the same imposed depth d, against minimising the energy of the true surface lengths
+(slopes="finite"), which knows neither (16) nor Young's law. With k = γ₁ = l = 1 a result depends
+only on w/γ₁, on a/l and on the steepness, the slope f'(a) at the line of (16).
+
+Map: a wedge and a parabola at the depth where (16) gives a = l, over w/γ₁ and steepness; a flat
+punch about to let go, over w/γ₁ and a/l. Errors: of a relative to a; of the force (11) and of the
+largest pull relative to max(|P|, 2√(2wγ₁)), the tension term of (22); of the depth at which the
+contact lets go relative to δ₀ = √(2w/k); of π - θ relative to itself.
+Conjecture: w, k, the indenter and d = 0 are fixed, γ₁ alone varies: does (16) hold for all γ₁?
+Its steepness is f'(a₀), the error of a relative to a₀, the half-width (18) without tension.
+
+Output: applicability.png, conjecture.png, applicability.csv, and the answer in applicability.md.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+
+from scipy.optimize import brentq
+
+from discretization import minimise
+from energy import FlatPunch, Parabola
+from studies.applicability import report as applicability_report
+from studies.applicability.record import (
+    FULL,
+    PUNCH,
+    QUICK,
+    TOLERANCES,
+    WORK,
+    Border,
+    Parameters,
+    Point,
+    Record,
+)
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.small_slopes import (
+    QUANTITIES,
+    SHAPES,
+    Errors,
+    at_unit_width,
+    blunt,
+    compare,
+    depth_by_16,
+    letting_go,
+    punch,
+    scene,
+)
+
+
+def border(error: Callable[[float], float], scan: Sequence[float], tolerance: float) -> float:
+    """w/γ₁ from which |error| exceeds the tolerance: bracketed on `scan`, then root finding."""
+
+    def excess(log_ratio: float) -> float:
+        return abs(error(math.exp(log_ratio))) - tolerance
+
+    logs = [math.log(ratio) for ratio in scan]
+    over = next((i for i, at in enumerate(logs) if excess(at) > 0), None)
+    if over is None or over == 0:
+        return math.inf if over is None else 0.0
+    return math.exp(brentq(excess, logs[over - 1], logs[over], xtol=1e-3, rtol=1e-8))
+
+
+def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
+    """Each shape, steepness line and quantity; and the angle, which depends on w/γ₁ alone."""
+    lines = product(SHAPES, p.lines, QUANTITIES)
+    flat = "parabola", "depth of letting go"  # at its tip: among the flat faces
+    chosen = [(shape, s, name) for shape, s, name in lines if (shape, name) != flat]
+    for pair in each(functools.partial(_borders, p.scan), chosen, jobs):
+        yield from pair
+    for tolerance in TOLERANCES:
+        found = border(lambda r: at_unit_width("wedge", 1.0, r).angle, (*p.scan, 1.3), tolerance)
+        yield Border("any", math.nan, "π - θ", tolerance, found)
+
+
+def _borders(scan: Sequence[float], line: tuple[str, float, str]) -> list[Border]:
+    shape, steepness, name = line
+    at = functools.partial(QUANTITIES[name], shape, steepness)
+    return [Border(*line, tolerance, border(at, scan, tolerance)) for tolerance in TOLERANCES]
+
+
+def turning_over(errors: Callable[[float], Errors], ratios: Sequence[float]) -> float:
+    """w/γ₁ from which the surface turns over, bisected to 2 % on whether a state is refused."""
+    exists = [errors(ratio).exists for ratio in ratios]
+    if all(exists):
+        return math.nan
+    hi = ratios[exists.index(False)]
+    lo = ratios[exists.index(False) - 1]
+    while hi - lo > 0.02 * lo:
+        middle = (lo + hi) / 2
+        lo, hi = (middle, hi) if errors(middle).exists else (lo, middle)
+    return (lo + hi) / 2
+
+
+def overhangs(p: Parameters) -> Iterator[tuple[str, float, float]]:
+    """(shape, steepness, w/γ₁) of the states of the map that are about to turn over."""
+    for shape in SHAPES:
+        for s in p.turning:
+            yield shape, s, turning_over(functools.partial(at_unit_width, shape, s), p.ratios)
+    yield PUNCH, 0.0, turning_over(functools.partial(punch, 1.0), p.ratios)
+
+
+def path_point(case: tuple[str, float, float]) -> Point | None:
+    """Eq. (16) at d = 0, case: shape, steepness, γ₁/w; None without contact (too sharp a wedge)."""
+    shape, steepness, tension = case
+    a0 = (1.0 if shape == "wedge" else 2.0) / steepness
+    given = scene(blunt(shape, steepness, a0), tension * WORK, WORK)
+    ell = given.elastocapillary_length
+    a = a0 - ell if shape == "wedge" else a0 / (ell / a0 + math.hypot(ell / a0, 1))
+    if a <= 0:
+        return None
+    return Point(shape, 1 / tension, steepness, a / ell, compare(given, 0.0, a, a0))
+
+
+def within_small_slopes(p: Parameters) -> tuple[float, float]:
+    """Largest error of a by (16) in the paper's own energy: for γ₁ > 0, and (18) for γ₁ = 0."""
+    tense = dry = 0.0
+    for shape in SHAPES:
+        for steepness in p.paths:
+            a0 = (1.0 if shape == "wedge" else 2.0) / steepness
+            body = blunt(shape, steepness, a0)
+            for tension in p.tensions:
+                given = scene(body, tension * WORK, WORK, "small")
+                state = minimise(given, depth_by_16(given, a0))
+                tense = max(tense, abs(state.half_width / a0 - 1))
+            state = minimise(scene(body, 0.0, WORK, "small"), 0.0, branch="global")
+            dry = max(dry, abs(state.half_width / a0 - 1))
+    return tense, dry
+
+
+def flat_faces(p: Parameters) -> Iterator[tuple[str, float, float]]:
+    """d = -δ₀, where a face that is flat at the line lets go, against the simulation."""
+    for shape, body in ((PUNCH, FlatPunch(1.0)), ("parabola", Parabola(5.0))):
+        for ratio in p.scan[::2]:
+            given = scene(body, 1.0, ratio)
+            yield shape, ratio, letting_go(given, 1e-12) / given.critical_separation + 1
+
+
+def map_point(case: tuple[str, float, float]) -> Point:
+    """A state of the map; case: shape, steepness (width of the punch), w/γ₁."""
+    shape, other, ratio = case
+    if shape == PUNCH:
+        return Point(PUNCH, ratio, 0.0, other, punch(other, ratio))
+    return Point(shape, ratio, other, 1.0, at_unit_width(shape, other, ratio))
+
+
+def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
+    """All comparisons, in `jobs` processes; `show` gets a line as each part begins."""
+    cases = [*product(SHAPES, p.steepness, p.ratios), *product((PUNCH,), p.widths, p.ratios)]
+    show("the paper's own energy, and flat faces ...")
+    small, flat = within_small_slopes(p), tuple(flat_faces(p))
+    show(f"map, {len(cases)} states ...")
+    points = tuple(each(map_point, cases, jobs))
+    show("where the surface turns over ...")
+    turning = tuple(overhangs(p))
+    show(f"borders of 1 % and 10 % on {len(p.lines)} lines ...")
+    found, ways = tuple(borders(p, jobs)), list(product(SHAPES, p.paths, p.tensions))
+    show(f"γ₁ alone varied, {len(ways)} states ...")
+    on_path = [point for point in each(path_point, ways, jobs) if point is not None]
+    maps = {shape: tuple(x for x in points if x.shape == shape) for shape in (*SHAPES, PUNCH)}
+    paths = {shape: tuple(x for x in on_path if x.shape == shape) for shape in SHAPES}
+    return Record(p, maps, paths, found, turning, flat, small)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run, draw, write, answer."""
+    start, quick = time.perf_counter(), "coarser grids"
+    preset, jobs, out = command.start("applicability", __doc__, argv, quick, FULL, QUICK)
+    record = run(preset, command.say, jobs)
+    print(applicability_report.write(record, out))
+    print(f"report: {out.folder / 'applicability.md'}; {time.perf_counter() - start:.1f} s")
+    return 0

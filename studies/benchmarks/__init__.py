@@ -1,0 +1,1 @@
+"""Benchmarks: time against error, and how far tolerances and digits can be trusted."""

@@ -1,0 +1,174 @@
+"""How long does one certified lattice equilibrium take, against one tridiagonal solve?
+
+For a parabola pressed so that n nodes are in contact: time of `minimise(method="lattice")`
+(contact lines, energy, force by two routes, certificate), without and with its `error_estimate`,
+which is a second equilibrium with half the nodes, over the time of one LAPACK `dptsv` with n
+unknowns measured right after it, medians of 7 pairs; next to the error of a and P against Eqs. (33)
+and (11); peak memory in arrays of n doubles, estimate included; and the time of
+`import energy, discretization` over `import numpy, scipy.linalg`, both in fresh interpreters. The
+bars hold for the largest size, and with the error estimate.
+
+Times and errors are those of the model, in which only k, γ₁ and w of a film enter; h is arbitrary.
+"""
+
+from __future__ import annotations
+
+import statistics
+import tracemalloc
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization import minimise
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.figures import BLUE, GREEN, ORANGE, Figure, canvas
+from studies.shared.table import aligned
+from studies.shared.timing import interpreter_seconds, middle, seconds, tridiagonal_seconds
+
+K, GAMMA1, W, RADIUS, DEPTH = 1.3e6, 0.04, 2e-4, 0.02, 6e-6
+REPEATS = 7
+SIZES = (10**3, 10**4, 10**5, 10**6)
+BARS = {"time": 1.2, "arrays": 4.0, "import": 1.5}
+
+
+class Row(NamedTuple):
+    """One size: seconds, ratio to dptsv and its spread without and with the error estimate.
+
+    spread: interquartile range over the median; arrays: peak memory in arrays of n doubles.
+    """
+
+    nodes: int
+    seconds: float
+    ratio: float
+    spread: float
+    seconds_estimated: float
+    ratio_estimated: float
+    spread_estimated: float
+    error_half_width: float
+    error_force: float
+    arrays: float
+    certified: bool
+
+
+def measure(nodes: int) -> Row:
+    """Time, error and memory of one equilibrium with this many nodes in contact."""
+    surfaces = SurfaceEnergies.from_work(GAMMA1, W)
+    scene = Scene(ElasticLayer(K * 1e-4, 0.0, 1e-4), surfaces, Parabola(RADIUS))
+    material = {"k": scene.stiffness, "gamma1": GAMMA1, "w": W, "R": RADIUS}
+    a = float(cards.parabola.half_width(DEPTH, **material))
+    force = float(cards.parabola.force(DEPTH, **material))
+
+    def solve():
+        return minimise(scene, DEPTH, method="lattice", spacing=2 * a / nodes)
+
+    def estimated():
+        return solve().error_estimate
+
+    state = solve()
+    estimated()
+    works = solve, estimated
+    runs = [[*map(seconds, works), tridiagonal_seconds(nodes, 1)] for _ in range(REPEATS)]
+    *times, floor = np.transpose(runs)
+    alone, estimate = ((float(np.median(own)), *middle(own / floor)) for own in times)
+    tracemalloc.start()
+    estimated()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return Row(
+        nodes,
+        *alone,
+        *estimate,
+        abs(state.half_width / a - 1),
+        abs(state.force / force - 1),
+        peak / (8 * nodes),
+        state.certificate.ok,
+    )
+
+
+def import_ratio() -> float:
+    """Median time to import the package over that to import numpy and scipy.linalg."""
+    codes = "import energy, discretization", "import numpy, scipy.linalg"
+    pairs = [[*map(interpreter_seconds, codes)] for _ in range(REPEATS)]
+    return statistics.median(ours / floor for ours, floor in pairs)
+
+
+HEADER = "nodes|alone ms|× dptsv|±|estimated ms|× dptsv|±|err a|err P|arrays"
+WIDTHS = (9, 9, 8, 5, 13, 8, 5, 8, 8, 7)
+
+
+def run(sizes: Sequence[int] = SIZES) -> list[Row]:
+    """Measure each size, printing as they come."""
+    print(aligned(WIDTHS, HEADER.split("|")))
+    rows = []
+    for row in each(measure, sizes, 1):
+        rows.append(row)
+        command.say(line(row))
+    return rows
+
+
+def line(row: Row) -> str:
+    """One line of the table; ±: half the interquartile range."""
+    cells = [str(row.nodes)]
+    for time, ratio, spread in (row[1:4], row[4:7]):
+        cells += [f"{1e3 * time:.2f}", f"{ratio:.2f}", f"{spread / 2:.0%}"]
+    errors = f"{row.error_half_width:.1e}", f"{row.error_force:.1e}", f"{row.arrays:.2f}"
+    return aligned(WIDTHS, [*cells, *errors]) + ("" if row.certified else "  FAILED")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table; 1 if a state is not certified, with --strict also if a bar is missed."""
+    parser = command.parser("lattice_speed", __doc__, "up to 10⁵ nodes")
+    about = f"in contact; default: {' '.join(map(str, SIZES))}"
+    parser.add_argument("--nodes", type=int, nargs="+", default=SIZES, metavar="N", help=about)
+    parser.add_argument("--strict", action="store_true", help="a missed bar fails too")
+    options, out = command.parse(parser, argv)
+    sizes = [10**3, 10**5] if options.preset == "quick" else options.nodes
+    if min(sizes) < 100:
+        parser.error(f"--nodes {min(sizes)} is too small to resolve the contact; give at least 100")
+    rows = run(sizes)
+    largest = rows[-1]
+    given = {"nodes": sizes, "k": K, "gamma1": GAMMA1, "w": W, "R": RADIUS, "depth": DEPTH}
+    out.table("lattice_speed.csv", given, Row._fields, rows)
+    out.figure("lattice_speed.png", plot(rows))
+    imports = import_ratio()
+    results = {"time": largest.ratio_estimated, "arrays": largest.arrays, "import": imports}
+    for name, value in results.items():
+        verdict = "pass" if value <= BARS[name] else "missed"
+        print(f"{name:>7}: {value:.2f} (bar {BARS[name]:g}) {verdict}")
+    slow = options.strict and any(v > BARS[name] for name, v in results.items())
+    return 0 if largest.certified and not slow else 1
+
+
+def plot(rows: Sequence[Row]) -> Figure:
+    """Time over that of dptsv with its bar, and errors, over the nodes in contact."""
+    figure, (left, right) = canvas(11, 4, 1, 2)
+    nodes = [row.nodes for row in rows]
+    for end, fmt, colour, label in (
+        ("", "o-", BLUE, "minimise"),
+        ("_estimated", "s-", GREEN, "with its error estimate"),
+    ):
+        ratio, spread = np.transpose(
+            [[getattr(row, n + end) for n in ("ratio", "spread")] for row in rows]
+        )
+        left.errorbar(
+            nodes, ratio, ratio * spread / 2, fmt=fmt, color=colour, label=label, capsize=3
+        )
+    left.axhline(
+        BARS["time"], color=ORANGE, ls="--", label=f"bar with estimate, 10⁶ nodes: {BARS['time']:g}"
+    )
+    left.set(xscale="log", yscale="log", ylabel="time / time of one dptsv of that size")
+    for name, marker, colour, label in (
+        ("error_half_width", "o", BLUE, "half-width, Eq. (33)"),
+        ("error_force", "s", ORANGE, "force, Eq. (11)"),
+    ):
+        errors = [getattr(row, name) for row in rows]
+        right.loglog(nodes, errors, f"{marker}-", color=colour, label=label)
+    right.set(ylabel="relative error")
+    for axes in (left, right):
+        axes.set_xlabel("nodes in contact")
+        axes.grid(alpha=0.25)
+        axes.legend(fontsize=9)
+    return figure

@@ -1,0 +1,160 @@
+"""How long does a 1000-step loop take, against one tridiagonal solve, and how wrong is it?
+
+A parabola is pressed in and pulled off under imposed depth, dead load and a machine on the fitted
+mesh, and under imposed depth on a lattice with 10⁵ nodes in the largest contact; wall time over
+that of one LAPACK `dptsv` with 10⁵ unknowns in the same process (median of several). Next to it the
+error of the loop area against energy.cards, ∮P dd, and the imbalance of the ledger.
+
+The film is thicker than springs allow beside the contact, h > l: times and errors are those of the
+model, in which only k, γ₁ and w of a film enter.
+
+Output: a line per loop, path_speed.csv. Exit status 1 if an error misses its bar, with --strict
+also if a time misses 150 dptsv.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from discretization import History, load_path, minimise
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.figures import BLUE, ORANGE, Figure, canvas
+from studies.shared.table import aligned
+from studies.shared.timing import middle, seconds, tridiagonal_seconds
+
+TIME_BAR = 150.0
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Scene [SI], steps of the loop, nodes of the lattice, unknowns of dptsv, repetitions."""
+
+    E: float = 3e3
+    nu: float = 0.45
+    h: float = 50e-6
+    gamma1: float = 0.07
+    w: float = 3e-4
+    R: float = 0.1
+    steps: int = 1000
+    nodes: int = 10**5
+    unknowns: int = 10**5
+    repeats: int = 5
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        surfaces = SurfaceEnergies.from_work(self.gamma1, self.w)
+        return Scene(ElasticLayer(self.E, self.nu, self.h), surfaces, Parabola(self.R))
+
+
+class Row(NamedTuple):
+    """One kind of loop: time in dptsv with its interquartile range over it, error of the loop area.
+
+    ledger: its imbalance; bar: of the error of the area.
+    """
+
+    name: str
+    ratio: float
+    spread: float
+    error: float
+    ledger: float
+    bar: float
+
+    @property
+    def accurate(self) -> bool:
+        """Whether loop area and ledger meet their bars."""
+        return self.error <= self.bar and self.ledger <= 1e-9
+
+
+def loops(params: Parameters) -> dict[str, tuple[dict[str, Any], float, float]]:
+    """Arguments of load_path, loop area of the cards, and error bar of each loop."""
+    scene, half = params.scene, params.steps // 2
+    k, delta0 = scene.stiffness, scene.critical_separation
+    given = {"R": params.R, "k": k, "gamma1": params.gamma1, "w": params.w}
+    force = float(cards.parabola.force(3 * delta0, **given))
+    stiffness = k * scene.elastocapillary_length
+    depths = np.r_[np.linspace(-1, 3, half), np.linspace(3, -1.2, half)] * delta0
+    forces = np.r_[np.linspace(0, force, half), np.linspace(force, -force, half)]
+    far = 3 * delta0 + force / stiffness
+    drives = np.r_[np.linspace(0, far, half), np.linspace(far, -far, half)]
+    spacing = 2 * minimise(scene, 3 * delta0).half_width / params.nodes
+    area = float(cards.displacement_control.parabola_loop_area(**given))
+    dead = float(cards.load_control.parabola_loop_area(**given))
+    machine = float(cards.machine_control.parabola_loop_area(**given, K=stiffness))
+    return {
+        "imposed depth": ({"depths": depths}, area, 1e-8),
+        "dead load": ({"forces": forces}, dead, 1e-8),
+        "machine": ({"drives": drives, "machine_stiffness": stiffness}, machine, 1e-8),
+        f"lattice, {params.nodes:g} nodes": (
+            {"depths": depths, "method": "lattice", "spacing": spacing},
+            area,
+            1e-3,  # the last link lets go early: first order
+        ),
+    }
+
+
+def run(params: Parameters) -> list[Row]:
+    """A row per loop."""
+    return list(each(partial(measured, params), list(loops(params)), 1))
+
+
+def measured(params: Parameters, name: str) -> Row:
+    """Time and errors of one of the loops."""
+    scene, (arguments, area, bar) = params.scene, loops(params)[name]
+    path: History = load_path(scene, **arguments)
+    loop = partial(load_path, scene, **arguments)
+    floors = partial(tridiagonal_seconds, params.unknowns)
+    ratio, spread = middle([seconds(loop) / floors() for _ in range(params.repeats)])
+    error = abs(path.dissipated / area - 1)
+    ledger = abs(path.work() / path.dissipated - 1)
+    return Row(name, ratio, spread, error, ledger, bar)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line of the study."""
+    parser = command.parser("path_speed", __doc__, "100 steps, 10⁴ nodes")
+    parser.add_argument("--strict", action="store_true", help="judge the times too")
+    options, out = command.parse(parser, argv)
+    quick = options.preset == "quick"
+    params = Parameters(steps=100, nodes=10**4, repeats=3) if quick else Parameters()
+    rows = run(params)
+    widths = (-24, 14, 5, 18, 7, 6)
+    head = [f"{params.steps} steps", f"dptsv({params.unknowns:.0e})", "±", "error of the area"]
+    print(aligned(widths, [*head, "ledger", ""]))
+    for row in rows:
+        errors = f"{row.error:.1e}", f"{row.ledger:.1e}", "ok" if row.accurate else "MISSED"
+        print(aligned(widths, [row.name, f"{row.ratio:.1f}", f"{row.spread / 2:.0%}", *errors]))
+    out.table("path_speed.csv", params, Row._fields, rows)
+    out.figure("path_speed.png", plot(rows, params))
+    slow = options.strict and any(row.ratio > TIME_BAR for row in rows)
+    return 0 if all(row.accurate for row in rows) and not slow else 1
+
+
+def plot(rows: Sequence[Row], params: Parameters) -> Figure:
+    """Time of each loop, with its bar, beside the errors of loop area and ledger."""
+    figure, (left, right) = canvas(11, 3.6, 1, 2, sharey=True)
+    at, names = np.arange(len(rows)), [row.name for row in rows]
+    spread = [row.ratio * row.spread / 2 for row in rows]
+    left.barh(at, [row.ratio for row in rows], color=BLUE, height=0.6, xerr=spread, capsize=3)
+    left.axvline(TIME_BAR, color=ORANGE, ls="--", label=f"bar of 1000 steps, {TIME_BAR:g}")
+    unit = f"time of {params.steps} steps / time of one dptsv, n = {params.unknowns:g}"
+    left.set(xlabel=unit, yticks=at, yticklabels=names)
+    left.invert_yaxis()
+    least = np.finfo(float).eps
+    for name, marker, colour in (("error", "o", BLUE), ("ledger", "s", ORANGE)):
+        values = [max(getattr(row, name), least) for row in rows]
+        label = "loop area against its closed form" if name == "error" else "∮P dd against losses"
+        right.semilogx(values, at, marker, color=colour, label=label)
+    right.set(xlabel=f"relative error (below {least:.0e} drawn there)", xlim=(least / 3, 1))
+    for axes in (left, right):
+        axes.grid(alpha=0.25, axis="x")
+        axes.set_axisbelow(True)
+        axes.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
+    return figure

@@ -1,0 +1,109 @@
+"""One symmetric contact whose line is sought: by hand on a grid, as a boundary value problem."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from scipy import integrate
+
+from discretization import NodalEnergy
+from energy import Scene
+from studies.benchmarks.rivals.active_set import held_at
+from studies.benchmarks.rivals.problem import Answer, Array, Grid
+
+FAR = 30.0  # elastocapillary lengths of free surface for solve_bvp
+
+
+def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
+    """Energy of the contact |x| <= mΔx by a solve of all nodes; bisection: where it grows with m.
+
+    Where the surface would pass through the indenter the line advances as well. Then a, P and U
+    from a parabola through the energies (forces) of m-1, m, m+1.
+    """
+    middle = grid.nodes // 2
+
+    def state(m: int) -> tuple[float, float, Array]:
+        held = np.zeros(grid.nodes, bool)
+        held[middle - m : middle + m + 1] = True
+        inside = NodalEnergy(grid.lattice, held)
+        finite = grid.scene.slopes == "finite"
+        u = inside.relaxed(grid.g) if finite else held_at(grid, held)
+        return inside.value(u), float(inside.gradient(u)[held].sum()), u
+
+    def advances(m: int) -> bool:
+        energy, _, u = state(m)
+        beside = middle + m + 1
+        return bool(u[beside] < grid.g[beside]) or state(m + 1)[0] < energy
+
+    def solve() -> Answer:
+        low, high = _bracket(advances, middle - 4, around)
+        while high - low > 1:
+            m = (low + high) // 2
+            low, high = (m, high) if advances(m) else (low, m)
+        near = [state(high + i) for i in (-1, 0, 1)]
+        energy, force = ([float(s[part]) for s in near] for part in (0, 1))
+        bend = energy[0] - 2 * energy[1] + energy[2]
+        at = (energy[0] - energy[2]) / (2 * bend)
+        a = float(high + at) * grid.spacing
+        m = middle + high + 2
+        angle = math.pi - grid.deficit(near[1][2][m : m + 3], m, a)
+        pull = float(force[1] + at * (force[2] - force[0]) / 2)
+        return Answer(a, pull, float(energy[1] - at * at * bend / 2), angle)
+
+    return solve
+
+
+def _bracket(advances: Callable[[int], bool], largest: int, around: int | None) -> tuple[int, int]:
+    if around is None:
+        return 1, largest
+    low = high = around
+    step = 1
+    while low > 1 and not advances(low):
+        low, step = max(1, low - step), 2 * step
+    step = 1
+    while high < largest and advances(high):
+        high, step = min(largest, high + step), 2 * step
+    return low, max(high, low + 1)
+
+
+def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Callable[[], Answer]:
+    """scipy's solve_bvp for the free surface and a; Young's law has to be put in by hand."""
+    k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    ell = scene.elastocapillary_length
+    finite = scene.slopes == "finite"
+    deficit = scene.surfaces.angle_deficit if finite else scene.surfaces.small_slope_deficit
+    length, f, f1 = FAR * ell, scene.indenter.height, scene.indenter.slope
+
+    def surface(s: Array, y: Array, a: Array) -> Array:
+        bend = k / gamma1 * y[0]
+        return length * np.stack((y[1], bend * (1 + y[1] ** 2) ** 1.5 if finite else bend))
+
+    def ends(left: Array, right: Array, a: Array) -> Array:
+        angle = np.arctan(f1(a[0])) + np.arctan(left[1]) if finite else f1(a[0]) + left[1]
+        return np.array([left[0] - (depth - f(a[0])), angle - deficit, right[1] + right[0] / ell])
+
+    def solve() -> Answer:
+        s = np.linspace(0, 1, 200) ** 2
+        u = (depth - f(guess)) * np.exp(-FAR * s)
+        start = np.stack((u, -u / ell))
+        found = integrate.solve_bvp(surface, ends, s, start, p=[guess], tol=rtol, max_nodes=10**5)
+        a, slope = float(found.p[0]), float(found.y[1, 0])
+        sine = slope / math.hypot(1, slope) if finite else slope
+        x, weights = np.polynomial.legendre.leggauss(40)
+        x, weights = a / 2 * (x + 1), a / 2 * weights
+        stretch = np.hypot(1, f1(x)) if finite else 1 + f1(x) ** 2 / 2
+        adhesive = stretch if finite else 1.0
+        inside = k / 2 * (depth - f(x)) ** 2 + gamma1 * (stretch - 1) - w * adhesive
+        force = 2 * k * float(weights @ (depth - f(x))) - 2 * gamma1 * sine
+        points, heights = np.polynomial.legendre.leggauss(8)
+        y = found.sol(s[:-1, None] + np.diff(s)[:, None] * (points + 1) / 2)
+        rise = np.hypot(1, y[1]) - 1 if finite else y[1] ** 2 / 2
+        outside = (k / 2 * y[0] ** 2 + gamma1 * rise) @ heights
+        outside = float(np.diff(s) @ outside) * length / 2
+        energy = 2 * (float(weights @ inside) + outside)
+        angle = math.atan(f1(a)) + math.atan(slope) if finite else float(f1(a)) + slope
+        return Answer(a, force, energy, math.pi - angle, bool(found.success))
+
+    return solve

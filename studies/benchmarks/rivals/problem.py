@@ -1,0 +1,141 @@
+"""The nodal problem every rival is given, and how a, P, U and θ are read off its solution.
+
+n nodes over -L..L, lumped springs, linear elements, exact ends; u >= g = d - f:
+
+    min  u·Ku/2,   K = tridiagonal(-t, kΔx + 2t, -t),   t = γ₁/Δx.
+
+In units of the layer: only its k, γ₁ and w enter, and its thickness is arbitrary.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import importlib.util
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from discretization import Lattice
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from studies.shared.types import Array
+
+RADIUS = 10.0
+
+
+class Answer(NamedTuple):
+    """Half-width, force, energy, contact angle [rad], arrays on a path; success as claimed."""
+
+    half_width: Any
+    force: Any
+    energy: Any
+    angle: Any
+    success: bool = True
+
+
+def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
+    """A parabola on a layer with k = γ₁ = 1."""
+    surfaces = SurfaceEnergies.from_work(1.0, w)
+    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes=slopes)
+
+
+def rough(n: int) -> tuple[Lattice, Array]:
+    """d - f for a parabola with four waves of random phase, n nodes over 16 l."""
+    scene, rng = elastic(0.05, RADIUS), np.random.default_rng(5)
+    x = np.linspace(-8, 8, n)
+    waves = sum(
+        0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6)) for j in (1, 2, 3, 5)
+    )
+    return Lattice.of(scene, 16 / (n - 1), 0.0), 0.5 - x * x / (2 * RADIUS) + waves
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """n nodes over -reach..reach under a scene's indenter at a depth."""
+
+    scene: Scene
+    depth: float
+    nodes: int
+    reach: float
+
+    @functools.cached_property
+    def x(self) -> Array:
+        """Positions (n,)."""
+        return np.linspace(-self.reach, self.reach, self.nodes)
+
+    @property
+    def spacing(self) -> float:
+        """Δx."""
+        return 2 * self.reach / (self.nodes - 1)
+
+    @functools.cached_property
+    def lattice(self) -> Lattice:
+        """Springs, links and exact ends."""
+        return Lattice.of(self.scene, self.spacing, 0.0)
+
+    @functools.cached_property
+    def g(self) -> Array:
+        """d - f (n,)."""
+        return self.depth - self.scene.indenter.height(self.x)
+
+    def bands(self) -> tuple[Array, Array]:
+        """Diagonal (n,) and off-diagonal (n-1,) of K."""
+        lat = self.lattice
+        diagonal = np.full(self.nodes, lat.spring + 2 * lat.link)
+        diagonal[[0, -1]] += lat.end_stiffness - lat.link
+        return diagonal, np.full(self.nodes - 1, -lat.link)
+
+    def matrix(self) -> Any:
+        """K as a sparse matrix."""
+        diagonal, off = self.bands()
+        return sparse.diags_array([off, diagonal, off], offsets=[-1, 0, 1], format="csc")
+
+    def pushed(self, u: Array) -> Array:
+        """Ku (n,): the forces that hold the nodes."""
+        diagonal, off = self.bands()
+        force = diagonal * u
+        force[:-1] += off * u[1:]
+        force[1:] += off * u[:-1]
+        return force
+
+    def read(self, u: Array, multipliers: Array, success: bool = True) -> Answer:
+        """w = 0: a between the nodes from the first gap v beyond the last contact node m.
+
+        Near the line v'' = c = u/l² + f'', on the lattice v_{m+j} = c(jΔx)²/2 + j(v_{m+1} -
+        cΔx²/2), so a = x_m + Δx/2 - v_{m+1}/(cΔx). Contact: multiplier in springs above the gap.
+        """
+        g, dx, n = self.g, self.spacing, self.nodes
+        held = np.flatnonzero(multipliers / self.lattice.spring > np.maximum(u - g, 0))
+        if held.size < 2 or held[0] < 1 or held[-1] > n - 4:
+            return Answer(math.nan, math.nan, math.nan, math.nan, False)
+        ends = []
+        for m, side in ((int(held[0]), -1), (int(held[-1]), 1)):
+            bend = (g[m + 1] - 2 * g[m] + g[m - 1]) / dx**2
+            c = self.scene.stiffness / self.scene.gamma1 * u[m] - bend
+            ends.append(side * self.x[m] + dx / 2 - (u[m + side] - g[m + side]) / (c * dx))
+        a, m = float(np.mean(ends)), int(held[-1])
+        angle = math.pi - self.deficit(u[m + 1 : m + 4], m + 1, a)
+        return Answer(a, float(multipliers.sum()), float(u @ self.pushed(u)) / 2, angle, success)
+
+    def deficit(self, u: Array, first: int, a: float) -> float:
+        """π - θ [rad]: f'(a) plus the slope at a of the parabola through three free nodes."""
+        at = (a - self.x[first]) / self.spacing
+        rise = (u[1] - u[0]) + (at - 0.5) * (u[2] - 2 * u[1] + u[0])
+        f1 = float(self.scene.indenter.slope(a))
+        slope = float(rise) / self.spacing
+        if self.scene.slopes == "finite":
+            return math.atan(f1) + math.atan(slope)
+        return f1 + slope
+
+
+def package(name: str) -> Any:
+    """An optional package; ImportError where it is absent."""
+    return importlib.import_module(name)
+
+
+def installed(name: str) -> bool:
+    """Whether an optional package is there."""
+    return not name or importlib.util.find_spec(name) is not None

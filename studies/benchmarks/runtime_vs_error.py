@@ -1,0 +1,236 @@
+"""How much time does a given accuracy cost, here and with what a user would pick instead?
+
+Work-precision: wall time against the relative errors of a, P, U and θ (P and U over their largest
+value on the path or their own; θ over θ) for
+
+| task        | question                                                                       |
+| ----------- | ------------------------------------------------------------------------------ |
+| nonadhesive | parabola, w = 0: convex, any quadratic solver can do it                        |
+| adhesive    | parabola, w > 0                                                                |
+| finite      | parabola, w > 0, finite slopes                                                 |
+| loop        | loading and unloading of the adhesive parabola; time of one step               |
+| rough       | lowest energy of all on a rough profile; its error against the proven one      |
+
+Every point carries its size, its success and the spread of its time; times are medians, as ratios
+to one LAPACK `dptsv` of that size measured in between. Modelling (building a cvxpy problem,
+matrices, the first solve of a parametrised one) is timed apart from solving. The floors in each
+figure: one `dptsv`, one pass over an array.
+
+--check measures only the ratios of rivals.tasks.guarded and compares them with
+studies/benchmarks/baseline.json: a ratio 1.5 times larger fails. --update stores new ones.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studies.benchmarks.rivals.problem import installed
+from studies.benchmarks.rivals.task import Method, Task
+from studies.benchmarks.rivals.tasks import TASKS, guarded, named
+from studies.benchmarks.runtime_record import Floor, Point
+from studies.benchmarks.runtime_report import machine, plot, rows, table
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.timing import middle, seconds, tridiagonal_seconds
+
+BASELINE = Path(__file__).with_name("baseline.json")
+LOSS = 1.5
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Sizes for the fast methods; time a method may take before its next size is left out [s].
+
+    steps: of the loop; repeats: at least 3 times this is 1.
+    """
+
+    sizes: tuple[int, ...] = (1000, 2000, 4000, 10_000, 20_000, 40_000, 10**5, 10**6, 10**7)
+    patience: float = 4.0
+    repeats: int = 7
+    steps: int = 1000
+
+
+QUICK = Parameters(sizes=(10**3, 10**4), patience=0.05, repeats=3, steps=100)
+
+
+def timed(work: Callable[[], Any], repeats: int, patience: float) -> tuple[list[float], Any]:
+    """Times of `repeats` calls, of fewer, but one, once patience has run out; the last answer."""
+    times: list[float] = []
+    while not times or (len(times) < repeats and sum(times) <= patience):
+        start = time.perf_counter()
+        answer = work()
+        times.append(time.perf_counter() - start)
+    return times, answer
+
+
+def floors(sizes: Sequence[int], repeats: int) -> list[Floor]:
+    """The least one can do with n unknowns."""
+    found = []
+    for n in sizes:
+        passes = timed(np.ones(n).sum, repeats, 1.0)[0]
+        found.append(Floor(n, tridiagonal_seconds(n, repeats), statistics.median(passes)))
+    return found
+
+
+def measure(task: Task, method: Method, size: float, parameters: Parameters) -> Point:
+    """One point; a method that fails says so in its note."""
+    try:
+        start = time.perf_counter()
+        solve, unknowns = method.make(task, size)
+        modelling = time.perf_counter() - start
+        (first,), answer = timed(solve, 1, 0.0)
+        times = [first]
+        if first <= 5 * parameters.patience:
+            times, answer = timed(solve, parameters.repeats, parameters.patience)
+    except (ValueError, ArithmeticError, RuntimeError, MemoryError, IndexError) as problem:
+        note = f"{type(problem).__name__}: {problem}".splitlines()[0][:120]
+        return Point.failed(task.name, method.name, size, note)
+    per_step = np.array(times) / method.steps(task)
+    median, spread = middle(per_step)
+    floor = tridiagonal_seconds(unknowns, 3)
+    return Point(
+        task.name,
+        method.name,
+        size,
+        unknowns,
+        modelling,
+        first / method.steps(task),
+        median,
+        spread,
+        median / floor,
+        task.errors(answer),
+        answer.success,
+    )
+
+
+def run(
+    parameters: Parameters = Parameters(),
+    tasks: Sequence[str] = TASKS,
+    show: Callable[[Point], object] = lambda point: None,
+) -> list[Point]:
+    """Every method of every task at growing sizes until its patience is exceeded."""
+    chosen = [named(name, parameters.steps) for name in tasks]
+    cases = [(task, method) for task in chosen for method in task.methods]
+    return [p for own in each(partial(_grown, parameters, show), cases, 1) for p in own]
+
+
+def _grown(
+    parameters: Parameters, show: Callable[[Point], object], case: tuple[Task, Method]
+) -> list[Point]:
+    (task, method), points = case, []
+    if not all(map(installed, method.packages)):
+        note = f"{', '.join(method.packages)} not installed"
+        points.append(Point.failed(task.name, method.name, 0, note))
+        show(points[-1])
+        return points
+    for size in method.sizes(parameters.sizes):
+        if points and not expected(points, size) * method.steps(task) < 5 * parameters.patience:
+            break
+        points.append(measure(task, method, size, parameters))
+        show(points[-1])
+        if not points[-1].seconds * method.steps(task) < parameters.patience / 4:
+            break
+    return points
+
+
+def expected(points: Sequence[Point], size: float) -> float:
+    """Seconds at the next size by a power law: quadratic, or through the last two points."""
+    if size < 1:  # a tolerance
+        return points[-1].seconds
+    power = 2.0
+    if len(points) > 1:
+        before, last = points[-2:]
+        power = max(
+            1.0, math.log(last.seconds / before.seconds) / math.log(last.size / before.size)
+        )
+    return float(points[-1].seconds * (size / points[-1].size) ** power)
+
+
+def exponents(points: Sequence[Point], least: int = 10**4) -> dict[str, float]:
+    """Slope of log time over log unknowns from `least` unknowns on, for methods on a lattice."""
+    found = {}
+    for task, method in dict.fromkeys((p.task, p.method) for p in points):
+        own = [p for p in points if (p.task, p.method) == (task, method) and p.unknowns >= least]
+        if len({p.unknowns for p in own}) >= 2 and "lattice" in method:
+            x, y = np.log([(p.unknowns, p.seconds) for p in own]).T
+            found[f"{task}, {method}"] = float(np.polyfit(x, y, 1)[0])
+    return found
+
+
+def ratios(repeats: int = 15) -> dict[str, float]:
+    """The guarded ratios, each the median of pairs measured one after the other."""
+    found = {}
+    for name, (work, floor) in guarded().items():
+        work()
+        floor()
+        pairs = [(seconds(work), seconds(floor)) for _ in range(repeats)]
+        found[name] = statistics.median(a / b for a, b in pairs)
+    return found
+
+
+def losses(found: dict[str, float], baseline: dict[str, float]) -> list[str]:
+    """A line for every ratio that is missing or more than LOSS times its baseline."""
+    lines = []
+    for name in sorted({*found, *baseline}):
+        if name not in found or name not in baseline:
+            lines.append(f"{name}: only in {'this run' if name in found else 'the baseline'}")
+        elif not found[name] <= LOSS * baseline[name]:
+            lines.append(f"{name}: {found[name]:.3g}, baseline {baseline[name]:.3g}")
+    return lines
+
+
+def check(update: bool) -> int:
+    """Compare with the stored baseline, or store a new one."""
+    found = ratios()
+    stored = json.loads(BASELINE.read_text("utf-8")) if BASELINE.exists() else {}
+    for name, value in found.items():
+        print(f"{name:44s} {value:8.3f}   baseline {stored.get(name, float('nan')):8.3f}")
+    if update:
+        rounded = {name: float(f"{value:.3g}") for name, value in found.items()}
+        BASELINE.write_text(json.dumps(rounded, indent=2) + "\n", encoding="utf-8")
+        return 0
+    lost = losses(found, stored)
+    print("\n".join(lost) if lost else f"no ratio is more than {LOSS} times its baseline")
+    return 1 if lost else 0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line of the study; with --check 1 if a ratio was lost."""
+    parser = command.parser("runtime_vs_error", __doc__, "small sizes, under 20 s")
+    command.some_of(parser, "--tasks", TASKS)
+    parser.add_argument("--check", action="store_true", help="compare with the stored baseline")
+    parser.add_argument("--update", action="store_true", help="store a new baseline")
+    options, out = command.parse(parser, argv)
+    if options.check or options.update:
+        return check(options.update)
+    quick = options.preset == "quick"
+    parameters = QUICK if quick else Parameters()
+    points = run(parameters, options.tasks, lambda point: command.say(line(point)))
+    least = floors(parameters.sizes, parameters.repeats)
+    out.table("runtime_vs_error.csv", parameters, *rows(points, least), notes=[machine()])
+    text = table(points, least, exponents(points, 10**3 if quick else 10**4))
+    out.at("runtime_vs_error.md").write_text(text, encoding="utf-8")
+    for name in options.tasks:
+        own = [p for p in points if p.task == name]
+        out.figure(f"runtime_vs_error_{name}.png", plot(name, own, least))
+    print(text)
+    return 0
+
+
+def line(point: Point) -> str:
+    """One point on the screen."""
+    size = f"{point.size:9.3g}" if point.size else "         "
+    k = 2 if math.isnan(point.errors[0]) else 0
+    error = f"error of {'aPUθ'[k]} {point.errors[k]:.1e}"
+    says = point.note or f"{point.seconds * 1e3:10.3f} ms, {error}"
+    return f"{point.task:12s} {point.method:40s} {size} {says}"

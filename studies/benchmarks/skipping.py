@@ -1,0 +1,152 @@
+"""What does a scene that needs less than the general one save, and does that change a digit?
+
+Every row of the table in `discretization` is measured in pairs: the call that skips, and a general
+route to the same numbers on the same scene (the same profile declared without the attribute, a
+vanishing γ₁ or slope, a search that is not needed, nodes instead of an exact far field). The factor
+is the median of the ratios of their times, between its quartiles; next to it the largest difference
+of a, P and U, relative to each, which must be rounding. Imports are timed in fresh interpreters.
+
+Output: a line per row, skipping.csv, a figure. Exit status 1 if a digit changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from studies.benchmarks.skipping_routes import ROUTES
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.figures import BLUE, GREY, Figure, canvas
+from studies.shared.table import aligned
+from studies.shared.timing import interpreter_seconds, seconds
+
+ROUNDING = 1e-12
+IMPORTS = "cvxpy, matplotlib"
+PLAIN = "import energy, discretization"
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Pairs of calls, and of interpreters; seconds after which a row has enough pairs."""
+
+    pairs: int = 41
+    imports: int = 7
+    patience: float = 4.0
+
+
+QUICK = Parameters(pairs=5, imports=1, patience=0.3)
+
+
+class Row(NamedTuple):
+    """Seconds with the skip and by the general route; their ratio with its quartiles; what changed.
+
+    difference: largest of a, P and U, relative; nan where there is nothing to compare.
+    """
+
+    name: str
+    seconds: float
+    general: float
+    factor: float
+    low: float
+    high: float
+    difference: float
+
+    @property
+    def same(self) -> bool:
+        """Whether no digit changed but by rounding."""
+        return not self.difference > ROUNDING
+
+
+def difference(found: Sequence[float], general: Sequence[float]) -> float:
+    """Largest relative difference of numbers that correspond."""
+    one, other = np.asarray(found, float), np.asarray(general, float)
+    size = np.abs(other)
+    return float(np.max(np.abs(one - other) / np.where(size > 0, size, 1.0)))
+
+
+def measure(parameters: Parameters, name: str) -> Row:
+    """One row: calls of both routes in turn, the first of each not timed."""
+    if name == IMPORTS:
+        return imports(parameters.imports)
+    skips, general = ROUTES[name]()
+    changed = difference(skips(), general())
+    pairs: list[tuple[float, float]] = []
+    while len(pairs) < parameters.pairs and np.sum(pairs) <= parameters.patience:
+        pairs.append((seconds(skips), seconds(general)))
+    return _row(name, pairs, changed)
+
+
+def _row(name: str, pairs: Sequence[tuple[float, float]], changed: float) -> Row:
+    one, other = np.transpose(pairs)
+    low, middle, high = np.percentile(other / one, [25, 50, 75]).tolist()
+    return Row(name, float(np.median(one)), float(np.median(other)), middle, low, high, changed)
+
+
+def imports(pairs: int) -> Row:
+    """Both in fresh interpreters."""
+    general = f"{PLAIN}, cvxpy, matplotlib.figure"
+    found = [(interpreter_seconds(PLAIN), interpreter_seconds(general)) for _ in range(pairs)]
+    return _row(IMPORTS, found, float("nan"))
+
+
+def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:
+    """All rows; `show` gets a line for each."""
+    show(aligned(WIDTHS, HEADER.split("|")))
+    rows = []
+    for row in each(partial(measure, parameters), [*ROUTES, IMPORTS], 1):
+        rows.append(row)
+        show(line(row))
+    return rows
+
+
+HEADER = "not needed|skipped|general|factor|quartiles|difference"
+WIDTHS = (-21, 11, 11, 8, 13, 11)
+
+
+def line(row: Row) -> str:
+    """One row on the screen."""
+    changed = "" if np.isnan(row.difference) else f"{row.difference:.0e}"
+    times = (f"{1e3 * row.seconds:.3g} ms", f"{1e3 * row.general:.3g} ms", f"{row.factor:.3g}")
+    return aligned(WIDTHS, [row.name, *times, f"{row.low:.3g}..{row.high:.3g}", changed])
+
+
+def plot(rows: Sequence[Row]) -> Figure:
+    """Factors as bars on a logarithmic axis, with their quartiles."""
+    rows = sorted(rows, key=lambda row: row.factor)
+    figure, axes = canvas(9, 1.4 + 0.32 * len(rows))
+    at = np.arange(len(rows))
+    factor, low, high = (np.array([getattr(r, n) for r in rows]) for n in ("factor", "low", "high"))
+    spread = np.array([factor - low, high - factor])
+    axes.barh(at, factor - 1, left=1, color=BLUE, xerr=spread, ecolor=GREY, capsize=3)
+    axes.set(xscale="log", yticks=at, yticklabels=[row.name for row in rows])
+    axes.set_ylabel("not needed")
+    axes.set(xlabel="time of the general route / time of the call that skips it")
+    axes.set_xlim(min(0.9, low.min()), 4 * high.max())
+    for height, row in enumerate(rows):
+        changed = "" if np.isnan(row.difference) else f"  (Δ {row.difference:.0e})"
+        text = f"  × {row.factor:.3g}{changed}"
+        axes.text(max(row.high, row.factor), height, text, va="center", fontsize=8)
+    axes.axvline(1, color="black", lw=0.8)
+    axes.grid(alpha=0.25, axis="x")
+    axes.set_axisbelow(True)
+    axes.set_title("What is not needed is not done: saved time, and change Δ of a, P, U")
+    return figure
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table; 1 if a digit changed."""
+    given = "skipping", __doc__, argv, "few pairs, under 10 s", Parameters(), QUICK
+    parameters, _, out = command.start(*given)
+    rows = run(parameters, command.say)
+    out.table("skipping.csv", parameters, Row._fields, rows)
+    out.figure("skipping.png", plot(rows))
+    changed = [row.name for row in rows if not row.same]
+    told = f": {', '.join(changed)}" if changed else ""
+    print(f"{len(rows)} skips, {len(changed)} change a digit{told}")
+    return 1 if changed else 0

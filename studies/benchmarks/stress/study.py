@@ -1,0 +1,248 @@
+"""How many digits survive at the ends of the range of every parameter?
+
+| grid     | what is varied                                                                     |
+| -------- | ---------------------------------------------------------------------------------- |
+| fitted   | a/l 10⁻³..10⁶, w/γ₁ 10⁻¹²..10⁶, f = c|x|ⁿ (n = 1..4) and flat, ν to 0.4999, nm..km  |
+| finite   | a/l 10⁻³..10⁶, w/γ₁ 10⁻¹²..2, parabola with true lengths                            |
+| lattice  | l/Δx 10⁻³..10⁹, a/l 10⁻³..10⁶, from one link in contact up                          |
+| edge     | depths (1 - 10⁻ʲ) of the one at which the contact lets go, j = 1..15                |
+| profiles | kinks, jumps, plateaus, noise; in units from nm to km                               |
+
+The layers are those of the model, beyond the limits of independent springs on purpose. Each state
+must be certified, and is compared with 60-digit arithmetic (reference.py beside this file) where
+that has an answer. With e the error of a relative to a, of P and U relative to the sums of their
+terms' absolute values, and c = Σ |p ∂Q/∂p|/scale the problem's own condition,
+
+    lost: e > 1000 ε (1 + c)   (and e > 10⁻¹² for the default method's own tolerance).
+
+Where fewer than 12 digits are kept, the note of the CSV gives e and c, and the line of the grid
+counts such points. On the lattice no error of a, P or U against the continuum may be more than ten
+times `error_estimate`, which is infinite where it is withheld. At a distance of 16 ε from letting
+go a depth is that of letting go: "neutral" passes on either side of it, and nowhere else.
+
+The odd profiles have no closed form: their results must not depend on the units (10⁻⁹), and the
+lattice must agree with the default method. Every floating-point warning is an error. Output: a heat
+map of digits kept for each grid, a CSV, the list of what was lost or failed, why points were
+refused. Exit status 1 if anything was lost or failed.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from functools import partial
+from itertools import product
+
+from discretization import Lattice, NotCertifiedError, minimise
+from discretization.lattice import fronts
+from discretization.lattice.sums import measured
+from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene, SurfaceEnergies
+from studies.benchmarks.stress import profiles as stress_profiles
+from studies.benchmarks.stress import reference as stress_reference
+from studies.benchmarks.stress.figure import plot
+from studies.benchmarks.stress.verdicts import (
+    KEPT,
+    NO_DIGITS,
+    Judgement,
+    Trial,
+    Work,
+    against_reference,
+    judged,
+    untrusted,
+    verdict,
+)
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.types import Table
+
+REASON = 120  # characters
+UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre
+POISSON = (0.0, 0.3, 0.49, 0.4999, -0.9)
+SHAPES = ("parabola", "x1", "x3", "x4", "flat")
+BAD = ("lost", "wrong", "crash", "floating point")
+Point = tuple[str, float, float, Work]  # shape, x, y, and what is judged there
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Decades between two points of a grid; most nodes in contact on the lattice."""
+
+    stride: int = 1
+    nodes: int = 2 * 10**6
+
+
+QUICK = Parameters(stride=3, nodes=10**4)
+
+
+def scene_at(
+    number: int, width: float, work: float, shape: str, slopes: str = "small"
+) -> tuple[Scene, float]:
+    """a/l and w/γ₁ given; the slope at the line in π - θ (1: no tail), units and ν change."""
+    unit, nu = UNITS[number % len(UNITS)], POISSON[number // 2 % len(POISSON)]
+    ell, h = 1e-6 * unit, 3e-6 * unit
+    layer = ElasticLayer(2e4, nu, h)
+    gamma1 = layer.stiffness * ell * ell
+    alpha, a = math.sqrt(2 * work), width * ell
+    surfaces = SurfaceEnergies.from_work(gamma1, work * gamma1)
+    rise = (0.6, 1.0)[number % 2] * (min(alpha, 0.7) if slopes == "finite" else alpha)
+    body: Indenter
+    if shape == "flat":
+        body, depth = FlatPunch(a), -0.7 * alpha * ell
+    elif shape == "parabola":
+        body, depth = Parabola(a / rise), rise * (a / 2 + ell) - alpha * ell
+    else:
+        n = int(shape[1:])
+        body = PowerLaw(rise / n * a ** (1 - n), n)
+        depth = rise * (a / n + ell) - alpha * ell
+    return Scene(layer, surfaces, body, slopes=slopes), depth
+
+
+def fitted(params: Parameters) -> Iterator[Point]:
+    """a/l against w/γ₁, small slopes."""
+    decades = range(-3, 7, params.stride), range(-12, 7, params.stride)
+    for number, (x, y, shape) in enumerate(product(*decades, SHAPES)):
+        scene, depth = scene_at(number, 10.0**x, 10.0**y, shape)
+        yield shape, x, y, partial(against_reference, scene, depth)
+
+
+def finite(params: Parameters) -> Iterator[Point]:
+    """a/l against w/γ₁ up to 2, finite slopes."""
+    works = (*range(-12, 0, params.stride), math.log10(0.5), 0.0, math.log10(1.99))
+    for number, (x, y) in enumerate(product(range(-3, 7, params.stride), works)):
+        scene, depth = scene_at(number, 10.0**x, 10.0**y, "parabola", "finite")
+        yield "parabola", x, y, partial(against_reference, scene, depth)
+
+
+def lattice(params: Parameters) -> Iterator[Point]:
+    """l/Δx against a/l: energy, force and place of the line on the same lattice."""
+    decades = product(range(-3, 10, params.stride), range(-3, 7, params.stride))
+    held = ((x, y) for x, y in decades if 0.5 <= 10.0 ** (x + y) <= params.nodes / 2)
+    for number, (x, y) in enumerate(held):
+        scene, depth = scene_at(number, 10.0**y, 1e-2, "parabola")
+        spacing = scene.elastocapillary_length / 10.0**x
+        yield "parabola", x, y, partial(on_nodes, scene, depth, spacing)
+
+
+def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
+    """Energy, force and place of the line on a lattice, against 60 digits."""
+    body, lat = scene.indenter, Lattice.of(scene, spacing)
+    where = fronts.region(lat, body, depth)
+    contact = fronts.adhered(lat, body, depth, where)
+    if contact is None:
+        return NO_DIGITS, 0.0, "refused", "no contact node"
+    sums = measured(lat, body, depth, contact)
+    with localcontext(prec=stress_reference.DIGITS):
+        given = stress_reference.inputs(scene, depth)
+        exact = stress_reference.on_nodes(given, spacing, contact.last)
+        before, beyond = (
+            stress_reference.resistance(given, spacing, contact.last - i) for i in (1, 0)
+        )
+        errors = [
+            max(0.0, before, -beyond),
+            float(abs(Decimal(sums.force) - exact.force) / Decimal(sums.force_scale)),
+            float(abs(Decimal(sums.energy) - exact.energy) / Decimal(sums.energy_scale)),
+        ]
+    found = verdict(errors, (max(1.0, contact.last), 10.0, 10.0), True)
+    try:
+        state = minimise(scene, depth, method="lattice", spacing=spacing)
+    except NotCertifiedError as refusal:
+        return (*found[:2], "refused" if found[2] == "ok" else found[2], str(refusal)[:200])
+    doubted = untrusted(scene, depth, state)
+    return (*found[:2], "wrong", doubted) if doubted else found
+
+
+def edge(params: Parameters) -> Iterator[Point]:
+    """Depths ever closer to letting go, from both sides."""
+    steps = range(1, 16, max(1, params.stride - 1))
+    for number, (shape, j, side) in enumerate(product(SHAPES, steps, (1, -1))):
+        scene, _ = scene_at(number, 3.0, 1e-2, shape)
+        last = -scene.critical_separation
+        if shape == "x1":
+            last += scene.elastocapillary_length * float(scene.indenter.slope(1.0))
+        depth = last * (1 - side * 10.0**-j)
+        yield shape, j, side, partial(against_reference, scene, depth)
+
+
+def profiles(params: Parameters) -> Iterator[Point]:
+    """Odd profiles in all units, and lattice against the default method."""
+    units = range(-9, 10, 3 * params.stride)
+    for (number, name), unit, depth in product(
+        enumerate(stress_profiles.NAMES), units, (0.5, -0.3)
+    ):
+        work = partial(stress_profiles.compare, name, depth, 10.0**unit)
+        yield name, unit, number + depth / 2, work
+
+
+RUNS = {grid.__name__: grid for grid in (fitted, finite, lattice, edge, profiles)}
+GRIDS = tuple(RUNS)
+
+
+def run(
+    params: Parameters = Parameters(),
+    grids: Sequence[str] = GRIDS,
+    show: Show = silent,
+    jobs: int = 1,
+) -> list[Trial]:
+    """All trials, grids in `jobs` processes; `show` gets a line for each."""
+    trials: list[Trial] = []
+    for name, own in zip(grids, each(partial(_tried, params), grids, jobs), strict=True):
+        show(summary(name, own))
+        trials += own
+    return trials
+
+
+def _tried(params: Parameters, name: str) -> list[Trial]:
+    return [judged(name, *point) for point in RUNS[name](params)]
+
+
+def summary(name: str, trials: Sequence[Trial]) -> str:
+    """Counts of verdicts, the fewest digits of a grid, and why some points keep fewer than 12."""
+    words = [t.verdict for t in trials]
+    counts = ", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(sorted(words)))
+    known = [t for t in trials if t.verdict == "ok" and not math.isnan(t.digits[0])]
+    if not known:
+        return f"{name:9s} {counts}"
+    fewest = [min(column) for column in zip(*(t.digits for t in known), strict=True)]
+    told = ", ".join(f"{q} {d:.1f}" for q, d in zip("aPU", fewest, strict=True))
+    few = [t for t in known if min(t.digits) < KEPT]
+    allowed = f"{len(known) - len(few)} of {len(known)} keep 12"
+    if few:
+        worst = max(t.excess for t in few)
+        allowed += f", the other {len(few)} lose at most {worst:.1g} ε (1 + condition)"
+    return f"{name:9s} {counts}; fewest digits of {told}; {allowed}"
+
+
+def refusals(trials: Sequence[Trial]) -> Counter[str]:
+    """How often a point was refused for which reason, numbers left out."""
+    notes = (t.note for t in trials if t.verdict == "refused")
+    told = (re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "…", note) for note in notes)
+    return Counter(f"{note[:REASON]} …" for note in told)
+
+
+def table(trials: Sequence[Trial]) -> Table:
+    """Columns and a row per trial."""
+    names = ["digits_half_width", "digits_force", "digits_energy", "excess", "verdict", "note"]
+    return ["grid", "shape", "x", "y", *names], [[*t[:4], *t.digits, *t[5:]] for t in trials]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line of the study; 1 if anything was lost or failed."""
+    parser = command.parser("stress", __doc__, "every third decade")
+    command.some_of(parser, "--grids", GRIDS)
+    options, out = command.parse(parser, argv)
+    params = QUICK if options.preset == "quick" else Parameters()
+    trials = run(params, options.grids, command.say, options.jobs)
+    out.table("stress.csv", params, *table(trials))
+    out.figure("stress.png", plot(trials, options.grids))
+    bad = [t for t in trials if t.verdict in BAD]
+    for t in sorted(bad, key=lambda t: (t.grid, t.shape, -t.excess)):
+        print(f"{t.verdict:14s} {t.grid:8s} {t.shape:8s} x = {t.x:5.3g}, y = {t.y:5.3g}: {t.note}")
+    for reason, times in refusals(trials).items():
+        print(f"refused {times} times: {reason}")
+    print(f"{len(trials)} points, {len(bad)} lost or failed")
+    return 1 if bad else 0

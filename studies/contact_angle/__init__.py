@@ -1,0 +1,1 @@
+"""The study `contact_angle`: whether Young's law emerges."""

@@ -1,0 +1,1 @@
+"""The study `hysteresis`: closed load paths and what they dissipate."""

@@ -1,0 +1,146 @@
+"""Figures of the study `hysteresis`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from discretization import History
+from discretization.paths.plots import draw, units
+from energy import cards
+from energy.units import quantity as quantity_of
+from studies.hysteresis.landscape import landscape
+from studies.hysteresis.record import Loop, Record
+from studies.shared import loops
+from studies.shared.figures import COLOURS, ORANGE, Figure, canvas, plain_ticks, shades
+from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
+from studies.shared.types import Array
+
+_DEPTHS = (0.5, 0.0, -0.4, -0.75, -0.95)  # of the landscape, in δ₀
+
+
+def all_of(record: Record, history: History) -> dict[str, Figure]:
+    """Every figure by file name; `history`: the parabola's loop to look at closely."""
+    title = f"parabola, γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, imposed depth"
+    return {
+        "hysteresis_tension.png": over_tension(record),
+        "hysteresis_control.png": over_control(record),
+        "hysteresis_map.png": dissipation(record),
+        "hysteresis_loop.png": history.plot(title, closed_form(history)),
+        "hysteresis_landscape.png": landscape(history, nearest(history)),
+    }
+
+
+def _grid(rows: int, height: float) -> tuple[Figure, Any]:
+    return canvas(15, height, rows, len(INDENTERS), squeeze=False)
+
+
+def _own(record: Record, shape: str) -> list[Loop]:
+    """The loops of a shape at w = WORK."""
+    return [
+        loop
+        for loop in record.loops
+        if loop.shape == shape and loop.history.scene.work_of_adhesion == WORK
+    ]
+
+
+def over_tension(record: Record) -> Figure:
+    """P(d) above, a(d) below, under imposed depth, a colour for each γ₁."""
+    drawn, grid = _grid(2, 8.5)
+    for column, shape in zip(grid.T, INDENTERS, strict=True):
+        own = [loop.history for loop in _own(record, shape) if loop.control == "depth"]
+        for axes, quantity in zip(column, ("force", "half_width"), strict=True):
+            scale = units(own, quantity)
+            for history, colour in zip(own, shades(len(own)), strict=True):
+                ratio = history.scene.elastocapillary_length / SIZE
+                name = f"γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, l/b = {ratio:.2g}"
+                draw(axes, history, quantity, scale, colour, name)
+            axes.axhline(0, color="black", lw=0.6, ls=":")
+            axes.grid(alpha=0.25)
+        column[0].set_title(shape)
+        column[0].legend(fontsize=9)
+    drawn.suptitle("Loops under imposed depth; dashed: instabilities")
+    return drawn
+
+
+def over_control(record: Record) -> Figure:
+    """P(d) of one γ₁ under every control."""
+    drawn, grid = _grid(1, 4.8)
+    for axes, shape in zip(grid[0], INDENTERS, strict=True):
+        own = _own(record, shape)
+        gamma1 = min((loop.history.scene.gamma1 for loop in own), key=lambda g: abs(g - 0.02))
+        own = [loop for loop in own if loop.history.scene.gamma1 == gamma1]
+        scale = units([own[0].history], "force")
+        for loop, colour, width in zip(own, COLOURS, (5.0, 3.4, 2.2, 1.2), strict=False):
+            area = loop.history.dissipated / (2 * WORK * SIZE)
+            name = f"{loop.control}: {area:.3g} · 2wb"
+            draw(axes, loop.history, "force", scale, colour, name, width)
+        top = max(float(loop.history.depth.max()) for loop in own) / scale[0].size
+        axes.set_xlim(-1.6 * top, 1.05 * top)
+        axes.axhline(0, color="black", lw=0.6, ls=":")
+        axes.set_title(f"{shape}, γ₁ = {quantity_of(gamma1, 'N/m')}")
+        axes.legend(fontsize=9, title="control: loop area", loc="upper left")
+        axes.grid(alpha=0.25)
+    drawn.suptitle("The same scene under imposed depth, a dead load, and machines of stiffness K")
+    return drawn
+
+
+def dissipation(record: Record) -> Figure:
+    """Loop area over l/b and K/(kb), with the critical stiffness of the machine."""
+    from matplotlib.colors import LogNorm
+
+    drawn, grid = _grid(1, 4.8)
+    areas = np.concatenate([found.area[found.area > 1e-9] for found in record.maps])
+    norm = LogNorm(float(areas.min()), float(areas.max()))
+    for axes, found in zip(grid[0], record.maps, strict=True):
+        area = np.where(found.area > 1e-9, found.area, np.nan)
+        shades = axes.pcolormesh(_edges(found.across), _edges(found.up), area, norm=norm)
+        axes.set_facecolor("#cccccc")
+        axes.set(xscale="log", yscale="log", xlabel="tension  l/b", ylabel="machine  K/(kb)")
+        low, high = axes.get_ylim()
+        if not np.isfinite(area).all():
+            axes.text(1.25, 1, "no loop", va="center")
+        across = np.geomspace(float(found.across[0]), float(found.across[-1]), 200)
+        if (critical := _critical(found.shape, across)) is not None:
+            name = "critical K: above it the contact closes"
+            axes.plot(across, critical, color="white", lw=5)
+            axes.plot(across, critical, color=ORANGE, lw=2, label=name)
+            axes.legend(loc="lower left", fontsize=9)
+        plain_ticks(axes.xaxis)
+        plain_ticks(axes.yaxis)
+        axes.set(ylim=(low, high), title=f"{found.shape}: worst error {found.error.max():.0e}")
+    drawn.colorbar(shades, ax=list(grid[0]), label="loop area / 2wb")
+    return drawn
+
+
+def _edges(middles: Array) -> Array:
+    """Edges (n + 1,) of cells around these middles (n,), evenly spread on a logarithmic scale."""
+    inner = np.sqrt(middles[1:] * middles[:-1])
+    step = np.sqrt(middles[1] / middles[0]) if middles.size > 1 else 2.0
+    return np.concatenate([[middles[0] / step], inner, [middles[-1] * step]])
+
+
+def _critical(shape: str, across: Array) -> Array | None:
+    """K_c/(kb) of the cards for these l/b; None where the contact ends under any machine."""
+    scene, k = loops.scene_of(shape, 0.0), LAYER.stiffness
+    card = loops.known(scene).critical_stiffness
+    tension = {"gamma1": k * (across * SIZE) ** 2}
+    return np.asarray(card(**loops.arguments(scene) | tension)) / (k * SIZE) if card else None
+
+
+def closed_form(history: History) -> tuple[Array, Array, Array]:
+    """(d, P, a) of a parabola's whole branch."""
+    scene = history.scene
+    given = loops.arguments(scene)
+    d = np.linspace(-scene.critical_separation, float(history.depth.max()), 400)
+    force, a = cards.parabola.force(d, **given), cards.parabola.half_width(d, **given)
+    return d, np.asarray(force), np.asarray(a)
+
+
+def nearest(history: History) -> list[int]:
+    """Steps in contact on unloading, nearest to some depths between 0 and the end."""
+    depth, turn = history.depth, int(np.argmax(history.depth))
+    held = [i for i in range(turn, depth.size) if history.half_width[i] > 0]
+    wanted = np.array(_DEPTHS) * history.scene.critical_separation
+    return [min(held, key=lambda i, d=d: abs(depth[i] - d)) for d in wanted.tolist()]  # type: ignore[misc]

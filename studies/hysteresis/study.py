@@ -1,0 +1,171 @@
+"""What does a closed loop of touching, pressing and pulling off cost, and where is it lost?
+
+Flat punch, wedge and parabola go through closed load paths, for several surface tensions γ₁ and
+works of adhesion w, under imposed depth, a dead load, and machines of finite stiffness K:
+
+    ∮P dd = Σ energy released in the instabilities.
+
+The left side comes from the forces along the path, the right side from the energies beside the
+events. Jump-in, pull-off, end of the contact and loop area stand beside the closed forms
+(energy.cards); where a closed form is 0 the error is in units of kδ₀(b + l), δ₀ and b, see
+shared/loops.py. The map is over the two groups on which a loop depends (small slopes): l/b, which
+is √(γ₁/k)/b, or √(γ₁/2w) tan δ for the wedge, and K/(kb).
+
+Output: a line per loop and its worst error, hysteresis.csv with all numbers, figures, and a GIF.
+Exit status 1 if an error exceeds 1e-8 or a ledger is out of balance by more than 1e-9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from discretization import History
+from studies.hysteresis import figures as hysteresis_figures
+from studies.hysteresis.animation import animate
+from studies.hysteresis.record import BAR, FULL, LEDGER, QUICK, Loop, Map, Parameters, Record
+from studies.shared import command, loops
+from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.figures import Figure
+from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
+from studies.shared.table import aligned
+from studies.shared.types import Array, Table
+
+_NIL = 1e-8  # of the scale, printed as 0
+_COARSE = 18  # steps of a loop of the map
+
+
+def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
+    """Follow all loops in `jobs` processes; `show` gets a line for each."""
+    show(aligned(WIDTHS, HEADER.split("|")))
+    found, maps = [], []
+    scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
+    for own in each(partial(_controls, parameters), scenes, jobs):
+        for loop in own:
+            found.append(loop)
+            show(line(loop))
+    cases = list(product(INDENTERS, parameters.across))
+    columns = np.array(list(each(partial(_map_column, parameters.up), cases, jobs)))
+    grid = columns.reshape(len(INDENTERS), len(parameters.across), 2, -1).transpose(0, 2, 3, 1)
+    across, up = np.array(parameters.across), np.array(parameters.up)
+    for shape, (area, error) in zip(INDENTERS, grid, strict=True):
+        maps.append(Map(shape, across, up, area, error))
+        show(f"map of the {shape}: {area.size} loops, worst {error.max():.1e}")
+    return Record(parameters, tuple(found), tuple(maps))
+
+
+def _controls(parameters: Parameters, case: tuple[str, float, float]) -> list[Loop]:
+    """The same scene under all controls."""
+    shape, gamma1, w = case
+    path = loops.depth_loop(loops.scene_of(shape, gamma1, w), parameters.steps)
+    stiffness = LAYER.stiffness * SIZE
+    held = [loops.driven_loop(path, K * stiffness) for K in (0.0, *parameters.machines)]
+    return [Loop(shape, one, tuple(loops.compared(one)), one.work()) for one in (path, *held)]
+
+
+def _map_column(up: Sequence[float], case: tuple[str, float]) -> Array:
+    """Loop areas and their errors (2, m) under machines at one l/b, by coarse paths."""
+    shape, ratio = case
+    scene = loops.scene_of(shape, LAYER.stiffness * (ratio * SIZE) ** 2)
+    path, found = loops.depth_loop(scene, _COARSE), []
+    for K in np.array(up) * LAYER.stiffness * SIZE:
+        form = loops.compared(loops.driven_loop(path, K))[-1]
+        found.append((form.simulated / (2 * scene.work_of_adhesion * SIZE), form.error))
+    return np.transpose(found)
+
+
+HEADER = "indenter|γ₁ N/m|w N/m|control|jump-in a µm|pull-off P N/m|d µm|a µm|area J/m|error|ledger"
+WIDTHS = (-10, 6, 6, -12, 12, 14, 9, 9, 12, 6, 6)
+
+
+def line(loop: Loop) -> str:
+    """One line of the table."""
+    scene = loop.history.scene
+    values = {f.name: f.simulated if abs(f.simulated) > _NIL * f.scale else 0 for f in loop.forms}
+    cells = [
+        loop.shape,
+        f"{scene.gamma1:.3g}",
+        f"{scene.work_of_adhesion:.3g}",
+        loop.control,
+        f"{values['jump-in half-width'] * 1e6:.6g}",
+        f"{values['pull-off force']:.6g}",
+        f"{values['pull-off depth'] * 1e6:.6g}",
+        f"{values['pull-off half-width'] * 1e6:.6g}",
+        f"{values['loop area']:.6g}",
+        f"{loop.error:.0e}",
+        f"{loop.imbalance:.0e}",
+    ]
+    return aligned(WIDTHS, cells) + ("" if loop.passed else "  FAIL")
+
+
+def summary(record: Record) -> str:
+    """The last lines: errors, and what the loops say."""
+    failed = sum(not loop.passed for loop in record.loops)
+    maps = sum(found.area.size for found in record.maps)
+    return (
+        f"{len(record.loops)} loops and {maps} of the maps: worst error {record.error:.1e} "
+        f"(bar {BAR:.0e}), ledgers out of balance by {record.imbalance:.1e} at most "
+        f"(bar {LEDGER:.0e}); {failed} failed"
+    )
+
+
+def plot(record: Record) -> dict[str, Figure]:
+    """The figures by file name."""
+    return hysteresis_figures.all_of(record, featured(record))
+
+
+def featured(record: Record) -> History:
+    """The loop to look at closely: the parabola at moderate tension, under imposed depth."""
+    return next(
+        loop.history
+        for loop in record.loops
+        if loop.shape == "parabola"
+        and loop.control == "depth"
+        and loop.history.scene.gamma1 >= 0.02
+        and loop.history.scene.work_of_adhesion == WORK
+    )
+
+
+def table(record: Record) -> Table:
+    """A row per loop: every number simulated, in closed form, and its relative error. SI."""
+    names = [form.name.replace(" ", "_") for form in record.loops[0].forms]
+    columns = [f"{name}{end}" for name in names for end in ("", "_closed_form", "_error")]
+    given = ["indenter", "gamma1", "w", "control", "machine_stiffness"]
+    rows = []
+    for loop in record.loops:
+        history, scene = loop.history, loop.history.scene
+        forms = [v for f in loop.forms for v in (f.simulated, f.closed_form, f.error)]
+        stiffness = history.machine_stiffness or ""
+        at = (scene.gamma1, scene.work_of_adhesion, history.control, stiffness)
+        rows.append([loop.shape, *at, *forms, loop.work, history.dissipated, loop.imbalance])
+    return [*given, *columns, "work", "dissipated", "imbalance"], rows
+
+
+def map_table(record: Record) -> Table:
+    """A row per loop of the maps."""
+    rows = [
+        [found.shape, across, up, found.area[i, j], found.error[i, j]]
+        for found in record.maps
+        for j, across in enumerate(found.across)
+        for i, up in enumerate(found.up)
+    ]
+    return ["indenter", "l_over_b", "K_over_kb", "area_over_2wb", "error"], rows
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run, draw, write; 1 if a loop misses a bar."""
+    quick = "fewer loops, a coarse map"
+    preset, jobs, out = command.start("hysteresis", __doc__, argv, quick, FULL, QUICK)
+    record = run(preset, command.say, jobs)
+    out.table("hysteresis.csv", preset, *table(record))
+    out.table("hysteresis_map.csv", preset, *map_table(record))
+    out.figures(plot(record))
+    finer = loops.depth_loop(featured(record).scene, 2 * preset.frames)
+    count = animate(finer, out.at("hysteresis_loop.gif"), preset.frames)
+    print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {out.folder}")
+    print(summary(record))
+    return 0 if record.passed else 1

@@ -1,0 +1,1 @@
+"""The study `pull_off`: adhesion force against surface tension."""

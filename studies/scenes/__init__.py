@@ -1,0 +1,1 @@
+"""Scene files, and what is done with them: `new`, `run`, `sweep` and `fit`."""

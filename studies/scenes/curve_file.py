@@ -1,0 +1,168 @@
+"""Force–depth curves from files: text as instruments and spreadsheets write it, instrument files.
+
+Text needs columns of the depth and of the force, by default named so, with units in the header, in
+a row below it or given with their names: "Weg [µm]", "2 [mN]". A force in newtons is divided by the
+`width`, the length of the line contact. Instrument files (.jpk-force, .ibw, .h5, .tab and others)
+are read by the library afmformats, the extra elastocap[afm]: forces in newtons, and the depth is
+that of the tip, - (height + force / spring constant of the cantilever), from an arbitrary zero.
+"""
+
+from __future__ import annotations
+
+import importlib
+import logging
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from energy import units
+from energy.checks import positive
+from energy.text_table import Layout, TextTable, read_table
+from studies.scenes.fit.force_curve import Array, Curve
+
+INSTRUMENT = (
+    *(".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series"),
+    *(".ibw", ".h5", ".tab", ".zip"),
+)
+HEIGHTS = ("height (measured)", "height (piezo)")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a file is read.
+
+    columns: of depth and force, by name or number, with a unit where the file has none; width:
+    length of the line contact [m], for forces in newtons; layout: of text; number: of the curve in
+    an instrument file, from 1. None: not given.
+    """
+
+    columns: tuple[str, str] | None = None
+    width: float | None = None
+    layout: Layout = field(default_factory=Layout)
+    number: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.columns is not None and len(self.columns) != 2:
+            raise ValueError(f"columns = {self.columns!r} must be two: of the depth and the force")
+        if self.width is not None:
+            positive("width", self.width)
+        if self.number is not None and self.number < 1:
+            raise ValueError(f"curve = {self.number!r} must be a number from 1")
+
+
+def read_curve(path: Path, reading: Reading | None = None) -> Curve:
+    """The curve of a file. ValueError naming file, line, cell and what was expected."""
+    reading = reading or Reading()
+    if path.suffix.lower() in INSTRUMENT:
+        return _of_instrument(path, reading)
+    if reading.number is not None:
+        raise ValueError(f"{path}: curve = {reading.number}: text has one; give columns instead")
+    table = read_table(path, reading.layout)
+    depth, force = reading.columns or ("depth", "force")
+    return Curve(_depth(table, depth), _force(table, force, reading.width))
+
+
+def _column(table: TextTable, column: str) -> tuple[int, str]:
+    place, unit = table.place(*units.named(column))
+    if not unit:
+        raise ValueError(
+            f"{table.path}: column {column!r} has no unit: {table.told()}; write it into the "
+            'header, "depth [µm], force [mN/m]", or behind the name: --columns "depth [µm]" ...'
+        )
+    return place, unit
+
+
+def _depth(table: TextTable, column: str) -> Array:
+    place, unit = _column(table, column)
+    size = units.size(unit, "length")
+    if size is None:
+        raise ValueError(
+            f"{table.path}: the unit {unit!r} of the depth {column!r} is unknown; write it in m, "
+            "mm, µm or nm, such as: depth [µm]"
+        )
+    return size * table.numbers(place)
+
+
+def _force(table: TextTable, column: str, width: float | None) -> Array:
+    place, unit = _column(table, column)
+    total, size = units.size(unit, "force"), units.size(unit, "force per length")
+    if total is not None:
+        return total * table.numbers(place) / _width(table.path, width)
+    if size is None:
+        raise ValueError(
+            f"{table.path}: the unit {unit!r} of the force {column!r} is unknown; write it per "
+            "length, such as: force [mN/m], or in mN with --width"
+        )
+    if width is not None:
+        raise ValueError(
+            f"{table.path}: width = {width!r} with a force in {unit}: it is per length already; "
+            "leave the width out"
+        )
+    return size * table.numbers(place)
+
+
+def _width(path: Path, width: float | None) -> float:
+    if width is None:
+        raise ValueError(
+            f"{path}: the force is in newtons, and the model's is per length of the line contact; "
+            "give that length in m with --width"
+        )
+    return width
+
+
+def _of_instrument(path: Path, reading: Reading) -> Curve:
+    if reading.columns is not None or reading.layout != Layout():
+        raise ValueError(f"{path}: columns and layout are for text; leave them out")
+    width = _width(path, reading.width)
+    curves = _loaded(path)
+    number, count = reading.number or 1, len(curves)
+    if (count > 1 and reading.number is None) or number > count:
+        remedy = f"give one of 1 to {count} with --curve" if count else "give another file"
+        raise ValueError(
+            f"{path}: curve = {reading.number!r}, but it holds {count} force-distance curves; "
+            f"{remedy}"
+        )
+    data = curves[number - 1]
+    force = np.asarray(data["force"], float)
+    depth = -_tip(path, data, force)
+    bad = np.flatnonzero(~np.isfinite(depth + force))
+    if bad.size:
+        raise ValueError(f"{path}: point {bad[0] + 1} of curve {number} is not finite; remove it")
+    return Curve(depth, force / width)
+
+
+def _loaded(path: Path) -> list[Any]:
+    """The force-distance curves of an instrument file."""
+    if not path.is_file():
+        raise ValueError(f"{path}: is no file; give the name of a measured curve")
+    try:
+        library: Any = importlib.import_module("afmformats")
+    except ImportError:
+        raise ValueError(
+            f"{path}: an instrument file; install elastocap[afm] to read it, or export it as text"
+        ) from None
+    log = logging.getLogger("afmformats")
+    if not log.hasHandlers():  # else it prints the traceback of what is told below
+        log.addHandler(logging.NullHandler())
+    try:
+        return list(library.load_data(path, modality="force-distance"))
+    except (KeyboardInterrupt, SystemExit):
+        raise
+    except BaseException as error:  # some of the library's own are no Exception
+        raise ValueError(
+            f"{path}: afmformats cannot read it: {type(error).__name__}: {error}; export it as text"
+        ) from None
+
+
+def _tip(path: Path, data: Any, force: Array) -> Array:
+    """Height of the tip above an arbitrary level [m]."""
+    if "tip position" in data.columns:
+        return np.asarray(data["tip position"], float)
+    height = next((name for name in HEIGHTS if name in data.columns), None)
+    stiffness = data.metadata.get("spring constant", None)
+    if height is None or stiffness is None or not stiffness > 0:
+        lacks = "heights" if height is None else "spring constant of the cantilever"
+        raise ValueError(f"{path}: states no {lacks}, which the depth needs; export it as text")
+    return np.asarray(data[height], float) + force / float(stiffness)

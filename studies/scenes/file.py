@@ -1,0 +1,262 @@
+"""Scene files (TOML, SI units): one scene, and what is asked of it: depths, a load path, or both.
+
+    title = "..."                 # optional, as is source: where the parameters come from
+    source = "..."
+    depth = 1e-6                  # m; or a list, or { from = -1e-6, to = 2e-6, steps = 40 }
+
+    [layer]
+    E = 3e3                       # Pa
+    nu = 0.45
+    h = 50e-6                     # m
+
+    [surfaces]                    # J/m²
+    gamma1 = 0.07
+    gamma2 = 0.03                 # gamma2 and gamma12, or w instead of both
+    gamma12 = 0.0997
+
+    [opening]                     # optional: of a contact that opens, with the same gamma1;
+    w = 6e-4                      # gamma2 and gamma12, or w; needs [path] in place of depth
+
+    [indenter]
+    shape = "parabola"            # plane | flat_punch half_width | wedge delta (rad) or
+    R = 0.1                       # delta_degrees | parabola R | power_law c, n | sampled x, z, kind
+                                  # or file (studies/scenes/measured.py)
+    tilted = 0.0                  # optional slope, applied first
+    shifted = 0.0                 # optional distance in m
+
+    [path]                        # optional: a load path
+    depths = [-1e-6, 2e-6, -1e-6] # m, turning points; or forces in N/m; or drives in m, the far end
+    machine_stiffness = 1e4       # drives only, Pa: of the spring between drive and indenter
+    steps = 50                    # between turning points; a range has its own
+
+    [options]                     # optional, as in discretization.minimise and energy.Scene
+    slopes = "small"
+    method = "auto"
+    branch = "adhered"
+    spacing = 1e-6                # method = "lattice" only
+    rtol = 1e-8
+
+    [measured]                    # optional: how `fit` reads a curve (studies/scenes/measured.py)
+
+title, source and depth stand above the first [section], as TOML has it. Unknown keys, missing keys
+and values of a wrong type are refused by file and key. A list or a range for any other number
+makes a sweep (studies/scenes/grid.py). `python -m studies new FILE` writes a commented file.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Indenter,
+    Parabola,
+    Plane,
+    PowerLaw,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
+from studies.scenes import measured as scene_measured
+from studies.scenes.curve_file import Reading
+from studies.scenes.table import TOP, Table
+
+SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "plane": (Plane, ()),
+    "flat_punch": (FlatPunch, ("half_width",)),
+    "wedge": (Wedge, ("delta", "delta_degrees")),
+    "parabola": (Parabola, ("R",)),
+    "power_law": (PowerLaw, ("c", "n")),
+    "sampled": (Sampled, ("x", "z")),
+}
+OPTIONS = {"slopes": str, "method": str, "branch": str, "spacing": float, "rtol": float}
+CONTROLS = ("depths", "forces", "drives")
+STEPS = 50
+
+
+@dataclass(frozen=True)
+class Programme:
+    """A load path's control ("depths", "forces" or "drives"), its values (n,) and the machine."""
+
+    control: str
+    values: NDArray[np.float64]
+    machine_stiffness: float | None
+
+
+@dataclass(frozen=True)
+class SceneFile:
+    """What a scene file says: the scene, depths (n,), options of `minimise`, a load path.
+
+    measured: how a curve to fit is read.
+    """
+
+    path: Path
+    title: str
+    source: str
+    scene: Scene
+    depths: NDArray[np.float64]
+    options: dict[str, Any]
+    programme: Programme | None = None
+    measured: Reading = field(default_factory=Reading)
+
+
+def load(path: str | Path) -> SceneFile:
+    """Read and check a scene file. ValueError naming file, key, value and the known keys."""
+    path = Path(path)
+    return built(path, read(path))
+
+
+def read(path: Path) -> dict[str, Any]:
+    """The tables of a file, unchecked. ValueError for a file that cannot be read as TOML."""
+    try:
+        return tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}; give the path of a scene file") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: cannot be read as TOML: {error}") from None
+
+
+def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
+    """The scene these tables describe; `path` is named in errors."""
+    file = Table(path, "file", content, TOP)
+    options = _options(path, content.get("options", {}))
+    slopes = options.pop("slopes", "small")
+    layer = _layer(path, file.get("layer"))
+    surfaces = _surfaces(path, file.get("surfaces"))
+    opening = _opening(path, content["opening"], surfaces) if "opening" in content else None
+    indenter = _indenter(path, file.get("indenter"))
+    try:
+        scene = Scene(layer, surfaces, indenter, slopes, opening)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    programme = _programme(path, content["path"], options) if "path" in content else None
+    title, source = file.text("title", path.stem), file.text("source", "not stated")
+    measured = scene_measured.reading(path, content.get("measured", {}))
+    return SceneFile(path, title, source, scene, _depths(file), options, programme, measured)
+
+
+def _layer(path: Path, content: Any) -> ElasticLayer:
+    table = Table(path, "layer", content, ("E", "nu", "h"))
+    return table.build(ElasticLayer, *(table.number(key) for key in table.known))
+
+
+def _surfaces(path: Path, content: Any) -> SurfaceEnergies:
+    table = Table(path, "surfaces", content, ("gamma1", "gamma2", "gamma12", "w"))
+    return _energies(table, table.number("gamma1"))
+
+
+def _opening(path: Path, content: Any, surfaces: SurfaceEnergies) -> SurfaceEnergies:
+    return _energies(Table(path, "opening", content, ("gamma2", "gamma12", "w")), surfaces.gamma1)
+
+
+def _energies(table: Table, gamma1: float) -> SurfaceEnergies:
+    if "w" not in table.table:
+        others = (table.number(key) for key in ("gamma2", "gamma12"))
+        return table.build(SurfaceEnergies, gamma1, *others)
+    for key in ("gamma2", "gamma12"):
+        if key in table.table:
+            table.refuse(key, table.table[key], "contradicts w: give w, or gamma2 and gamma12")
+    return table.build(SurfaceEnergies.from_work, gamma1, table.number("w"))
+
+
+def _indenter(path: Path, content: Any) -> Indenter:
+    keys_given = tuple(content) if isinstance(content, Mapping) else ()
+    shape = Table(path, "indenter", content, keys_given).text("shape")
+    if shape not in SHAPES:
+        raise ValueError(
+            f"{path}: indenter.shape = {shape!r} is unknown; known shapes: {', '.join(SHAPES)}"
+        )
+    kind, keys = SHAPES[shape]
+    extra = ("kind", *scene_measured.PROFILE) if shape == "sampled" else ()
+    known = ("shape", *keys, *extra, "shifted", "tilted")
+    table = Table(path, "indenter", content, known)
+    indenter: Indenter
+    if "file" in table.table:
+        indenter = scene_measured.profile(table)
+    elif shape == "sampled":
+        for key in scene_measured.PROFILE[1:]:
+            if key in table.table:
+                table.refuse(key, table.table[key], "needs file: x and z in this file are in m")
+        samples = map(table.numbers, keys)
+        indenter = table.build(kind, *samples, table.text("kind", "linear"))
+    else:
+        numbers = [_wedge_angle(table)] if shape == "wedge" else map(table.number, keys)
+        indenter = table.build(kind, *numbers)
+    if "tilted" in table.table:
+        indenter = indenter.tilted(table.number("tilted"))
+    return indenter.shifted(table.number("shifted")) if "shifted" in table.table else indenter
+
+
+def _wedge_angle(table: Table) -> float:
+    """δ in rad from delta or delta_degrees, one of the two."""
+    if {"delta", "delta_degrees"} <= set(table.table):
+        raise table.error("delta_degrees stands beside delta: give one of the two")
+    if "delta_degrees" not in table.table:
+        return table.number("delta")
+    if not 0 < table.number("delta_degrees") < 90:
+        table.refuse("delta_degrees", table.table["delta_degrees"], "is outside (0, 90)")
+    return math.radians(table.number("delta_degrees"))
+
+
+def _options(path: Path, content: Any) -> dict[str, Any]:
+    table = Table(path, "options", content, tuple(OPTIONS))
+    return {
+        key: table.text(key) if OPTIONS[key] is str else table.number(key) for key in table.table
+    }
+
+
+def _depths(file: Table) -> NDArray[np.float64]:
+    if "depth" not in file.table and "path" in file.table:
+        return np.empty(0)
+    if "opening" in file.table:
+        depth = file.get("depth")
+        why = "cannot stand beside [opening]: the state depends on the path; write a [path] instead"
+        file.refuse("depth", depth, why)
+    return _frozen(file.spread("depth"))
+
+
+def _programme(path: Path, content: Any, options: Mapping[str, Any]) -> Programme:
+    table = Table(path, "path", content, (*CONTROLS, "machine_stiffness", "steps"))
+    given = [name for name in CONTROLS if name in table.table]
+    if len(given) != 1:
+        found = " and ".join(given) or "none"
+        raise table.error(f"path needs exactly one of {', '.join(CONTROLS)}; got {found}")
+    (control,) = given
+    stiffness = table.number("machine_stiffness") if "machine_stiffness" in table.table else None
+    if (control == "drives") != (stiffness is not None):
+        why = "does not fit: drives need machine_stiffness > 0, other controls have none"
+        table.refuse("machine_stiffness", stiffness, f"with {control} {why}")
+    for key, known in (("method", ("auto", "fitted", "lattice")), ("branch", ("adhered",))):
+        if options.get(key, known[0]) not in known:
+            why = f"cannot be honoured on a [path]; it takes {', '.join(known)}"
+            raise ValueError(f"{path}: options.{key} = {options[key]!r} {why}")
+    return Programme(control, _legs(table, control), stiffness)
+
+
+def _legs(table: Table, control: str) -> NDArray[np.float64]:
+    """The turning points joined by `steps` steps each; a range as it is."""
+    values = table.spread(control)
+    if isinstance(table.table[control], Mapping):
+        if "steps" in table.table:
+            table.refuse("steps", table.table["steps"], f"stands beside the steps of {control}")
+        return _frozen(values)
+    steps = table.whole("steps", 1) if "steps" in table.table else STEPS
+    legs = [np.linspace(start, end, steps + 1)[1:] for start, end in pairwise(values)]
+    return _frozen(np.concatenate([values[:1], *legs]))
+
+
+def _frozen(values: Any) -> NDArray[np.float64]:
+    array = np.array(values, float)
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,1 @@
+"""The tool `fit`: surface energies from a measured curve."""

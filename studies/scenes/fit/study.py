@@ -1,0 +1,106 @@
+"""Which w and γ₁ does a measured force–depth curve have, and how well does it fix them?
+
+    min over p of Σ (Pᵢ - P(dᵢ - d₀; p))²,   p from log w, log γ₁, log Ẽ/h and the depth offset d₀,
+
+over the points in contact, P along discretization.load_path through the measured depths in their
+order (loading, unloading; a contact that is lost and touches again begins anew). With `opening` the
+work of adhesion of a contact that opens is fitted too, from a loop of loading and unloading. DATA
+has columns named depth and force, with units above them, such as `depth [µm], force [mN/m]`; the
+delimiter, decimal mark, encoding and preamble are found, other columns and forces in newtons need
+the options below or a table [measured] in the scene file (studies/scenes/measured.py). Instrument
+files are read with the extra elastocap[afm]. The scene file gives the rest and where the search
+begins; its depth and [path] do not matter. Points whose force is noise at both ends of a contact
+take no part; where the simulated contact lets go before the measured one, its force is continued
+along the tangent, so that residuals are smooth.
+
+Intervals at 95 %: linearised, p ± t(n - m) s √((JᵀJ)⁻¹)ᵢᵢ, s² = Σr²/(n - m); and profile, to be
+trusted where the two differ: all values of pᵢ at which the sum of squares, the others fitted anew,
+is below min (1 + t²/(n - m)). Noise is taken as independent and of equal size. A parameter whose
+interval spans more than a factor e to either side is reported as not identifiable, as is a
+combination for which the Jacobian's condition exceeds 100: the curve does not fix it. (While a line
+is pinned, as at the edge of a flat punch, the force does not feel w: only the letting go does.)
+
+The model does not fit, and there are no intervals, where the residual s exceeds twice the noise
+that the third differences of the data show, or keeps its sign over too many points (a runs test),
+or where the force out of contact is not zero in the mean (quality.py beside this file). A value at
+which the search ends is called a bound, not an estimate.
+
+Where contact begins and is lost between a clearly pulled point and one without force, these two
+depths count as measurements too, with the error of the interval between the points.
+
+Output: DATA_fit.csv, DATA_fit.png. --self-test: synthetic noisy data (of a built-in scene, or of
+--scene), fitted from a wrong start; fit_self_test.png; exit status 1 if fewer than 90 % of the
+intervals of a parameter hold the truth, or if of random curves with a reversed sign, a wrong zero
+or hysteresis one is not called, or of good ones more than 5 % are (studies/scenes/fit/failures.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from studies.scenes.curve_file import read_curve
+from studies.scenes.file import load
+from studies.scenes.fit import figure as fit_figure
+from studies.scenes.fit import reading_options
+from studies.scenes.fit import trials as fit_trials
+from studies.scenes.fit.estimate import Fit, fit
+from studies.scenes.fit.model import DEFAULT, NAMES
+from studies.scenes.fit.trial_record import SCENE
+from studies.shared import command
+from studies.shared.batches import tell
+from studies.shared.types import Table
+
+
+def table(found: Fit) -> Table:
+    """Depth, force, fitted force and residual; nan where the point took no part."""
+    fitted = np.full(found.curve.force.shape, math.nan)
+    fitted[found.used] = found.fitted
+    columns = {
+        "depth [m]": found.curve.depth,
+        "force [N/m]": found.curve.force,
+        "fitted [N/m]": fitted,
+        "residual [N/m]": found.curve.force - fitted,
+    }
+    return list(columns), list(zip(*(c.tolist() for c in columns.values()), strict=True))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Fit a file, or test the fit on synthetic data."""
+    quick_means = "linearised intervals only; 20 trials"
+    parser = command.parser("fit", __doc__, quick_means, jobs=1)
+    parser.add_argument("data", type=Path, nargs="?", metavar="DATA.csv", help="measured curve")
+    parser.add_argument("--scene", type=Path, metavar="FILE.toml", help="scene file to start from")
+    known = f"default: {' '.join(DEFAULT)}; known: {' '.join(NAMES)}"
+    parser.add_argument(
+        "--parameters", nargs="+", default=list(DEFAULT), metavar="NAME", help=known
+    )
+    parser.add_argument("--self-test", action="store_true", help="synthetic data in place of DATA")
+    parser.add_argument(
+        "--trials", type=int, metavar="N", help="of --self-test; default: 100, quick 20"
+    )
+    reading_options.add(parser)
+    options, out = command.parse(parser, argv)
+    quick = options.preset == "quick"
+    if options.self_test:
+        scene = load(options.scene).scene if options.scene else SCENE
+        trials = (20 if quick else 100) if options.trials is None else options.trials
+        chosen = tuple(options.parameters)
+        params = fit_trials.Parameters(scene, chosen, trials, profile=not quick)
+        return fit_trials.report(params, out, options.jobs)
+    if options.data is None or options.scene is None:
+        parser.error("DATA.csv and --scene are needed; or give --self-test")
+    if options.jobs > 1:
+        parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
+    given = load(options.scene)
+    curve = read_curve(options.data, reading_options.reading(options, given.measured))
+    found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
+    print(found)
+    name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
+    written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
+    written += out.figure(name, fit_figure.plot(found, given.title))
+    print(f"written: {', '.join(map(str, written))}")
+    return 0

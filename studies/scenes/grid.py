@@ -1,0 +1,158 @@
+"""The grid of a scene file: every key whose value is a list or a range is an axis of a sweep.
+
+    [layer]
+    h = [10e-6, 20e-6]                                          # a list
+    [surfaces]
+    w = { from = 1e-5, to = 1e-3, steps = 40, spacing = "log" } # a range; spacing: or "linear"
+
+Any number in a section can be an axis, and so can the texts of [options]. A list or range for
+`depth` is the last axis; the turning points of [path] and the samples of a profile are no axes.
+Points are numbered with the last axis running fastest.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from discretization import AccuracyWarning, History, minimise
+from discretization.paths.display import most_tensile
+from energy import Scene
+from studies.scenes.file import CONTROLS, STEPS, built
+from studies.scenes.path import follow
+from studies.scenes.table import TOP, Table
+
+Value = float | str
+NO_AXES = {f"path.{name}" for name in CONTROLS} | {
+    *("indenter.x", "indenter.z", "indenter.columns", "measured.columns")
+}
+UNITS = {
+    "depth": "m",
+    "layer.E": "Pa",
+    "layer.h": "m",
+    "indenter.R": "m",
+    "indenter.half_width": "m",
+    "indenter.shifted": "m",
+    "indenter.delta": "rad",
+    "indenter.delta_degrees": "°",
+    "path.machine_stiffness": "Pa",
+    "options.spacing": "m",
+} | {
+    f"{section}.{key}": "J/m²"
+    for section in ("surfaces", "opening")
+    for key in ("gamma1", "gamma2", "gamma12", "w")
+}
+
+
+class Axis(NamedTuple):
+    """A key of the file ("layer.h") and the values it takes."""
+
+    key: str
+    values: tuple[Value, ...]
+
+
+def axes(path: Path, content: Mapping[str, Any]) -> tuple[Axis, ...]:
+    """The axes of these tables, in their order, depth last. ValueError for an unusable list."""
+    found = []
+    for name, table in content.items():
+        if name in TOP and isinstance(table, Mapping) and name != "depth":
+            known = Table(path, name, table, tuple(table))
+            swept = [key for key in table if f"{name}.{key}" not in NO_AXES]
+            found += [_axis(known, key) for key in swept if isinstance(table[key], list | Mapping)]
+    if isinstance(content.get("depth"), list | Mapping):
+        found.append(_axis(Table(path, "file", content, TOP), "depth"))
+    return tuple(found)
+
+
+def _axis(table: Table, key: str) -> Axis:
+    name = key if table.name == "file" else f"{table.name}.{key}"
+    raw = table.table[key]
+    if isinstance(raw, list) and raw and all(isinstance(value, str) for value in raw):
+        return Axis(name, tuple(raw))
+    values = tuple(table.spread(key))
+    if len(set(values)) < len(values):
+        table.refuse(key, raw, "has a value twice; give each once")
+    return Axis(name, values)
+
+
+def placed(content: Mapping[str, Any], point: Mapping[str, Value]) -> dict[str, Any]:
+    """The tables of one point of the grid."""
+    tables = {name: dict(t) if isinstance(t, Mapping) else t for name, t in content.items()}
+    for key, value in point.items():
+        section, _, name = key.rpartition(".")
+        (tables[section] if section else tables)[name] = value
+    return tables
+
+
+def coarser(content: Mapping[str, Any], values: int = 5, steps: int = 10) -> dict[str, Any]:
+    """The tables for a first look: no more than so many values of an axis, and steps of a leg."""
+    tables = {name: dict(t) if isinstance(t, Mapping) else t for name, t in content.items()}
+    for name, table in tables.items():
+        if name == "depth":
+            tables[name] = _thinned(table, values)
+        elif isinstance(table, dict):
+            for key in table:
+                if f"{name}.{key}" not in NO_AXES:
+                    table[key] = _thinned(table[key], values)
+    path = tables.get("path")
+    if isinstance(path, dict) and any(isinstance(path.get(name), list) for name in CONTROLS):
+        given = path.get("steps", STEPS)
+        path["steps"] = min(given, steps) if isinstance(given, int) else given
+    return tables
+
+
+def _thinned(value: Any, most: int) -> Any:
+    """A list or range of at most so many values, its ends among them."""
+    if isinstance(value, list) and len(value) > most:
+        return [value[round(i * (len(value) - 1) / (most - 1))] for i in range(most)]
+    if isinstance(value, Mapping) and isinstance(value.get("steps"), int):
+        return {**value, "steps": min(value["steps"], most)}
+    return value
+
+
+@dataclass(frozen=True)
+class SolvedScene:
+    """What the file says at one point of the grid, as a function of the swept keys."""
+
+    path: Path
+    content: Mapping[str, Any]
+
+    def __call__(self, point: Mapping[str, Value]) -> dict[str, Value]:
+        """Observables of the equilibrium, or of the load path where the file has one."""
+        given = built(self.path, placed(self.content, point))
+        if given.programme is not None:
+            return of_path(follow(given))
+        (depth,) = given.depths.tolist()
+        return of_state(given.scene, depth, given.options)
+
+    def identity(self, keys: Sequence[str]) -> Any:
+        """What besides the axes determines the numbers, as plain data."""
+        blank = placed(self.content, dict.fromkeys(keys, "swept"))
+        return {name: table for name, table in blank.items() if name not in ("title", "source")}
+
+
+def of_state(scene: Scene, depth: float, options: Mapping[str, Any]) -> dict[str, Value]:
+    """Half-width, force, energy with their errors, angle [rad], label, violated assumptions."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # the errors are among the results
+        state = minimise(scene, depth, **options)
+    broken = "; ".join(one.name for one in state.validity if not one.holds)
+    dropped = ("depth", "contacts", "branch", "method")
+    found = {name: value for name, value in state.to_dict().items() if name not in dropped}
+    return {**found, "violated": broken}
+
+
+def of_path(history: History) -> dict[str, Value]:
+    """The most tensile state, energy dissipated, and the kinds of events in their order."""
+    force, depth, half_width = most_tensile(history) or (math.nan,) * 3
+    return {
+        "pull_off_force": float(force),
+        "pull_off_depth": float(depth),
+        "pull_off_half_width": float(half_width),
+        "dissipated": float(history.dissipated),
+        "events": "; ".join(event.kind for event in history.events),
+    }

@@ -1,0 +1,235 @@
+"""What are the equilibria of the scene in this file, what is its response along a load path?
+
+At each depth the energy U[u] is minimised (discretization.minimise); the table, SCENE.csv and
+SCENE.png tell the half-width a, the force P (11), the energy U, the contact angle θ (12) and the
+surface u(x) with the error estimate of each state, and how far the model's assumptions hold there.
+Every depth is the end of a path of its own: touch first, then move to this depth. A [path] in the
+file is followed by discretization.load_path: its events, SCENE_path.csv (exact, History.from_csv
+reads it) and SCENE_path.png. A file with a list or range for any other number is a sweep: see
+`python -m studies sweep -h`. `python -m studies new FILE` writes a scene file to start from.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from discretization import Equilibrium, display, minimise, plots
+from discretization.equilibrium import QUANTITIES
+from discretization.paths import display as of_path
+from energy import Assumption, Scene
+from energy.description import described
+from energy.units import prefixed
+from studies.scenes import path as scene_path
+from studies.scenes.file import SceneFile, built, read
+from studies.scenes.grid import axes, coarser
+from studies.scenes.sweep import study as sweep
+from studies.shared import command
+from studies.shared.batches import Progress, each, tell
+from studies.shared.figures import BLUE, GREY, ORANGE, canvas
+from studies.shared.types import Table
+
+CONVENTIONS = (
+    "units: SI, per unit length of the line contact: depth and half_width in m, force in N/m, "
+    "energy in J/m, contact_angle in rad; error_* are estimated errors in these units; inf: the "
+    "lattice does not resolve the state",
+    "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
+    "without contact",
+)
+MARKERS = {"global": "o", "metastable": "s", "adhered": "D", "neutral": "^", "detached": "x"}
+
+
+@dataclass(frozen=True)
+class Record:
+    """A scene file and its equilibrium at each depth."""
+
+    given: SceneFile
+    states: tuple[Equilibrium, ...]
+
+    @property
+    def attached(self) -> tuple[Equilibrium, ...]:
+        """The states in contact."""
+        return tuple(state for state in self.states if state.label != "detached")
+
+    @property
+    def worst(self) -> Equilibrium:
+        """The state in contact that strains the assumptions most."""
+        return max(self.attached, key=strains)
+
+    @property
+    def violated(self) -> tuple[Assumption, ...]:
+        """Each violated assumption once, at its worst over the states in contact."""
+        found: dict[str, Assumption] = {}
+        for one in (one for state in self.attached for one in broken(state)):
+            if one.name not in found or one.value > found[one.name].value:
+                found[one.name] = one
+        return tuple(found.values())
+
+
+def strains(state: Equilibrium) -> list[float]:
+    """Measures of the assumptions over their limits, largest first; all hold up to 1."""
+    return sorted((one.value / one.limit for one in state.validity), reverse=True)
+
+
+def broken(state: Equilibrium) -> list[Assumption]:
+    """The assumptions that do not hold."""
+    return [one for one in state.validity if not one.holds]
+
+
+def run(
+    given: SceneFile, show: Callable[[Equilibrium], object] = lambda state: None, jobs: int = 1
+) -> Record:
+    """The equilibrium at each depth of the file; `show` gets each as soon as it is found."""
+    states = []
+    for state in each(partial(solved, given), given.depths.tolist(), jobs, _long):
+        states.append(state)
+        show(state)
+    return Record(given, tuple(states))
+
+
+def _long(progress: Progress) -> None:
+    """Tell the progress of long work only: the rows of short work say as much."""
+    if progress.remaining > 3:
+        tell(progress)
+
+
+def solved(given: SceneFile, depth: float) -> Equilibrium:
+    """The equilibrium at a depth. ValueError names file and depth."""
+    try:
+        return minimise(given.scene, depth, **given.options)
+    except ValueError as error:
+        raise ValueError(f"{given.path}: depth = {depth!r}: {error}") from error
+
+
+def row(state: Equilibrium) -> str:
+    """One line of the table on the screen, in SI units."""
+    values = [f"{getattr(state, name):>13.6g}" for name in display.OBSERVABLES]
+    error = max(state.error_estimate.values())
+    violated = ", ".join(one.name for one in broken(state))
+    verdict = f"  violated: {violated}" if violated else ""
+    told = f"{error:>9.0e}" if math.isfinite(error) else "  not res."
+    return "".join(values) + f"{told}  {state.label}{verdict}"
+
+
+def heading() -> str:
+    """The line above the rows."""
+    names = ("depth/m", "half-width/m", "force/(N/m)", "energy/(J/m)", "angle/rad")
+    return "".join(f"{name:>13}" for name in names) + f"{'rel. err':>9}  state"
+
+
+def summary(record: Record) -> str:
+    """In how many states all assumptions hold, and the report on the worst."""
+    if not record.attached:
+        return "\nno state is in contact"
+    count, total = sum(not state.warnings for state in record.attached), len(record.attached)
+    text = f"all assumptions hold in {count} of {total} states in contact; the worst of them:"
+    return f"\n{text}\n{record.worst}"
+
+
+def table(record: Record) -> Table:
+    """Columns and a row per depth."""
+    columns = [*display.OBSERVABLES, *(f"error_{name}" for name in QUANTITIES)]
+    rows = [[*(repr(s.to_dict()[name]) for name in columns), s.label] for s in record.states]
+    return [*columns, "label"], rows
+
+
+def notes(given: SceneFile) -> list[str]:
+    """Title, source and the scene, in words and exactly."""
+    scene: Scene = given.scene
+    lines = [f"title: {given.title}", f"source: {given.source}"]
+    lines += [str(scene.layer), str(scene.surfaces), str(scene.indenter)]
+    return [*lines, f"scene: {json.dumps(described(scene))}", *CONVENTIONS]
+
+
+def plot(record: Record) -> Any:
+    """Surface and contact line of the last state in contact; above them P(d) and a(d)."""
+    several, state = len(record.states) > 1, (record.attached or record.states)[-1]
+    figure, axes = canvas(11, 9 if several else 5, 1 + several, 2, squeeze=False)
+    if several:
+        _curve(axes[0, 0], record, "force", "force P", "N/m")
+        _curve(axes[0, 1], record, "half_width", "half-width a", "m")
+    plots.draw(axes[-1], state, last=several and bool(record.attached))
+    figure.suptitle(record.given.title, fontsize=14)
+    plots.note(figure, record.violated)
+    return figure
+
+
+def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> None:
+    """An observable over the depth: a line through the states in contact; markers by label."""
+    states = record.states
+    depths = np.array([state.depth for state in states])
+    values = np.array([getattr(state, name) for state in states])
+    values[~np.isfinite(values)] = np.nan
+    error = np.array([state.uncertainty[name] for state in states])
+    error[~np.isfinite(error)] = 0.0
+    x, y = prefixed(depths, "m"), prefixed(values, unit)
+    labels = np.array([state.label for state in states])
+    free = labels == "detached"
+    bad = np.array([bool(state.warnings) for state in states]) & ~free
+    axes.plot(depths / x.size, np.where(free, np.nan, values) / y.size, color=BLUE, lw=1)
+    for (label, marker), violated in itertools.product(MARKERS.items(), (False, True)):
+        chosen = (labels == label) & (bad == violated)
+        if chosen.any():
+            at, height = depths[chosen] / x.size, values[chosen] / y.size
+            colour = GREY if label == "detached" else ORANGE if violated else BLUE
+            text = f"{label}, an assumption violated" if violated else label
+            style = {"color": colour, "marker": marker, "label": text}
+            spread = error[chosen] / y.size
+            axes.errorbar(at, height, yerr=spread, ls="", ms=4, capsize=2, **style)
+    axes.axhline(0, color=GREY, lw=0.8)
+    axes.set(xlabel=f"depth d in {x.symbol}", ylabel=f"{quantity} in {y.symbol}")
+    axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
+    axes.legend()
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Solve the scene file, print and write; errors of the file are ValueErrors."""
+    quick = "at most 5 depths, and 10 steps between turning points"
+    parser = command.parser("run", __doc__, quick, jobs=1)
+    parser.add_argument("scene", type=Path, help="scene file, for instance studies/scenes/*.toml")
+    options, out = command.parse(parser, argv)
+    content = read(options.scene)
+    if any(axis.key != "depth" for axis in axes(options.scene, content)):
+        return sweep.main(argv)
+    if options.preset == "quick":
+        content = coarser(content)
+    given = built(options.scene, content)
+    print(given.title)
+    written = equilibria(given, out, options.jobs) if given.depths.size else []
+    if given.programme is not None:
+        written += response(given, out)
+    print(f"written: {', '.join(map(str, written))}")
+    return 0
+
+
+def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
+    """Solve, print and write the states at the depths of the file; the files written."""
+    if given.depths.size == 1:
+        record = run(given, show=print)
+    else:
+        print(heading())
+        record = run(given, lambda state: command.say(row(state)), jobs)
+        print(summary(record))
+    name, chosen = given.path.stem, {"slopes": given.scene.slopes, "options": given.options}
+    written = out.table(f"{name}.csv", chosen, *table(record), notes=notes(given))
+    return [written, *out.figure(name, plot(record))]
+
+
+def response(given: SceneFile, out: command.Output) -> list[Path]:
+    """Follow, print and write the load path of the file; the files written."""
+    history = scene_path.follow(given)
+    print(of_path.text(history, si=True))
+    name = f"{given.path.stem}_path"
+    head = out.header(given.options)
+    written = out.at(f"{name}.csv")
+    about = [f"title: {given.title}", f"source: {given.source}"]
+    scene_path.write_csv(history, written, [*about, *head])
+    return [written, *out.figure(name, history.plot(given.title))]

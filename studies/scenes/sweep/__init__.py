@@ -1,0 +1,1 @@
+"""The tool `sweep`: a function over a grid of parameters."""

@@ -1,0 +1,140 @@
+"""The figure of a sweep of a scene: two observables along one or two axes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energy.units import Unit, prefixed
+from studies.scenes.grid import UNITS, Value
+from studies.scenes.sweep.record import Record
+from studies.shared.figures import BLUE, GREY, Figure, canvas, shades
+from studies.shared.types import Array
+
+CONVENTIONS = (
+    "units: SI, per unit length of the line contact: lengths in m, forces in N/m, energies in J/m, "
+    "angles in rad; error_* are estimated errors in these units, nan where the lattice does not "
+    "resolve the state; where the label is detached, half_width, force and energy are 0"
+)
+STATE = (("force", "force P", "N/m"), ("half_width", "half-width a", "m"))
+PATH = (
+    ("pull_off_force", "most tensile force P", "N/m"),
+    ("dissipated", "energy lost on the path", "J/m"),
+)
+LINES = 6  # of the second axis; more become a map
+STYLES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
+
+
+def plot(record: Record, title: str) -> Figure:
+    """Over the longest axis, a line per value of the second, or a map; other axes at the first."""
+    figure, panels = canvas(11, 4.8, 1, 2)
+    shape = [len(axis.values) for axis in record.grid.axes]
+    order = sorted(range(len(shape)), key=lambda i: -shape[i])
+    first, second = order[0], order[1] if len(order) > 1 else None
+    path = any("pull_off_force" in result.get("found", {}) for result in record.results)
+    for axes, (name, label, unit) in zip(panels, PATH if path else STATE, strict=True):
+        keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
+        table, error = (
+            record.column(column).reshape(shape)[keep] for column in (name, f"error_{name}")
+        )
+        apart = record.detached.reshape(shape)[keep]
+        if second is not None and first > second:
+            table, error, apart = table.T, error.T, apart.T
+        size, error = prefixed(table, unit), np.nan_to_num(error)
+        quantity = f"{label} in {size.symbol}"
+        values = Values(table / size.size, error / size.size, apart)
+        _draw(axes, record, (first, second), values, quantity)
+    fixed = ", ".join(_named(record, i, record.grid.axes[i].values[0]) for i in order[2:])
+    failed = f"{record.failed} of {len(record.results)} points failed" if record.failed else ""
+    figure.suptitle("\n".join(filter(None, (title, fixed, failed))), fontsize=13)
+    return figure
+
+
+class Values(NamedTuple):
+    """An observable (n,) or (n, m), its error, and which states are detached."""
+
+    table: Array
+    error: Array
+    detached: NDArray[np.bool_]
+
+    @property
+    def attached(self) -> Array:
+        """The observable in contact, nan elsewhere: a line through it ends at detachment."""
+        return np.where(self.detached, math.nan, self.table)
+
+
+def _draw(
+    axes: Any, record: Record, chosen: tuple[int, int | None], values: Values, quantity: str
+) -> None:
+    """The values over the axes chosen: lines through the states in contact, crosses for others."""
+    x, label, log = _coordinate(record, chosen[0])
+    axes.set_xscale("log" if log else "linear")
+    axes.set_xlabel(label)
+    if chosen[1] is None:
+        axes.errorbar(x, values.attached, yerr=values.error, fmt="o-", color=BLUE, ms=3, capsize=2)
+        _crosses(axes, x, values)
+    elif values.table.shape[1] <= LINES:
+        _lines(axes, x, values, record, chosen[1])
+    else:
+        y, label, log = _coordinate(record, chosen[1])
+        axes.set_yscale("log" if log else "linear")
+        axes.set_ylabel(label)
+        shown = {"cmap": "cividis", "shading": "nearest", "rasterized": True}
+        colours = axes.pcolormesh(x, y, values.attached.T, **shown)
+        axes.figure.colorbar(colours, ax=axes, label=quantity)
+        i, j = np.nonzero(values.detached)
+        axes.plot(x[i], y[j], "x", color=GREY, ms=4, label="detached")
+        return
+    axes.set_ylabel(quantity)
+    axes.grid(alpha=0.25)
+
+
+def _crosses(axes: Any, x: Array, values: Values) -> None:
+    """The detached states, if there are any."""
+    if values.detached.any():
+        lone, ms = values.detached.reshape(len(x), -1), 5
+        for column, apart in zip(values.table.reshape(len(x), -1).T, lone.T, strict=True):
+            axes.plot(x[apart], column[apart], "x", color=GREY, ms=ms)
+        axes.plot([], [], "x", color=GREY, ms=ms, label="detached")
+        axes.legend(fontsize=8)
+
+
+def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> None:
+    axis = record.grid.axes[second]
+    colours = shades(len(axis.values), "cividis")
+    for i, (value, colour) in enumerate(zip(axis.values, colours, strict=True)):
+        name = _named(record, second, value)
+        style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name, "marker": "o", "ms": 3}
+        axes.errorbar(x, values.attached[:, i], yerr=values.error[:, i], capsize=2, **style)
+    axes.legend(fontsize=8)
+    _crosses(axes, x, values)
+
+
+def _named(record: Record, i: int, value: Value) -> str:
+    """The key of an axis and one of its values with its unit."""
+    unit = _unit(record, i)
+    text = value if isinstance(value, str) else f"{value / unit.size:.4g} {unit.symbol}"
+    return f"{record.grid.axes[i].key} = {text}".rstrip()
+
+
+def _unit(record: Record, i: int) -> Unit:
+    axis = record.grid.axes[i]
+    unit = UNITS.get(axis.key, "")
+    if not unit or unit in ("°", "rad") or isinstance(axis.values[0], str):
+        return Unit(1.0, unit)
+    return prefixed(axis.values, unit)
+
+
+def _coordinate(record: Record, i: int) -> tuple[Array, str, bool]:
+    """Positions, label and whether they are spaced by a factor; texts by their number."""
+    axis, unit = record.grid.axes[i], _unit(record, i)
+    if isinstance(axis.values[0], str):
+        return np.arange(len(axis.values), dtype=float), f"{axis.key}: {axis.values}", False
+    values = np.array(axis.values, float)
+    symbol = f" in {unit.symbol}" if unit.symbol else ""
+    far = bool((values > 0).all()) and float(values.max() / values.min()) > 30
+    log = far and bool(np.ptp(np.diff(np.log(values))) < np.ptp(np.diff(values)) / values.min())
+    return values / unit.size, f"{axis.key}{symbol}", log

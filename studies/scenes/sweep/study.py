@@ -1,0 +1,133 @@
+"""What comes out of a scene, or any function, over a grid of its parameters?
+
+A scene file in which a list or a range stands for a number (studies/scenes/grid.py) is solved at
+every point of the grid. Results are appended to SCENE_sweep.jsonl as they come: killed at any
+moment, the same command goes on from there and loses at most the points in flight. A point that
+fails is recorded with its message and does not stop the rest. At the end: SCENE_sweep.csv, in the
+order of the grid, and SCENE_sweep.png. The numbers do not depend on where they were computed.
+
+From Python, over any concurrent.futures executor, with any function of module level:
+
+    from studies.scenes.sweep.study import sweep
+    sweep(function, {"w": [1e-4, 2e-4], "h": [1e-5]}, "sweep.jsonl", jobs=2)
+
+    from distributed import Client                     # pip install elastocap[sweep]
+    with Client("scheduler:8786").get_executor() as executor:
+        sweep(function, axes, "sweep.jsonl", executor=executor, jobs=64)
+
+    from mpi4py.futures import MPIPoolExecutor         # mpiexec -n 65 python -m mpi4py.futures ...
+    with MPIPoolExecutor() as executor:
+        sweep(function, axes, "sweep.jsonl", executor=executor, jobs=64)
+
+function gets one dict, {key: value}, and returns a dict of numbers and texts. Points are handed
+over in batches of about a quarter of a second; the workers import `studies`, so it is installed
+where they run. Exit status 1 if a point failed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+from studies.scenes.file import built, read
+from studies.scenes.grid import Axis, SolvedScene, Value, axes, coarser, placed
+from studies.scenes.sweep import figure as sweep_figure
+from studies.scenes.sweep.batches import BatchClock, Function, in_batches
+from studies.scenes.sweep.record import Grid, Record
+from studies.scenes.sweep.store import Store
+from studies.shared import command
+from studies.shared.batches import Progress, processes, tell
+from studies.shared.table import versions
+from studies.shared.types import Table
+
+
+def sweep(
+    function: Function,
+    parameters: Mapping[str, Sequence[Value]],
+    path: str | Path,
+    *,
+    executor: Executor | None = None,
+    jobs: int | None = None,
+    identity: Any = None,
+    retry: bool = False,
+    show: Callable[[Progress], object] = lambda progress: None,
+) -> Record:
+    """function({key: value}) at every point of the grid, kept in the file `path`.
+
+    executor: any concurrent.futures.Executor with `jobs` workers; without one, `jobs` processes of
+    this machine (default: one per core; 1: this process). identity: plain data that determine the
+    numbers besides the grid (default: the function's name); a file of another sweep is refused.
+    retry: try failed points again. show gets the progress about once a second.
+
+    ValueError for an empty axis, jobs < 1 and a file of another sweep.
+    """
+    grid = Grid(tuple(Axis(key, tuple(values)) for key, values in parameters.items()))
+    workers = (os.cpu_count() or 1) if jobs is None else jobs
+    if workers < 1:
+        raise ValueError(f"jobs = {jobs!r} must be at least 1: give the number of workers")
+    for axis in grid.axes:
+        if not axis.values:
+            raise ValueError(f"{axis.key} = () has no values; give at least one")
+    name = f"{function.__module__}.{function.__qualname__}" if identity is None else identity
+    store = Store(Path(path), {"function": name, "axes": list(grid.axes), "made_with": versions()})
+    known = store.results()
+    done = {at for at, line in known.items() if not (retry and "error" in line)}
+    failed = sum("error" in known[at] for at in done)
+    clock = BatchClock(len(done), len(grid), failed, show)
+    todo = ((at, grid.point(at)) for at in range(len(grid)) if at not in done)
+    with store, nullcontext(executor) if executor else processes(workers) as pool:
+        for lines in in_batches(function, todo, pool, workers, clock):
+            store.add(lines)
+    results = store.results()
+    return Record(grid, tuple(results[at] for at in range(len(grid))))
+
+
+def table(record: Record) -> Table:
+    """Columns and a row for each point in the order of the grid; errors in the last column."""
+    columns = list(dict.fromkeys(name for r in record.results for name in r.get("found", {})))
+    keys, rows = [axis.key for axis in record.grid.axes], []
+    for at, result in enumerate(record.results):
+        found = result.get("found", {})
+        row = [*record.grid.point(at).values(), *(found.get(name, "") for name in columns)]
+        rows.append(["nan" if c is None else c for c in (*row, result.get("error", ""))])
+    return [*keys, *columns, "error"], rows
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Sweep a scene file; 1 if a point failed."""
+    parser = command.parser("sweep", __doc__, "at most 5 values of each key")
+    parser.add_argument("scene", type=Path, help="scene file with a list or range for a number")
+    parser.add_argument("--retry", action="store_true", help="try failed points again")
+    options, out = command.parse(parser, argv)
+    path, content, quick = options.scene, read(options.scene), options.preset == "quick"
+    content = coarser(content) if quick else content
+    found = axes(path, content)
+    if not found:
+        raise ValueError(f"{path} has no list or range for a number: use `python -m studies run`")
+    grid = Grid(found)
+    given = built(path, placed(content, grid.point(0)))  # refuses a wrong file before any work
+    if given.programme is not None and "depth" in content:
+        raise ValueError(f"{path}: depth stands beside [path] in a sweep: give one of the two")
+    function = SolvedScene(path, content)
+    print(f"{given.title}: {len(grid)} points, {' × '.join(axis.key for axis in found)}")
+    name = f"{path.stem}_sweep" + ("_quick" if quick else "")
+    record = sweep(
+        function,
+        {axis.key: axis.values for axis in found},
+        out.folder / f"{name}.jsonl",
+        jobs=options.jobs,
+        identity=function.identity([axis.key for axis in found]),
+        retry=options.retry,
+        show=tell,
+    )
+    notes = [f"title: {given.title}", f"source: {given.source}", sweep_figure.CONVENTIONS]
+    written = [out.table(f"{name}.csv", json.dumps(content), *table(record), notes=notes)]
+    written += out.figure(name, sweep_figure.plot(record, given.title))
+    failed = f"; {record.failed} failed" if record.failed else ""
+    print(f"written: {', '.join(map(str, written))}{failed}")
+    return 1 if record.failed else 0

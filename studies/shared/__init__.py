@@ -1,0 +1,1 @@
+"""What studies share: command line, tables, figures, units, timing, batches, random cases."""

@@ -1,0 +1,101 @@
+"""Cases computed in several processes, and the progress of long work told on the screen."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+Case = TypeVar("Case")
+Result = TypeVar("Result")
+
+
+class Progress(NamedTuple):
+    """Points done of all, failed ones, and seconds to go."""
+
+    done: int
+    total: int
+    failed: int
+    remaining: float
+
+    def __str__(self) -> str:
+        failed = f"{self.failed} failed" if self.failed else ""
+        left = f"{self.remaining:.0f} s to go" if self.done < self.total else ""
+        return ", ".join(filter(None, (f"{self.done} of {self.total} points", failed, left)))
+
+
+class Clock:
+    """Counts points and tells the progress about once a second."""
+
+    def __init__(
+        self, done: int, total: int, failed: int, show: Callable[[Progress], object]
+    ) -> None:
+        self.done, self.total, self.failed, self.show = done, total, failed, show
+        self.begun, self.start = done, time.monotonic()
+        self.told = -math.inf
+
+    def tick(self, points: int = 1) -> None:
+        """So many points more are done."""
+        self.done += points
+        now = time.monotonic()
+        if now - self.told >= 1 or self.done == self.total:
+            per_point = (now - self.start) / (self.done - self.begun)
+            remaining = per_point * (self.total - self.done)
+            self.show(Progress(self.done, self.total, self.failed, remaining))
+            self.told = now
+
+
+def processes(jobs: int) -> Any:
+    """Processes of this machine that end with it; for one job None, which is this process.
+
+    A process with a single thread can be forked, which takes no time; another starts them afresh.
+    """
+    if jobs == 1:
+        return nullcontext()
+    tasks = Path("/proc/self/task")
+    alone = tasks.is_dir() and len(list(tasks.iterdir())) == 1
+    context: Any = get_context("fork" if alone else "spawn")
+    return ProcessPoolExecutor(jobs, context, initializer=end_with, initargs=(os.getpid(),))
+
+
+def tell(progress: Progress) -> None:
+    """The progress on the screen, beside what is kept of it: on stderr, one line on a terminal."""
+    alone = sys.stderr.isatty()
+    end = "\r" if alone and progress.done < progress.total else "\n"
+    print(f"{progress!s:{50 if alone else 0}s}", end=end, file=sys.stderr, flush=True)
+
+
+def each(
+    function: Callable[[Case], Result],
+    cases: Sequence[Case],
+    jobs: int,
+    show: Callable[[Progress], object] = tell,
+) -> Iterator[Result]:
+    """function(case) of every case, in their order, from `jobs` processes (1: this one).
+
+    The function is of module level, or a functools.partial of one.
+    """
+    clock = Clock(0, len(cases), 0, show)
+    with processes(min(jobs, max(1, len(cases)))) as pool:
+        for result in map(function, cases) if pool is None else pool.map(function, cases):
+            clock.tick()
+            yield result
+
+
+def end_with(parent: int) -> None:
+    """A worker whose parent was killed would wait for work for ever: it looks every second."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

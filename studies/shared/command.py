@@ -1,0 +1,139 @@
+"""The options that all studies share, and where what they find is written."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from studies import TIMED
+from studies.shared import figures, table
+from studies.shared.figures import Figure
+from studies.shared.types import Show as Show
+
+P = TypeVar("P")
+
+
+def parser(
+    name: str, doc: str | None, quick: str, jobs: int | None = None
+) -> argparse.ArgumentParser:
+    """--preset, --out and --jobs; `quick` says what the quick preset does.
+
+    name: of the study, or the path of its file; jobs: their default, if not all cores; where times
+    are measured there is one.
+    """
+    name = os.path.relpath(name) if name.endswith(".py") else name
+    found = argparse.ArgumentParser(prog=f"python -m studies {name}", description=doc)
+    found.formatter_class = argparse.RawDescriptionHelpFormatter
+    presets = ("quick", "full")
+    found.add_argument(
+        "--preset", choices=presets, default="full", help=f"quick: {quick}; default: full"
+    )
+    same = "the same as --preset quick"
+    found.add_argument("--quick", action="store_const", const="quick", dest="preset", help=same)
+    where = "folder of tables and figures; default: results/"
+    found.add_argument("--out", type=Path, default=Path("results"), metavar="DIR", help=where)
+    timed = name in TIMED
+    kind, default = (_one, 1) if timed else (_jobs, jobs or os.cpu_count() or 1)
+    about = "processes; " + ("1, for times are measured" if timed else f"default: {default}")
+    found.add_argument("--jobs", type=kind, default=default, metavar="N", help=about)
+    return found
+
+
+def some_of(parser: argparse.ArgumentParser, option: str, names: Sequence[str]) -> None:
+    """An option that takes some of these names; without it, all."""
+    about = f"some of {', '.join(names)}; default: all"
+    given: dict[str, Any] = {"nargs": "+", "choices": names, "default": names, "metavar": "NAME"}
+    parser.add_argument(option, help=about, **given)
+
+
+def _jobs(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes; give at least 1")
+    return int(text)
+
+
+def _one(text: str) -> int:
+    if _jobs(text) > 1:
+        raise argparse.ArgumentTypeError(
+            f"{text} processes would disturb the times that this study measures; give 1"
+        )
+    return 1
+
+
+@dataclass(frozen=True)
+class Output:
+    """A folder for tables and figures, and the command that makes them again."""
+
+    folder: Path
+    command: str
+
+    def table(
+        self,
+        name: str,
+        parameters: object,
+        columns: Sequence[str],
+        rows: Iterable[Iterable[Any]],
+        notes: Sequence[str] = (),
+    ) -> Path:
+        """Write a CSV whose header says how it was made; the notes follow there."""
+        path = self.at(name)
+        table.write(path, [*self.header(parameters), *notes], columns, rows)
+        return path
+
+    def at(self, name: str) -> Path:
+        """Where a file of this name goes; the folder is made."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        return self.folder / name
+
+    def figures(self, figures: Mapping[str, Figure]) -> list[Path]:
+        """Write several figures, by name."""
+        return [path for name, figure in figures.items() for path in self.figure(name, figure)]
+
+    def header(self, parameters: object) -> list[str]:
+        """What reproduces a table made with these parameters."""
+        return table.header(self.command, parameters)
+
+    def figure(self, name: str, figure: Figure) -> list[Path]:
+        """Write a figure as PNG and PDF; `name` may have an ending."""
+        return figures.save(figure, self.at(name))
+
+
+def parse(
+    parser: argparse.ArgumentParser, argv: Sequence[str] | None
+) -> tuple[argparse.Namespace, Output]:
+    """The options, and where to write: nothing is made before something is written.
+
+    ValueError, before any work, if --out can be neither written to nor made.
+    """
+    given = sys.argv[2:] if argv is None else list(argv)
+    options = parser.parse_args(given)
+    there = next(part for part in (options.out, *options.out.absolute().parents) if part.exists())
+    if not (there.is_dir() and os.access(there, os.W_OK)):
+        raise ValueError(f"--out {options.out}: {there} is no folder to write to; give another")
+    return options, Output(options.out, shlex.join([*parser.prog.split(), *given]))
+
+
+def start(
+    name: str, doc: str | None, argv: Sequence[str] | None, quick: str, full: P, small: P
+) -> tuple[P, int, Output]:
+    """Parameters of the preset asked for, number of processes, and where to write.
+
+    quick: what the quick preset `small` does; the arguments of a study without other options.
+    """
+    options, out = parse(parser(name, doc, quick), argv)
+    return small if options.preset == "quick" else full, options.jobs, out
+
+
+def silent(line: object) -> None:
+    """In place of `say`, where nobody listens."""
+
+
+def say(line: object) -> None:
+    """A line on the screen at once."""
+    print(line, flush=True)

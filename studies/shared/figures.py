@@ -1,0 +1,56 @@
+"""What all figures share: colours that colour-blind readers tell apart, and how they are saved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from discretization.plots import BLUE, GREEN, GREY, ORANGE
+from discretization.plots import canvas as canvas
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+else:
+    Figure = Any  # for annotations: matplotlib is imported when something is drawn
+
+PURPLE, SKY, YELLOW, BLACK = "#CC79A7", "#56B4E9", "#E69F00", "#000000"  # Okabe-Ito, the rest
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, YELLOW, BLACK, GREY)
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+LINE: dict[str, Any] = {"color": BLACK, "lw": 1.2}
+DPI = 140
+
+
+def shades(count: int, name: str = "viridis") -> list[str]:
+    """So many colours from dark to light, which keep their order in greyscale."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colour) for colour in colormaps[name](np.linspace(0, 0.9, count))]
+
+
+def plain_ticks(
+    axis: Any, unit: str = "", steps: tuple[float, ...] = (1.0, 2.0, 5.0), most: int | None = None
+) -> None:
+    """Label a logarithmic axis at these steps of each decade: 0.2, 0.5, 1, or with a prefixed unit.
+
+    most: labels, fewer than one a decade where these are many.
+
+    The labels that matplotlib adds to a short axis, 2 × 10⁻¹ and so on, run into each other.
+    """
+    from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=steps, numticks=most))
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    axis.set_major_formatter(EngFormatter(unit) if unit else plain)
+    axis.set_minor_formatter(NullFormatter())
+
+
+def save(figure: Figure, path: Path) -> list[Path]:
+    """Write the figure as PNG and as PDF, without the time in it; the files written."""
+    png, pdf = path.with_suffix(".png"), path.with_suffix(".pdf")
+    figure.savefig(png, dpi=DPI)
+    figure.set_layout_engine("none")  # as just laid out
+    figure.savefig(pdf, metadata={"CreationDate": None})
+    return [png, pdf]

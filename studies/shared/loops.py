@@ -1,0 +1,225 @@
+"""What the studies of load paths share: three indenters, closed loops, and their closed forms.
+
+The indenters have the same contact without tension: b = a for the flat punch, δ₀/tan δ for the
+wedge, √(Rδ₀) for the parabola, at the work of adhesion WORK. With small slopes a loop then depends
+on l/b and on the control only, in units of kδ₀b for forces and 2wb for energies.
+
+These are numbers of the model: over decades of l/b, and up to the last contact, d ≪ h ≪ a and
+h <= l cannot all hold for one film. With the same l/b they are those of a film for which they do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from discretization import Event, History, load_path
+from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
+
+LAYER = ElasticLayer(E=300.0, nu=0.4, h=10e-6)  # Pa, 1, m: a very soft gel
+WORK = 1e-4  # N/m
+SIZE = 50e-6  # m
+LIFT = float(cards.plane.critical_separation(LAYER.stiffness, WORK))
+INDENTERS: dict[str, Indenter] = {
+    "flat punch": FlatPunch(SIZE),
+    "wedge": Wedge(math.atan(LIFT / SIZE)),
+    "parabola": Parabola(SIZE**2 / LIFT),
+}
+_DEEPEST, _BEYOND = 2.0, 0.4
+
+
+class Loop(NamedTuple):
+    """The cards of a closed loop under one control."""
+
+    jump_in: Callable[..., Any]
+    detachment: Callable[..., Any]
+    loop_area: Callable[..., Any]
+
+
+class Known(NamedTuple):
+    """What is known in closed form of one kind of indenter.
+
+    argument, value: name of its parameter in the cards, and where the indenter has it; size: b of
+    this parameter and δ₀; loops: by control.
+    """
+
+    argument: str
+    value: Callable[[Any], float]
+    size: Callable[[float, float], float]
+    pull_off: Callable[..., Any]
+    loops: dict[str, Loop]
+    critical_stiffness: Callable[..., Any] | None = None
+
+
+def _punch_jump_in(*, K: float, **given: float) -> Any:
+    """A face that touches all at once is pulled in by no machine."""
+    return _d.flat_punch_jump_in(**given)
+
+
+_d, _f, _m = cards.displacement_control, cards.load_control, cards.machine_control
+_KNOWN: dict[type, Known] = {
+    FlatPunch: Known(
+        *("a", lambda body: body.half_width, lambda a, lift: a, _d.flat_punch_detachment),
+        {
+            "depth": Loop(_d.flat_punch_jump_in, _d.flat_punch_detachment, _d.flat_punch_loop_area),
+            "force": Loop(_f.flat_punch_jump_in, _f.flat_punch_detachment, _f.flat_punch_loop_area),
+            "drive": Loop(_punch_jump_in, _m.flat_punch_detachment, _m.flat_punch_loop_area),
+        },
+    ),
+    Wedge: Known(
+        *("delta", lambda body: body.delta, lambda delta, lift: lift / math.tan(delta)),
+        cards.wedge.pull_off,
+        {
+            "depth": Loop(_d.wedge_jump_in, _d.wedge_detachment, _d.wedge_loop_area),
+            "force": Loop(_f.wedge_jump_in, _f.wedge_detachment, _f.wedge_loop_area),
+            "drive": Loop(_m.wedge_jump_in, _m.wedge_detachment, _m.wedge_loop_area),
+        },
+        _m.wedge_critical_stiffness,
+    ),
+    Parabola: Known(
+        *("R", lambda body: body.R, lambda R, lift: math.sqrt(R * lift), cards.parabola.pull_off),
+        {
+            "depth": Loop(_d.parabola_jump_in, _d.parabola_detachment, _d.parabola_loop_area),
+            "force": Loop(_f.parabola_jump_in, _f.parabola_detachment, _f.parabola_loop_area),
+            "drive": Loop(_m.parabola_jump_in, _m.parabola_detachment, _m.parabola_loop_area),
+        },
+        _m.parabola_critical_stiffness,
+    ),
+}
+
+
+def known(scene: Scene) -> Known:
+    """The closed forms of a scene's indenter. ValueError where there are none."""
+    if type(scene.indenter) not in _KNOWN:
+        remedy = "must be a FlatPunch, Wedge or Parabola; others have no closed forms"
+        raise ValueError(f"indenter = {scene.indenter!r} {remedy}")
+    return _KNOWN[type(scene.indenter)]
+
+
+def arguments(scene: Scene) -> dict[str, float]:
+    """The indenter's parameter, k, γ₁ and w as the cards take them."""
+    own = {known(scene).argument: known(scene).value(scene.indenter)}
+    return own | {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+
+
+def scene_of(shape: str, gamma1: float, w: float = WORK) -> Scene:
+    """The scene of one of the INDENTERS."""
+    return Scene(LAYER, SurfaceEnergies.from_work(gamma1, w), INDENTERS[shape])
+
+
+def size(scene: Scene) -> float:
+    """b, the half-width of the contact without tension at which it bears the largest pull."""
+    return known(scene).size(known(scene).value(scene.indenter), scene.critical_separation)
+
+
+def force_scale(scene: Scene) -> float:
+    """k δ₀ (b + l) [N/m]."""
+    width = size(scene) + scene.elastocapillary_length
+    return scene.stiffness * scene.critical_separation * width
+
+
+def depth_loop(scene: Scene, steps: int) -> History:
+    """Imposed depth from out of contact down to 2δ₀ and back, in steps that shrink at its end."""
+    lift = scene.critical_separation
+    down = np.linspace(-0.3 * lift, _DEEPEST * lift, max(steps // 3, 2))
+    part = np.linspace(1, 0, max(steps - down.size, 2))
+    up = (_DEEPEST + 1) * lift * part**2 - lift
+    return load_path(scene, depths=[*down, *up[1:], -(1 + _BEYOND) * lift])
+
+
+def driven_loop(path: History, K: float) -> History:
+    """The same states as on a loop of imposed depth, held by a machine of stiffness K [N/m²].
+
+    K = 0: a dead load. Values of the control are D = d + P/K, or P, of the states of that loop,
+    as far as they grow on loading and fall on unloading; then down to where nothing holds.
+    """
+    held = ~np.isnan(path.contacts[:, 0])
+    values = (path.depth + path.force / K if K else path.force)[held]
+    turn = int(np.argmax(path.depth[held]))
+    up, down = values[: turn + 1], np.unique(np.minimum.accumulate(values[turn:]))[::-1]
+    force, least = force_scale(path.scene), min(float(down[-1]), 0.0)
+    scale = path.scene.critical_separation + force / K if K else force
+    down = down[down > least + 1e-6 * scale]
+    programme = [*up[up > 0], *down[1:], least - _BEYOND * scale]
+    if K:
+        return load_path(path.scene, drives=programme, machine_stiffness=K)
+    return load_path(path.scene, forces=programme)
+
+
+class Form(NamedTuple):
+    """One number of a loop: simulated, in closed form, and what measures it where that is 0."""
+
+    name: str
+    simulated: float
+    closed_form: float
+    scale: float
+
+    @property
+    def error(self) -> float:
+        """Relative error, of the scale where the closed form is 0 (within rounding)."""
+        zero = abs(self.closed_form) <= 1e-12 * self.scale
+        return abs(self.simulated - self.closed_form) / (
+            self.scale if zero else abs(self.closed_form)
+        )
+
+
+def pull_off_card(scene: Scene) -> cards.PullOff:
+    """The most tensile state of the adhered branch: behind Eqs. (23), (30) and the parabola's."""
+    return cards.PullOff(*known(scene).pull_off(**arguments(scene))[:3])
+
+
+def global_pull_off(scene: Scene) -> cards.PullOff:
+    """Where the detached state of a flat punch gets the lower energy (Maxwell)."""
+    return _d.flat_punch_global_pull_off(**arguments(scene))
+
+
+def formula_30(scene: Scene) -> float:
+    """2w/tan δ - γ₁ tan δ, Eq. (30), also where it does not hold."""
+    slope = scene.critical_separation / size(scene)
+    return 2 * scene.work_of_adhesion / slope - scene.gamma1 * slope
+
+
+def most_tensile(history: History) -> tuple[float, float, float]:
+    """(P, d, a) of `History.pull_off`; zeros for a path that never pulls."""
+    least = min([0.0, *history.force, *(event.force for event in history.events)])
+    if least > -1e-12 * force_scale(history.scene):
+        return 0.0, 0.0, 0.0
+    found = history.pull_off
+    return found.force, found.depth, found.half_width
+
+
+def compared(history: History) -> list[Form]:
+    """Jump-in, end of the contact, pull-off and loop area beside their closed forms."""
+    scene, control, K = history.scene, history.control, history.machine_stiffness
+    machine = {"K": K} if control == "drive" else {}
+    jump, end, area = (card(**arguments(scene), **machine) for card in known(scene).loops[control])
+    first, last = history.events[0], history.events[-1]
+    force, lift, width = force_scale(scene), scene.critical_separation, size(scene)
+    work = force * lift
+    pulled = zip(most_tensile(history), pull_off_card(scene), strict=True)
+    (P, P_card), (d, d_card), (a, a_card) = pulled
+    return [
+        Form("jump-in force", first.after.force, float(jump.force), force),
+        Form("jump-in half-width", first.after.half_width, float(jump.half_width), width),
+        Form("jump-in energy", first.energy_released, float(jump.energy_released), work),
+        Form("pull-off force", P, float(P_card), force),
+        Form("pull-off depth", d, float(d_card), lift),
+        Form("pull-off half-width", a, float(a_card), width),
+        Form("end depth", last.depth, float(end.depth), lift),
+        Form("end energy", _released_at_the_end(last), float(end.energy_released), work),
+        Form("loop area", history.dissipated, float(area), work),
+    ]
+
+
+def _released_at_the_end(last: Event) -> float:
+    return last.energy_released if last.kind in ("detachment", "pull-off") else math.nan
+
+
+def imbalance(history: History, work: float) -> float:
+    """|∫P dd - energy released| over the latter, or over the scale where nothing is released."""
+    scale = force_scale(history.scene) * history.scene.critical_separation
+    released = history.dissipated if abs(history.dissipated) > 1e-12 * scale else scale
+    return abs(work - history.dissipated) / abs(released)

@@ -1,0 +1,144 @@
+"""Random scenes with their closed-form answers, over eight decades of length and of stress.
+
+They test the numbers of the model, far beyond the limits of independent springs too: only k, γ₁ and
+w of a layer enter, its thickness is any.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import quad
+
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Indenter,
+    Parabola,
+    PowerLaw,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+    cards,
+)
+
+SHAPES = ("flat", "wedge", "parabola", "power")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene, a depth, and what the cards say of it."""
+
+    scene: Scene
+    depth: float
+    half_width: float
+    force: float
+    energy: float
+    shape: str
+
+    @property
+    def resolved(self) -> float:
+        """min(l, a)."""
+        return min(self.scene.elastocapillary_length, self.half_width)
+
+    @property
+    def angle_deficit(self) -> float:
+        """π - θ [rad] by Young's law, (15) or (8); nan where the line is pinned to an edge."""
+        if self.shape not in ("wedge", "parabola", "power"):
+            return math.nan
+        card = cards.contact_line
+        law = card.angle_deficit_small if self.scene.slopes == "small" else card.angle_deficit
+        return float(law(self.scene.work_of_adhesion, self.scene.gamma1))
+
+
+def in_turn(rng: np.random.Generator, i: int) -> Case:
+    """Case number i: small and finite slopes in turn, and every shape."""
+    draw = random_steep_case if i % 2 else random_case
+    return draw(rng, SHAPES[i // 2 % len(SHAPES)])
+
+
+def random_case(rng: np.random.Generator, shape: str) -> Case:
+    """A state of the adhered branch with a/l in 0.03..30 and δ₀/l in 0.01..1 in random units."""
+    length, stress = 10.0 ** rng.uniform(-4, 4, 2)
+    nu, thickness = rng.uniform(-0.5, 0.45), length * rng.uniform(0.1, 10)
+    k = stress / length
+    unit = ElasticLayer(1.0, nu, thickness).stiffness
+    layer = ElasticLayer(k / unit, nu, thickness)
+    ell, a = length, length * 10 ** rng.uniform(-1.5, 1.5)
+    alpha = 10 ** rng.uniform(-2, 0)
+    gamma1, w = k * ell**2, k * (alpha * ell) ** 2 / 2
+    m = {"k": k, "gamma1": gamma1, "w": w}
+    delta0 = alpha * ell
+    indenter: Indenter
+    own: dict[str, float]
+    card: Any
+    if shape == "flat":
+        indenter, own, card = FlatPunch(a), {"a": a}, cards.flat_punch
+        d = delta0 * rng.uniform(-0.99, 2)
+    elif shape == "wedge":
+        delta = math.atan(alpha * rng.uniform(0.1, 0.95))
+        indenter, own, card = Wedge(delta), {"delta": delta}, cards.wedge
+    elif shape == "parabola":
+        R = ell * 10 ** rng.uniform(0, 2)
+        indenter, own, card = Parabola(R), {"R": R}, cards.parabola
+    else:
+        n = rng.uniform(1.5, 5)
+        c = alpha * 10 ** rng.uniform(-1, 1) * a ** (1 - n)
+        indenter, own, card = PowerLaw(c, n), {"c": c, "n": n}, cards.power_law
+    d = d if shape == "flat" else card.depth(a, **own, **m)
+    force, energy = (one(d, **own, **m) for one in (card.force, card.energy))
+    scene = Scene(layer, SurfaceEnergies.from_work(gamma1, w), indenter)
+    return Case(scene, float(d), a, float(force), float(energy), shape)
+
+
+def random_steep_case(rng: np.random.Generator, shape: str) -> Case:
+    """The same with finite slopes: w/γ₁ in 10⁻³..0.8, a/l in 0.1..10, f'(a) in 0.02..1."""
+    ell, stress = 10.0 ** rng.uniform(-4, 4, 2)
+    k, gamma1 = stress / ell, stress * ell
+    w = gamma1 * 10 ** rng.uniform(-3, math.log10(0.8))
+    a, rise = ell * 10 ** rng.uniform(-1, 1), rng.uniform(0.02, 1.0)
+    indenter = _steep(shape, a, rise, rng.uniform(1.5, 5))
+    surfaces = SurfaceEnergies.from_work(gamma1, w)
+    scene = Scene(ElasticLayer(k * ell, 0.0, ell), surfaces, indenter, slopes="finite")
+    if shape == "flat":
+        d = scene.critical_separation * rng.uniform(-0.99, 1)
+    else:
+        f, slope = indenter.height(a), indenter.slope(a)
+        d = float(cards.finite.depth(f, slope, k=k, gamma1=gamma1, w=w))
+    return Case(scene, d, a, *steep_totals(scene, d, a), shape)
+
+
+def _steep(shape: str, a: float, rise: float, n: float) -> Indenter:
+    """A profile with the slope `rise` at a."""
+    made: dict[str, Callable[[], Indenter]] = {
+        "flat": lambda: FlatPunch(a),
+        "wedge": lambda: Wedge(math.atan(rise)),
+        "parabola": lambda: Parabola(a / rise),
+        "power": lambda: PowerLaw(rise / (n * a ** (n - 1)), n),
+    }
+    return made[shape]()
+
+
+def steep_totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
+    """P = 2k ∫₀ᵃ g dx + 2γ₁ sin φ and U = 2 ∫₀ᵃ [k/2 g² + (γ₁-w)√(1+f'²) - γ₁] dx + 2F."""
+    k, gamma1, w, f = scene.stiffness, scene.gamma1, scene.work_of_adhesion, scene.indenter
+    spring = {"k": k, "gamma1": gamma1}
+
+    def displaced(x: float) -> float:
+        return d - float(f.height(x))
+
+    def density(x: float) -> float:
+        arc = math.hypot(1, float(f.slope(x)))
+        return k / 2 * displaced(x) ** 2 + (gamma1 - w) * arc - gamma1
+
+    lift = max(abs(d), abs(displaced(a)))
+    pressed = quad(displaced, 0, a, epsrel=1e-13, epsabs=1e-14 * lift * a)[0]
+    size = k * lift**2 + gamma1 * float(f.slope(a)) ** 2 + w
+    stored = quad(density, 0, a, epsrel=1e-13, epsabs=1e-14 * size * a)[0]
+    force = 2 * k * pressed + cards.finite.surface_force(displaced(a), **spring)
+    energy = 2 * stored + 2 * cards.finite.tail_energy(displaced(a), **spring)
+    return float(force), float(energy)

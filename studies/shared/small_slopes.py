@@ -1,0 +1,151 @@
+"""Eqs. (11), (15) and (16) against states simulated with true surface lengths, one at a time.
+
+Material for the studies `applicability` and `contact_angle`. k = 1 throughout; results depend on
+w/γ₁, on a/l and on the steepness, the slope f'(a) of the indenter at the line of (16). Only k of a
+layer enters: slopes that are not small strain any film with h <= l by as much, so that these are
+numbers of the model, outside the limits of independent springs.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from scipy.optimize import brentq, minimize_scalar
+
+from discretization import Equilibrium, minimise
+from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
+from studies.shared.loops import pull_off_card
+
+K = 1.0
+SHAPES = ("wedge", "parabola")
+_NARROW = 0.9  # rtol for contacts about to vanish, whose exact width does not matter
+
+
+class Errors(NamedTuple):
+    """Eqs. (16), (11), (15) against a simulated state: signed relative errors; nan without one.
+
+    young: measured π - θ against Young's law (8), which the simulation has to reproduce.
+    """
+
+    half_width: float
+    force: float
+    angle: float
+    young: float
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is a state: its surface does not turn over."""
+        return not math.isnan(self.force)
+
+
+def scene(body: Indenter, gamma1: float, w: float, slopes: str = "finite") -> Scene:
+    """An indenter on a layer with k = 1."""
+    return Scene(ElasticLayer(K, 0.0, 1.0), SurfaceEnergies.from_work(gamma1, w), body, slopes)
+
+
+def blunt(shape: str, steepness: float, a: float = 1.0) -> Indenter:
+    """The wedge or parabola with f'(a) = steepness."""
+    return Wedge(math.atan(steepness)) if shape == "wedge" else Parabola(a / steepness)
+
+
+def simulated(given: Scene, depth: float, rtol: float = 1e-8) -> Equilibrium | None:
+    """The equilibrium; None where its surface would turn over, which takes w >= γ₁."""
+    try:
+        return minimise(given, depth, rtol=rtol)
+    except ValueError:
+        if given.work_of_adhesion < given.gamma1:
+            raise
+        return None
+
+
+def depth_by_16(given: Scene, a: float) -> float:
+    """The depth at which Eq. (16) places the line at a > 0."""
+    body = given.indenter
+    slope = 0.0 if isinstance(body, FlatPunch) else float(body.slope(a))
+    m = {"k": K, "gamma1": given.gamma1, "w": given.work_of_adhesion}
+    return float(cards.contact_line.depth(float(body.height(a)), slope, **m))
+
+
+def compare(given: Scene, depth: float, a: float, size: float | None = None) -> Errors:
+    """Half-width a of (16), force (11) and angle (15) against the simulation at this depth.
+
+    The error of a is relative to `size`, by default the simulated half-width; that of P to
+    max(|P|, 2√(2wγ₁)), the tension term of (22).
+    """
+    state = simulated(given, depth)
+    if state is None:
+        return Errors(*[math.nan] * 4)
+    force = float(cards.force.total(depth, a, f=given.indenter.height, k=K, gamma1=given.gamma1))
+    pinned = isinstance(given.indenter, FlatPunch)
+    deficit = math.nan if pinned else state.angle_deficit
+    return Errors(
+        (a - state.half_width) / (size or state.half_width),
+        (force - state.force) / _force_scale(given, state.force),
+        given.surfaces.small_slope_deficit / deficit - 1,
+        deficit / given.surfaces.angle_deficit - 1,
+    )
+
+
+def _force_scale(given: Scene, force: float) -> float:
+    return max(abs(force), 2 * math.sqrt(2 * given.work_of_adhesion * given.gamma1))
+
+
+@functools.cache
+def at_unit_width(shape: str, steepness: float, ratio: float) -> Errors:
+    """Errors at the depth where (16) gives a = l, for w/γ₁ = ratio."""
+    given = scene(blunt(shape, steepness), 1.0, ratio)
+    return compare(given, depth_by_16(given, 1.0), 1.0)
+
+
+@functools.cache
+def punch(width: float, ratio: float) -> Errors:
+    """Errors of a flat punch of half-width `width` l at d = -δ₀, where (16) lets it go."""
+    given = scene(FlatPunch(width), 1.0, ratio)
+    return compare(given, depth_by_16(given, width), width)
+
+
+def letting_go(given: Scene, tolerance: float = 1e-6) -> float:
+    """The depth at which the simulated contact vanishes, within tolerance·δ₀, by root finding."""
+    reach = given.critical_separation
+
+    def width(depth: float) -> float:
+        state = simulated(given, depth, _NARROW)
+        return state.half_width + 1e-12 if state and state.label != "detached" else -1e-7
+
+    return float(brentq(width, -1.01 * reach, 0.01 * reach, xtol=tolerance * reach, rtol=1e-14))
+
+
+def letting_go_error(shape: str, steepness: float, ratio: float) -> float:
+    """Error of the depth at which (16) lets the contact go, relative to δ₀."""
+    given = scene(blunt(shape, steepness), 1.0, ratio)
+    reach = given.critical_separation
+    by_16 = min(steepness - reach, 0.0) if shape == "wedge" else -reach
+    return (by_16 - letting_go(given)) / reach
+
+
+def pull_error(shape: str, steepness: float, ratio: float) -> float:
+    """Error of the largest pull on the way to where the contact lets go, scaled like P."""
+    given = scene(blunt(shape, steepness), 1.0, ratio)
+    reach = given.critical_separation
+
+    def force(depth: float) -> float:
+        state = simulated(given, depth, _NARROW)
+        return state.force if state else 0.0
+
+    inner = minimize_scalar(
+        force, bounds=(-reach, reach / 4), method="bounded", options={"xatol": 1e-4 * reach}
+    )
+    most = min(float(inner.fun), force(-reach * (1 - 1e-9)))
+    by_16 = pull_off_card(given).force
+    return (float(by_16) - most) / _force_scale(given, most)
+
+
+QUANTITIES: dict[str, Callable[[str, float, float], float]] = {
+    "half-width": lambda *at: at_unit_width(*at).half_width,
+    "force": lambda *at: at_unit_width(*at).force,
+    "largest pull": functools.cache(pull_error),
+    "depth of letting go": functools.cache(letting_go_error),
+}

@@ -1,0 +1,1 @@
+"""The study `verify`: every numbered equation of the paper, from the energy."""

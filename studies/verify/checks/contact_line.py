@@ -1,0 +1,206 @@
+"""Contact angle and the place of the line: Eqs. (8), (12)-(16), (18), (34), (35)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from discretization import Equilibrium
+from energy import Indenter, Parabola, Scene, SurfaceEnergies, cards
+from studies.verify.convergence import DIFFERENCED, EXACT, FIRST, Comparison, check, residual
+from studies.verify.mesh import Array, Mesh
+from studies.verify.observe import punch_difference, slopes_at_line, tail
+from studies.verify.scenes import (
+    GAMMA1,
+    GAMMA2,
+    LAYER,
+    PARABOLA,
+    POWER_LAWS,
+    WEDGE,
+    WORK,
+    constants,
+    gel,
+    uneven_profiles,
+)
+
+LEVELS = np.array([-0.55, 0.25, 1.1])  # depths over δ₀
+TENSIONS = (0.012, GAMMA1, 0.19)
+
+
+def _states(mesh: Mesh, scene: Scene) -> list[Equilibrium]:
+    return [mesh.solve(scene, d) for d in LEVELS * scene.critical_separation]
+
+
+def _lines(scene: Scene) -> tuple[Array, Array]:
+    """Half-widths by Eq. (33) and displacements of the line of the shared parabola."""
+    depths = LEVELS * scene.critical_separation
+    a = np.array(cards.parabola.half_width(depths, R=PARABOLA.R, **constants(scene)))
+    return a, depths - PARABOLA.height(a)
+
+
+@check(8, what="Young's angle π-θ, w/γ₁ = 1e-6 and 4e-7", unit="rad", fitted_bar=1e-7)
+def young_angle(mesh: Mesh) -> Comparison:
+    """The small-slope energy gives (15), which is below Young's angle by w/12γ₁ < 1e-7."""
+    measured, expected = [], []
+    for w in (1e-6 * GAMMA1, 4e-7 * GAMMA1):
+        surfaces = SurfaceEnergies(GAMMA1, GAMMA2, GAMMA1 + GAMMA2 - w)
+        scene = Scene(LAYER, surfaces, Parabola(R=0.6))
+        measured.append([state.angle_deficit for state in _states(mesh, scene)])
+        gammas = (surfaces.gamma1, surfaces.gamma2, surfaces.gamma12)
+        expected.append([np.pi - cards.contact_line.angle(*gammas)])
+    return Comparison(measured, expected)
+
+
+@check(
+    12,
+    what="kink f' + u' of the field at the line, differences",
+    unit="rad",
+    fitted_bar=DIFFERENCED,
+)
+def boundary_condition(mesh: Mesh) -> Comparison:
+    scene = gel(PARABOLA)
+    a, u_a = _lines(scene)
+    kinks = [outer - inner for inner, outer in map(slopes_at_line, _states(mesh, scene))]
+    slope = cards.tail.slope_at_line(u_a, k=scene.stiffness, gamma1=scene.gamma1)
+    theta = cards.contact_line.boundary_condition(PARABOLA.slope(a), slope)
+    return Comparison(kinks, np.pi - np.asarray(theta))
+
+
+@check(13, what="amplitude C of the tail from the far field", unit="m")
+def amplitude(mesh: Mesh) -> Comparison:
+    scene = gel(PARABOLA)
+    a, u_a = _lines(scene)
+    measured = [tail(state).amplitude for state in _states(mesh, scene)]
+    k, gamma1 = scene.stiffness, scene.gamma1
+    expected = cards.tail.amplitude(u_a, a=a, k=k, gamma1=gamma1)
+    return Comparison(measured, expected)
+
+
+@check(13, what="step of u at the line: the surface is continuous", order=EXACT, unit="m")
+def continuity(mesh: Mesh) -> Comparison:
+    scene = gel(PARABOLA)
+    steps = []
+    for state in _states(mesh, scene):
+        a = float(state.contacts[0, 1])
+        steps.append(np.diff(state.displacement([a, np.nextafter(a, 1)])))
+    return residual(steps, scene.critical_separation)
+
+
+@check(14, what="f'(a) + (C/l)exp(-a/l) + θ - π, C, l from the field", unit="rad")
+def boundary_residual(mesh: Mesh) -> Comparison:
+    scene = gel(PARABOLA)
+    k, gamma1, w = constants(scene).values()
+    alpha = cards.contact_line.angle_deficit_small(w, gamma1)
+    misfits = []
+    for state in _states(mesh, scene):
+        far, a = tail(state), state.half_width
+        u_a = -far.amplitude * np.exp(-a / far.decay_length)
+        misfits.append(
+            cards.contact_line.boundary_residual(
+                PARABOLA.slope(a), u_a, np.pi - alpha, k=k, gamma1=gamma1
+            )
+        )
+    return residual(misfits, alpha)
+
+
+@check(15, what="π-θ = √(2w/γ₁), three tensions, two w", unit="rad")
+def small_slope_angle(mesh: Mesh) -> Comparison:
+    measured, expected = [], []
+    for gamma1 in TENSIONS:
+        for w in (WORK, 0.3 * WORK):
+            scene = gel(PARABOLA, gamma1=gamma1, w=w)
+            measured.append([state.angle_deficit for state in _states(mesh, scene)])
+            expected.append([cards.contact_line.angle_deficit_small(w, gamma1)])
+    return Comparison(measured, expected)
+
+
+def _line_residuals(mesh: Mesh, indenters: Iterable[Indenter]) -> Comparison:
+    """f(a) - d - δ₀ + lf'(a) at both measured ends of the contact."""
+    misfits, outward = [], np.array([-1.0, 1.0])
+    for indenter in indenters:
+        scene = gel(indenter)
+        for state in _states(mesh, scene):
+            f, slope = indenter.height(state.contacts[0]), indenter.slope(state.contacts[0])
+            misfits.append(
+                cards.contact_line.line_residual(
+                    state.depth, f, outward * slope, **constants(scene)
+                )
+            )
+    return residual(misfits, scene.critical_separation)
+
+
+@check(16, what="f(a) - d - δ₀ + lf'(a), |x|ⁿ, n = 1, 1.5, 2, 3, 4", unit="m")
+def place_of_the_line(mesh: Mesh) -> Comparison:
+    return _line_residuals(mesh, (WEDGE, PARABOLA, *POWER_LAWS))
+
+
+@check(16, what="the same at both ends of four lopsided profiles", unit="m")
+def place_of_both_lines(mesh: Mesh) -> Comparison:
+    return _line_residuals(mesh, uneven_profiles())
+
+
+@check(16, what="outermost contact node: raw half-width", unit="m", order=FIRST, bar=2e-3)
+def raw_half_width(mesh: Mesh) -> Comparison:
+    scene = gel(PARABOLA)
+    a, _ = _lines(scene)
+    ends = [np.abs(state.nodes[0]) for state in _states(mesh, scene)]
+    return Comparison(ends, a[:, None])
+
+
+@check(18, what="γ₁ = 0, lowest energy: f(a) = d + δ₀", order=EXACT, unit="m")
+def no_tension(mesh: Mesh) -> Comparison:
+    measured, expected = [], []
+    for indenter in (WEDGE, PARABOLA, POWER_LAWS[1]):
+        scene = gel(indenter, gamma1=0.0)
+        depths = LEVELS * scene.critical_separation
+        options = {"length": 3e-5, "branch": "global"}
+        measured.append(indenter.height(mesh.sweep(scene, depths, "half_width", **options)))
+        expected.append(cards.contact_line.cut_level(depths, k=scene.stiffness, w=WORK))
+    return Comparison(measured, expected)
+
+
+@check(
+    18, what="γ₁ → 0, l = 30 µm/n, 10 links each: f(a) → d + δ₀", order=FIRST, bar=1e-2, unit="m"
+)
+def vanishing_tension(mesh: Mesh) -> Comparison:
+    """Refinement here is the tension going to zero: the distance from (18) is lf'(a), Eq. (16)."""
+    ell = 3e-5 / mesh.cells
+    scene = gel(PARABOLA, gamma1=LAYER.stiffness * ell**2)
+    depths = LEVELS * scene.critical_separation
+    a = mesh.sweep(scene, depths, "half_width", length=ell * mesh.cells / 10)
+    return Comparison(
+        PARABOLA.height(a), cards.contact_line.cut_level(depths, k=scene.stiffness, w=WORK)
+    )
+
+
+@check(34, what="γ₁₂ - γ₂ = γ₁ for w = 0, from measured k, l and w", unit="N/m")
+def neutral_surfaces(mesh: Mesh) -> Comparison:
+    measured = []
+    for gamma1 in TENSIONS:
+        surfaces = _neutral(gamma1)
+        scene = Scene(LAYER, surfaces, PARABOLA)
+        wider = punch_difference(mesh, LAYER, surfaces, 4e-7)
+        w = wider.force * 4e-7 / 2 - wider.energy
+        ell = tail(mesh.solve(scene, 4e-7)).decay_length
+        measured.append(wider.force / 4e-7 * ell**2 - w)
+    gamma12 = cards.nonadhesive.interfacial_energy(np.array(TENSIONS), GAMMA2)
+    return Comparison(measured, np.asarray(gamma12) - GAMMA2)
+
+
+@check(35, what="θ = π without adhesion, three tensions", unit="rad", fitted_bar=DIFFERENCED)
+def no_kink(mesh: Mesh) -> Comparison:
+    kinks, slopes = [], []
+    for gamma1 in TENSIONS:
+        scene = Scene(LAYER, _neutral(gamma1), PARABOLA)
+        for d in (2e-7, 5e-7, 9e-7):
+            inner, outer = slopes_at_line(mesh.solve(scene, d))
+            kinks.append(np.pi - (outer - inner))
+            slopes.append(-inner)
+    return Comparison(kinks, np.full(len(kinks), cards.nonadhesive.contact_angle()), slopes)
+
+
+def _neutral(gamma1: float) -> SurfaceEnergies:
+    """Surface energies with w = 0."""
+    gamma12 = float(cards.nonadhesive.interfacial_energy(gamma1, GAMMA2))
+    return SurfaceEnergies(gamma1, GAMMA2, gamma12)

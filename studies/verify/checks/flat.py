@@ -1,0 +1,71 @@
+"""Flat shapes: plane (19), (20) and flat punch (21)-(23)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from energy import FlatPunch, Plane, Scene, cards
+from studies.verify.convergence import EXACT, Comparison, check, residual
+from studies.verify.mesh import Array, Mesh
+from studies.verify.observe import brink, last_contact
+from studies.verify.scenes import GAMMA1, LAYER, PUNCH, WORK, constants, gel
+
+TENSIONS = (0.012, GAMMA1, 0.19)
+SHORT = 2e-10  # fitted error where the measure stays 1e-10 short of letting go
+
+
+@check(19, what="energy per width at d = -δ₀: any width is neutral", order=EXACT, unit="N/m")
+def neutral_width(mesh: Mesh) -> Comparison:
+    scenes = [gel(FlatPunch(a)) for a in (0.9e-4, 1.37e-4, 2.3e-4, 5.1e-4)]
+    d_c = float(cards.plane.critical_depth(LAYER.stiffness, WORK))
+    states = [mesh.solve(scene, d_c) for scene in scenes]
+    energies = [state.energy if state.contacts.size else np.nan for state in states]
+    widths = [2 * scene.indenter.extent[1] for scene in scenes]
+    return residual(np.diff(energies) / np.diff(widths), WORK)
+
+
+@check(20, what="separation at which a plane lets go, by bisection", order=EXACT, unit="m")
+def critical_separation(mesh: Mesh) -> Comparison:
+    measured, expected = [], []
+    for gamma1 in TENSIONS:
+        for w in (WORK, 0.3 * WORK):
+            scene = gel(Plane(), gamma1=gamma1, w=w)
+            measured.append(-last_contact(mesh, scene))
+            expected.append(cards.plane.critical_separation(scene.stiffness, w))
+    return Comparison(measured, expected)
+
+
+@check(21, what="surface beside a flat punch about to let go", unit="m", fitted_bar=SHORT)
+def meniscus(mesh: Mesh) -> Comparison:
+    scene = gel(PUNCH)
+    d_c, a = brink(mesh, scene), PUNCH.half_width
+    x = a + scene.elastocapillary_length * np.linspace(-1, 3, 9)
+    u = mesh.solve(scene, d_c).displacement(x)
+    expected = cards.flat_punch.displacement(x, a=a, **constants(scene))
+    return Comparison(u, expected, scene.critical_separation)
+
+
+@check(
+    22, what="largest pull while a flat punch is raised, three widths", unit="N/m", fitted_bar=SHORT
+)
+def force_at_detachment(mesh: Mesh) -> Comparison:
+    scenes = [gel(FlatPunch(a)) for a in (7.3e-5, PUNCH.half_width, 4.1e-4)]
+    expected = [
+        cards.flat_punch.force_at_detachment(a=scene.indenter.extent[1], **constants(scene))
+        for scene in scenes
+    ]
+    return Comparison(_strongest_pulls(mesh, scenes), expected)
+
+
+@check(23, what="largest pull while a flat punch is raised, three γ₁", unit="N/m", fitted_bar=SHORT)
+def adhesion_force(mesh: Mesh) -> Comparison:
+    scenes = [gel(PUNCH, gamma1=gamma1) for gamma1 in TENSIONS]
+    a = PUNCH.half_width
+    expected = [cards.flat_punch.adhesion_force(a=a, **constants(scene)) for scene in scenes]
+    return Comparison(-_strongest_pulls(mesh, scenes), expected)
+
+
+def _strongest_pulls(mesh: Mesh, scenes: list[Scene]) -> Array:
+    """Least force of each punch, raised to where the first lets go and a little further."""
+    raised = np.array([0.0, 0.5, 1.0, 1.001]) * brink(mesh, scenes[0])
+    return np.array([mesh.sweep(scene, raised, "force").min() for scene in scenes])

@@ -1,0 +1,101 @@
+"""Force on the indenter: Eqs. (9), (10), (11)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from energy import Indenter, Parabola, Scene, cards
+from studies.verify.convergence import Comparison, check
+from studies.verify.mesh import Array, Mesh
+from studies.verify.observe import (
+    contact_pressure,
+    energy_derivative,
+    slopes_at_line,
+    whole_line_force,
+)
+from studies.verify.scenes import GAMMA1, PARABOLA, POWER_LAWS, WEDGE, case
+
+LEVELS = np.array([-0.55, -0.1, 1.6])  # depths over δ₀
+FAINT = 2.3e-9  # w for Eq. (10): slopes of 3e-4, for which sin β = tan β to 2e-8
+
+QUADRATURE = 1e-9  # fitted error left by the 64 points of the closed form (11) for |x|^1.5
+
+
+def _case(indenter: Indenter, card: Any, **options: float) -> tuple[Scene, Array, Array]:
+    """A scene, depths, and the half-widths that Eq. (16) gives there."""
+    scene, depths, given = case(indenter, LEVELS, **options)
+    return scene, depths, card.half_width(depths, **given)
+
+
+def _cases() -> list[tuple[Scene, Array, Array]]:
+    power_laws = [_case(p, cards.power_law) for p in POWER_LAWS]
+    return [_case(WEDGE, cards.wedge), _case(PARABOLA, cards.parabola), *power_laws]
+
+
+def _totals(scene: Scene, depths: Array, widths: Array) -> Array:
+    f, k = scene.indenter.height, scene.stiffness
+    return np.array(cards.force.total(depths, widths, f=f, k=k, gamma1=scene.gamma1))
+
+
+@check(9, what="∫ pressure dx over the contact, five shapes", unit="N/m")
+def elastic_force(mesh: Mesh) -> Comparison:
+    measured, expected = [], []
+    for scene, depths, widths in _cases():
+        measured.append([contact_pressure(mesh.solve(scene, d)) for d in depths])
+        f, k = scene.indenter.height, scene.stiffness
+        expected.append(cards.force.elastic(depths, widths, f=f, k=k))
+    return Comparison(measured, expected)
+
+
+@check(10, what="-2γ₁u' from the field's slope, slopes of 3e-4", unit="N/m", fitted_bar=1e-7)
+def surface_force_from_slope(mesh: Mesh) -> Comparison:
+    scene, depths, expected = _faint()
+    slopes = [slopes_at_line(mesh.solve(scene, d))[1] for d in depths]
+    return Comparison(-2 * GAMMA1 * np.array(slopes), expected)
+
+
+@check(10, what="total force less ∫ pressure dx, slopes of 3e-4", unit="N/m", fitted_bar=1e-7)
+def surface_force_from_balance(mesh: Mesh) -> Comparison:
+    scene, depths, expected = _faint()
+    states = [mesh.solve(scene, d) for d in depths]
+    return Comparison([s.force - contact_pressure(s) for s in states], expected)
+
+
+def _faint() -> tuple[Scene, Array, Array]:
+    """A parabola with faint adhesion, depths, and its closed form (10) with β from Eq. (6)."""
+    wide = Parabola(R=2.3)
+    scene, depths, a = _case(wide, cards.parabola, w=FAINT)
+    k = scene.stiffness
+    slope = cards.tail.slope_at_line(depths - wide.height(a), k=k, gamma1=GAMMA1)
+    return scene, depths, np.array(cards.force.surface(np.arctan(slope), gamma1=GAMMA1))
+
+
+def _compared(measure: Callable[[Scene, Array], Any]) -> Comparison:
+    """What is measured of each scene at its depths, against (11)."""
+    cases = _cases()
+    measured = [measure(scene, depths) for scene, depths, _ in cases]
+    return Comparison(measured, [_totals(*one) for one in cases])
+
+
+@check(11, what="total force, five shapes", unit="N/m", fitted_bar=QUADRATURE)
+def total_force(mesh: Mesh) -> Comparison:
+    return _compared(lambda scene, depths: mesh.sweep(scene, depths, "force"))
+
+
+@check(11, what="total force as k∫u dx over the whole line", unit="N/m")
+def total_force_from_field(mesh: Mesh) -> Comparison:
+    return _compared(lambda scene, ds: [whole_line_force(mesh.solve(scene, d)) for d in ds])
+
+
+@check(
+    11,
+    what="total force as dU/dd of the simulated energy",
+    unit="N/m",
+    anchored=True,
+    fitted_bar=QUADRATURE,
+)
+def total_force_from_energy(mesh: Mesh) -> Comparison:
+    return _compared(lambda scene, ds: [energy_derivative(mesh, scene, d) for d in ds])

@@ -1,0 +1,71 @@
+"""Layer and surfaces: Eqs. (1), (2), (3), (7), (17)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from energy import ElasticLayer, Plane, Scene, SurfaceEnergies, cards
+from studies.verify.convergence import EXACT, Comparison, check
+from studies.verify.mesh import Mesh
+from studies.verify.observe import last_contact, punch_difference, tail
+from studies.verify.scenes import GAMMA1, GAMMA2, LAYER, PARABOLA, PUNCH, WORK, gel
+
+LAYERS = (LAYER, ElasticLayer(E=1.3e3, nu=0.21, h=2.7e-5), ElasticLayer(E=87.0, nu=0.46, h=6e-6))
+SURFACES = tuple(
+    SurfaceEnergies(gamma1, gamma2, gamma1 + gamma2 - w)
+    for gamma1, gamma2, w in ((GAMMA1, GAMMA2, WORK), (0.029, 0.041, 7.3e-5), (0.072, -0.013, 9e-6))
+)
+
+
+@check(1, what="w from the energies of two punch widths", order=EXACT, unit="N/m")
+def work_from_energy(mesh: Mesh) -> Comparison:
+    measured = []
+    for surfaces in SURFACES:
+        d = -0.6 * Scene(LAYER, surfaces, PUNCH).critical_separation
+        wider = punch_difference(mesh, LAYER, surfaces, d)
+        measured.append(wider.force * d / 2 - wider.energy)
+    energies = np.array([(s.gamma1, s.gamma2, s.gamma12) for s in SURFACES]).T
+    return Comparison(measured, cards.contact_line.work_of_adhesion(*energies))
+
+
+@check(17, what="w = kd²/2 at the depth d where a plane lets go", order=EXACT, unit="N/m")
+def work_from_separation(mesh: Mesh) -> Comparison:
+    measured = []
+    for surfaces in SURFACES:
+        scene = Scene(LAYER, surfaces, Plane())
+        k = punch_difference(mesh, LAYER, surfaces, 4e-7).force / 4e-7
+        d_c = last_contact(mesh, scene)
+        measured.append(k * d_c**2 / 2)
+    energies = np.array([(s.gamma1, s.gamma2, s.gamma12) for s in SURFACES]).T
+    return Comparison(measured, cards.contact_line.work_of_adhesion(*energies))
+
+
+@check(2, what="modulus Ẽ from the forces of two punch widths", order=EXACT, unit="Pa")
+def modulus(mesh: Mesh) -> Comparison:
+    d, measured = 5.3e-7, []
+    for layer in LAYERS:
+        wider = punch_difference(mesh, layer, SURFACES[0], d)
+        measured.append(layer.h * wider.force / d)
+    E, nu = np.array([(layer.E, layer.nu) for layer in LAYERS]).T
+    return Comparison(measured, cards.foundation.modulus(E, nu))
+
+
+@check(3, what="stiffness ẼA/h of an area A, pushed and pulled", order=EXACT, unit="N/m")
+def stiffness(mesh: Mesh) -> Comparison:
+    area, depths = 7.7e-9, np.array([-5e-7, 2e-7, 9e-7])
+    measured = [
+        [area * punch_difference(mesh, layer, SURFACES[0], d).force / d for d in depths]
+        for layer in LAYERS
+    ]
+    E, nu, h = np.array([(layer.E, layer.nu, layer.h) for layer in LAYERS]).T
+    expected = area * np.asarray(cards.foundation.stiffness(E, nu, h))
+    return Comparison(measured, expected[:, None])
+
+
+@check(7, what="elastocapillary length l, logarithm of the field", unit="m")
+def elastocapillary_length(mesh: Mesh) -> Comparison:
+    scenes = [gel(PARABOLA, gamma1=gamma1) for gamma1 in (0.011, GAMMA1, 0.19)]
+    scenes += [gel(PARABOLA, layer=layer) for layer in LAYERS[1:]]
+    measured = [tail(mesh.solve(s, 0.3 * s.critical_separation)).decay_length for s in scenes]
+    k, gamma1 = np.array([(s.stiffness, s.gamma1) for s in scenes]).T
+    return Comparison(measured, cards.tail.elastocapillary_length(k, gamma1))

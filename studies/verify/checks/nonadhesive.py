@@ -1,0 +1,68 @@
+"""Contact without adhesion, w = 0: Eqs. (36)-(40)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from energy import Scene, cards
+from studies.verify.convergence import Comparison, check, residual, swept
+from studies.verify.mesh import Mesh
+from studies.verify.observe import tail
+from studies.verify.scenes import GAMMA1, PARABOLA, POWER_LAWS, Case, gel
+
+DEPTHS = np.array([2e-7, 5e-7, 9e-7])
+TENSIONS = (0.012, GAMMA1, 0.19)
+
+
+def _scenes() -> list[Scene]:
+    return [gel(indenter, w=0.0) for indenter in (PARABOLA, *POWER_LAWS)]
+
+
+@check(36, what="no adhesion: f'(a) + (C/l)exp(-a/l), C, l from the field", unit="rad")
+def slope_jump(mesh: Mesh) -> Comparison:
+    jumps, slopes = [], []
+    for scene in _scenes():
+        k, gamma1 = scene.stiffness, scene.gamma1
+        for d in DEPTHS:
+            state = mesh.solve(scene, d)
+            far, a = tail(state), state.half_width
+            u_a = -far.amplitude * np.exp(-a / far.decay_length)
+            slopes.append(float(scene.indenter.slope(a)))
+            jumps.append(cards.nonadhesive.slope_jump(slopes[-1], u_a, k=k, gamma1=gamma1))
+    return residual(jumps, slopes)
+
+
+@check(37, what="no adhesion: f(a) - d + lf'(a), |x|ⁿ, n = 1.5, 2, 3, 4", unit="m")
+def line_condition(mesh: Mesh) -> Comparison:
+    misfits = []
+    for scene in _scenes():
+        a, f = mesh.sweep(scene, DEPTHS, "half_width"), scene.indenter
+        spring = {"k": scene.stiffness, "gamma1": scene.gamma1}
+        misfits.append(cards.nonadhesive.line_residual(DEPTHS, f.height(a), f.slope(a), **spring))
+    return residual(misfits, DEPTHS)
+
+
+@check(38, what="no adhesion: a² + 2al - 2Rd, three tensions", unit="m²")
+def quadratic(mesh: Mesh) -> Comparison:
+    misfits = []
+    for scene, depths, given in _cases():
+        a = mesh.sweep(scene, depths, "half_width")
+        misfits.append(cards.nonadhesive.parabola_residual(a, depths, **given))
+    return residual(misfits, 2 * PARABOLA.R * DEPTHS)
+
+
+def _cases() -> list[Case]:
+    scenes = [gel(PARABOLA, gamma1=gamma1, w=0.0) for gamma1 in TENSIONS]
+    return [
+        Case(s, DEPTHS, {"R": PARABOLA.R, "k": s.stiffness, "gamma1": s.gamma1}) for s in scenes
+    ]
+
+
+@check(39, what="no adhesion: half-width a(d), three tensions", unit="m")
+def half_width(mesh: Mesh) -> Comparison:
+    return swept(mesh, _cases(), "half_width", cards.nonadhesive.parabola_half_width)
+
+
+@check(40, what="no adhesion: force P(d), three tensions", unit="N/m")
+def force(mesh: Mesh) -> Comparison:
+    return swept(mesh, _cases(), "force", cards.nonadhesive.parabola_force)

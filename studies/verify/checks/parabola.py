@@ -1,0 +1,53 @@
+"""Parabola: Eqs. (31)-(33)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from energy import Parabola, cards
+from studies.verify.convergence import EXACT, Comparison, check, swept
+from studies.verify.mesh import Mesh
+from studies.verify.observe import curvature, depth_at_width
+from studies.verify.scenes import PARABOLA, Case, case
+
+SHAPES = (PARABOLA, Parabola(R=6.1e-3))
+LEVELS = np.array([-0.55, 0.0, 0.5, 1.1])  # depths over δ₀
+
+
+def _cases(**options: float) -> list[Case]:
+    return [case(shape, LEVELS, **options) for shape in SHAPES]
+
+
+@check(
+    31,
+    what="parabola: R = -1/u'' of the surface in contact",
+    order=EXACT,
+    bar=1e-7,
+    unit="m",
+    fitted_bar=1e-8,
+)
+def radius(mesh: Mesh) -> Comparison:
+    """The bars are the rounding of a difference quotient of second order."""
+    x, measured = np.array([-2.1e-5, 0.0, 1.7e-5]), []
+    for scene, depths, _ in _cases():
+        measured.append([-1 / curvature(mesh.solve(scene, d), x) for d in depths[1:]])
+    return Comparison(measured, np.array([shape.R for shape in SHAPES])[:, None, None])
+
+
+@check(32, what="parabola: depth d(a) of a chosen half-width, by roots", unit="m")
+def depth(mesh: Mesh) -> Comparison:
+    scene, _, given = case(PARABOLA, LEVELS)
+    delta0, widths = scene.critical_separation, np.array([4.3e-5, 1.1e-4, 2.3e-4])
+    measured = [depth_at_width(mesh, scene, a, -0.9 * delta0, 3 * delta0) for a in widths]
+    return Comparison(measured, cards.parabola.depth(widths, **given), delta0)
+
+
+@check(33, what="parabola: half-width a(d)", unit="m")
+def half_width(mesh: Mesh) -> Comparison:
+    return swept(mesh, _cases(), "half_width", cards.parabola.half_width)
+
+
+@check(33, what="parabola: half-width a(d) for γ₁ = 0, lowest energy", order=EXACT, unit="m")
+def half_width_without_tension(mesh: Mesh) -> Comparison:
+    card, options = cards.parabola.half_width, {"length": 3e-5, "branch": "global"}
+    return swept(mesh, _cases(gamma1=0.0), "half_width", card, **options)

@@ -1,0 +1,83 @@
+"""Wedge: Eqs. (24)-(30)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from energy import Scene, cards
+from studies.verify.convergence import Comparison, check, residual, swept
+from studies.verify.mesh import Mesh
+from studies.verify.observe import depth_at_width, least_force
+from studies.verify.scenes import WEDGE, Case, case, constants, sharp_wedge
+
+SHAPES = (WEDGE, sharp_wedge(0.4))  # blunt: tan δ < √(2w/γ₁)
+LEVELS = np.array([-0.4, 0.15, 0.6, 1.1])  # depths over δ₀
+HALF_WIDTHS = np.array([4.3e-5, 1.1e-4, 2.3e-4])
+
+
+def _cases() -> list[Case]:
+    return [case(shape, LEVELS) for shape in SHAPES]
+
+
+@check(24, what="wedge: a tan δ - d - δ₀ + l tan δ", unit="m")
+def line_condition(mesh: Mesh) -> Comparison:
+    misfits = []
+    for shape in SHAPES:
+        scene, depths, _ = case(shape, LEVELS)
+        a, slope = mesh.sweep(scene, depths, "half_width"), math.tan(shape.delta)
+        misfits.append(
+            cards.contact_line.line_residual(depths, a * slope, slope, **constants(scene))
+        )
+    return residual(misfits, scene.critical_separation)
+
+
+@check(25, what="wedge: half-width a(d)", unit="m")
+def half_width(mesh: Mesh) -> Comparison:
+    return swept(mesh, _cases(), "half_width", cards.wedge.half_width)
+
+
+@check(26, what="wedge: whole surface u(x), contact and outside", unit="m")
+def surface(mesh: Mesh) -> Comparison:
+    measured, expected = [], []
+    for scene, depths, given in _cases():
+        x = np.linspace(-4e-4, 4e-4, 37)
+        measured.append([mesh.solve(scene, d).displacement(x) for d in depths])
+        expected.append([cards.wedge.displacement(x, d=d, **given) for d in depths])
+    return Comparison(measured, expected, scene.critical_separation)
+
+
+@check(27, what="wedge: force P(d)", unit="N/m")
+def force(mesh: Mesh) -> Comparison:
+    return swept(mesh, _cases(), "force", cards.wedge.force)
+
+
+def _depths_at_widths(mesh: Mesh, scene: Scene) -> list[float]:
+    delta0 = scene.critical_separation
+    return [depth_at_width(mesh, scene, a, -0.8 * delta0, 3 * delta0) for a in HALF_WIDTHS]
+
+
+@check(28, what="wedge: depth d(a) of a chosen half-width, by root finding", unit="m")
+def depth(mesh: Mesh) -> Comparison:
+    scene, _, given = case(WEDGE, LEVELS)
+    expected = cards.wedge.depth(HALF_WIDTHS, **given)
+    return Comparison(_depths_at_widths(mesh, scene), expected, scene.critical_separation)
+
+
+@check(29, what="wedge: force P(a) at a chosen half-width", unit="N/m")
+def force_of_width(mesh: Mesh) -> Comparison:
+    scene, _, given = case(WEDGE, LEVELS)
+    measured = mesh.sweep(scene, _depths_at_widths(mesh, scene), "force")
+    return Comparison(measured, cards.wedge.force_of_width(HALF_WIDTHS, **given))
+
+
+@check(30, what="wedge: largest pull, tan δ = 0.15, 0.4, 0.7 √(2w/γ₁)", unit="N/m")
+def adhesion_force(mesh: Mesh) -> Comparison:
+    measured, expected = [], []
+    for shape in (*SHAPES, sharp_wedge(0.7)):
+        scene, _, given = case(shape, LEVELS)
+        delta0 = scene.critical_separation
+        measured.append(-least_force(mesh, scene, -0.2 * delta0, 0.4 * delta0))
+        expected.append(cards.wedge.adhesion_force(**given))
+    return Comparison(measured, expected)

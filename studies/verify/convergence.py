@@ -1,0 +1,215 @@
+"""The engine: one measured number, refined, held against a closed form and an order of convergence.
+
+A check measures something on a `Grid` and says what it should be. `refine` repeats it with the
+spacing halved again and again, and at every spacing with the grid shifted sideways by fractions of
+it: the lattice error is a sawtooth in the position of the contact line between two nodes, so the
+error of a level is the worst over the shifts. The check passes if
+
+    error on the finest grid <= bar    and    low <= order <= high,
+
+order = -slope of log(error) over log(cells) by least squares. A quantity that the lattice gives
+exactly has no order: then the error of every grid must stay below the bar, which is rounding.
+
+The same measure is taken once more on the fitted mesh, which has no spacing to refine: its error
+must stay below a bar of its own, rounding unless the measure itself or the closed form is coarser.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from studies.verify.mesh import Fitted, Grid, Mesh
+from studies.verify.scenes import Case
+
+Band = tuple[float, float]
+Numbers = Any  # a number, an array, or nested lists of them
+
+SECOND: Band = (1.8, 2.2)
+FIRST: Band = (0.85, 1.15)
+EXACT = None
+SECOND_BAR = 5e-6
+ROUNDING = 1e-10
+DIFFERENCED = 1e-9  # fitted_bar of a measure that takes differences of the field
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Simulated values and closed forms (shapes broadcast); error = max |difference|/scale."""
+
+    simulated: Numbers
+    closed_form: Numbers
+    scale: Numbers = None
+
+    def worst(self) -> tuple[float, float, float]:
+        """Largest relative error, and the two values it belongs to; inf if anything is NaN."""
+        simulated, closed = np.broadcast_arrays(
+            np.asarray(self.simulated, float), np.asarray(self.closed_form, float)
+        )
+        scale = np.abs(closed if self.scale is None else np.asarray(self.scale, float))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            errors = np.abs(simulated - closed) / scale
+        errors = np.where(np.isfinite(errors), errors, math.inf)
+        if not errors.size:
+            return math.inf, math.nan, math.nan
+        at = np.unravel_index(int(np.argmax(errors)), errors.shape)
+        return float(errors[at]), float(simulated[at]), float(closed[at])
+
+
+def residual(values: Numbers, scale: Numbers) -> Comparison:
+    """A residual that should vanish, relative to `scale`."""
+    return Comparison(values, np.zeros_like(np.asarray(values, float)), scale)
+
+
+def swept(
+    mesh: Mesh, cases: Iterable[Case], name: str, card: Callable[..., Any], **options: Any
+) -> Comparison:
+    """The attribute `name` of the states of each case against card(depths, ...)."""
+    pairs = [
+        (mesh.sweep(scene, depths, name, **options), card(depths, **given))
+        for scene, depths, given in cases
+    ]
+    measured, expected = zip(*pairs, strict=True)
+    return Comparison(measured, expected)
+
+
+@dataclass(frozen=True)
+class Check:
+    """One statement about a numbered equation of the paper; no number: beyond the paper.
+
+    lattice_only: why the measure has no meaning on the fitted mesh; empty if it has.
+    """
+
+    equations: tuple[int, ...]
+    what: str
+    measure: Callable[[Any], Comparison]
+    order: Band | None
+    bar: float
+    unit: str
+    anchored: bool
+    fitted_bar: float
+    lattice_only: str
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled by name: the decorated function's name in its module is this check."""
+        return _named, (self.measure.__module__, self.measure.__qualname__)
+
+
+def _named(module: str, name: str) -> Check:
+    found: Check = getattr(import_module(module), name)
+    return found
+
+
+def check(
+    *equations: int,
+    what: str,
+    order: Band | None = SECOND,
+    bar: float | None = None,
+    unit: str = "",
+    anchored: bool = False,
+    fitted_bar: float = ROUNDING,
+    lattice_only: str = "",
+) -> Callable[[Callable[[Any], Comparison]], Check]:
+    """Decorator: turns a function Mesh -> Comparison into a Check.
+
+    bar: largest relative error on the finest grid; fitted_bar: on the fitted mesh. anchored: not
+    repeated on shifted grids, for a quantity that is of second order only with the tip of the
+    indenter on a node. lattice_only: the reason why the function needs a Grid.
+    """
+    if bar is None:
+        if order not in (SECOND, EXACT):
+            raise ValueError(f"order = {order!r} has no usual bar; give bar=...")
+        bar = SECOND_BAR if order == SECOND else ROUNDING
+    given = order, bar, unit, anchored, fitted_bar, lattice_only
+    return lambda measure: Check(equations, what, measure, *given)
+
+
+@dataclass(frozen=True)
+class Result:
+    """Outcome of a check: worst case on the finest grid, error of each level, observed order.
+
+    fitted_error: on the fitted mesh; nan for a check that only a lattice can do.
+    """
+
+    check: Check = field(repr=False)
+    simulated: float
+    closed_form: float
+    cells: tuple[int, ...]
+    errors: tuple[float, ...]
+    fitted_error: float
+    seconds: float
+    note: str = ""
+
+    @property
+    def error(self) -> float:
+        """Relative error on the finest grid; of an exact quantity, the worst of all grids."""
+        if not self.errors:
+            return math.inf
+        return self.errors[-1] if self.check.order else max(self.errors)
+
+    @property
+    def observed_order(self) -> float:
+        """Least-squares order of convergence; nan for an exact quantity."""
+        return observed_order(self.cells, self.errors) if self.check.order else math.nan
+
+    @property
+    def lattice_passed(self) -> bool:
+        """Whether the lattice's error stays below the bar and its order lies in the band."""
+        band = self.check.order
+        in_band = band is None or band[0] <= self.observed_order <= band[1]
+        return self.error <= self.check.bar and in_band
+
+    @property
+    def fitted_passed(self) -> bool:
+        """Whether the fitted mesh's error stays below its bar, where it is asked for."""
+        return bool(self.check.lattice_only) or self.fitted_error <= self.check.fitted_bar
+
+    @property
+    def passed(self) -> bool:
+        """Whether both discretisations passed."""
+        return self.lattice_passed and self.fitted_passed
+
+
+def observed_order(cells: Sequence[int], errors: Sequence[float]) -> float:
+    """-slope of log(error) over log(cells); nan with fewer than four levels or a zero error."""
+    if len(errors) < 4 or not all(0 < e < math.inf for e in errors):
+        return math.nan
+    return -float(np.polyfit(np.log(cells), np.log(errors), 1)[0])
+
+
+def refine(item: Check, cells: Sequence[int], offsets: Sequence[float]) -> Result:
+    """Run a check on every level and shift, and on the fitted mesh.
+
+    An error raised by the simulator fails the check.
+    """
+    start = time.perf_counter()
+    shifts = (0.0,) if item.anchored else offsets
+    levels, problem = _worst(item, [[Grid(n, shift) for shift in shifts] for n in cells])
+    fitted, other = _worst(item, [] if item.lattice_only else [[Fitted()]])
+    seconds = time.perf_counter() - start
+    return Result(
+        check=item,
+        simulated=levels[-1][1] if levels else math.nan,
+        closed_form=levels[-1][2] if levels else math.nan,
+        cells=tuple(cells),
+        errors=tuple(level[0] for level in levels),
+        fitted_error=fitted[0][0] if fitted else math.nan if item.lattice_only else math.inf,
+        seconds=seconds,
+        note="; ".join(filter(None, (problem, other and f"fitted: {other}"))),
+    )
+
+
+def _worst(
+    item: Check, levels: Sequence[Sequence[Mesh]]
+) -> tuple[list[tuple[float, float, float]], str]:
+    """Of each level, the largest error and its two values; none, and why, if one cannot be had."""
+    try:
+        return [max(item.measure(mesh).worst() for mesh in level) for level in levels], ""
+    except (ValueError, ArithmeticError, RuntimeError) as problem:
+        return [], f"{type(problem).__name__}: {problem}"

@@ -1,0 +1,154 @@
+"""Measurements on the simulated field and branch, by numerical means only: no closed form here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from discretization import Equilibrium, Lattice, NodalEnergy
+from energy import ElasticLayer, FlatPunch, Scene, SurfaceEnergies
+from studies.verify.mesh import Array, Grid, Mesh
+
+_ONE_SIDED = np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12  # first derivative, fourth order
+_CURVATURE = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12  # second derivative, fourth order
+_FIVE_POINT = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12  # first derivative, fourth order
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+_STEP = 1 / 250  # of l, between the points of a difference quotient
+
+
+class Tail(NamedTuple):
+    """Free surface right of the contact, u = -C exp(-x/l), read from two points of the field."""
+
+    decay_length: float
+    amplitude: float
+
+
+class Punches(NamedTuple):
+    """Differences between two flat punches at one depth, per added width 2(a₂ - a₁)."""
+
+    force: float
+    energy: float
+
+
+def slopes_at_line(state: Equilibrium) -> tuple[float, float]:
+    """u'(a-0), u'(a+0) at the right contact line, by one-sided differences of the field."""
+    line, step = float(state.contacts[-1, 1]), _STEP * state.scene.elastocapillary_length
+    points = step * np.arange(5)
+    inside, outside = state.displacement(line - points), state.displacement(line + points)
+    return float(-_ONE_SIDED @ inside) / step, float(_ONE_SIDED @ outside) / step
+
+
+def curvature(state: Equilibrium, x: Array) -> Array:
+    """u''(x) by central differences of the field."""
+    step = _STEP * state.scene.elastocapillary_length
+    points = x[:, None] + step * np.arange(-2, 3)
+    return state.displacement(points) @ _CURVATURE / step**2
+
+
+def tail(state: Equilibrium) -> Tail:
+    """l and C of Eq. (6) from the logarithm of the field, half an l and two l off the line."""
+    ell = state.scene.elastocapillary_length
+    x = float(state.contacts[-1, 1]) + np.array([0.5, 2.0]) * ell
+    u = state.displacement(x)
+    rate = -math.log(u[1] / u[0]) / (x[1] - x[0])
+    return Tail(1 / rate, -float(u[0]) * math.exp(rate * x[0]))
+
+
+def integral(function: Callable[[Array], Array], ends: Sequence[float]) -> float:
+    """Gauss-Legendre quadrature over each interval between consecutive `ends`."""
+    total = 0.0
+    for lo, hi in pairwise(ends):
+        half = (hi - lo) / 2
+        total += half * float(_WEIGHTS @ function(lo + half * (_NODES + 1)))
+    return total
+
+
+def contact_pressure(state: Equilibrium) -> float:
+    """∫ pressure dx over the contact; split at x = 0, where the profile may have a corner."""
+    left, right = state.contacts[0]
+    return integral(state.pressure, (left, 0.0, right))
+
+
+def whole_line_force(state: Equilibrium) -> float:
+    """k ∫ u dx over the whole line, 40 decay lengths to either side."""
+    left, right = state.contacts[0]
+    far = 40 * state.scene.elastocapillary_length
+    springs = integral(state.displacement, (left - far, left, 0.0, right, right + far))
+    return state.scene.stiffness * springs
+
+
+def punch_difference(
+    mesh: Mesh, layer: ElasticLayer, surfaces: SurfaceEnergies, depth: float
+) -> Punches:
+    """What a wider punch adds to force and energy: the tails are alike and drop out."""
+    widths = (1.37e-4, 2.11e-4)
+    scenes = [Scene(layer, surfaces, FlatPunch(a)) for a in widths]
+    narrow, wide = (mesh.solve(scene, depth) for scene in scenes)
+    added = 2 * (widths[1] - widths[0])
+    return Punches((wide.force - narrow.force) / added, (wide.energy - narrow.energy) / added)
+
+
+def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-15) -> float:
+    """Smallest depth that still holds, by bisection between 0 and -2 µm of the label."""
+    lo, hi = -2e-6, 0.0
+    if mesh.solve(scene, lo).label != "detached" or mesh.solve(scene, hi).label == "detached":
+        raise ValueError(f"the contact does not let go between the depths {lo!r} and {hi!r}")
+    while hi - lo > -rtol * lo:
+        middle = (lo + hi) / 2
+        if mesh.solve(scene, middle).label == "detached":
+            lo = middle
+        else:
+            hi = middle
+    return hi
+
+
+def brink(mesh: Mesh, scene: Scene) -> float:
+    """A depth 1e-10 short of letting go: at that point itself any width of a flat face holds."""
+    return last_contact(mesh, scene, rtol=1e-11) * (1 - 1e-10)
+
+
+def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Array, Array]:
+    """Nodes and displacements of min U[u] over all u >= d - f, w = 0, on |x| <= width.
+
+    No contact set is given: starting from every node below the indenter, nodes that pull are
+    released and nodes that penetrate are added until none does (a quadratic programme).
+    """
+    spacing = scene.elastocapillary_length / grid.cells
+    lattice = Lattice.of(scene, spacing, grid.offset * spacing)
+    x = lattice.x(np.arange(-math.ceil(width / spacing), math.ceil(width / spacing) + 1))
+    g = depth - scene.indenter.height(x)
+    contact = g > 0
+    while True:
+        energy = NodalEnergy(lattice, contact)
+        u = energy.relaxed(g)
+        pulls = contact & (energy.gradient(u) < 0)
+        wrong = pulls | (~contact & (u < g))
+        if not wrong.any():
+            return x, u
+        contact = contact ^ wrong
+
+
+def depth_at_width(mesh: Mesh, scene: Scene, half_width: float, lo: float, hi: float) -> float:
+    """Depth at which the simulated half-width takes a value, by root finding."""
+    found = brentq(lambda d: mesh.solve(scene, d).half_width - half_width, lo, hi, xtol=1e-18)
+    return float(found)
+
+
+def least_force(mesh: Mesh, scene: Scene, lo: float, hi: float) -> float:
+    """Most tensile force between two depths, by scalar minimisation over the depth."""
+    found = minimize_scalar(
+        lambda d: mesh.solve(scene, d).force, bounds=(lo, hi), options={"xatol": 1e-6 * (hi - lo)}
+    )
+    return float(found.fun)
+
+
+def energy_derivative(mesh: Mesh, scene: Scene, depth: float) -> float:
+    """dU/dd by a five-point central difference of the simulated energy."""
+    step = 0.002 * scene.critical_separation
+    energies = mesh.sweep(scene, depth + step * np.arange(-2, 3), "energy")
+    return float(_FIVE_POINT @ energies) / step

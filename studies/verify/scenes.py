@@ -1,0 +1,91 @@
+"""The scenes that the checks share: a soft gel film in SI units, no parameter equal to 1.
+
+E = 310 Pa, ν = 0.38, h = 11 µm, γ₁ = 47 mN/m, w = 23 µJ/m²: l = 29.8 µm, δ₀ = 0.93 µm,
+√(2w/γ₁) = 0.031. At d = 0 the assumptions of the model (d ≪ h ≪ a, small slopes, 2w ≪ γ₁) hold.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Indenter,
+    Parabola,
+    PowerLaw,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
+
+LAYER = ElasticLayer(E=310.0, nu=0.38, h=11e-6)
+GAMMA1, GAMMA2, WORK = 0.047, 0.0312, 2.3e-5
+
+PUNCH = FlatPunch(half_width=1.93e-4)
+WEDGE = Wedge(delta=4.7e-3)
+PARABOLA = Parabola(R=2.3e-2)
+POWER_LAWS = (PowerLaw(c=0.75, n=1.5), PowerLaw(c=1.2e5, n=3), PowerLaw(c=4e8, n=4))
+
+
+def gel(
+    indenter: Indenter, *, gamma1: float = GAMMA1, w: float = WORK, layer: ElasticLayer = LAYER
+) -> Scene:
+    """An indenter on the gel film; surface tension, work of adhesion and layer as given."""
+    return Scene(layer, SurfaceEnergies.from_work(gamma1, w), indenter)
+
+
+class Case(NamedTuple):
+    """A scene, depths (n,), and the arguments of its closed forms: the shape's, k, γ₁ and w."""
+
+    scene: Scene
+    depths: np.ndarray
+    given: dict[str, float]
+
+
+def case(indenter: Any, levels: ArrayLike, **options: Any) -> Case:
+    """levels: depths over δ₀; options: of `gel`."""
+    scene = gel(indenter, **options)
+    flat = isinstance(indenter, FlatPunch)
+    shape = {"a": indenter.half_width} if flat else asdict(indenter)
+    depths = np.asarray(levels, float) * scene.critical_separation
+    return Case(scene, depths, shape | constants(scene))
+
+
+def constants(scene: Scene) -> dict[str, float]:
+    """k, γ₁ and w of a scene, as the closed forms take them."""
+    return {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+
+
+def uneven_profiles() -> tuple[Indenter, ...]:
+    """Profiles without mirror symmetry: tilted, sum of two, user-defined, measured."""
+    x = np.linspace(-9e-4, 9e-4, 37)
+    measured = x**2 / (2 * 2.9e-2) + 4e-8 * np.sin(x / 5.3e-5)
+    return (
+        Parabola(R=2.1e-2).tilted(1.3e-3),
+        PowerLaw(c=1.1e5, n=3).shifted(2.3e-5) + Parabola(R=4.7e-2),
+        Profile(
+            lambda x: 9e-6 * (np.cosh(np.asarray(x) / 4.1e-4) - 1) + 4e-4 * np.asarray(x),
+            lambda x: 9e-6 / 4.1e-4 * np.sinh(np.asarray(x) / 4.1e-4) + 4e-4,
+        ),
+        Sampled(x, measured, kind="smooth"),
+    )
+
+
+def sharp_wedge(ratio: float) -> Wedge:
+    """Wedge with tan δ = ratio·√(2w/γ₁) on the gel film: ratio > 1 never pulls."""
+    return Wedge(delta=math.atan(ratio * math.sqrt(2 * WORK / GAMMA1)))
+
+
+def pulled_parabola(Lambda: float) -> Parabola:
+    """Parabola with Λ = l/√(Rδ₀) on the gel film."""
+    scene = gel(PARABOLA)
+    ell, delta0 = scene.elastocapillary_length, scene.critical_separation
+    return Parabola(R=ell**2 / (delta0 * Lambda**2))
