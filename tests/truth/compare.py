@@ -18,6 +18,7 @@ from .springs import springs
 from .totals import adhered
 from .walk import Walk
 
+IN_WORDS = " = "  # a refusal names what it refuses and its value
 TIMES, LEAST = 10, 1e-9  # of the error estimate; of the scales
 AWAY, JUMP = 1e-6, 1e-2  # of δ₀, a depth this near to a jump of the reference is not asked for
 
@@ -103,7 +104,10 @@ def answer(case):
         except AccuracyWarning as warning:
             return None, "warned", str(warning)
         except (ValueError, NotCertifiedError) as problem:
-            return None, "refused", str(problem)
+            word = "refused" if IN_WORDS in str(problem) else "wrong"
+            return None, word, f"{type(problem).__name__}: {problem}"
+        except Exception as problem:  # whatever else is not an answer
+            return None, "wrong", f"{type(problem).__name__}: {problem}"
 
 
 def differences(case, state, truth):
