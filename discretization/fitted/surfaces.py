@@ -29,6 +29,7 @@ from discretization.lattice.state import SeveralContactsError
 from energy import Scene
 
 Array = NDArray[np.float64]
+_MET = 1e-13  # elastocapillary lengths: lines that have met are no closer than that
 _FAR = 60.0  # elastocapillary lengths: longer parts of a surface are as stiff as an endless one
 _UPRIGHT = 2e-8  # of the greatest displacement: so close to turning over no double resolves it
 _NEWTON = 3
@@ -69,7 +70,8 @@ class SmallSurfaces:
         excess = length * (side * f1 - math.sqrt(2 * w / self.scene.gamma1))
         if facing is None:
             return f + excess / self.response.reactions[0]
-        even, odd = gap.half(self.response.degree, side * (facing.x - x) / length)
+        apart = np.maximum(side * (facing.x - x) / length, _MET)
+        even, odd = gap.half(self.response.degree, apart if np.ndim(apart) else float(apart))
         rise = (facing.f - f) / 2
         return f + rise + (excess - rise * odd) / even
 
