@@ -1,6 +1,6 @@
 """`minimise` on random profiles that are not convex, against the references of tests/truth.
 
-A hundred states of each class, thirty of the lowest; ELASTOCAP_TRUTH=2000 asks for as many. To look at one of them:
+A hundred states of each class, thirty of the lowest energy; ELASTOCAP_TRUTH=2000 asks for as many.
 python -m tests.truth CLASS 1 SEED.
 """
 
