@@ -56,6 +56,9 @@ class Surfaces(Protocol):
     ) -> tuple[Array, Array]:
         """u and u' at positions between two lines."""
 
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d."""
+
 
 @dataclass(frozen=True, eq=False)
 class SmallSurfaces:
@@ -67,7 +70,7 @@ class SmallSurfaces:
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: float) -> Any:
         """D: linear in the heights and the slope."""
         length = self.scene.elastocapillary_length
-        excess = length * (side * f1 - math.sqrt(2 * w / self.scene.gamma1))
+        excess = length * (side * f1 - np.sqrt(2 * w / self.scene.gamma1))
         if facing is None:
             return f + excess / self.response.reactions[0]
         apart = np.maximum(side * (facing.x - x) / length, _MET)
@@ -94,6 +97,20 @@ class SmallSurfaces:
         if left is None:
             return u, tail * u / length
         return u, (from_left[1] * u - from_left[0]) / length
+
+
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F: of two halves; S of both lines together is that of the even half."""
+        scene, response = self.scene, self.response
+        length, gamma1 = scene.elastocapillary_length, scene.gamma1
+        if left is None or right is None:
+            u = (depth - (left or right).f) / length
+            return gamma1 * length * u * u * response.energies[0], gamma1 * response.reaction(u)
+        even = (depth - left.f / 2 - right.f / 2) / length
+        odd = (right.f - left.f) / (2 * length)
+        found = gap.half(response.degree, np.maximum((right.x - left.x) / length, _MET))
+        energy = even * even * found.even + odd * odd * found.odd
+        return gamma1 * length * energy, 2 * gamma1 * even * found.even
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +167,16 @@ class FiniteSurfaces:
         u = self.response.surface(u0).displacement(side * (z - line.x) / length)
         slope = -side * u * np.sqrt(1 - u * u / 4) / np.maximum(1 - u * u / 2, 1e-9)
         return length * u, slope
+
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F and S of tails."""
+        scene = self.scene
+        line, other = (left, right) if left is not None else (right, left)
+        self._refuse(other)
+        u = (depth - line.f) / scene.elastocapillary_length
+        energy = np.array([self.response.energy(one) for one in u.tolist()])
+        scale = scene.gamma1 * scene.elastocapillary_length
+        return scale * energy, scene.gamma1 * self._reaction(u)
 
     def _refuse(self, other: At | None) -> None:
         if other is not None:
