@@ -31,6 +31,7 @@ _ROUNDED = (
     1e-12  # of the same: a step of Newton's method that may be rounding if it shrinks no more
 )
 _NEWTON = 12
+_ALONG = np.arange(1, 9) / 8  # of a way: where a line is asked whether it rests
 _DIFFERENCE = 1e-6  # of the room between two lines, for the change of D
 
 
@@ -71,6 +72,9 @@ class Resting:
             ends = a.x, b.x
             if _still(ends[0], q, sweep) and _still(ends[1], p, sweep):
                 return ends
+            near = self._nearby(ends, (q, p), depth, 1)
+            if near is not None:
+                return near
             step, (q, p) = (ends[0] - q, ends[1] - p), ends
             q, p = self._further(q, p, step, depth, 1)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
@@ -192,11 +196,17 @@ class Resting:
             )
             if stop is None:
                 break
-            values = self.rest_depths(*((x, stop.x) if side > 0 else (stop.x, x)), way)
-            if way * (values[0 if side > 0 else 1] - depth) >= 0:
+            if not self._moves(side, (own, x), (other, stop.x), depth, way):
                 break
             own, other = x, stop.x
         return (own, other) if side > 0 else (other, own)
+
+    def _moves(self, side: int, own: Pair, facing: Pair, depth: float, way: int) -> bool:
+        """Whether a line is nowhere at rest on its way, while the other one moves with it."""
+        x, other = (start + (end - start) * _ALONG for start, end in (own, facing))
+        height, slope = self.profile.indenter.height, self.profile.indenter.slope
+        rest = self.rest(side, x, height(x), slope(x), At(other, height(other)), way)
+        return bool((way * (rest - depth) < 0).all())
 
     def rest_depths(self, q: float, p: float, way: int = 1) -> Array:
         """D of both lines of a gap."""

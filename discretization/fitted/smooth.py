@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.integrals import Integrals
-from discretization.fitted.resting import TIE, Resting
+from discretization.fitted.resting import Resting
 from discretization.fitted.spectral import rounded
 from discretization.fitted.surfaces import At
 
@@ -33,7 +33,6 @@ _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more
 _LOCAL = 1e-5  # of the same: the changes of D are those of the step before
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 _EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
-_AT_REST = 1e-11  # of the same: more where a corner stands in the way
 _BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
 _DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
 BALANCED = 1e-12  # of the energy's terms
@@ -116,16 +115,20 @@ class Smooth:
             x[own], even = new, np.abs(off).max(axis=(1, 2))
             rounding = (now <= _ROUNDED * size[own]) | (even <= _EVEN * high)
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
-            good[own] = (x[own, :, 0] < x[own, :, 1]).all(axis=1) & ~(done & (even > _AT_REST * high))
+            stuck = free[own, None] & ((new == room[0, own, None]) | (new == room[1, own, None]))
+            stopped = stuck.any(axis=(1, 2)) & (even > _EVEN * high)  # by a corner
+            good[own] = (new[..., 0] < new[..., 1]).all(axis=1) & ~(done & stopped)
             near = bool((now <= np.minimum(_LOCAL * size[own], last[own] / 8)).all())
             last[own], active[own] = now, ~done & good[own]
         stable, margin = _margins(rates, free)
-        with np.errstate(invalid="ignore"):
-            moved = way * np.diff(x, axis=1) * (1.0, -1.0)
+        with np.errstate(invalid="ignore"):  # from where they are, and one way
+            whole = np.concatenate([lines[:, None], x], axis=1)
+            moved = way * np.diff(whole, axis=1) * (1.0, -1.0)
+            good &= ~(moved[:, 0] > _BACK * size[:, None]).any(axis=1)
         good &= ~active & stable & ~(moved < -_BACK * size[:, None, None]).any(axis=(1, 2))
         held = inner & ~free
         if held.any():
-            rests = self._drives(x[:, -1], depths[-1], way) >= -TIE * self.resting.size
+            rests = self._drives(x[:, -1], depths[-1], way) >= -_EVEN * high
             good &= (rests | ~held).all(axis=1)
         return x, good, margin
 
