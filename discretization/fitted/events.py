@@ -99,7 +99,7 @@ class Events:
         low, high, failed = self._enclosed(surfaces, whole, start)
         others = everything - failed
         rest = self._tried(surfaces, others, start, low.depth) if low.depth != start else None
-        before, work = low.lines.copy(), float(low.work.sum())
+        before, work = low.lines.copy(), float(low.work[sorted(failed)].sum())
         if rest is not None:
             kept = sorted(others)
             before[kept], work = rest.lines[kept], work + float(rest.work[kept].sum())
@@ -149,7 +149,7 @@ class Events:
             off = 2 * abs(aim - last) + least if not math.isnan(aim - last) else math.inf
             tried = self._tried(low.lines, involved, low.depth, _next(low, high, aim, off))
             if tried.failed:
-                high, involved = tried, self._involved(tried, start)
+                high, involved = tried, self._involved(tried, start) & involved
             else:
                 older, low = low, tried._replace(work=low.work + tried.work)
         return low, high.depth, involved
