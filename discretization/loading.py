@@ -117,11 +117,6 @@ def _branch(
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
     if control.stiffness is not None and spacing is not None:
         raise ValueError("method = 'lattice' follows imposed depths; use method='fitted'")
-    if control.stiffness is not None and not scene.indenter.convex:
-        raise ValueError(
-            f"indenter = {scene.indenter!r} is not convex: a load path that may have several "
-            "contacts follows imposed depths only; give depths"
-        )
     if spacing is None:
         return on_mesh(scene, rtol, deepest)
     return on_nodes(scene, positive("spacing", spacing), deepest)
