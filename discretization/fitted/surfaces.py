@@ -8,7 +8,7 @@ and A of a gap (gap.py),
     D = f + (f' - √(2w/γ₁))/s,       D = (f + f_other)/2 + (f' - √(2w/γ₁) - A (f_other - f)/2)/B.
 
 With finite slopes ∂U/∂x ∝ 2γ₁ sin²((β - φ)/2) - w, tan β = f', sin φ = S/γ₁: D = f + u of the tail
-that is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line.
+or of the gap (finite_gap.py) that is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line.
 
 A line advances where D < d and recedes where D > d.
 """
@@ -22,16 +22,15 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import gap
+from discretization.fitted import finite_gap, gap
+from discretization.fitted.finite_gap import UPRIGHT
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.response import STEEP, Response
-from discretization.lattice.state import SeveralContactsError
 from energy import Scene
 
 Array = NDArray[np.float64]
 _MET = 1e-13  # elastocapillary lengths: lines that have met are no closer than that
 _FAR = 60.0  # elastocapillary lengths: longer parts of a surface are as stiff as an endless one
-_UPRIGHT = 2e-8  # of the greatest displacement: so close to turning over no double resolves it
 _NEWTON = 3
 
 
@@ -98,10 +97,7 @@ class SmallSurfaces:
 
 @dataclass(frozen=True, eq=False)
 class FiniteSurfaces:
-    """Free surfaces with finite slopes: tails only.
-
-    SeveralContactsError where a surface between two contacts is asked for.
-    """
+    """Free surfaces with finite slopes."""
 
     scene: Scene
     response: Response
@@ -111,15 +107,17 @@ class FiniteSurfaces:
 
         The inclination is cut at ±π/2, where the surface would turn over.
         """
-        self._refuse(facing)
+        length = self.scene.elastocapillary_length
         deficit = 2 * math.asin(math.sqrt(w / (2 * self.scene.gamma1)))
-        phi = np.arctan(side * f1) - deficit
-        u = self._displaced(np.clip(phi, -math.pi / 2, math.pi / 2))
-        return f + self.scene.elastocapillary_length * u
+        phi = np.clip(np.arctan(side * f1) - deficit, -math.pi / 2, math.pi / 2)
+        if facing is None:
+            return f + length * self._displaced(phi)
+        apart, rise = np.maximum(side * (facing.x - x) / length, _MET), (f - facing.f) / length
+        return f + length * finite_gap.rest_displacement(-2 * np.sin(phi / 2), rise, apart)
 
     def _displaced(self, phi: Any) -> Any:
         """u₀ with S(u₀) = sin φ and 1 - u₀²/2 = cos φ on the mesh, by Newton's method."""
-        limit = OVERHANG * (1 - _UPRIGHT)
+        limit = OVERHANG * (1 - UPRIGHT)
         u = np.clip(np.sign(phi) * np.sqrt(2 - 2 * np.cos(phi)), -limit, limit)
         for _ in range(_NEWTON):
             pull, cos = self._reaction(u), 1 - u * u / 2
@@ -139,22 +137,18 @@ class FiniteSurfaces:
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
-        """The tail's polynomials, and the slope that its first integral gives its height."""
-        line, other, side = (left, right, 1) if left is not None else (right, left, -1)
-        self._refuse(other)
+        """A gap's own; the tail's polynomials, with the slope that its first integral gives them."""
+        length = self.scene.elastocapillary_length
+        if left is not None and right is not None:
+            rise = (left.f - right.f) / length
+            found = finite_gap.solved((depth - left.f) / length, rise, (right.x - left.x) / length)
+            u, slope = found.at((z - left.x) / length, (right.x - z) / length)
+            return length * u, slope
+        line, side = (left, 1) if left is not None else (right, -1)
         if line is None:
             return np.zeros_like(z), np.zeros_like(z)
-        length = self.scene.elastocapillary_length
-        limit = OVERHANG * (1 - _UPRIGHT)
+        limit = OVERHANG * (1 - UPRIGHT)
         u0 = min(max((depth - line.f) / length, -limit), limit)
         u = self.response.surface(u0).displacement(side * (z - line.x) / length)
         slope = -side * u * np.sqrt(1 - u * u / 4) / np.maximum(1 - u * u / 2, 1e-9)
         return length * u, slope
-
-    def _refuse(self, other: At | None) -> None:
-        if other is not None:
-            raise SeveralContactsError(
-                "slopes = 'finite': the surface beside the contact meets the indenter again, and "
-                "several contacts are only found for small slopes; use slopes='small', another "
-                "depth, or a profile with a single contact"
-            )
