@@ -46,7 +46,8 @@ _ENDS = np.array([0.0, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0])  # from either line up t
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 _STEEPEST = (OVERHANG * (1 - UPRIGHT)) ** 2
-_CLOSE = 1e-10  # of T: the step of Newton's method after which the error, its square, is rounding
+_MILD = 0.1  # of dx/dT: surfaces that are found without bounds
+_CLOSE = 1e-16  # of T: a step cubed over the one before squared, which is about what is left
 _INSIDE = 1e-15  # of an element: the same for a place in it
 _STEPS = 80
 _POLISH = 3  # steps of Newton's method from what minimises F to rounding already
@@ -62,87 +63,130 @@ class Mesh(NamedTuple):
 
 
 def _mesh(T: float) -> Mesh:
-    """The mesh of ranges up to T."""
-    return _meshes(min(int(np.searchsorted(_ENDS, T / 2)), _ENDS.size - 1))
+    """The mesh of ranges up to T: one element, or several on either side of the middle."""
+    return _meshes(int(np.searchsorted(_ENDS[:-1], T / 2)) if T > _ENDS[1] else 0)
 
 
 @functools.lru_cache(maxsize=8)
 def _meshes(count: int) -> Mesh:
-    """So many elements on either side of the middle."""
     points, weights, _ = rounded(DEGREE)
-    ends = _ENDS[: count + 1] / (2 * _ENDS[count])
-    half = np.diff(ends)[:, None] / 2
-    near, weight = (ends[:-1, None] + half * (points + 1)).ravel(), (half * weights).ravel()
-    return Mesh(
-        np.concatenate([near, 1 - near[::-1]]),
-        np.concatenate([weight, weight[::-1]]),
-        np.concatenate([half[:, 0], half[::-1, 0]]),
-    )
+    ends = _ENDS[: count + 1] / (2 * _ENDS[count] or 1.0)
+    ends = np.concatenate([ends, 1 - ends[-2::-1]]) if count else np.array([0.0, 1.0])
+    half = np.diff(ends) / 2
+    nodes = ends[:-1, None] + half[:, None] * (points + 1)
+    return Mesh(nodes.ravel(), (half[:, None] * weights).ravel(), half)
 
 
 def _rate(p: Any) -> tuple[Any, Any]:
     """h(p) and h'(p)."""
-    square = np.minimum(p * p, _STEEPEST)
+    square = p * p
+    top = square.max()
+    if top > _STEEPEST:
+        square = np.minimum(square, _STEEPEST)
     root = np.sqrt(1 - square / 4)
-    change = p * (square / 8 - 0.75) / root**3
-    if square.max() == _STEEPEST:
+    change = p * (square / 8 - 0.75) / (root * root * root)
+    if top > _STEEPEST:
         change = np.where(square < _STEEPEST, change, 0.0)
     return (1 - square / 2) / root, change
 
 
-Ends = Callable[[Array], tuple[Array, Array, Array, Array]]
+class Lines(NamedTuple):
+    """p at both lines of a range T, and A or B of ∂p/∂T = A sinh τ/sinh T or B cosh τ/sinh T."""
+
+    start: Any
+    end: Any
+    a: Any
+    b: Any = None
 
 
-def _range(length: Array, rise: Array, ends: Ends) -> Array:
-    """T with x(T) = L, by Newton's method between bounds.
+Ends = Callable[[Any], Lines]
 
-    ends: p at both lines, and A, B of ∂p/∂T = A sinh τ/sinh T + B cosh τ/sinh T.
-    """
-    near = np.minimum(length, 1.0)
-    chord = 2 * np.sin(np.arctan(np.minimum(np.abs(rise) / near, 3.0)) / 2)
-    T = length + near * (1 / _rate(chord)[0] - 1)
-    low, high = length, np.full_like(length, math.inf)
+
+def _functions(T: Any) -> Any:
+    """sinh and tanh of a number or an array."""
+    return np if isinstance(T, np.ndarray) else math
+
+
+def _crossed(T: Any, lines: Lines) -> tuple[Any, Any]:
+    """x(T) and its derivative, for a number or an array (n, 1)."""
+    many, whole = isinstance(T, np.ndarray), _functions(T).sinh(T)
+    mesh = _mesh(float(T.max()) if many else T)
+    weights = mesh.weights[:, None] if many else mesh.weights
+    tau = T * mesh.nodes
+    grown = np.sinh(tau) / whole
+    h, h1 = _rate(lines.start * grown[..., ::-1] + lines.end * grown)
+    if lines.b is None:
+        change = lines.a * ((h1 * grown) @ weights)
+    else:
+        change = lines.b * ((h1 * np.cosh(tau)) @ weights) / whole
+    return T * (h @ weights), (h[..., -1:] if many else h[-1]) + T * change
+
+
+def _range(length: Any, ends: Ends) -> Any:
+    """T with x(T) = L, by Newton's method from x ≈ T - 3/8 ∫p² dτ; numbers or arrays (n, 1)."""
+    (start, end, *_), lib = ends(length), _functions(length)
+    whole, cosh = lib.sinh(length), lib.cosh(length)
+    square = (start * start + end * end) * (cosh - length / whole) / whole / 2
+    square = square + start * end * (length * cosh / whole - 1) / whole
+    T = length + np.minimum(0.375 * square, length)
+    if isinstance(length, np.ndarray):
+        return _bracketed(T, length, ends)
+    T, before = float(T), 0.0
     for _ in range(_STEPS):
-        mesh = _mesh(float(T.max()))
-        tau, (start, end, a, b) = T[:, None] * mesh.nodes, ends(T)
-        grown = np.sinh(tau) / np.sinh(T)[:, None]
-        p = start[:, None] * grown[:, ::-1] + end[:, None] * grown
-        h, h1 = _rate(p)
-        change = a * ((h1 * grown) @ mesh.weights)
-        if b.any():
-            change = change + b * ((h1 * np.cosh(tau)) @ mesh.weights) / np.sinh(T)
-        off, slope = T * (h @ mesh.weights) - length, h[:, -1] + T * change
-        low, high = np.where(off < 0, T, low), np.where(off < 0, high, T)
-        step = off / np.where(slope > 0, slope, 1e-300)
-        new, still = T - step, np.abs(step) <= _CLOSE * slope * T
+        x, slope = _crossed(T, ends(T))
+        step = float((x - length) / slope)
+        if not (slope > _MILD and abs(step) < T / 2):
+            break
+        T, small = T - step, abs(step) ** 3 <= _CLOSE * T * before * before
+        if small:
+            return T
+        before = abs(step)
+    return float(_bracketed(np.array([[T]]), np.array([[length]]), ends)[0, 0])
+
+
+def _bracketed(T: Array, length: Array, ends: Ends) -> Array:
+    """The same between bounds, L <= T."""
+    T, low, high = np.maximum(T, length), length, np.full_like(length, math.inf)
+    before = np.zeros_like(length)
+    for _ in range(_STEPS):
+        x, slope = _crossed(T, ends(T))
+        low, high = np.where(x < length, T, low), np.where(x < length, high, T)
+        step = (x - length) / np.where(slope > 0, slope, 1e-300)
+        new, still = T - step, np.abs(step) ** 3 <= _CLOSE * slope * T * before * before
         halved = np.where(np.isinf(high), 2 * T, (low + high) / 2)
         T = np.where(still | ((new >= low) & (new <= high)), new, halved)
         if still.all():
             break
+        before = np.abs(step)
     return T
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     """u at a line with this p outwards, where the other line is displaced by `rise` more.
 
-    Numbers or arrays; length: of the gap.
+    Numbers or arrays (n,); length: of the gap.
     """
-    apart = np.minimum(length, FAR) + 0 * rise
-    own, rise, length = np.broadcast_arrays(*np.atleast_1d(p, rise, apart))
+    many = np.ndim(p) or np.ndim(rise) or np.ndim(length)
+    if many:
+        p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
+        length = np.minimum(length, FAR) + 0 * (p + rise)
+    else:
+        length = min(float(length), FAR)
 
-    def ends(T: Array) -> tuple[Array, Array, Array, Array]:
-        coth, u = 1 / np.tanh(T / 2), _displaced(own, rise, T)
-        change = -rise / (2 * np.sinh(T / 2) ** 2) - u - rise
-        return own, rise * coth - own, change, np.zeros_like(T)
+    def ends(T: Any) -> Lines:
+        lib = _functions(T)
+        coth, half = 1 / lib.tanh(T / 2), lib.sinh(T / 2)
+        change = -rise / (2 * half * half) - _displaced(p, rise, T) - rise
+        return Lines(p, rise * coth - p, change)
 
-    u = _displaced(own, rise, _range(length, rise, ends))
-    shape = np.broadcast_shapes(np.shape(p), np.shape(apart))
-    return u.reshape(shape) if shape else float(u[0])
+    u = _displaced(p, rise, _range(length, ends))
+    return u[:, 0] if many else float(u)
 
 
-def _displaced(p: Array, rise: Array, T: Array) -> Array:
+def _displaced(p: Any, rise: Any, T: Any) -> Any:
     """u at a line with this p."""
-    return np.asarray((rise / np.sinh(T) - p) / np.tanh(T / 2))
+    lib = _functions(T)
+    return (rise / lib.sinh(T) - p) / lib.tanh(T / 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,15 +310,15 @@ def _cos(s: float) -> float:
 @functools.lru_cache(maxsize=1024)
 def solved(left: float, rise: float, length: float) -> FiniteGap:
     """The surface displaced by `left` and `left + rise` at its lines, by its exponentials."""
-    length, rises = min(length, FAR), np.array([rise])
+    length = min(length, FAR)
 
-    def ends(T: Array) -> tuple[Array, Array, Array, Array]:
-        steep, tanh = rise / np.sinh(T), np.tanh(T / 2)
+    def ends(T: Any) -> Lines:
+        steep, tanh = rise / _functions(T).sinh(T), _functions(T).tanh(T / 2)
         start, end = steep - left * tanh, steep + (left + rise) * tanh
-        return start, end, np.zeros_like(T), -end
+        return Lines(start, end, None, -end)
 
-    T = _range(np.array([length]), rises, ends)
-    mesh, (start, end, *_), T = _mesh(float(T[0])), ends(T), T[0]
+    T = _range(length, ends)
+    mesh, (start, end, *_) = _mesh(T), ends(T)
     tau, half = T * mesh.nodes, T * mesh.half
     grown = np.sinh(tau) / np.sinh(T)
     p = start * grown[::-1] + end * grown

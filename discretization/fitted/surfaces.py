@@ -109,7 +109,7 @@ class FiniteSurfaces:
         """
         length = self.scene.elastocapillary_length
         deficit = 2 * math.asin(math.sqrt(w / (2 * self.scene.gamma1)))
-        phi = np.clip(np.arctan(side * f1) - deficit, -math.pi / 2, math.pi / 2)
+        phi = np.maximum(np.arctan(side * f1) - deficit, -math.pi / 2)
         if facing is None:
             return f + length * self._displaced(phi)
         apart, rise = np.maximum(side * (facing.x - x) / length, _MET), (f - facing.f) / length
