@@ -38,7 +38,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from discretization.fitted.free_surface import OVERHANG
-from discretization.fitted.spectral import polynomials, rounded
+from discretization.fitted.spectral import coefficients, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of these ends:
@@ -48,7 +48,7 @@ UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves
 _STEEPEST = (OVERHANG * (1 - UPRIGHT)) ** 2
 _MILD = 0.1  # of dx/dT: surfaces that are found without bounds
 _CLOSE = 1e-16  # of T: a step cubed over the one before squared, which is about what is left
-_INSIDE = 1e-15  # of an element: the same for a place in it
+_INSIDE = 1e-8  # of an element: the same for a place in it
 _STEPS = 80
 _POLISH = 3  # steps of Newton's method from what minimises F to rounding already
 _INVERSE = 8
@@ -265,19 +265,26 @@ class FiniteGap:
             p <= q, np.minimum(p, self.length / 2), self.length - np.minimum(q, self.length / 2)
         )
         shape, x = x.shape, x.ravel()
-        places, rises, rates = (self._elements(of)[0] for of in (self.x, self.rises, self.h))
-        e = np.clip(np.searchsorted(places[1:, 0], x, side="right"), 0, self.half.size - 1)
-        half, nodes = self.half[e], places[e]
-        start, width = nodes[:, 0], nodes[:, -1] - nodes[:, 0]
-        t = np.clip(2 * (x - start) / width - 1, -1, 1)
+        starts = self.x[:-1:DEGREE]
+        e = np.searchsorted(starts[1:], x, side="right")
+        places, rates, rises, steeps = self._series[:, e]
+        t = np.clip(2 * (x - starts[e]) / (self.x[DEGREE * (e + 1)] - starts[e]) - 1, -1, 1)
         for _ in range(_INVERSE):
-            step = (polynomials(DEGREE, t, nodes) - x) / (half * polynomials(DEGREE, t, rates[e]))
+            basis = legendre.legvander(t, DEGREE)
+            off, h = (places * basis).sum(axis=1) - x, (rates * basis).sum(axis=1)
+            step = off / (self.half[e] * h)
             t = np.clip(t - step, -1, 1)
             if (np.abs(step) <= _INSIDE).all():
                 break
-        u1 = rises[e] @ rounded(DEGREE)[2].T / half[:, None]
-        slope = polynomials(DEGREE, t, u1) / polynomials(DEGREE, t, rates[e])
-        return self.left + polynomials(DEGREE, t, rises[e]).reshape(shape), slope.reshape(shape)
+        h, u, u1 = (np.array([rates, rises, steeps]) * legendre.legvander(t, DEGREE)).sum(axis=2)
+        return (self.left + u).reshape(shape), (u1 / h).reshape(shape)
+
+    @functools.cached_property
+    def _series(self) -> Array:
+        """Legendre coefficients (4, elements, degree + 1) of x, h, u - left and du/dτ."""
+        places, rates, rises = (self._elements(of)[0] for of in (self.x, self.h, self.rises))
+        steeps = rises @ rounded(DEGREE)[2].T / self.half[:, None]
+        return coefficients(DEGREE, np.array([places, rates, rises, steeps]))
 
     def _elements(self, values: Array) -> tuple[Array, Array, Array]:
         """Nodal values, h and weights of every element (elements, nodes)."""
