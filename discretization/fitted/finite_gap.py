@@ -210,7 +210,7 @@ class FiniteGap:
     @property
     def upright(self) -> bool:
         """Whether the surface turns over."""
-        return bool((self.h <= 2 * UPRIGHT).any())
+        return bool((self.h <= 3 * UPRIGHT).any())
 
     @functools.cached_property
     def relaxed(self) -> FiniteGap:
