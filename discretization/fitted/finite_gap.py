@@ -2,191 +2,45 @@
 
     F(u_a, u_b; L) = min over u, u(0) = u_a, u(L) = u_b, of ∫₀^L (k/2 u² + γ₁ (√(1+u'²) - 1)) dx
 
-in units of l and γ₁: k = γ₁ = l = 1. F is convex in u, and its minimum solves (sin φ)' = u with
-tan φ = u'. In p = 2 sin(φ/2) and dτ = cos(φ/2) ds, s the arc length, this is the linear problem of
-small slopes, and only x is not: du/dτ = p and dp/dτ = u, so u is a sum of two exponentials, and
+in units of l and γ₁: k = γ₁ = l = 1. The elements are laid out in the coordinate τ in which the
+surface is a sum of two exponentials (finite_range.py). That grades them towards steep lines, and u
+and x are smooth functions of τ however steep the surface is. The discrete energy is that of the
+nodal u at the nodes' fixed x, by the Gauss-Lobatto rule in τ, convex in u:
 
-    dx/dτ = h(p) = (1 - p²/2)/√(1 - p²/4).
+    F = Σ_i w_i [h_i u_i²/2 + √(h_i² + (du/dτ)_i²) - h_i],    h = dx/dτ.
 
-So a gap has one unknown, its range T of τ, for which x(T) = L. The elements are laid out in τ: that
-grades them towards steep lines, and u and x are smooth functions of τ however steep the surface is.
-The discrete energy is that of the nodal u at the nodes' fixed x, by the Gauss-Lobatto rule in τ,
-
-    F = Σ_i w_i [h_i u_i²/2 + √(h_i² + (du/dτ)_i²) - h_i].
-
-What searches for lines reads the exponentials (`rest_displacement`, `solved`), which minimise F to
-rounding; the `relaxed` surface does minimise it and has its reactions S = ∂F/∂u. As ∂F/∂h_i of the
-minimum is u²/2 + cos φ - 1, the same at every node, that is also ∂F/∂L.
-
-Only one mean displacement has a given inclination φ < 0 outwards of a line, at a given rise
-u_b - u_a: with it grows v = ∂u, (cos³φ v')' = v, v = 1 at both lines and 0 < v < 1 between
-(maximum principle), so that v' < 0 outwards of a line, and S grows. Hence T is unique as well.
-A surface that would turn over, p² > 2, is followed as if it were upright there: x does not grow.
-Lines more than 40 l apart do not feel each other.
+What searches for lines reads the exponentials, which minimise F to rounding; the `relaxed` surface
+does minimise it, and has its reactions S = ∂F/∂u. As ∂F/∂h_i of the minimum is u²/2 + cos φ - 1,
+the same at every node, that is also ∂F/∂L.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from discretization.fitted.free_surface import OVERHANG
+from discretization.fitted.finite_range import (
+    DEGREE,
+    FAR,
+    UPRIGHT,
+    Lines,
+    functions_of,
+    mesh_of,
+    range_of,
+    rate,
+)
 from discretization.fitted.spectral import coefficients, rounded
 
 Array = NDArray[np.float64]
-DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of these ends:
-_ENDS = np.array([0.0, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0])  # from either line up to the middle
-FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
-UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
-_STEEPEST = (OVERHANG * (1 - UPRIGHT)) ** 2
-_MILD = 0.1  # of dx/dT: surfaces that are found without bounds
-_CLOSE = 1e-16  # of T: a step cubed over the one before squared, which is about what is left
-_INSIDE = 1e-8  # of an element: the same for a place in it
-_STEPS = 80
+_INSIDE = 1e-8  # of an element: a step to a place in it after which the error is rounding
 _POLISH = 3  # steps of Newton's method from what minimises F to rounding already
 _INVERSE = 8
-
-
-class Mesh(NamedTuple):
-    """A range of τ, mirror-symmetric: nodes and weights (nodes,), half the elements; over T."""
-
-    nodes: Array
-    weights: Array
-    half: Array
-
-
-def _mesh(T: float) -> Mesh:
-    """The mesh of ranges up to T: one element, or several on either side of the middle."""
-    return _meshes(int(np.searchsorted(_ENDS[:-1], T / 2)) if T > _ENDS[1] else 0)
-
-
-@functools.lru_cache(maxsize=8)
-def _meshes(count: int) -> Mesh:
-    points, weights, _ = rounded(DEGREE)
-    ends = _ENDS[: count + 1] / (2 * _ENDS[count] or 1.0)
-    ends = np.concatenate([ends, 1 - ends[-2::-1]]) if count else np.array([0.0, 1.0])
-    half = np.diff(ends) / 2
-    nodes = ends[:-1, None] + half[:, None] * (points + 1)
-    return Mesh(nodes.ravel(), (half[:, None] * weights).ravel(), half)
-
-
-def _rate(p: Any) -> tuple[Any, Any]:
-    """h(p) and h'(p)."""
-    square = p * p
-    top = square.max()
-    if top > _STEEPEST:
-        square = np.minimum(square, _STEEPEST)
-    root = np.sqrt(1 - square / 4)
-    change = p * (square / 8 - 0.75) / (root * root * root)
-    if top > _STEEPEST:
-        change = np.where(square < _STEEPEST, change, 0.0)
-    return (1 - square / 2) / root, change
-
-
-class Lines(NamedTuple):
-    """p at both lines of a range T, and A or B of ∂p/∂T = A sinh τ/sinh T or B cosh τ/sinh T."""
-
-    start: Any
-    end: Any
-    a: Any
-    b: Any = None
-
-
-Ends = Callable[[Any], Lines]
-
-
-def _functions(T: Any) -> Any:
-    """sinh and tanh of a number or an array."""
-    return np if isinstance(T, np.ndarray) else math
-
-
-def _crossed(T: Any, lines: Lines) -> tuple[Any, Any]:
-    """x(T) and its derivative, for a number or an array (n, 1)."""
-    many, whole = isinstance(T, np.ndarray), _functions(T).sinh(T)
-    mesh = _mesh(float(T.max()) if many else T)
-    weights = mesh.weights[:, None] if many else mesh.weights
-    tau = T * mesh.nodes
-    grown = np.sinh(tau) / whole
-    h, h1 = _rate(lines.start * grown[..., ::-1] + lines.end * grown)
-    if lines.b is None:
-        change = lines.a * ((h1 * grown) @ weights)
-    else:
-        change = lines.b * ((h1 * np.cosh(tau)) @ weights) / whole
-    return T * (h @ weights), (h[..., -1:] if many else h[-1]) + T * change
-
-
-def _range(length: Any, ends: Ends) -> Any:
-    """T with x(T) = L, by Newton's method from x ≈ T - 3/8 ∫p² dτ; numbers or arrays (n, 1)."""
-    (start, end, *_), lib = ends(length), _functions(length)
-    whole, cosh = lib.sinh(length), lib.cosh(length)
-    square = (start * start + end * end) * (cosh - length / whole) / whole / 2
-    square = square + start * end * (length * cosh / whole - 1) / whole
-    T = length + np.minimum(0.375 * square, length)
-    if isinstance(length, np.ndarray):
-        return _bracketed(T, length, ends)
-    T, before = float(T), 0.0
-    for _ in range(_STEPS):
-        x, slope = _crossed(T, ends(T))
-        step = float((x - length) / slope)
-        if not (slope > _MILD and abs(step) < T / 2):
-            break
-        T, small = T - step, abs(step) ** 3 <= _CLOSE * T * before * before
-        if small:
-            return T
-        before = abs(step)
-    return float(_bracketed(np.array([[T]]), np.array([[length]]), ends)[0, 0])
-
-
-def _bracketed(T: Array, length: Array, ends: Ends) -> Array:
-    """The same between bounds, L <= T."""
-    T, low, high = np.maximum(T, length), length, np.full_like(length, math.inf)
-    before = np.zeros_like(length)
-    for _ in range(_STEPS):
-        x, slope = _crossed(T, ends(T))
-        low, high = np.where(x < length, T, low), np.where(x < length, high, T)
-        step = (x - length) / np.where(slope > 0, slope, 1e-300)
-        new, still = T - step, np.abs(step) ** 3 <= _CLOSE * slope * T * before * before
-        halved = np.where(np.isinf(high), 2 * T, (low + high) / 2)
-        T = np.where(still | ((new >= low) & (new <= high)), new, halved)
-        if still.all():
-            break
-        before = np.abs(step)
-    return T
-
-
-def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
-    """u at a line with this p outwards, where the other line is displaced by `rise` more.
-
-    Numbers or arrays (n,); length: of the gap.
-    """
-    many = np.ndim(p) or np.ndim(rise) or np.ndim(length)
-    if many:
-        p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
-        length = np.minimum(length, FAR) + 0 * (p + rise)
-    else:
-        length = min(float(length), FAR)
-
-    def ends(T: Any) -> Lines:
-        lib = _functions(T)
-        coth, half = 1 / lib.tanh(T / 2), lib.sinh(T / 2)
-        change = -rise / (2 * half * half) - _displaced(p, rise, T) - rise
-        return Lines(p, rise * coth - p, change)
-
-    u = _displaced(p, rise, _range(length, ends))
-    return u[:, 0] if many else float(u)
-
-
-def _displaced(p: Any, rise: Any, T: Any) -> Any:
-    """u at a line with this p."""
-    lib = _functions(T)
-    return (rise / lib.sinh(T) - p) / lib.tanh(T / 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,17 +174,18 @@ def solved(left: float, rise: float, length: float) -> FiniteGap:
     length = min(length, FAR)
 
     def ends(T: Any) -> Lines:
-        steep, tanh = rise / _functions(T).sinh(T), _functions(T).tanh(T / 2)
+        lib = functions_of(T)
+        steep, tanh = rise / lib.sinh(T), lib.tanh(T / 2)
         start, end = steep - left * tanh, steep + (left + rise) * tanh
         return Lines(start, end, None, -end)
 
-    T = _range(length, ends)
-    mesh, (start, end, *_) = _mesh(T), ends(T)
+    T = range_of(length, ends)
+    mesh, (start, end, *_) = mesh_of(T), ends(T)
     tau, half = T * mesh.nodes, T * mesh.half
     grown = np.sinh(tau) / np.sinh(T)
     p = start * grown[::-1] + end * grown
     rises = rise * grown - 2 * left * np.sinh(tau / 2) * np.sinh(tau[::-1] / 2) / np.cosh(T / 2)
-    h = _rate(p)[0]
+    h = rate(p)[0]
     steps = half[:, None] * (h.reshape(half.size, -1) @ _integrals().T)
     before = np.concatenate([[0.0], np.cumsum(steps[:, -1])])[:-1]
     x = (before[:, None] + steps).ravel()

@@ -1,6 +1,7 @@
 """The two contact lines of a gap between two contacts on the fitted mesh.
 
-With small slopes and the reactions S_a, S_b of the free surface in the gap (gap.py), the energy of the lines q < p
+With the reactions S_a, S_b of the free surface in the gap (gap.py), the energy of the lines q < p
+is with small slopes
 
     U(q, p) = ∫^q [k/2 g² + γ₁/2 f'² - w] dx + F(g(q), g(p); p - q) + ∫_p [k/2 g² + γ₁/2 f'² - w] dx
 
@@ -116,14 +117,14 @@ class FiniteGap(Gap):
         return self._solved(q, p).relaxed.area
 
     def imbalance(self, q: float, p: float) -> float:
-        """Residual of the free nodes, and how far the reactions are from what lines are found by."""
+        """Residual of the free nodes, and how far off the reactions are that lines are found by."""
         read = self._solved(q, p)
         return max(read.relaxed.residual, read.apart)
 
     def refuse_overhang(self, q: float, p: float) -> None:
         if self._solved(q, p).upright:
             raise ValueError(
-                f"depth = {self.problem.depth!r}: between the contact lines x = {q!r} and x = {p!r} "
+                f"depth = {self.problem.depth!r}: between the contact lines x = {q!r} and {p!r} "
                 "the surface would turn over (inclination beyond π/2) and is no graph u(x); use a "
                 "smaller |depth|, a smaller w or a blunter indenter"
             )

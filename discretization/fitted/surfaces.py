@@ -23,8 +23,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import finite_gap, gap
-from discretization.fitted.finite_gap import UPRIGHT
+from discretization.fitted import gap
+from discretization.fitted.finite_gap import solved
+from discretization.fitted.finite_range import UPRIGHT, rest_displacement
 from discretization.fitted.free_surface import OVERHANG, FreeSurface
 from discretization.fitted.response import STEEP, Response
 from energy import Scene
@@ -114,7 +115,7 @@ class FiniteSurfaces:
         if facing is None:
             return f + length * self._displaced(phi)
         apart, rise = np.maximum(side * (facing.x - x) / length, _MET), (f - facing.f) / length
-        return f + length * finite_gap.rest_displacement(-2 * np.sin(phi / 2), rise, apart)
+        return f + length * rest_displacement(-2 * np.sin(phi / 2), rise, apart)
 
     def _displaced(self, phi: Any) -> Any:
         """u₀ with S(u₀) = sin φ and 1 - u₀²/2 = cos φ on the mesh, by Newton's method."""
@@ -138,11 +139,11 @@ class FiniteSurfaces:
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
-        """A gap's own; the tail's polynomials, with the slope that its first integral gives them."""
+        """The gap's, or the tail's polynomials with the slope its first integral gives them."""
         length = self.scene.elastocapillary_length
         if left is not None and right is not None:
             rise = (left.f - right.f) / length
-            found = finite_gap.solved((depth - left.f) / length, rise, (right.x - left.x) / length)
+            found = solved((depth - left.f) / length, rise, (right.x - left.x) / length)
             u, slope = found.at((z - left.x) / length, (right.x - z) / length)
             return length * u, slope
         line, side = (left, 1) if left is not None else (right, -1)
