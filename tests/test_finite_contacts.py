@@ -79,6 +79,14 @@ def test_a_gap_is_that_of_its_first_integral():
         assert np.allclose(slope[[0, -1]], found.slopes, rtol=0, atol=1e-11)
 
 
+def test_a_gap_notices_what_is_not_its_minimum():
+    read, bent = solved(0.3, 0.4, 0.9), 1e-6 * np.sin(np.arange(17))
+    own, other = read.reactions
+    assert replace(read, reactions=(own + 1e-6, other)).apart > 1e-7
+    assert replace(read, reactions=(own + 1e-6, other)).residual > 1e-7
+    assert replace(read, rises=read.rises + bent * (read.rises != read.rises[-1])).residual > 1e-7
+
+
 def test_the_displacement_at_rest_has_the_inclination_asked_for():
     left, rise, length = np.array(gaps()).T
     p = 2 * np.sin(REFERENCE.facing(left, left + rise, length) / 2)
