@@ -82,9 +82,9 @@ def test_a_gap_is_that_of_its_first_integral():
 def test_a_gap_notices_what_is_not_its_minimum():
     read, bent = solved(0.3, 0.4, 0.9), 1e-6 * np.sin(np.arange(17))
     own, other = read.reactions
-    assert replace(read, reactions=(own + 1e-6, other)).apart > 1e-7
-    assert replace(read, reactions=(own + 1e-6, other)).residual > 1e-7
-    assert replace(read, rises=read.rises + bent * (read.rises != read.rises[-1])).residual > 1e-7
+    assert replace(read, reactions=(own + 1e-6, other)).apart > 1e-9
+    assert replace(read, reactions=(own + 1e-6, other)).residual > 1e-9
+    assert replace(read, rises=read.rises + bent * (read.rises != read.rises[-1])).residual > 1e-9
 
 
 def test_the_displacement_at_rest_has_the_inclination_asked_for():
