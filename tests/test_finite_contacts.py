@@ -192,6 +192,27 @@ def test_finite_slopes_tend_to_small_ones_as_w_over_gamma1():
         assert errors[-1] <= 1e-3
 
 
+def test_a_contact_begins_in_a_gap_where_its_surface_touches():
+    at, lifts = np.array([-2.0, 0.0, 2.0])[:, None] * L, np.array([[0.05], [0.4], [0.0]]) * DELTA0
+
+    def heights(x):
+        return (np.ravel(x) - at) ** 2 / (0.3 * L) + lifts
+
+    def slope(x):
+        nearest = np.argmin(heights(x), axis=0)
+        return (2 * (np.ravel(x) - at[nearest, 0]) / (0.3 * L)).reshape(np.shape(x))
+
+    body = Profile(lambda x: heights(x).min(axis=0).reshape(np.shape(x)), slope, (-5 * L, 5 * L))
+    scene = adhesive(body, slopes="finite")
+    begun = load_path(scene, depths=np.array([-0.1, 1.0]) * DELTA0).events[-1]
+    assert begun.kind == "nucleation" and len(begun.before.inner) == 2
+    state = minimise(scene, begun.depth * (1 - 1e-7))
+    assert len(state.contacts) == 2
+    x = np.linspace(-0.05 * L, 0.05 * L, 2001)
+    clearance = state.displacement(x) - (begun.depth - body.height(x))
+    assert clearance.min() == pytest.approx(0.0, rel=0, abs=1e-6 * DELTA0)
+
+
 def test_a_load_path_ends_in_the_adhered_states_and_its_energy_balances():
     scene = adhesive(two(1.2 * L, lift=0.1 * DELTA0), slopes="finite")
     depths = np.array([-0.1, 0.5, -0.8, -1.3]) * DELTA0
