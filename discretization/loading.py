@@ -48,7 +48,7 @@ def load_path(
     touch. Without long-range attraction contact begins on touching, at d = min f.
 
     method "fitted": contact lines as unknowns. A profile that is not convex may have any number of
-    contacts (small slopes, w > 0, imposed depths): every event, a contact that begins, meets
+    contacts (w > 0, imposed depths): every event, a contact that begins, meets
     another, closes or jumps, is enclosed in depth to rounding, so that the ledger balances. What is
     narrower than a sixteenth of l, or than the slope needs to change by √(2w/γ₁)/16, may be missed.
     "lattice": fixed nodes `spacing` apart, for imposed depths: a line takes O(1) per link it

@@ -1,4 +1,4 @@
-"""The metastable branch of several contacts on the fitted mesh, from event to event (small slopes).
+"""The metastable branch of several contacts on the fitted mesh, from event to event.
 
 States are the lines at rest (../fitted/motion.py); between events they move continuously with the
 depth. An event is where they do not: a contact begins, two become one, one closes, or a line
@@ -184,11 +184,6 @@ def _refuse(scene: Scene) -> None:
         raise ValueError(
             f"indenter has {len(scene.indenter.corners)} corners, each of which stops a contact "
             "line: give Sampled(..., kind='smooth'), or use method='lattice' with a spacing"
-        )
-    if scene.slopes != "small":
-        raise ValueError(
-            f"slopes = {scene.slopes!r} with a profile that is not convex, which may have several "
-            "contacts: use slopes='small', or a convex profile"
         )
     if not scene.gamma1:
         raise ValueError(
