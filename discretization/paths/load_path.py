@@ -107,7 +107,7 @@ class LoadPath:
         before, closes = self.point, found.closes
         at = self.control.value(before.depth, self.branch.force(before.state, before.depth))
         kind, after = self._left(before, closes, at, side)
-        if after is not None and (after.state is None or len(inner_lines(after.state)) != len(inner_lines(before.state)) or abs(after.depth - before.depth) > 1e-6 * self.branch.lift):
+        if after is not None and self._differs(before, after):
             self._record(kind, at, before, after)
             self.point, self.value = after, at
             self._settle(value)
@@ -116,6 +116,11 @@ class LoadPath:
         self._record("pull-off", at, before, Point(free, None))
         self.point = Point(free, None)
         self._approach(value)
+
+    def _differs(self, before: Point, after: Point) -> bool:
+        """Whether an indenter that left a point has come to another one."""
+        more = len(inner_lines(after.state)) != len(inner_lines(before.state))
+        return more or abs(after.depth - before.depth) > 1e-6 * self.branch.lift
 
     def _on(self, found: Point) -> None:
         """To an equilibrium without an event in between, but for a line that is held otherwise."""
