@@ -10,6 +10,7 @@ until a contact between two of them opens inside or ends (with falling depth).
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -98,6 +99,7 @@ def contacts_of(ends: list[Part]) -> Contacts:
     return tuple(zip(inner[::2], inner[1::2], strict=True))
 
 
+@functools.lru_cache(maxsize=1 << 16)
 def rise(rules: Rules, left: int | None, right: int | None) -> Rise:
     """The first change of a free part as the depth grows."""
     touch, node = rules.touches(left, right)
@@ -112,17 +114,18 @@ def rise(rules: Rules, left: int | None, right: int | None) -> Rise:
     return min(found, key=lambda change: change.depth)
 
 
+@functools.lru_cache(maxsize=1 << 16)
 def fall(
-    rules: Rules, left: int | None, right: int | None, first: int | None, last: int | None
+    rules: Rules, left: int | None, right: int | None, lone_left: bool, lone_right: bool
 ) -> Rise | None:
-    """The first change of a free part as the depth falls; None if its contacts are lone nodes.
+    """The first change of a free part as the depth falls; None if no line can recede.
 
-    first, last: the other ends of the contacts on its left and right.
+    lone_left, lone_right: whether the contact on its left or right is a lone node.
     """
     found = []
-    if left is not None and left != first:
+    if left is not None and not lone_left:
         found.append(Rise(rules.passes(left - 1, 1, right), left - 1, right))
-    if right is not None and right != last:
+    if right is not None and not lone_right:
         found.append(Rise(rules.passes(right + 1, -1, left), left, right + 1))
     if len(found) == 2 and left is not None and right is not None:
         found.append(Rise(rules.recede_both(left, right), left - 1, right + 1))
@@ -166,7 +169,9 @@ def fallen(
         return _outer_fallen(rules, left, right, first, last, depth)
     depths: list[float] = []
     ends, stop = [(left, right)], None
-    while (change := fall(rules, left, right, first, last)) and change.depth > depth:
+    while change := fall(rules, left, right, left == first, right == last):
+        if change.depth <= depth:
+            break
         if depths and change.depth >= depths[-1]:
             stop = depths[-1]
             break
@@ -281,10 +286,10 @@ def pressed(rules: Rules, nodes: Contacts, depth: float, touch: int = 0) -> Cont
         if rules.f[touch] > depth:
             return nodes
         nodes = ((touch, touch),)
-    return contacts_of([end for part in parts(nodes) for end in _pressed(rules, *part, depth)])
+    return contacts_of([end for part in parts(nodes) for end in part_pressed(rules, *part, depth)])
 
 
-def _pressed(rules: Rules, left: int | None, right: int | None, depth: float) -> Iterator[Part]:
+def part_pressed(rules: Rules, left: int | None, right: int | None, depth: float) -> Iterator[Part]:
     """The free parts that are left of one, from left to right; none where it closes."""
     todo: list[Part] = [(left, right)]
     while todo:
@@ -309,9 +314,9 @@ def recedes(rules: Rules, nodes: Contacts, i: int) -> Iterator[Change]:
     first, last = nodes[i]
     left = nodes[i - 1][1] if i else None
     right, beyond = nodes[i + 1] if i + 1 < len(nodes) else (None, None)
-    if not i and (change := fall(rules, None, first, None, last)):
+    if not i and (change := fall(rules, None, first, False, first == last)):
         yield Change(change.depth, i, i + 1, ((_node(change.right), last),))
-    if change := fall(rules, last, right, first, beyond):
+    if change := fall(rules, last, right, first == last, right == beyond):
         ends: Contacts = ((first, _node(change.left)),)
         if right is not None:
             ends = (*ends, (_node(change.right), _node(beyond)))

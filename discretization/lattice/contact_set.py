@@ -162,13 +162,13 @@ def _right_lines(
     gap = np.where(ahead, u[last + 1] - g[last + 1], 0.0)
     won = closing[last] + np.where(T == 2, closing[np.minimum(last + 1, closing.size - 1)], 0.0)
     cost, size = _lifted(lat, gap + noise, T - 1), _lifted(lat, gap, T - 1)
-    allowed = ahead & _clears(lat, g, ends, last + ahead, noise)
+    allowed = ahead & _clears(lat, u - g, ends, gap, noise)
     further = np.where(allowed, (won - cost) / (won + size + _TINY), 0.0)
 
     before, long, lost = last - 1, last > ends[:, 0], opening[last - 1]
     gap = -span.excess(lat, np.ones(T.size), T, g[before], g[last], facing)
     gain, size = _lifted(lat, np.maximum(gap - noise, 0.0), T), _lifted(lat, gap, T)
-    allowed = long & _clears(lat, g, ends, last - long, noise)
+    allowed = long & (gap >= -noise)  # else the node that is let go would be penetrated
     return further, np.where(allowed, (gain - lost) / (lost + size + _TINY), 0.0)
 
 
@@ -178,9 +178,19 @@ def _lifted(lat: Lattice, gap: Array, links: Array) -> Array:
     return np.asarray((lat.link_over_decay / 2 + beyond) * gap * gap)
 
 
-def _clears(lat: Lattice, g: Array, ends: Nodes, last: Nodes, noise: float) -> Mask:
-    """(m,) whether the surface clears the indenter right of each contact if that ends at `last`."""
-    moved = span.mask_of(g.size, np.column_stack([ends[:, 0], last]))
-    clear = span.displacement(lat, g, moved) - g
-    bounds = np.column_stack([last, np.append(ends[1:, 0], g.size)]).ravel()[:-1]
-    return np.minimum.reduceat(clear, bounds)[::2] >= -noise
+def _clears(lat: Lattice, clear: Array, ends: Nodes, gap: Array, noise: float) -> Mask:
+    """(m,) whether the surface clears the indenter right of each contact if one more node is held.
+
+    clear (n,): u - g; gap (m,): that of the node. The surface there comes down by it, at any other
+    free node by the share it has of it.
+    """
+    nodes = np.flatnonzero(span.mask_of(clear.size, ends)[ends[0, 1] :] == 0) + ends[0, 1]
+    right = np.append(ends[1:, 0], clear.size)
+    line = np.repeat(np.arange(gap.size), right - ends[:, 1] - 1)
+    near = (clear[nodes] < gap[line] - noise) & (nodes > ends[line, 1] + 1)
+    nodes, line = nodes[near], line[near]
+    q = np.append(ends[1:, 0], math.inf)[line] - nodes
+    falls = gap[line] * span.shares(lat.log_decay, nodes - ends[line, 1] - 1.0, q)[0]
+    allowed = np.ones(gap.size, bool)
+    allowed[line[clear[nodes] < falls - noise]] = False
+    return allowed

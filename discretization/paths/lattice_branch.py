@@ -33,6 +33,7 @@ from discretization.lattice.changes import (
     contacts_of,
     facing_offsets,
     fallen,
+    part_pressed,
     parts,
     pressed,
     recedes,
@@ -150,7 +151,7 @@ class LatticeBranch:
         if any(way.depths.size or way.stop is not None for way in ways):
             at = min((way.stop for way in ways if way.stop is not None), default=None)
             before = _between(ways, at, rising=True)
-            after = before if at is None else pressed(self.closing, before, at)
+            after = before if at is None else self._pressed(ways, at)
             return Stretch(ways, True, at, before, after)
         ends = [None, *(node for pair in nodes for node in reversed(pair)), None]
         ways = [
@@ -164,15 +165,25 @@ class LatticeBranch:
             after = retracted(self.opening, before, math.nextafter(at, -math.inf))
         return Stretch(ways, False, at, before, after)
 
+    def _pressed(self, ways: list[Way], at: float) -> Contacts:
+        """The contacts after what happens at this depth, which is where some ways stop."""
+        ends: list[Part] = []
+        for way in ways:
+            part = way.before(at, rising=True)
+            stops = way.stop is not None and way.stop <= at
+            own = way.before(math.nextafter(at, math.inf), rising=True)
+            ends += part_pressed(self.closing, *part, at) if stops else [own]
+        return contacts_of(ends)
+
     def _openings(self, nodes: Contacts, ways: list[Way], depth: float) -> Iterator[float]:
         """Depths at which something else than one link may open on these ways."""
         yield from (way.stop for way in ways if way.stop is not None)
         for (first, last), left, right in zip(nodes, ways, ways[1:], strict=False):
             links = last - first
-            if links:
+            if left.depths.size + right.depths.size >= links > 0:
                 opened = np.sort(np.concatenate([left.moves(1), right.moves(-1)]))[::-1]
                 yield from opened[links - 1 : links].tolist()
-            else:
+            if not links:
                 yield from self._let_go(first, left, right, depth)
             if links > 1 and self.opening.most_torn > depth:
                 yield from self._torn(first, last, left, right, depth)
@@ -287,23 +298,38 @@ class LatticeBranch:
         while nodes and start != end:
             way = self._stretch(nodes, end)
             until = end if way.at is None else way.at
-            done += sum(self._work(one, start, until) for one in way.ways)
+            done += self._work(way.ways, start, until)
             if way.at is None or way.before == way.after:
                 break
             nodes, start = way.after, until
         return done
 
-    def _work(self, way: Way, start: float, end: float) -> float:
-        """What one free part adds to ∫P dd, with its lines."""
-        sign = 1 if end >= start else -1
-        count = int(np.searchsorted(sign * way.depths, sign * end))
-        cuts = np.concatenate([[start], way.depths[:count], [end]])
-        middles, lengths = (cuts[1:] + cuts[:-1]) / 2, np.diff(cuts)
-        nodes = [np.array(at[: count + 1]) for at in (way.left, way.right) if at is not None]
-        if len(nodes) == 2:
-            return float(lengths @ self.row.gap_force(nodes[0], nodes[1], middles))
-        side = 1 if way.right is None else -1
-        return float(lengths @ self.row.tail_force(nodes[0], side, middles))
+    def _work(self, ways: list[Way], start: float, end: float) -> float:
+        """∫P dd on the ways of all free parts, each of which adds to P with its lines."""
+        sign, done = (1 if end >= start else -1), 0.0
+        gaps: tuple[list[float], list[float], list[int], list[int]] = ([], [], [], [])
+        for way in ways:
+            count = int(np.searchsorted(sign * way.depths, sign * end))
+            cuts = [start, *way.depths[:count].tolist(), end]
+            if way.left is None or way.right is None:
+                done += self._outer_work(way, np.array(cuts))
+                continue
+            gaps[0].extend(cuts[:-1])
+            gaps[1].extend(cuts[1:])
+            gaps[2].extend(way.left[: count + 1])
+            gaps[3].extend(way.right[: count + 1])
+        low, high, left, right = map(np.array, gaps)
+        if low.size:
+            done += float((high - low) @ self.row.gap_force(left, right, (low + high) / 2))
+        return done
+
+    def _outer_work(self, way: Way, cuts: Array) -> float:
+        """The part of an outermost line, which passes a link at each of the inner cuts."""
+        line, side = (way.left, 1) if way.left is not None else (way.right, -1)
+        assert isinstance(line, range)
+        nodes = line.start + line.step * np.arange(cuts.size - 1)
+        forces = self.row.tail_force(nodes, side, (cuts[1:] + cuts[:-1]) / 2)
+        return float(np.diff(cuts) @ forces)
 
     def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,), interpolated between the nodes.
