@@ -32,8 +32,8 @@ class AccuracyWarning(UserWarning):
 class Tail(Protocol):
     """The free surface beyond a contact line at which the displacement is u_line.
 
-    Between two contacts, for small slopes only: at distances p from the left line and q from the
-    right one, where the displacements are `left` and `right`.
+    Between two contacts (on the lattice with small slopes only): at distances p from the left line
+    and q from the right one, where the displacements are `left` and `right`.
     """
 
     def displacement(self, distance: Array, u_line: float) -> Array:

@@ -48,7 +48,7 @@ def load_path(
     touch. Without long-range attraction contact begins on touching, at d = min f.
 
     method "fitted": contact lines as unknowns. A profile that is not convex may have any number of
-    contacts (small slopes, w > 0, imposed depths): every event, a contact that begins, meets
+    contacts (w > 0, imposed depths): every event, a contact that begins, meets
     another, closes or jumps, is enclosed in depth to rounding, so that the ledger balances. What is
     narrower than a sixteenth of l, or than the slope needs to change by √(2w/γ₁)/16, may be missed.
     "lattice": fixed nodes `spacing` apart, for imposed depths: a line takes O(1) per link it
@@ -117,11 +117,6 @@ def _branch(
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
     if control.stiffness is not None and spacing is not None:
         raise ValueError("method = 'lattice' follows imposed depths; use method='fitted'")
-    if control.stiffness is not None and not scene.indenter.convex:
-        raise ValueError(
-            f"indenter = {scene.indenter!r} is not convex: a load path that may have several "
-            "contacts follows imposed depths only; give depths"
-        )
     if spacing is None:
         return on_mesh(scene, rtol, deepest)
     return on_nodes(scene, positive("spacing", spacing), deepest)

@@ -27,21 +27,21 @@ def minimise(
 ) -> Equilibrium:
     """Equilibrium of the scene at an imposed depth: min U[u] s.t. u >= d - f.
 
-    branch "adhered": the state of the quasi-static path that touches first and then
-    moves to this depth; with several contacts (small slopes) followed on a lattice from event to
-    event; w = 0 is convex, and for γ₁ = 0 springs are independent: nothing to follow there.
+    branch "adhered": the state of the quasi-static path that touches first and then moves to this
+    depth, with several contacts followed from event to event; w = 0 is convex, and for γ₁ = 0
+    springs are independent: nothing to follow there.
     "global": the lowest energy of all states, detached included.
     method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
     minimum over all contact sets of these nodes (small slopes). "fitted": a mesh anchored at the
     contact lines, accurate to rounding times the problem's condition; where the profile is not
-    convex the lattice only finds the topology, with any number of contacts for small slopes.
+    convex with any number of contacts, of "global" for small slopes: a lattice finds the topology.
     "auto": "fitted", or "lattice" for "global" with a spacing. "shortest_path": "global" on the
     lattice with its `proof`. "oracle": the same by solvers of cvxpy, for checking; with w > 0 for
     at most 100 nodes, and with the test extra.
 
     ValueError for an unusable argument, a depth at which the contact would leave the profile, or
-    several contacts with finite slopes; NotCertifiedError if no equilibrium was found;
-    AccuracyWarning if the error estimate stays above rtol, or if the surface between the
+    several contacts with finite slopes on the lattice; NotCertifiedError if no equilibrium was
+    found; AccuracyWarning if the error estimate stays above rtol, or if the surface between the
     nodes misses a feature of the profile that is narrower than their distance.
     """
     _check(scene, depth, method, branch, rtol)

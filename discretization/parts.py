@@ -132,9 +132,11 @@ def _of_tails(state: Equilibrium) -> Array:
 
 
 def _of_gaps(state: Equilibrium) -> Array:
-    """Springs and surface (2,) of the free surfaces between contacts (small slopes).
+    """Springs and surface (2,) of the free surfaces between contacts.
 
-    As γ₁u'' = ku (5), both together are [γ₁ u u']/2 between the lines.
+    As γ₁u'' = ku (5), both together are [γ₁ u u']/2 between the lines. With finite slopes
+    γ₁(sin φ)' = ku and k/2 u² - γ₁(1 - cos φ) = C, so that the surface is
+    [γ₁ u sin φ] - 3 springs + C L over the length L.
     """
     scene, total = state.scene, np.zeros(2)
     outwards = state.line_slopes[1]
@@ -149,6 +151,12 @@ def _of_gaps(state: Equilibrium) -> Array:
         x = ends[:-1, None] + half * (1 + _POINTS)
         stored = terms.spring(state.displacement(x), k=scene.stiffness).value
         springs = float((stored * half * _WEIGHTS).sum())
-        pulls = u[i, 1] * outwards[i, 1] + u[i + 1, 0] * outwards[i + 1, 0]
-        total += springs, -scene.gamma1 / 2 * float(pulls) - springs
+        facing, tilts = (np.array([of[i, 1], of[i + 1, 0]]) for of in (u, outwards))
+        if scene.slopes == "small":
+            total += springs, -scene.gamma1 / 2 * float(facing @ tilts) - springs
+            continue
+        sin, root = tilts / np.hypot(1.0, tilts), np.hypot(1.0, tilts)
+        first = scene.stiffness / 2 * facing**2 - scene.gamma1 * sin**2 * root / (1 + root)
+        pulled = -scene.gamma1 * float(facing @ sin)
+        total += springs, pulled - 3 * springs + float(first.mean()) * (right - left)
     return total

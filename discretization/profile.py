@@ -77,10 +77,23 @@ class Resolved:
             return float(self.f[i]), float(self.slope[i])
         return float(self.indenter.height(x)), float(self.indenter.slope(x))
 
+    def beside(self, x: Array, side: int) -> tuple[Array, Array]:
+        """`at` for positions (n,)."""
+        i = np.searchsorted(self.x, x, side="right" if side > 0 else "left") - (side > 0)
+        i = np.clip(i, 0, self.x.size - 1)
+        known, slope = self.x[i] == x, np.asarray(self.indenter.slope(x), float)
+        f = np.asarray(self.indenter.height(x), float)
+        return np.where(known, self.f[i], f), np.where(known, self.slope[i], slope)
+
     @functools.cached_property
     def corners(self) -> Array:
         """x of the corners in the window."""
         return self.x[1:][np.diff(self.x) == 0]
+
+    @functools.cached_property
+    def joints(self) -> Array:
+        """x of the corners, with the ends of the window."""
+        return np.unique(np.concatenate([self.x[:1], self.corners, self.x[-1:]]))
 
     def falls(self, slopes: str) -> Array:
         """By how much the slope falls at the corners; for finite slopes the inclination [rad]."""

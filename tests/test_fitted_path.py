@@ -193,7 +193,6 @@ def test_a_file_continues_it(path, tmp_path):
 @pytest.mark.parametrize(
     ("change", "programme", "message"),
     [
-        ({"slopes": "finite"}, {}, "slopes = 'finite'"),
         ({"indenter": Sampled(np.linspace(-3, 3, 99), np.arange(99) % 2)}, {}, "kind='smooth'"),
         ({}, {"depths": None, "forces": [1.0]}, "give depths"),
     ],

@@ -18,12 +18,22 @@ from discretization.fitted.response import response
 from discretization.profile import resolve
 from energy import FlatPunch, Parabola, Profile
 
-CASES = [(0.0, "adhered"), (0.002, "adhered"), (0.002, "global")]
+CASES = [
+    (0.0, "adhered", "small"),
+    (0.002, "adhered", "small"),
+    (0.002, "global", "small"),
+    (0.0, "adhered", "finite"),
+    (0.002, "adhered", "finite"),
+]
+DEGREE = {"small": 10, "finite": 12}
 
 
 @pytest.fixture(scope="module")
 def states():
-    return {case: minimise(wavy(case[0]), 2.3 * DELTA0, branch=case[1]) for case in CASES}
+    return {
+        (w, branch, slopes): minimise(replace(wavy(w), slopes=slopes), 2.3 * DELTA0, branch=branch)
+        for w, branch, slopes in CASES
+    }
 
 
 def vee(fall, w):
@@ -53,7 +63,9 @@ def test_a_reentrant_corner_stays_open_without_adhesion():
 
 
 def judged(state, pairs):
-    problem = Problem.of(state.scene, state.depth, 0.0, state.branch, response("small", 10))
+    scene = state.scene
+    surfaces = response(scene.slopes, DEGREE[scene.slopes])
+    problem = Problem.of(scene, state.depth, 0.0, state.branch, surfaces)
     contacts = FittedContacts(problem, pairs)
     moved = replace(state, contacts=contacts.x)
     points = np.linspace(*state.scene.indenter.extent, 4001)

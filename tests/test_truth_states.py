@@ -14,9 +14,8 @@ from truth.compare import verdict
 from truth.scenes import KINDS
 
 GIVEN = os.environ.get("ELASTOCAP_TRUTH")
-NOT_FOLLOWED = "several contacts are only found for small slopes"
 REFUSED, SKIPPED = 0.02, 0.05  # of all states
-COMPARED = 1 / 3  # at least: over half of the scenes with finite slopes have several contacts
+COMPARED = 0.9  # at least
 
 
 def judged(kind, seed):
@@ -27,15 +26,13 @@ def judged(kind, seed):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_states_are_right_or_refused(kind):
-    """Several contacts with finite slopes are refused, which is not counted."""
     asked = int(GIVEN or (30 if kind == "global" else 100))  # its reference takes a second a state
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("fork")) as pool:
         found = list(pool.map(partial(judged, kind), range(asked)))
     seeds = {word: {} for word in ("wrong", "refused", "skipped", "right", "warned")}
     for seed, (word, why) in enumerate(found):
         seeds.setdefault(word, {})[seed] = why
-    refused = {seed: why for seed, why in seeds["refused"].items() if NOT_FOLLOWED not in why}
     assert not seeds["wrong"], f"{len(seeds['wrong'])} of {asked}: {seeds['wrong']}"
-    assert len(refused) <= REFUSED * asked, refused
+    assert len(seeds["refused"]) <= REFUSED * asked, seeds["refused"]
     assert len(seeds["skipped"]) <= SKIPPED * asked, seeds["skipped"]
     assert len(seeds["right"]) >= COMPARED * asked

@@ -6,6 +6,6 @@ contact lines (lines.py, roots.py) -> integrals (gauss.py, quadrature.py) -> rou
 it keeps, in the scene's units: tail.py.
 
 Several contacts: contact nodes of the lattice without small gaps (bubbles.py) -> surfaces between
-(gap.py) -> lines (gap_lines.py, contacts.py) -> certificate and error estimate (judgement.py) ->
-Equilibrium, by several.py.
+(gap.py, with finite slopes finite_range.py and finite_gap.py) -> lines (gap_lines.py, contacts.py)
+-> certificate and error estimate (judgement.py) -> Equilibrium, by several.py.
 """

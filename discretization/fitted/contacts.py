@@ -1,4 +1,4 @@
-"""Any number of contacts on the fitted mesh (small slopes): their lines, energy and force.
+"""Any number of contacts on the fitted mesh: their lines, energy and force.
 
 In contact u = d - f is prescribed, so the free surfaces are independent of each other: two tails,
 each with one line (lines.py), and gaps, each with two (gap_lines.py).
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.gap_lines import Gap
+from discretization.fitted.gap_lines import gap_of
 from discretization.fitted.lines import FittedLine, Problem
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval, refined
@@ -47,7 +47,7 @@ class FittedContacts:
     @functools.cached_property
     def reactions(self) -> Array:
         """What the free surfaces pull at both lines of each contact, S [γ₁] (m, 2)."""
-        problem, own = self.problem, Gap(self.problem)
+        problem, own = self.problem, gap_of(self.problem)
         sums, length = np.zeros((len(self.pairs), 2)), problem.scene.elastocapillary_length
         for column, (_, line) in enumerate(self.outer):
             u0 = problem.displaced(line.x) / length
@@ -84,7 +84,7 @@ def panels(indenter: Indenter, x: Array) -> Array:
 def _surfaces(contacts: FittedContacts) -> tuple[float, float, float, float]:
     """Of all free surfaces: energy, reactions, areas (times k), and absolute reactions."""
     problem, scene = contacts.problem, contacts.problem.scene
-    length, own, energy, area = scene.elastocapillary_length, Gap(problem), 0.0, 0.0
+    length, own, energy, area = scene.elastocapillary_length, gap_of(problem), 0.0, 0.0
     for _, line in contacts.outer:
         u0 = problem.displaced(line.x) / length
         energy += problem.response.energy(u0)

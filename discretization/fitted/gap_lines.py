@@ -1,13 +1,15 @@
-"""The two contact lines of a gap between two contacts on the fitted mesh (small slopes).
+"""The two contact lines of a gap between two contacts on the fitted mesh.
 
 With the reactions S_a, S_b of the free surface in the gap (gap.py), the energy of the lines q < p
+is with small slopes
 
     U(q, p) = ∫^q [k/2 g² + γ₁/2 f'² - w] dx + F(g(q), g(p); p - q) + ∫_p [k/2 g² + γ₁/2 f'² - w] dx
 
 changes outwards of either contact by dU/dq = γ₁/2 r² - w, r = f' - S_a/γ₁, as k g² - S_a²/γ₁ =
 2 ∂F/∂L on the mesh to rounding, and likewise for p. So each line obeys the rule of a line that
 faces no other contact, with another reaction, and its `drive` is √(γ₁/2) r - √w. The lines are
-found together: q is the sign change of its drive with p always in its own equilibrium.
+found together: q is the sign change of its drive with p always in its own equilibrium. With finite
+slopes (finite_gap.py) the rule is likewise that of such a line, r = 2 sin((β - φ)/2), sin φ = S/γ₁.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import gap
+from discretization.fitted import finite_gap, gap
 from discretization.fitted.lines import Problem
 
 Array = NDArray[np.float64]
@@ -68,8 +70,15 @@ class Gap:
         scene = self.problem.scene
         x = q if side > 0 else p
         pull = self.reactions(q, p)[0 if side > 0 else 1]
-        jump = side * float(scene.indenter.slope(x + side * aside)) - pull
-        return math.sqrt(scene.gamma1 / 2) * jump - self.problem.held
+        kink = self._kink(side * float(scene.indenter.slope(x + side * aside)), pull)
+        return math.sqrt(scene.gamma1 / 2) * kink - self.problem.held
+
+    def _kink(self, f1: float, pull: float) -> float:
+        """r at a line with the slope f' outwards."""
+        return f1 - pull
+
+    def refuse_overhang(self, q: float, p: float) -> None:
+        """ValueError if the surface would turn over."""
 
     def stiffness(self, q: float, p: float, step: float) -> Array:
         """Change of both drives (rows) as the lines (columns) move outwards, by differences."""
@@ -93,3 +102,42 @@ class Gap:
         left, right = float(height(q)), float(height(p))
         even = self.problem.depth - left / 2 - right / 2
         return even / length, (right - left) / (2 * length)
+
+
+class FiniteGap(Gap):
+    """The same with finite slopes."""
+
+    def reactions(self, q: float, p: float) -> tuple[float, float]:
+        return self._solved(q, p).relaxed.reactions
+
+    def energy(self, q: float, p: float) -> float:
+        return self._solved(q, p).relaxed.energy
+
+    def area(self, q: float, p: float) -> float:
+        return self._solved(q, p).relaxed.area
+
+    def imbalance(self, q: float, p: float) -> float:
+        """Residual of the free nodes, and how far off the reactions are that lines are found by."""
+        read = self._solved(q, p)
+        return max(read.relaxed.residual, read.apart)
+
+    def refuse_overhang(self, q: float, p: float) -> None:
+        if self._solved(q, p).upright:
+            raise ValueError(
+                f"depth = {self.problem.depth!r}: between the contact lines x = {q!r} and {p!r} "
+                "the surface would turn over (inclination beyond π/2) and is no graph u(x); use a "
+                "smaller |depth|, a smaller w or a blunter indenter"
+            )
+
+    def _kink(self, f1: float, pull: float) -> float:
+        phi = math.asin(min(max(pull, -1.0), 1.0))
+        return 2 * math.sin((math.atan(f1) - phi) / 2)
+
+    def _solved(self, q: float, p: float) -> finite_gap.FiniteGap:
+        even, odd = self._halves(q, p)
+        return finite_gap.solved(even + odd, -2 * odd, self._length(q, p))
+
+
+def gap_of(problem: Problem) -> Gap:
+    """The gaps of a problem."""
+    return (Gap if problem.scene.slopes == "small" else FiniteGap)(problem)

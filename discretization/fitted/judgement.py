@@ -1,4 +1,4 @@
-"""Certificate and error estimate of any number of contacts on the fitted mesh (small slopes).
+"""Certificate and error estimate of any number of contacts on the fitted mesh.
 
 The conditions of ../certificate.py for lines that move continuously:
 
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.contacts import FittedContacts
-from discretization.fitted.gap_lines import Gap
+from discretization.fitted.gap_lines import Gap, gap_of
 from discretization.fitted.height_rounding import felt
 from discretization.fitted.lines import FittedLine, Problem
 from discretization.fitted.quadrature import Interval
@@ -52,7 +52,7 @@ def certify(
         return Certificate.undeformed()
     scale = max(problem.scale(pair) for pair in contacts.pairs)
     through, moves = _signs(contacts, scale)
-    own = Gap(problem)
+    own = gap_of(problem)
     imbalances = [problem.imbalance(line.x) for _, line in contacts.outer]
     imbalances += [own.imbalance(q.x, p.x) for q, p in contacts.gaps]
     return Certificate(
@@ -69,7 +69,7 @@ def _drives(contacts: FittedContacts, aside: float) -> list[tuple[FittedLine, fl
 
     By the rounding of its position; at a corner, the slope is read on either side.
     """
-    problem, own, found = contacts.problem, Gap(contacts.problem), []
+    problem, own, found = contacts.problem, gap_of(contacts.problem), []
 
     def beside(side: int, line: FittedLine) -> list[tuple[float, float]]:
         step = 0.0 if line.pinned else _ULPS * float(np.spacing(abs(line.x)))
@@ -177,7 +177,7 @@ def _stretched(problem: Problem, points: Array, left: float, right: float) -> fl
 
 def _stiffness(contacts: FittedContacts) -> list[tuple[list[FittedLine], Array]]:
     """The lines that feel each other and are free, and the changes of their drives."""
-    problem, own, found = contacts.problem, Gap(contacts.problem), []
+    problem, own, found = contacts.problem, gap_of(contacts.problem), []
     length, (start, stop) = problem.scene.elastocapillary_length, problem.scene.indenter.extent
     for side, line in contacts.outer:
         if not line.pinned:
@@ -213,7 +213,7 @@ def _descent(contacts: FittedContacts, scale: float) -> float:
 
 def errors(contacts: FittedContacts, coarse: Interval, fine: Interval) -> dict[str, float]:
     """Errors of surfaces and rounding times the condition of the lines, and of the quadrature."""
-    problem, own = contacts.problem, Gap(contacts.problem)
+    problem, own = contacts.problem, gap_of(contacts.problem)
     surface, move, push = _ROUNDING + problem.response.error, 0.0, 0.0
     scale = max(problem.scale(pair) for pair in contacts.pairs)
     for lines, rate in _stiffness(contacts):

@@ -44,7 +44,8 @@ class Motion:
         return cls(scene, profile, Resting(scene, profile, kind(scene, response), size))
 
     @functools.cached_property
-    def _surface(self) -> Pressed:
+    def surface(self) -> Pressed:
+        """What moves the lines of one free surface."""
         return Pressed(self.resting)
 
     def adhered(self, depth: float) -> Lines:
@@ -64,7 +65,7 @@ class Motion:
 
     def penetration(self, lines: Lines, depth: float) -> float:
         """How far the profile sticks through the free surfaces, at worst [length]."""
-        return max(0.0, *(-self._surface.least(pair, depth)[0] for pair in free(lines)))
+        return max(0.0, *(-self.surface.least(pair, depth)[0] for pair in free(lines)))
 
     def neutral(self, lines: Lines, depth: float) -> bool:
         """Whether a line at an edge of the body costs nothing to move inwards."""
@@ -72,7 +73,7 @@ class Motion:
             return False
         ends = ((side, x) for side, x in ((-1, lines[0]), (1, lines[-1])) if lines[0] < lines[-1])
         return any(
-            abs(self.resting.rest(side, x, *self.profile.at(x, -side), None) - depth)
+            abs(self.resting.rest(side, x, *self.profile.at(x, -side), None, -1) - depth)
             <= TIE * self.resting.size
             for side, x in ends
             if x in self.profile.indenter.walls
@@ -101,7 +102,7 @@ class Motion:
         )
         if not math.isinf(facing) and side * (facing - z[-1]) <= 0:
             return False
-        rest = self.resting.rest(side, z, f, f1, self.resting.at(facing))
+        rest = self.resting.rest(side, z, f, f1, self.resting.at(facing), 1)
         return bool((np.diff(rest) >= 0).all())
 
     def first(self) -> Lines:
@@ -116,8 +117,18 @@ class Motion:
         """
         found: list[float] = []
         for left, right in free(lines):
-            found += self._surface.lines(left, right, start, end)
-        return self._opened(self.retracted(tuple(found[1:-1]), end), end)
+            found += self.surface.lines(left, right, start, end)
+        return self.relaxed(tuple(found[1:-1]), end)
+
+    def relaxed(self, lines: Lines, depth: float) -> Lines:
+        """Lines that have advanced: they recede where they went too far, and gaps open."""
+        return self._opened(self.retracted(lines, depth), depth)
+
+    def opens(self, left: float, right: float, beside: Pair, depth: float) -> bool:
+        """Whether a contact between the lines beside it is torn open, or lone and pulled."""
+        if left == right:
+            return self._pulled(left, beside, depth)
+        return not self.scene.work_of_adhesion and self._torn(left, right, depth) is not None
 
     def _opened(self, lines: Lines, depth: float) -> Lines:
         """Lines with the gaps that open inside contacts without a barrier.
@@ -146,7 +157,7 @@ class Motion:
             return float(profile.corners[torn[0]])
         if self.scene.work_of_adhesion:
             return None
-        pull, place = self._surface.pulled(left, right, depth)
+        pull, place = self.surface.pulled(left, right, depth)
         return (
             place
             if pull > TIE * self.resting.size and left + aside < place < right - aside
@@ -179,14 +190,17 @@ class Motion:
         """Without contacts of one point that are pulled: the surface is clear without them."""
         kept: list[float] = []
         for i, (left, right) in enumerate(pairs(lines)):
-            if left == right:
-                ends = (-math.inf, *lines, math.inf)[2 * i :: 3][:2]
-                beside = self.resting.at(ends[0]), self.resting.at(ends[1])
-                u, _ = self.resting.surfaces.shape(np.array(left), *beside, depth)
-                if u - depth + float(self.profile.indenter.height(left)) > TIE * self.resting.size:
-                    continue
-            kept += [left, right]
+            one, other = (-math.inf, *lines, math.inf)[2 * i :: 3][:2]
+            if not (left == right and self._pulled(left, (one, other), depth)):
+                kept += [left, right]
         return tuple(kept) if len(kept) == len(lines) else self._unpulled(tuple(kept), depth)
+
+    def _pulled(self, x: float, beside: Pair, depth: float) -> bool:
+        """Whether a contact of one point is pulled: the surface without it is clear there."""
+        ends = (self.resting.at(end) for end in beside)
+        u, _ = self.resting.surfaces.shape(np.array(x), *ends, depth)
+        clear = u - depth + float(self.profile.indenter.height(x))
+        return bool(clear > TIE * self.resting.size)
 
 
 def free(lines: Sequence[float]) -> list[Pair]:

@@ -50,7 +50,7 @@ class Pressed:
                 return tuple(done)
             q, p, low, high = todo.pop()
             moved = self.resting.together(q, p, high)
-            plain = moved is not None and not self._overtakes(q, p, moved, low, high)
+            plain = moved is not None and not self.overtakes(q, p, moved, low, high)
             least, place = self.least(moved, high) if moved and plain else (-math.inf, math.nan)
             if moved and least >= -TIE * self.resting.size:
                 done += moved
@@ -79,7 +79,7 @@ class Pressed:
         """The least clearance between two lines, and where."""
         return self.clearance.least(self.resting.at(lines[0]), self.resting.at(lines[1]), depth)
 
-    def _overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:
+    def overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:
         """Whether the surface may have touched ahead of a line that has passed there since."""
         return any(
             not math.isinf(x)
@@ -121,9 +121,9 @@ class Pressed:
         )
         if not self.resting.scene.work_of_adhesion:
             return self.pulled(x, new, high)[0] > TIE * self.resting.size
-        rest, w = self.resting.surfaces.rest_depth, self.resting.scene.work_of_adhesion
-        passed = np.maximum.accumulate(np.append(low, rest(side, z, f, f1, old, w)))[:-1]
-        bare = rest(side, z, f, f1, facing, 0.0)
+        rests = self.resting.rest(side, z, f, f1, old, 1)
+        passed = np.maximum.accumulate(np.append(low, rests))[:-1]
+        bare = self.resting.surfaces.rest_depth(side, z, f, f1, facing, 0.0)
         return bool((bare <= np.minimum(passed, high) - TIE * self.resting.size).any())
 
     def pulled(self, one: float, other: float, depth: float) -> tuple[float, float]:

@@ -31,6 +31,7 @@ _ROUNDED = (
     1e-12  # of the same: a step of Newton's method that may be rounding if it shrinks no more
 )
 _NEWTON = 12
+_ALONG = np.arange(1, 9) / 8  # of a way: where a line is asked whether it rests
 _DIFFERENCE = 1e-6  # of the room between two lines, for the change of D
 
 
@@ -71,6 +72,9 @@ class Resting:
             ends = a.x, b.x
             if _still(ends[0], q, sweep) and _still(ends[1], p, sweep):
                 return ends
+            near = self._nearby(ends, (q, p), depth, 1)
+            if near is not None:
+                return near
             step, (q, p) = (ends[0] - q, ends[1] - p), ends
             q, p = self._further(q, p, step, depth, 1)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
@@ -101,7 +105,7 @@ class Resting:
 
     def _lower(self, side: int, x: float, limit: float, facing: At | None, depth: float) -> float:
         """Where a receding line rests; just beyond the other line of its contact if nowhere."""
-        if x == limit or self.rest(side, x, *self.profile.at(x, -side), facing) - depth <= (
+        if x == limit or self.rest(side, x, *self.profile.at(x, -side), facing, -1) - depth <= (
             TIE * self.size
         ):
             return x
@@ -123,12 +127,20 @@ class Resting:
         """The first place on this way at which a line rests."""
 
         def h(x: Any, f: Any, f1: Any) -> Any:
-            return way * (self.rest(side, x, f, f1, facing) - depth)
+            return way * (self.rest(side, x, f, f1, facing, way) - depth)
 
         return first_stop(self.profile, h, x, limit)
 
-    def rest(self, side: int, x: Any, f: Any, f1: Any, facing: At | None) -> Any:
-        return self.surfaces.rest_depth(side, x, f, f1, facing, self.scene.work_of_adhesion)
+    def work(self, way: int) -> float:
+        """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
+        return (self.scene if way > 0 else self.scene.opened).work_of_adhesion
+
+    def rest(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
+        """D of a line that moves this way."""
+        w: Any = self.work(way)
+        if self.scene.pattern is not None:
+            w = w * self.scene.pattern.factor(x)
+        return self.surfaces.rest_depth(side, x, f, f1, facing, w)
 
     def _nearby(self, guess: Pair, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
@@ -138,7 +150,7 @@ class Resting:
         x, last = np.array(guess), math.inf
         size = abs(start[0]) + abs(start[1]) + self.scene.elastocapillary_length
         for _ in range(_NEWTON):
-            value, rate = self._rates(*x.tolist())
+            value, rate = self._rates(*x.tolist(), way)
             crossed = rate[0, 0] * rate[1, 1] - rate[0, 1] * rate[1, 0]
             if not (rate[0, 0] > 0 > rate[1, 1] and crossed < 0):
                 return None
@@ -184,26 +196,32 @@ class Resting:
             )
             if stop is None:
                 break
-            values = self.rest_depths(*((x, stop.x) if side > 0 else (stop.x, x)))
-            if way * (values[0 if side > 0 else 1] - depth) >= 0:
+            if not self._moves(side, (own, x), (other, stop.x), depth, way):
                 break
             own, other = x, stop.x
         return (own, other) if side > 0 else (other, own)
 
-    def rest_depths(self, q: float, p: float) -> Array:
+    def _moves(self, side: int, own: Pair, facing: Pair, depth: float, way: int) -> bool:
+        """Whether a line is nowhere at rest on its way, while the other one moves with it."""
+        x, other = (start + (end - start) * _ALONG for start, end in (own, facing))
+        height, slope = self.profile.indenter.height, self.profile.indenter.slope
+        rest = self.rest(side, x, height(x), slope(x), At(other, height(other)), way)
+        return bool((way * (rest - depth) < 0).all())
+
+    def rest_depths(self, q: float, p: float, way: int = 1) -> Array:
         """D of both lines of a gap."""
         indenter = self.profile.indenter
         (f, f1), (g, g1) = ((float(indenter.height(x)), float(indenter.slope(x))) for x in (q, p))
-        one, other = self.rest(1, q, f, f1, At(p, g)), self.rest(-1, p, g, g1, At(q, f))
+        one, other = self.rest(1, q, f, f1, At(p, g), way), self.rest(-1, p, g, g1, At(q, f), way)
         return np.array([one, other])
 
-    def _rates(self, q: float, p: float) -> tuple[Array, Array]:
+    def _rates(self, q: float, p: float, way: int) -> tuple[Array, Array]:
         """D of both lines of a gap, and its change (rows) with the lines (columns)."""
         indenter, h = self.profile.indenter, _DIFFERENCE * (p - q)
         x = np.array([q, q + h, q - h, q, q, p, p, p, p + h, p - h])
         f, f1 = np.asarray(indenter.height(x), float), np.asarray(indenter.slope(x), float)
-        one = self.rest(1, x[:5], f[:5], f1[:5], At(x[5:], f[5:]))
-        other = self.rest(-1, x[5:], f[5:], f1[5:], At(x[:5], f[:5]))
+        one = self.rest(1, x[:5], f[:5], f1[:5], At(x[5:], f[5:]), way)
+        other = self.rest(-1, x[5:], f[5:], f1[5:], At(x[:5], f[:5]), way)
         both = np.array([one, other])
         return both[:, 0], (both[:, [1, 3]] - both[:, [2, 4]]) / (2 * h)
 

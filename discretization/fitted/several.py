@@ -21,6 +21,7 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import fitted_contacts, totals
+from discretization.fitted.gap_lines import gap_of
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.lines import Problem
 from discretization.fitted.motion import Lines, Motion
@@ -48,8 +49,7 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
     """Certified equilibrium of a profile that may have several contacts, and its error estimate.
 
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile,
-    for several contacts with finite slopes, and there for "global" with w > 0; AccuracyWarning
-    where the profile is not resolved.
+    for "global" with finite slopes and w > 0; AccuracyWarning where the profile is not resolved.
     """
     profile = resolve(scene, depth)
     if not scene.gamma1:
@@ -169,6 +169,8 @@ def state_of(
     contacts = fitted_contacts(problem, motion, lines)
     for _, line in contacts.outer:
         problem.refuse_overhang(line.x)
+    for q, p in contacts.gaps:
+        gap_of(problem).refuse_overhang(q.x, p.x)
     coarse, fine = totals(contacts, rtol)
     state = Equilibrium(
         scene=scene,

@@ -48,6 +48,11 @@ def _transform(degree: int) -> Array:
     return np.asarray((basis * weights[:, None] / (weights @ basis**2)).T)
 
 
+def coefficients(degree: int, values: Array) -> Array:
+    """Legendre coefficients of the polynomials with these values (..., degree+1) at the points."""
+    return np.asarray(values @ _transform(degree).T)
+
+
 def polynomial(degree: int, at: Array, values: Array) -> Array:
     """The polynomial with these values at the Gauss-Lobatto points, at other points."""
     return np.asarray(legendre.legval(at, _transform(degree) @ values))

@@ -8,13 +8,14 @@ and A of a gap (gap.py),
     D = f + (f' - √(2w/γ₁))/s,       D = (f + f_other)/2 + (f' - √(2w/γ₁) - A (f_other - f)/2)/B.
 
 With finite slopes ∂U/∂x ∝ 2γ₁ sin²((β - φ)/2) - w, tan β = f', sin φ = S/γ₁: D = f + u of the tail
-that is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line.
+or of the gap (finite_gap.py) that is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line.
 
 A line advances where D < d and recedes where D > d.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
@@ -23,15 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted import gap
-from discretization.fitted.free_surface import OVERHANG
+from discretization.fitted.finite_gap import solved
+from discretization.fitted.finite_range import UPRIGHT, rest_displacement
+from discretization.fitted.free_surface import OVERHANG, FreeSurface
 from discretization.fitted.response import STEEP, Response
-from discretization.lattice.state import SeveralContactsError
 from energy import Scene
 
 Array = NDArray[np.float64]
 _MET = 1e-13  # elastocapillary lengths: lines that have met are no closer than that
 _FAR = 60.0  # elastocapillary lengths: longer parts of a surface are as stiff as an endless one
-_UPRIGHT = 2e-8  # of the greatest displacement: so close to turning over no double resolves it
 _NEWTON = 3
 
 
@@ -56,6 +57,9 @@ class Surfaces(Protocol):
     ) -> tuple[Array, Array]:
         """u and u' at positions between two lines."""
 
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d."""
+
 
 @dataclass(frozen=True, eq=False)
 class SmallSurfaces:
@@ -67,7 +71,7 @@ class SmallSurfaces:
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: float) -> Any:
         """D: linear in the heights and the slope."""
         length = self.scene.elastocapillary_length
-        excess = length * (side * f1 - math.sqrt(2 * w / self.scene.gamma1))
+        excess = length * (side * f1 - np.sqrt(2 * w / self.scene.gamma1))
         if facing is None:
             return f + excess / self.response.reactions[0]
         apart = np.maximum(side * (facing.x - x) / length, _MET)
@@ -95,13 +99,23 @@ class SmallSurfaces:
             return u, tail * u / length
         return u, (from_left[1] * u - from_left[0]) / length
 
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F: of two halves; S of both lines together is that of the even half."""
+        scene, response = self.scene, self.response
+        length, gamma1 = scene.elastocapillary_length, scene.gamma1
+        if left is None or right is None:
+            u = (depth - (left or right).f) / length
+            return gamma1 * length * u * u * response.energies[0], gamma1 * response.reaction(u)
+        even = (depth - left.f / 2 - right.f / 2) / length
+        odd = (right.f - left.f) / (2 * length)
+        found = gap.half(response.degree, np.maximum((right.x - left.x) / length, _MET))
+        energy = even * even * found.even + odd * odd * found.odd
+        return gamma1 * length * energy, 2 * gamma1 * even * found.even
+
 
 @dataclass(frozen=True, eq=False)
 class FiniteSurfaces:
-    """Free surfaces with finite slopes: tails only.
-
-    SeveralContactsError where a surface between two contacts is asked for.
-    """
+    """Free surfaces with finite slopes."""
 
     scene: Scene
     response: Response
@@ -111,15 +125,17 @@ class FiniteSurfaces:
 
         The inclination is cut at ±π/2, where the surface would turn over.
         """
-        self._refuse(facing)
-        deficit = 2 * math.asin(math.sqrt(w / (2 * self.scene.gamma1)))
-        phi = np.arctan(side * f1) - deficit
-        u = self._displaced(np.clip(phi, -math.pi / 2, math.pi / 2))
-        return f + self.scene.elastocapillary_length * u
+        length = self.scene.elastocapillary_length
+        deficit = 2 * np.arcsin(np.sqrt(w / (2 * self.scene.gamma1)))
+        phi = np.maximum(np.arctan(side * f1) - deficit, -math.pi / 2)
+        if facing is None:
+            return f + length * self._displaced(phi)
+        apart, rise = np.maximum(side * (facing.x - x) / length, _MET), (f - facing.f) / length
+        return f + length * rest_displacement(-2 * np.sin(phi / 2), rise, apart)
 
     def _displaced(self, phi: Any) -> Any:
         """u₀ with S(u₀) = sin φ and 1 - u₀²/2 = cos φ on the mesh, by Newton's method."""
-        limit = OVERHANG * (1 - _UPRIGHT)
+        limit = OVERHANG * (1 - UPRIGHT)
         u = np.clip(np.sign(phi) * np.sqrt(2 - 2 * np.cos(phi)), -limit, limit)
         for _ in range(_NEWTON):
             pull, cos = self._reaction(u), 1 - u * u / 2
@@ -139,22 +155,38 @@ class FiniteSurfaces:
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
-        """The tail's polynomials, and the slope that its first integral gives its height."""
-        line, other, side = (left, right, 1) if left is not None else (right, left, -1)
-        self._refuse(other)
+        """The gap's, or the tail's polynomials with the slope its first integral gives them."""
+        length = self.scene.elastocapillary_length
+        if left is not None and right is not None:
+            rise = (left.f - right.f) / length
+            found = solved((depth - left.f) / length, rise, (right.x - left.x) / length)
+            u, slope = found.at((z - left.x) / length, (right.x - z) / length)
+            return length * u, slope
+        line, side = (left, 1) if left is not None else (right, -1)
         if line is None:
             return np.zeros_like(z), np.zeros_like(z)
-        length = self.scene.elastocapillary_length
-        limit = OVERHANG * (1 - _UPRIGHT)
+        limit = OVERHANG * (1 - UPRIGHT)
         u0 = min(max((depth - line.f) / length, -limit), limit)
-        u = self.response.surface(u0).displacement(side * (z - line.x) / length)
+        u = _tail(self.response, u0).displacement(side * (z - line.x) / length)
         slope = -side * u * np.sqrt(1 - u * u / 4) / np.maximum(1 - u * u / 2, 1e-9)
         return length * u, slope
 
-    def _refuse(self, other: At | None) -> None:
-        if other is not None:
-            raise SeveralContactsError(
-                "slopes = 'finite': the surface beside the contact meets the indenter again, and "
-                "several contacts are only found for small slopes; use slopes='small', another "
-                "depth, or a profile with a single contact"
-            )
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F and S, surface by surface."""
+        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
+        if left is None or right is None:
+            u = (depth - (left or right).f) / length
+            energy, pull = [self.response.energy(one) for one in u.tolist()], self._reaction(u)
+        else:
+            u, rise = (depth - left.f) / length, (left.f - right.f) / length
+            parts = zip(u, rise, (right.x - left.x) / length, strict=True)
+            found = [solved(*map(float, part)).relaxed for part in parts]
+            energy = [surface.energy for surface in found]
+            pull = np.array([sum(surface.reactions) for surface in found])
+        return gamma1 * length * np.array(energy), gamma1 * pull
+
+
+@functools.lru_cache(maxsize=256)
+def _tail(response: Response, u0: float) -> FreeSurface:
+    """The surface of a tail: its shape is asked for again and again while the line is at rest."""
+    return response.surface(u0)

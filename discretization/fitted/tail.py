@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted import gap
+from discretization.fitted.finite_gap import FiniteGap, solved
 from discretization.fitted.response import Response
 
 Array = NDArray[np.float64]
@@ -15,7 +16,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FittedTail:
-    """Free surfaces beyond contact lines and, for small slopes, between two of them."""
+    """Free surfaces beyond contact lines and between two of them."""
 
     length: float
     response: Response
@@ -33,10 +34,20 @@ class FittedTail:
     def between(self, p: Array, q: Array, width: float, left: float, right: float) -> Array:
         """The elements' polynomials."""
         degree, at = self.response.degree, (p / self.length, q / self.length)
+        if self.response.slopes == "finite":
+            return self.length * self._finite(width, left, right).at(*at)[0]
         return gap.displacement(degree, *at, width / self.length, left, right)
 
     def slope_between(self, width: Array, own: Array, other: Array) -> Array:
         """Derivative of the first element's polynomial at each line."""
+        if self.response.slopes == "finite":
+            lines = zip(width.tolist(), own.tolist(), other.tolist(), strict=True)
+            return np.array([self._finite(*each).slopes[0] for each in lines])
         degree, ends = self.response.degree, (width / self.length, own, other)
         found = [gap.slope(degree, *map(float, each)) for each in zip(*ends, strict=True)]
         return np.array(found) / self.length
+
+    def _finite(self, width: float, own: float, other: float) -> FiniteGap:
+        """The relaxed surface of a gap with finite slopes."""
+        length = self.length
+        return solved(own / length, (other - own) / length, width / length).relaxed

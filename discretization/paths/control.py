@@ -24,6 +24,7 @@ _NEAREST = 1e-5
 _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
 _STRIDE = 0.006  # ε^(1/7)
 _SAMPLES = 32
+_WIDER, _MOST_STEPS = 1.1, 200
 _LEAST = 1e-18  # of the depths, where it closes at depth 0
 _LOCAL = 1e-2
 _REDUCED = 1e-10  # of the first imbalance: one more secant step makes it rounding
@@ -109,8 +110,11 @@ def _before_fold(
     branch: Branch, control: Control, value: float, point: Point, there: Point, side: float
 ) -> Point | Unstable:
     """The equilibrium between a stable point and the fold on this side (down: -1), or that fold."""
-    excess = _excess(branch, control, value)
-    closes = closing_point(branch, point) if side < 0 else there
+    excess, closes = _excess(branch, control, value), there
+    if there.state is None:
+        closes = last_point(branch, point, there.depth)
+    elif side < 0:
+        closes = closing_point(branch, point)
     fold = point_of_fold(branch, control, point, closes if there.state is None else there)
     if excess(fold) * excess(point) <= 0:
         return _between(branch, excess, point, fold)
@@ -136,18 +140,28 @@ def _unfelt(branch: Branch, point: Point) -> float:
 
 
 def jumped(
-    branch: Branch, control: Control, point: Point, value: float, last: float
+    branch: Branch, control: Control, point: Point, value: float, side: float
 ) -> Point | None:
-    """The first equilibrium between an unstable point and the depth `last`; None: there is none."""
-    excess = _excess(branch, control, value)
-    here, r, step = point, excess(point), (last - point.depth) / _SAMPLES
-    for i in range(1, _SAMPLES + 1):
-        there = moved(branch, here, last if i == _SAMPLES else point.depth + i * step)
-        if there.state is None:
-            return None
-        if excess(there) * r <= 0:
-            return _between(branch, excess, here, there)
-        here = there
+    """The first equilibrium that an unbalanced indenter reaches, pressed in (side 1) or out (-1).
+
+    None: there is none, or no contact any more. Events on the way happen: contacts that begin pull
+    at an indenter that moves in, and those that close have pulled at one that moves out, so that
+    no event holds it. It is followed by steps of a part of what a contact can be lifted by.
+    """
+    excess, here, step = _excess(branch, control, value), point, side * branch.lift / _SAMPLES
+    for _ in range(_MOST_STEPS):
+        goal, step = here.depth + step, step * _WIDER
+        while here.depth != goal:
+            jump = branch.jump(here.state, here.depth, goal)
+            if jump is None:
+                there = after = moved(branch, here, goal)
+            else:
+                there, after = Point(jump[0], jump[1]), Point(jump[0], jump[2])
+            if there.state is not None and excess(there) * side >= 0:
+                return _between(branch, excess, here, there, side)
+            if after.state is None:
+                return None
+            here = after
     return None
 
 
@@ -165,9 +179,21 @@ def moved(branch: Branch, point: Point, depth: float) -> Point:
     return Point(depth, branch.follow(point.state, depth))
 
 
-def _between(branch: Branch, excess: Callable[[Point], float], here: Point, there: Point) -> Point:
-    """The equilibrium between two points at which P - L has different signs."""
-    sign = -1.0 if excess(here) > 0 else 1.0
+def steady(branch: Branch, point: Point, depth: float) -> Point:
+    """The point at another depth; without a state if something happens on the way there."""
+    if branch.jump(point.state, point.depth, depth) is not None:
+        return Point(depth, None)
+    return moved(branch, point, depth)
+
+
+def _between(
+    branch: Branch, excess: Callable[[Point], float], here: Point, there: Point, side: float = 0.0
+) -> Point:
+    """The equilibrium between two points at which P - L has different signs.
+
+    side: of the second one, as far as that is known.
+    """
+    sign = side or (-1.0 if excess(here) > 0 else 1.0)
     depth = bracketed(lambda d: sign * excess(moved(branch, here, d)), here.depth, there.depth)
     return moved(branch, here, depth)
 
@@ -182,15 +208,24 @@ def _tried(
     beyond: ValueError | None = None
     for _ in range(_HALVINGS):
         try:
-            return moved(branch, point, depth + step), beyond
+            return steady(branch, point, depth + step), beyond
         except ValueError as refusal:
             beyond, step = refusal, step / 2
     return moved(branch, point, depth), beyond
 
 
+def last_point(branch: Branch, point: Point, depth: float) -> Point:
+    """The last point on the way to a depth before the contact is lost or something happens."""
+    jump = branch.jump(point.state, point.depth, depth)
+    return closing_point(branch, point) if jump is None else Point(jump[0], jump[1])
+
+
 def closing_point(branch: Branch, point: Point) -> Point:
     """The last depth of a retraction from `point` at which there still is a contact."""
     held, gone = point, branch.touch - (1 + _NUDGE) * branch.lift - _NUDGE * abs(point.depth)
+    jump = branch.jump(point.state, point.depth, gone)
+    if jump is not None:
+        return Point(jump[0], jump[1])
     least = _LEAST * (abs(point.depth) + branch.lift)
     while True:
         middle = (held.depth + gone) / 2

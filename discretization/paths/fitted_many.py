@@ -1,4 +1,4 @@
-"""The metastable branch of several contacts on the fitted mesh, from event to event (small slopes).
+"""The metastable branch of several contacts on the fitted mesh, from event to event.
 
 States are the lines at rest (../fitted/motion.py); between events they move continuously with the
 depth. An event is where they do not: a contact begins, two become one, one closes, or a line
@@ -11,7 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -19,18 +19,17 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contacts import fitted_contacts, totals
+from discretization.fitted.events import Events, Part
 from discretization.fitted.lines import Problem
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.response import Response, chosen
 from discretization.fitted.several import state_of
-from discretization.paths.fitted_branch import integral
 from discretization.profile import resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
-_CLOSE = 4e-16  # of the depth and δ₀: depths that close enclose an event
-_WORK = 1e-10
+_EXACT = 1e-15  # of surfaces: else the energy would not balance; they cost no more than others
 _MOST_CORNERS = 64
 
 
@@ -57,14 +56,20 @@ class FittedMany:
     motion: Motion
     response: Response
     rtol: float
+    known: dict[tuple[Held, float], Part] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scene: Scene, rtol: float, deepest: float) -> FittedMany:
         """deepest: the largest depth of the programme. ValueError for what cannot be followed."""
         _refuse(scene)
-        response = chosen(scene.slopes, rtol)
+        response = chosen(scene.slopes, _EXACT)
         motion = Motion.of(scene, resolve(scene, deepest), response, deepest)
         return cls(scene, motion, response, rtol)
+
+    @functools.cached_property
+    def events(self) -> Events:
+        """What follows lines from event to event."""
+        return Events(self.motion)
 
     @property
     def touch(self) -> float:
@@ -87,47 +92,37 @@ class FittedMany:
 
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
-        if before is None:
-            return None if depth < self.touch else self._moved(self._touching, depth)
-        return self._moved(before, depth)
+        if before is None and depth < self.touch:
+            return None
+        here = self._touching if before is None else before
+        while here is not None and here.depth != depth:
+            part = self._next(here, depth)
+            here = Held(part.lines if part.after is None else part.after, part.depth)
+            here = here if here.lines else None
+        return here
 
     @functools.cached_property
     def _touching(self) -> Held:
         return Held(self.motion.first(), self.touch)
 
-    @functools.lru_cache(maxsize=64)  # noqa: B019
-    def _moved(self, before: Held, depth: float) -> State:
-        if depth >= before.depth:
-            lines = self.motion.pressed(before.lines, before.depth, depth)
-        else:
-            lines = self.motion.retracted(before.lines, depth)
-        return Held(lines, depth) if lines else None
+    def _next(self, here: Held, depth: float) -> Part:
+        """Smooth motion to the next event; what is known of it is kept for the work on it."""
+        key = (here, depth)
+        if key not in self.known:
+            part = self.events.next(here.lines, here.depth, depth)
+            self.known[key] = part
+            self.known[here, part.depth] = part._replace(after=None)
+        return self.known[key]
 
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """First depth on the way at which lines do not move continuously, and the states there."""
         if state is None or start == end:
             return None
-        parts: list[tuple[Held, State, float]] = [(state, self._moved(state, end), end)]
-        while parts:
-            here, there, high = parts.pop()
-            if self._alike(here, there):
-                continue
-            low = here.depth
-            middle = (low + high) / 2
-            close = abs(high - low) <= _CLOSE * (abs(middle) + self.lift)
-            if close or middle in (low, high):
-                return high, here._replace(depth=high), there
-            between = self._moved(here, middle)
-            if between is not None:
-                parts.append((between, there, high))
-            parts.append((here, between, middle))
-        return None
-
-    def _alike(self, here: Held, there: State) -> bool:
-        """Whether the lines move from one to the other continuously."""
-        if there is None or len(here.lines) != len(there.lines):
-            return False
-        return self.motion.continuous(here.lines, there.lines)
+        part = self._next(state._replace(depth=start), end)
+        if part.after is None:
+            return None
+        after = Held(part.after, part.depth) if part.after else None
+        return part.depth, Held(part.lines, part.depth), after
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge" or "" where they are free."""
@@ -154,12 +149,10 @@ class FittedMany:
         return 0.0
 
     def work(self, before: State, start: float, end: float) -> float:
-        """∫P dd from one depth to another without a jump on the way, by adaptive Lobatto rules."""
-        if before is None:
+        """∫P dd from one depth to another without a jump on the way."""
+        if before is None or start == end:
             return 0.0
-        return integral(
-            lambda depth: self.force(self.follow(before, depth), depth), start, end, _WORK
-        )
+        return self._next(before._replace(depth=start), end).work
 
     def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,)."""
@@ -191,11 +184,6 @@ def _refuse(scene: Scene) -> None:
         raise ValueError(
             f"indenter has {len(scene.indenter.corners)} corners, each of which stops a contact "
             "line: give Sampled(..., kind='smooth'), or use method='lattice' with a spacing"
-        )
-    if scene.slopes != "small":
-        raise ValueError(
-            f"slopes = {scene.slopes!r} with a profile that is not convex, which may have several "
-            "contacts: use slopes='small', or a convex profile"
         )
     if not scene.gamma1:
         raise ValueError(

@@ -91,7 +91,7 @@ class History:
         if held.any():
             found = branch.observed(depths[held], [s for s in states if s is not None])
             lines[held], force[held], energy[held] = found
-        return replace(
+        whole = replace(
             self,
             values=np.concatenate([self.values, values]),
             depth=np.concatenate([self.depth, depths]),
@@ -102,6 +102,8 @@ class History:
             friction=self.friction + friction,
             inner=(*self.inner, *map(inner_lines, states)),
         )
+        vars(whole)["_branch"] = branch  # knows the work done between the states
+        return whole
 
     @property
     def half_width(self) -> Array:

@@ -81,13 +81,10 @@ class LoadPath:
         """From touching at zero load to where the adhesion has pulled the indenter in."""
         if not self.branch.lift or self.branch.force(touching.state, touching.depth) >= 0:
             return touching
-        reach = touching.depth + self.branch.lift
-        for _ in range(60):
-            found = jumped(self.branch, self.control, touching, value, reach)
-            if found is not None:
-                return found
-            reach += 4 * (reach - touching.depth)
-        raise RuntimeError(f"no equilibrium under load {value!r} after touching")
+        found = jumped(self.branch, self.control, touching, value, 1.0)
+        if found is None:
+            raise RuntimeError(f"no equilibrium under load {value!r} after touching")
+        return found
 
     def _rate(self) -> float:
         """P' + K between the last two steps, as a guess for the next; 0 if there is none."""
@@ -103,22 +100,15 @@ class LoadPath:
         found = settled(self.branch, self.control, self.point, self.value, value, self._rate())
         self.value = value
         if isinstance(found, Point):
-            if self._held(found) == self._held(self.point):
-                self._slide(found)
-            else:
-                self._move(found.depth)
+            self._on(found)
             return
-        if self._held(found.point) == self._held(self.point):
-            self._slide(found.point)
-        else:
-            self._move(found.point.depth)
+        side = 1.0 if found.closes.depth > self.point.depth else -1.0
+        self._on(found.point)
         before, closes = self.point, found.closes
         at = self.control.value(before.depth, self.branch.force(before.state, before.depth))
-        after, lift = None, self.branch.lift
-        if lift:  # without adhesion nothing is in equilibrium beyond
-            after = jumped(self.branch, self.control, before, at, closes.depth)
-        if after is not None and abs(after.depth - before.depth) > 1e-6 * lift:
-            self._record("jump", at, before, after)
+        kind, after = self._left(before, closes, at, side)
+        if after is not None and (after.state is None or len(inner_lines(after.state)) != len(inner_lines(before.state)) or abs(after.depth - before.depth) > 1e-6 * self.branch.lift):
+            self._record(kind, at, before, after)
             self.point, self.value = after, at
             self._settle(value)
             return
@@ -126,6 +116,34 @@ class LoadPath:
         self._record("pull-off", at, before, Point(free, None))
         self.point = Point(free, None)
         self._approach(value)
+
+    def _on(self, found: Point) -> None:
+        """To an equilibrium without an event in between, but for a line that is held otherwise."""
+        if self._held(found) == self._held(self.point):
+            self._slide(found)
+        else:
+            self._move(found.depth)
+
+    def _left(
+        self, before: Point, closes: Point, at: float, side: float
+    ) -> tuple[str, Point | None]:
+        """Where an indenter comes to that leaves a point at a fixed control, and what that is.
+
+        The point is unstable, or something happens to the contact there, at `closes`.
+        """
+        start, kind = before, "jump"
+        if before.depth == closes.depth:
+            beyond = before.depth + side * max(self.branch.lift, abs(before.depth))
+            jump = self.branch.jump(before.state, before.depth, beyond)
+            if jump is None or jump[2] is None:
+                return kind, None
+            start = Point(jump[0], jump[2])
+            kind = _kind(before.state, start.state, side > 0)
+            off = self.branch.force(start.state, start.depth) - self.control.load(start.depth, at)
+            side = -1.0 if off > 0 else 1.0
+        if not self.branch.lift:  # without adhesion nothing is in equilibrium beyond
+            return kind, None
+        return kind, jumped(self.branch, self.control, start, at, side)
 
     def _move(self, depth: float) -> None:
         """To another depth, cut at the events on the way."""

@@ -1,0 +1,204 @@
+"""The free surface between two contacts with finite slopes, on a mesh anchored at both lines.
+
+    F(u_a, u_b; L) = min over u, u(0) = u_a, u(L) = u_b, of ∫₀^L (k/2 u² + γ₁ (√(1+u'²) - 1)) dx
+
+in units of l and γ₁: k = γ₁ = l = 1. The elements are laid out in the coordinate τ in which the
+surface is a sum of two exponentials (finite_range.py). That grades them towards steep lines, and u
+and x are smooth functions of τ however steep the surface is. The discrete energy is that of the
+nodal u at the nodes' fixed x, by the Gauss-Lobatto rule in τ, convex in u:
+
+    F = Σ_i w_i [h_i u_i²/2 + √(h_i² + (du/dτ)_i²) - h_i],    h = dx/dτ.
+
+What searches for lines reads the exponentials, which minimise F to rounding; the `relaxed` surface
+does minimise it, and has its reactions S = ∂F/∂u. As ∂F/∂h_i of the minimum is u²/2 + cos φ - 1,
+the same at every node, that is also ∂F/∂L.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from discretization.fitted.finite_range import (
+    DEGREE,
+    FAR,
+    UPRIGHT,
+    Lines,
+    functions_of,
+    mesh_of,
+    range_of,
+    rate,
+)
+from discretization.fitted.spectral import coefficients, rounded
+
+Array = NDArray[np.float64]
+_INSIDE = 1e-8  # of an element: a step to a place in it after which the error is rounding
+_POLISH = 3  # steps of Newton's method from what minimises F to rounding already
+_INVERSE = 8
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteGap:
+    """A free surface: its line displacements are u[0] and u[-1].
+
+    length: of the gap, at most FAR; half (elements,): half the elements in τ; x, h (nodes,): places
+    of the nodes and dx/dτ there; left: u at the left line; rises (nodes,): u - left, which a short
+    gap would not leave digits of; reactions: S = ∂F/∂u at both lines, as read from the exponentials
+    or, once relaxed, of the nodal energy.
+    """
+
+    length: float
+    half: Array
+    x: Array
+    h: Array
+    left: float
+    rises: Array
+    reactions: tuple[float, float]
+
+    @property
+    def upright(self) -> bool:
+        """Whether the surface turns over."""
+        return bool((self.h <= 3 * UPRIGHT).any())
+
+    @functools.cached_property
+    def relaxed(self) -> FiniteGap:
+        """The surface whose nodal energy is least, by Newton's method."""
+        rises = self.rises.copy()
+        for _ in range(_POLISH):
+            _, gradient, hessian = self._nodal(rises)
+            rises[1:-1] -= np.linalg.solve(hessian[1:-1, 1:-1], gradient[1:-1])
+        gradient = self._nodal(rises)[1]
+        return replace(self, rises=rises, reactions=(float(gradient[0]), float(gradient[-1])))
+
+    @property
+    def apart(self) -> float:
+        """How far the relaxed reactions are from those of this surface, over their size and u."""
+        size = abs(self.left) + abs(self.left + float(self.rises[-1]))
+        size += sum(abs(each) for each in self.reactions)
+        off = zip(self.reactions, self.relaxed.reactions, strict=True)
+        return max(abs(own - other) for own, other in off) / (size or 1.0)
+
+    @property
+    def energy(self) -> float:
+        """F."""
+        return self._nodal(self.rises)[0]
+
+    @property
+    def area(self) -> float:
+        """∫u dx."""
+        own, h, weight = self._elements(self.rises)
+        return float(np.sum(weight * h * (self.left + own)))
+
+    @property
+    def residual(self) -> float:
+        """Largest imbalance of a free node, of the constancy of u²/2 + cos φ, over u and S."""
+        gradient = self._nodal(self.rises)[1]
+        rise, (s, t) = float(self.rises[-1]), self.reactions
+        u, v = self.left, self.left + rise
+        size = abs(u) + abs(v) + abs(s) + abs(t)
+        apart = -rise * (u + v) / 2 + (t - s) * (t + s) / (_cos(s) + _cos(t))
+        worst = max(float(np.abs(gradient[1:-1]).max()), abs(apart) / (size or 1.0))
+        return worst / (size or 1.0)
+
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """u' at both lines, to the right."""
+        d = rounded(DEGREE)[2]
+        first = float(d[0] @ self.rises[: DEGREE + 1]) / (self.half[0] * self.h[0])
+        return first, float(d[-1] @ self.rises[-DEGREE - 1 :]) / (self.half[-1] * self.h[-1])
+
+    def at(self, p: Array, q: Array) -> tuple[Array, Array]:
+        """u and u' at distances p from the left and q from the right line."""
+        x = np.where(
+            p <= q, np.minimum(p, self.length / 2), self.length - np.minimum(q, self.length / 2)
+        )
+        shape, x = x.shape, x.ravel()
+        starts = self.x[:-1:DEGREE]
+        e = np.searchsorted(starts[1:], x, side="right")
+        places, rates, rises, steeps = self._series[:, e]
+        t = np.clip(2 * (x - starts[e]) / (self.x[DEGREE * (e + 1)] - starts[e]) - 1, -1, 1)
+        for _ in range(_INVERSE):
+            basis = legendre.legvander(t, DEGREE)
+            off, h = (places * basis).sum(axis=1) - x, (rates * basis).sum(axis=1)
+            step = off / (self.half[e] * h)
+            t = np.clip(t - step, -1, 1)
+            if (np.abs(step) <= _INSIDE).all():
+                break
+        h, u, u1 = (np.array([rates, rises, steeps]) * legendre.legvander(t, DEGREE)).sum(axis=2)
+        return (self.left + u).reshape(shape), (u1 / h).reshape(shape)
+
+    @functools.cached_property
+    def _series(self) -> Array:
+        """Legendre coefficients (4, elements, degree + 1) of x, h, u - left and du/dτ."""
+        places, rates, rises = (self._elements(of)[0] for of in (self.x, self.h, self.rises))
+        steeps = rises @ rounded(DEGREE)[2].T / self.half[:, None]
+        return coefficients(DEGREE, np.array([places, rates, rises, steeps]))
+
+    def _elements(self, values: Array) -> tuple[Array, Array, Array]:
+        """Nodal values, h and weights of every element (elements, nodes)."""
+        index = np.arange(self.half.size)[:, None] * DEGREE + np.arange(DEGREE + 1)
+        return values[index], self.h[index], self.half[:, None] * rounded(DEGREE)[1]
+
+    def _nodal(self, rises: Array) -> tuple[float, Array, Array]:
+        """F, its gradient and its second derivatives by the nodal u = left + rises."""
+        d = rounded(DEGREE)[2] / self.half[:, None, None]
+        own, h, weight = self._elements(rises)
+        rise, own = np.einsum("eij,ej->ei", d, own), self.left + own
+        root = np.sqrt(h * h + rise * rise)
+        energy = float(np.sum(weight * (h * own * own / 2 + rise * rise / (root + h))))
+        pull = weight * h * own + np.einsum("ei,eij->ej", weight * rise / root, d)
+        blocks = np.einsum("eij,ei,eik->ejk", d, weight * h * h / root**3, d)
+        blocks += (weight * h)[:, :, None] * np.eye(DEGREE + 1)
+        gradient, hessian = np.zeros(rises.size), np.zeros((rises.size, rises.size))
+        for e in range(self.half.size):
+            own_nodes = slice(e * DEGREE, (e + 1) * DEGREE + 1)
+            gradient[own_nodes] += pull[e]
+            hessian[own_nodes, own_nodes] += blocks[e]
+        return energy, gradient, hessian
+
+
+def _cos(s: float) -> float:
+    """cos φ of sin φ."""
+    return math.sqrt(max(1 - s * s, 0.0))
+
+
+@functools.lru_cache(maxsize=1024)
+def solved(left: float, rise: float, length: float) -> FiniteGap:
+    """The surface displaced by `left` and `left + rise` at its lines, by its exponentials."""
+    length = min(length, FAR)
+
+    def ends(T: Any) -> Lines:
+        lib = functions_of(T)
+        steep, tanh = rise / lib.sinh(T), lib.tanh(T / 2)
+        start, end = steep - left * tanh, steep + (left + rise) * tanh
+        return Lines(start, end, None, -end)
+
+    T = range_of(length, ends)
+    mesh, (start, end, *_) = mesh_of(T), ends(T)
+    tau, half = T * mesh.nodes, T * mesh.half
+    grown = np.sinh(tau) / np.sinh(T)
+    p = start * grown[::-1] + end * grown
+    rises = rise * grown - 2 * left * np.sinh(tau / 2) * np.sinh(tau[::-1] / 2) / np.cosh(T / 2)
+    h = rate(p)[0]
+    steps = half[:, None] * (h.reshape(half.size, -1) @ _integrals().T)
+    before = np.concatenate([[0.0], np.cumsum(steps[:, -1])])[:-1]
+    x = (before[:, None] + steps).ravel()
+    kept = np.append(np.arange(1, p.size) % (DEGREE + 1) != 0, True)  # nodes of two elements once
+    sines = p[[0, -1]] * np.sqrt(np.maximum(1 - p[[0, -1]] ** 2 / 4, 0.0))
+    reactions = -float(sines[0]), float(sines[1])
+    return FiniteGap(length, half, x[kept], h[kept], left, rises[kept], reactions)
+
+
+@functools.lru_cache(maxsize=1)
+def _integrals() -> Array:
+    """Integrals from the first node to each, of the polynomial with given values at the nodes."""
+    points = rounded(DEGREE)[0]
+    values = legendre.legvander(points, DEGREE)
+    integrals = legendre.legval(points, legendre.legint(np.eye(DEGREE + 1), lbnd=-1, axis=0)).T
+    return np.asarray(integrals @ np.linalg.inv(values))
