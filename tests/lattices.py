@@ -32,7 +32,9 @@ def rough_heights(rng, n, *, hurst=0.8, roll_off=3, offset=-0.3):
 def of_heights(lattice, g, ends):
     """Contacts of these heights, with nothing 16 nodes around them."""
     g = np.pad(np.asarray(g, float), 16, constant_values=-math.inf)
-    return ContactSet(lattice, g, np.array(ends) + 16, float(np.abs(g[np.isfinite(g)]).max()))
+    depth = float(np.abs(g[np.isfinite(g)]).max())
+    work = np.full(g.size - 1, lattice.w * lattice.spacing)
+    return ContactSet(lattice, g, np.array(ends) + 16, depth, work, work)
 
 
 def random_lattice(seed, most=14):

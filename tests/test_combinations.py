@@ -9,7 +9,7 @@ from scenes import plain
 from discretization import load_path, minimise
 from discretization.fitted.bubbles import parted
 from discretization.fitted.response import DEGREES, finer, response
-from discretization.lattice.many_contacts import ManyContacts
+from discretization.paths.lattice_branch import LatticeBranch
 from energy import FlatPunch, Parabola, Sampled
 
 
@@ -133,8 +133,8 @@ def test_finer_surfaces_are_those_of_the_next_degree():
 def test_many_contacts_know_edges_and_refuse_too_many_nodes():
     ends = Sampled(np.array([-2.0, -1.0, 0.0, 1.0, 3.0]), np.array([0.0, 0.1, 0.0, 0.1, 1.0]))
     question = plain(ends + FlatPunch(2.0), w=0.02)
-    branch = ManyContacts.of(question, 0.05, 1.0)
+    branch = LatticeBranch.of(question, 0.05, 1.0)
     assert branch.pinned(branch.contact(0.0, -2.0, -1.0)) == ("edge", "")
     assert branch.pinned(branch.contact(0.0, -1.5, 2.0)) == ("", "edge")
     with pytest.raises(ValueError, match="puts 4000000 nodes"):
-        ManyContacts.of(question, 1e-6, 1.0)
+        LatticeBranch.of(question, 1e-6, 1.0)

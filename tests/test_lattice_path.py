@@ -228,9 +228,10 @@ def test_a_path_does_not_continue_from_a_wrong_state(pattern):
     branch = LatticeBranch.of(scene, SPACING, 1e-3)
     state = branch.follow(None, 1e-3)
     branch.certify(state, 1e-3)
+    ((first, last),) = state.nodes
     for links in (-1, 1):
         with pytest.raises(NotCertifiedError, match="neighbours"):
-            branch.certify(state._replace(right=state.right + links), 1e-3)
+            branch.certify(state._replace(nodes=((first, last + links),)), 1e-3)
 
 
 def one_sided(factors=(0.0, 1.0), edges=(0.05,)):
@@ -262,18 +263,26 @@ def test_a_line_crosses_the_apex_where_nothing_holds_it():
 def test_a_line_left_at_the_apex_does_not_pass():
     branch = LatticeBranch.of(one_sided(), 1e-4, 0.02)
     state = branch.follow(branch.follow(None, 0.02), -0.04)
-    assert state.left == -500
+    ((first, last),) = state.nodes
+    assert first == branch.row.touch + 500
     branch.certify(state, -0.04)
     with pytest.raises(NotCertifiedError, match="neighbours"):
-        branch.certify(state._replace(left=0), -0.04)
+        branch.certify(state._replace(nodes=((branch.row.touch, last),)), -0.04)
 
 
-def test_a_contact_that_would_open_on_a_bare_patch_is_refused():
-    """It is pulled there, with a contact on either side: one contact cannot follow that."""
+@pytest.mark.parametrize("opening", [None, 0.002])
+def test_a_contact_opens_on_a_bare_patch(opening):
+    """It is pulled there, with a contact on either side; on a weak patch it stays whole."""
     scene = one_sided((1.0, 0.0, 1.0), (0.05, 0.1))
-    with pytest.raises(NotCertifiedError, match="opening"):
-        load_path(scene, depths=[0.02, -0.02], method="lattice", spacing=1e-3)
-    with pytest.raises(NotCertifiedError, match="would open on a patch inside"):
-        load_path(scene, depths=[0.02, -0.02, -0.2], method="lattice", spacing=1e-3)
+    if opening:
+        scene = replace(scene, opening=SurfaceEnergies.from_work(scene.gamma1, opening))
+    depths = [0.02, -0.02, -0.01, -0.02, -0.3]
+    path = load_path(scene, depths=depths, method="lattice", spacing=1e-3)
+    assert [len(inner) // 2 for inner in path.inner[:2]] == [0, 1]
+    lines = path.at(1).lines
+    assert lines[1] == pytest.approx(0.05, abs=1e-3) and lines[2] == pytest.approx(0.1, abs=1e-3)
+    assert "splitting" in [event.kind for event in path.events]
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
     whole = replace(scene, pattern=Patches((0.05, 0.1), (1.0, 0.5, 1.0)))
-    load_path(whole, depths=[0.02, -0.02], method="lattice", spacing=1e-3)
+    path = load_path(whole, depths=[0.02, -0.02], method="lattice", spacing=1e-3)
+    assert path.inner[1] == ()

@@ -6,7 +6,6 @@ from scenes import adhesive
 from truth.scenes import case_of
 
 from discretization import History, NodalEnergy, load_path
-from discretization.lattice.many_contacts import ManyContacts
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import Parabola, Sampled
 
@@ -79,16 +78,16 @@ def test_the_ledger_is_exact(path):
 
 
 def relaxed(branch, nodes, depth):
-    held = np.zeros(branch.f.size, bool)
+    held = np.zeros(branch.row.f.size, bool)
     for first, last in nodes:
         held[first : last + 1] = True
-    model = NodalEnergy(branch.lattice, held)
-    u = model.relaxed(depth - branch.f)
+    model = NodalEnergy(branch.row.lattice, held)
+    u = model.relaxed(depth - branch.row.f)
     return model, u, held
 
 
 def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
-    branch = ManyContacts.of(path.scene, SPACING, path.depth.max())
+    branch = LatticeBranch.of(path.scene, SPACING, path.depth.max())
     for step in range(0, len(path.depth), 3):
         state = branch.contact(path.at(step).depth, *path.at(step).lines)
         if state is None:
@@ -96,9 +95,10 @@ def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
         depth = float(path.depth[step])
         model, u, held = relaxed(branch, state.nodes, depth)
         energy, size = model.value(u), sum(map(abs, model.terms(u).values()))
-        assert abs(energy - path.energy[step]) <= 1e-13 * size
-        assert abs(model.gradient(u)[held].sum() - path.force[step]) <= 1e-10 * size / SPACING
-        assert (u - (depth - branch.f)).min() >= -1e-12 * abs(depth)
+        assert abs(energy - branch.energy(state, depth)) <= 1e-13 * size
+        force = model.gradient(u)[held].sum()
+        assert abs(force - branch.force(state, depth)) <= 1e-10 * size / SPACING
+        assert (u - (depth - branch.row.f)).min() >= -1e-12 * abs(depth)
         for i, (first, last) in enumerate(state.nodes):
             for moved in (
                 (first - 1, last),
@@ -110,22 +110,8 @@ def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
                     continue
                 others = [*state.nodes[:i], moved, *state.nodes[i + 1 :]]
                 near, other, _ = relaxed(branch, others, depth)
-                if (other - (depth - branch.f)).min() >= -1e-12:  # else no admissible state
+                if (other - (depth - branch.row.f)).min() >= -1e-12:  # else no admissible state
                     assert near.value(other) >= energy - 1e-9 * size
-
-
-def test_one_contact_is_the_one_of_the_faster_branch():
-    x = np.linspace(-0.03, 0.03, 3001)
-    scene = adhesive(Sampled(x, x**2 / 0.04))
-    delta0 = scene.critical_separation
-    many, one = ManyContacts.of(scene, 2e-5, 3 * delta0), LatticeBranch.of(scene, 2e-5, 3 * delta0)
-    a, b = many.follow(None, many.touch), one.follow(None, one.touch)
-    for depth in np.array([1, 2, 0, -0.5, -0.9]) * delta0:
-        a, b = many.follow(a, depth), one.follow(b, depth)
-        assert a.ends == b.ends
-        assert many.force(a, depth) == pytest.approx(one.force(b, depth), rel=1e-12, abs=0)
-        assert many.energy(a, depth) == pytest.approx(one.energy(b, depth), rel=1e-12, abs=0)
-    assert many.follow(a, -1.1 * delta0) is None
 
 
 def test_contacts_many_decay_lengths_apart_are_single_ones():
@@ -140,13 +126,21 @@ def test_contacts_many_decay_lengths_apart_are_single_ones():
     two = adhesive(Sampled(x, pair), **given)
     one = adhesive(Sampled(single, single**2 / 0.04), **given)
     depths = np.array([0.0, 1.5, 0.7, -0.5]) * one.critical_separation
-    both = load_path(two, depths=depths, method="lattice", spacing=h)
-    alone = ManyContacts.of(one, h, depths.max())
-    state = None
-    for step, depth in enumerate(depths.tolist()):
-        state = alone.follow(state, depth)
-        assert both.force[step] == pytest.approx(2 * alone.force(state, depth), rel=1e-12, abs=0)
-        assert both.energy[step] == pytest.approx(2 * alone.energy(state, depth), rel=1e-10, abs=0)
+    branches = [LatticeBranch.of(scene, h, depths.max()) for scene in (one, two)]
+    states = [None, None]
+    for depth in depths.tolist():
+        pairs = list(zip(branches, states, strict=True))
+        states = [branch.follow(state, depth) for branch, state in pairs]
+        pairs = list(zip(branches, states, strict=True))
+        forces = [branch.force(state, depth) for branch, state in pairs]
+        assert forces[1] == pytest.approx(2 * forces[0], rel=1e-12, abs=0)
+        energies = [branch.energy(state, depth) for branch, state in pairs]
+        assert energies[1] == pytest.approx(2 * energies[0], rel=1e-10, abs=0)
+    assert len(states[1].nodes) == 2
+    # between the nodes, too: where depths of passing are as good as heights are
+    paths = [load_path(scene, depths=depths, method="lattice", spacing=h) for scene in (one, two)]
+    assert paths[1].force == pytest.approx(2 * paths[0].force, rel=1e-9, abs=0)
+    assert paths[1].energy == pytest.approx(2 * paths[0].energy, rel=1e-9, abs=0)
 
 
 def test_the_mirror_image_walks_the_mirror_image(path):
@@ -196,8 +190,8 @@ def test_pressed_contacts_do_not_depend_on_the_steps():
         case = case_of("small", seed)
         f = case.scene.indenter.height(np.linspace(*case.scene.indenter.extent, 4001))
         top = float(f.min()) + case.scene.critical_separation
-        branch = ManyContacts.of(case.scene, case.feature / 8, top)
-        if branch.f.size > 20000:
+        branch = LatticeBranch.of(case.scene, case.feature / 8, top)
+        if branch.row.f.size > 20000:
             continue
         state = branch.follow(None, branch.touch)
         for depth in np.linspace(branch.touch, top, 40):

@@ -43,13 +43,16 @@ class ContactSet:
     """Contacts among n nodes in a row.
 
     g (n,): d - f, -inf where there is no indenter; ends (m, 2), m >= 1: first and last node of each
-    contact, counted from the first of the row; depth d.
+    contact, counted from the first of the row; depth d; closing, opening (n - 1,): adhesion
+    [energy/length] of each link when a contact is closed over it and opened.
     """
 
     lattice: Lattice
     g: Array
     ends: Nodes
     depth: float
+    closing: Array
+    opening: Array
 
     @classmethod
     def of(
@@ -66,7 +69,8 @@ class ContactSet:
         g = depth - fronts.heights(lattice, indenter, known.astype(float))
         beyond = int(known[0]) - lo, hi - int(known[-1])
         g = np.pad(g, beyond, constant_values=-math.inf)
-        return cls(lattice, g, np.asarray(nodes, np.int64) - lo, depth)
+        work = np.full(g.size - 1, lattice.w * lattice.spacing)
+        return cls(lattice, g, np.asarray(nodes, np.int64) - lo, depth, work, work)
 
     @functools.cached_property
     def mask(self) -> Mask:
@@ -86,7 +90,7 @@ class ContactSet:
     @property
     def scale(self) -> float:
         """δ: the largest of |d|, |u| and δ₀."""
-        lift = math.sqrt(2 * self.lattice.w / self.lattice.k)
+        lift = math.sqrt(2 * float(self.opening.max()) / self.lattice.spring)
         return max(abs(self.depth), float(np.abs(self.u).max()), lift)
 
 
@@ -94,6 +98,9 @@ def totals(contacts: ContactSet) -> Sums:
     """Energy and force of a contact set."""
     lat, u = contacts.lattice, contacts.u
     terms = NodalEnergy(lat, contacts.mask).terms(u)
+    if lat.gamma1:
+        bound = contacts.mask[1:] & contacts.mask[:-1]
+        terms["adhesion"] = -float(contacts.closing[bound].sum())
     outside = [float(lat.tail_force(u[i])) for i in (0, -1)]
     return Sums(
         **terms,
@@ -126,7 +133,8 @@ def _pulled(contacts: ContactSet) -> float:
     """Largest tension on a contact node beyond what holds it; the end of a contact is a line."""
     lat, mask = contacts.lattice, contacts.mask
     links = mask[1:-1] * (mask[:-2].astype(int) + mask[2:])
-    held = math.sqrt(2 * (lat.spring + 2 * lat.link) * 2 * lat.w * lat.spacing)
+    work = contacts.opening[1:] + contacts.opening[:-1]
+    held = np.sqrt(2 * (lat.spring + 2 * lat.link) * work)
     pull = -contacts.force[1:-1] - np.where(links == 2, held, 0.0)
     return float(pull[mask[1:-1] & (links != 1)].max(initial=0.0))
 
@@ -136,30 +144,32 @@ def _moves(contacts: ContactSet) -> Array:
     lat, g, u, ends = contacts.lattice, contacts.g, contacts.u, contacts.ends
     noise = 32 * float(np.finfo(float).eps) * contacts.scale
     mirrored = g.size - 1 - ends[::-1, ::-1]
-    right = _right_lines(lat, g, u, ends, noise)
-    return np.concatenate([*right, *_right_lines(lat, g[::-1], u[::-1], mirrored, noise)])
+    works = contacts.closing, contacts.opening
+    right = _right_lines(lat, g, u, ends, noise, *works)
+    left = _right_lines(lat, g[::-1], u[::-1], mirrored, noise, *(work[::-1] for work in works))
+    return np.concatenate([*right, *left])
 
 
 def _right_lines(
-    lat: Lattice, g: Array, u: Array, ends: Nodes, noise: float
+    lat: Lattice, g: Array, u: Array, ends: Nodes, noise: float, closing: Array, opening: Array
 ) -> tuple[Array, Array]:
     """The gain of each right line's moves: one link further, and one link back."""
-    last, wdx = ends[:, 1], lat.w * lat.spacing
+    last = ends[:, 1]
     T = np.append(ends[1:, 0] - last[:-1], math.inf)
     facing = np.append(g[ends[1:, 0]], 0.0)
 
     ahead = np.isfinite(g[last + 1])
     gap = np.where(ahead, u[last + 1] - g[last + 1], 0.0)
-    won = wdx * np.where(T == 2, 2, 1)
+    won = closing[last] + np.where(T == 2, closing[np.minimum(last + 1, closing.size - 1)], 0.0)
     cost, size = _lifted(lat, gap + noise, T - 1), _lifted(lat, gap, T - 1)
-    allowed = ahead & _clears(lat, g, ends, last + ahead, noise)
+    allowed = ahead & _clears(lat, u - g, ends, gap, noise)
     further = np.where(allowed, (won - cost) / (won + size + _TINY), 0.0)
 
-    before, long = last - 1, last > ends[:, 0]
+    before, long, lost = last - 1, last > ends[:, 0], opening[last - 1]
     gap = -span.excess(lat, np.ones(T.size), T, g[before], g[last], facing)
     gain, size = _lifted(lat, np.maximum(gap - noise, 0.0), T), _lifted(lat, gap, T)
-    allowed = long & _clears(lat, g, ends, last - long, noise)
-    return further, np.where(allowed, (gain - wdx) / (wdx + size + _TINY), 0.0)
+    allowed = long & (gap >= -noise)  # else the node that is let go would be penetrated
+    return further, np.where(allowed, (gain - lost) / (lost + size + _TINY), 0.0)
 
 
 def _lifted(lat: Lattice, gap: Array, links: Array) -> Array:
@@ -168,9 +178,19 @@ def _lifted(lat: Lattice, gap: Array, links: Array) -> Array:
     return np.asarray((lat.link_over_decay / 2 + beyond) * gap * gap)
 
 
-def _clears(lat: Lattice, g: Array, ends: Nodes, last: Nodes, noise: float) -> Mask:
-    """(m,) whether the surface clears the indenter right of each contact if that ends at `last`."""
-    moved = span.mask_of(g.size, np.column_stack([ends[:, 0], last]))
-    clear = span.displacement(lat, g, moved) - g
-    bounds = np.column_stack([last, np.append(ends[1:, 0], g.size)]).ravel()[:-1]
-    return np.minimum.reduceat(clear, bounds)[::2] >= -noise
+def _clears(lat: Lattice, clear: Array, ends: Nodes, gap: Array, noise: float) -> Mask:
+    """(m,) whether the surface clears the indenter right of each contact if one more node is held.
+
+    clear (n,): u - g; gap (m,): that of the node. The surface there comes down by it, at any other
+    free node by the share it has of it.
+    """
+    nodes = np.flatnonzero(span.mask_of(clear.size, ends)[ends[0, 1] :] == 0) + ends[0, 1]
+    right = np.append(ends[1:, 0], clear.size)
+    line = np.repeat(np.arange(gap.size), right - ends[:, 1] - 1)
+    near = (clear[nodes] < gap[line] - noise) & (nodes > ends[line, 1] + 1)
+    nodes, line = nodes[near], line[near]
+    q = np.append(ends[1:, 0], math.inf)[line] - nodes
+    falls = gap[line] * span.shares(lat.log_decay, nodes - ends[line, 1] - 1.0, q)[0]
+    allowed = np.ones(gap.size, bool)
+    allowed[line[clear[nodes] < falls - noise]] = False
+    return allowed

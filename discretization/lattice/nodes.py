@@ -173,6 +173,13 @@ class Lattice:
         """Whether the line advances over these links: gap <= reach."""
         return self.gap(f, f_next, depth) <= reach
 
+    def rest_depth(self, f, f_next, work):
+        """D: the depth at which a line passes links of this adhesion [energy/length] each.
+
+        There ΔE of `advance_cost` is zero: the gap is √(2 work λ/t).
+        """
+        return f + (f_next - f - np.sqrt(2 * work / self.link_over_decay)) / self.loss
+
     def advance_cost(self, gap):
         """Energy by which a line's advance over one link changes the re-equilibrated energy.
 

@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from discretization.equilibrium import Equilibrium
 from discretization.lattice import fronts
+from discretization.lattice.changes import pressed, retracted
 from discretization.lattice.judgement import certify
-from discretization.lattice.lowest import of_contacts
-from discretization.lattice.many_contacts import ManyContacts
+from discretization.lattice.lowest import of_contacts, refuse_unknown
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
 from discretization.lattice.sums import measured
 from energy import Scene
@@ -34,8 +35,8 @@ def contacts_on_path(
 ) -> NDArray[np.int64] | None:
     """Contacts (m, 2) of the path that touches first and then moves to this depth.
 
-    None where there is only one contact on the way, that of fronts.py, or where `ManyContacts`
-    cannot follow.
+    None where there is only one contact on the way, that of fronts.py, or where the path cannot
+    be followed.
     """
     if scene.indenter.convex or scene.slopes != "small" or not scene.work_of_adhesion:
         return None
@@ -46,14 +47,20 @@ def contacts_on_path(
     alone = contact is not None and _alone(scene, deepest, lattice, where, contact)
     if contact is not None and alone and not _torn(scene, depth, lattice, contact):
         return None
-    branch = ManyContacts.of(scene, lattice.spacing, deepest, lattice.origin)
-    return branch.reached(depth)
+    row = Row.of(scene, lattice, where, deepest)
+    closing, opening = row.rules
+    nodes = pressed(closing, (), deepest, row.touch)
+    refuse_unknown(scene, deepest, lattice, where, np.array(nodes) + row.first)
+    if depth < deepest:
+        nodes = retracted(opening, nodes, depth)
+    return np.array(nodes, np.int64).reshape(-1, 2) + row.first
 
 
 def _torn(scene: Scene, depth: float, lattice: Lattice, contact: fronts.Contact) -> bool:
     """Whether a node inside a contact is torn open on the way from first touch to this depth."""
     nodes = np.arange(contact.first, contact.last + 1, dtype=float)
-    rules = Rules(lattice, fronts.heights(lattice, scene.indenter, nodes))
+    work = np.full(nodes.size - 1, lattice.w * lattice.spacing)
+    rules = Rules(lattice, fronts.heights(lattice, scene.indenter, nodes), work)
     return nodes.size > 2 and rules.tears(0, nodes.size - 1)[0] > depth
 
 

@@ -37,15 +37,66 @@ from discretization.lattice.nodes import Lattice
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
 _ROUNDING = 256 * float(np.finfo(float).eps)
+_LEAST = 1e-10
 _TIE = 64 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
 class Rules:
-    """The depths of changes for nodes of heights f (n,)."""
+    """The depths of changes for nodes of heights f (n,).
+
+    work (n - 1,): adhesion [energy/length] of each link; clear: whether the surface beyond an
+    outermost line can touch no node but the next.
+    """
 
     lattice: Lattice
     f: Array
+    work: Array
+    clear: bool = False
+
+    @functools.cached_property
+    def _heights(self) -> list[float]:
+        return self.f.tolist()
+
+    @functools.cached_property
+    def _work(self) -> list[float]:
+        return self.work.tolist()
+
+    @functools.cached_property
+    def outwards(self) -> dict[int, Array]:
+        """Depths at which an outermost line passes each link, in the order it meets them.
+
+        By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
+        last node there is no link to pass (n,).
+        """
+        found = {}
+        for side in (1, -1):
+            f, work = self.f[::side], self.work[::side]
+            found[side] = np.append(self.lattice.rest_depth(f[:-1], f[1:], work), math.inf)
+        return found
+
+    @functools.cached_property
+    def meets(self) -> dict[int, Array]:
+        """Depths at which the surface beyond an outermost line touches the next node (n - 1,)."""
+        ends = ((side, self.f[::side]) for side in (1, -1))
+        return {side: self.lattice.rest_depth(f[:-1], f[1:], 0.0) for side, f in ends}
+
+    @functools.cached_property
+    def torn(self) -> Array:
+        """Depth below which each node between two contact links is torn open; -inf at the ends."""
+        lat, f = self.lattice, self.f
+        if f.size < 3:
+            return np.full(f.size, -math.inf)
+        near, _, both = self.shares(2)
+        both_links = self.work[1:] + self.work[:-1]
+        gap = np.sqrt(2 * both_links / (lat.spring + 2 * lat.link))
+        depth = (f[1:-1] - near * (f[:-2] + f[2:]) - gap) / both
+        return np.pad(depth, 1, constant_values=-math.inf)
+
+    @functools.cached_property
+    def most_torn(self) -> float:
+        """Depth above which no node is torn open."""
+        return float(self.torn.max())
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def shares(self, links: int | None) -> tuple[float, float, float]:
@@ -57,17 +108,18 @@ class Rules:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
-        lat, after = self.lattice, node + side
-        links = None if other is None else abs(other - node)
+        if other is None:
+            return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
+        lat, after, links, f = self.lattice, node + side, abs(other - node), self._heights
         _, far, both = self.shares(links)
-        rest = lat.loss if links is None else 1 - self.shares(links - 1)[0]
-        bonds = 2 if links == 2 else 1
-        stiffness = lat.spring + lat.link + lat.link * rest
-        gap = math.sqrt(2 * bonds * lat.w * lat.spacing / stiffness)
-        rise = float(self.f[after] - self.f[node])
-        if other is not None:
-            rise += far * float(self.f[node] - self.f[other])
-        return float(self.f[node]) + (rise - gap) / both
+        stiffness = lat.spring + lat.link + lat.link * (1 - self.shares(links - 1)[0])
+        work = self._links(node, other) if links == 2 else self._links(node, after)
+        rise = f[after] - f[node] + far * (f[node] - f[other])
+        return f[node] + (rise - math.sqrt(2 * work / stiffness)) / both
+
+    def _links(self, one: int, other: int) -> float:
+        """Adhesion of the links between two nodes."""
+        return sum(self._work[min(one, other) : max(one, other)])
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes_both(self, left: int, right: int) -> float:
@@ -78,9 +130,12 @@ class Rules:
         near, far, both = self.shares(links)
         inner = self.shares(links - 2)
         own, other = lat.spring + lat.link * (2 - inner[0]), lat.link * inner[1]
-        f, g, f_next, g_next = (float(self.f[i]) for i in (left, right, left + 1, right - 1))
+        f, g, f_next, g_next = (self._heights[i] for i in (left, right, left + 1, right - 1))
         one, two = f_next - near * f - far * g, g_next - near * g - far * f
-        work = (3 if links == 3 else 2) * lat.w * lat.spacing - (own + other) * (one - two) ** 2 / 4
+        work = (
+            self._work[left] + self._work[right - 1] + (self._work[left + 1] if links == 3 else 0)
+        )
+        work -= (own + other) * (one - two) ** 2 / 4
         if work < 0:
             return math.inf
         return ((one + two) / 2 - math.sqrt(work / (own - other))) / both
@@ -94,6 +149,8 @@ class Rules:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
         """Depth at which a free node between two contacts (None: none there) touches, and which."""
+        if self.clear and (left is None or right is None):
+            return math.inf, -1
         lo, hi = -1 if left is None else left, self.f.size if right is None else right
         if hi - lo < 2:
             return math.inf, -1
@@ -137,20 +194,41 @@ class Rules:
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def tears(self, first: int, last: int) -> tuple[float, int]:
         """Depth below which a node inside a contact is torn open, and which."""
-        lat, m = self.lattice, np.arange(first + 1, last)
-        near, _, both = self.shares(2)
-        gap = math.sqrt(4 * lat.w * lat.spacing / (lat.spring + 2 * lat.link))
-        torn = (self.f[m] - near * (self.f[m - 1] + self.f[m + 1]) - gap) / both
-        best = int(np.argmax(torn))
-        return float(torn[best]), int(m[best])
+        best = first + 1 + int(np.argmax(self.torn[first + 1 : last]))
+        return float(self.torn[best]), best
+
+    @property
+    def least(self) -> float:
+        """Energy [energy/length] below which a change is no jump: rounding of U."""
+        return _LEAST * self._strongest
+
+    def gains(self, side: int, links: range, own: Array, when: Array) -> Array:
+        """Energy gained by an outermost line that passes links at other depths than its own.
+
+        links: as they are counted in `outwards`, with their own depths there.
+        """
+        lat, work = self.lattice, self.work[::side][links]
+        late = lat.loss * (own - when)
+        slope = np.sqrt(2 * lat.link_over_decay * work) + lat.link_over_decay / 2 * late
+        rounding = _TIE * (np.abs(self.f).max() + np.abs(own) + np.abs(when))
+        return np.where(np.abs(late) > rounding, np.abs(late * slope), 0.0)
+
+    def first_touch(self, node: int, side: int) -> float:
+        """Depth at which the surface beyond an outermost line at `node` touches another node."""
+        return self.touches(*_ordered(side, node, None))[0]
 
     def tie(self, one: float, other: float) -> float:
         """What rounding makes of the difference of two depths at which something happens.
 
         The largest difference quotient of heights that enters them is that of a span of two links.
         """
-        size = abs(one) + abs(other) + math.sqrt(2 * self.lattice.w / self.lattice.k)
+        lat = self.lattice
+        size = abs(one) + abs(other) + math.sqrt(2 * self._strongest / (lat.k * lat.spacing))
         return _TIE * size / self.shares(2)[2]
+
+    @functools.cached_property
+    def _strongest(self) -> float:
+        return float(self.work.max(initial=0.0))
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def advances(self, node: int, side: int, other: int | None) -> float:
@@ -197,7 +275,7 @@ class Rules:
         cost = sum(self.stored(*part, depth) for part in parts) + self.stored(node, after, depth)
         cost += lat.spring / 2 * float(np.sum((depth - self.f[new]) ** 2))
         cost -= self.stored(*_ordered(side, node, other), depth)
-        return cost - lat.w * lat.spacing
+        return cost - self._links(node, after)
 
     def _held(self, left: int | None, right: int | None, depth: float) -> list[int]:
         """The nodes that keep the surface between two contact nodes above the indenter.

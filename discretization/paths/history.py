@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.many_contacts import ManyContacts
 from discretization.paths import display, ledger, plots
 from discretization.paths.branch import Branch, State
 from discretization.paths.control import Control
@@ -243,14 +242,8 @@ def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
 
 
 def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:
-    """The lattice's branch: of one contact where there can be no other, else of many.
-
-    With a pattern or separate works of adhesion only one contact can be followed.
-    """
-    single = scene.pattern is not None or scene.opening is not None
-    if scene.indenter.convex or single:
-        return LatticeBranch.of(scene, spacing, deepest)
-    return ManyContacts.of(scene, spacing, deepest)
+    """The lattice's branch."""
+    return LatticeBranch.of(scene, spacing, deepest)
 
 
 def _snapshot(parts: list[Any]) -> Snapshot:

@@ -1,25 +1,24 @@
-"""The metastable branch of one contact on the lattice, followed from state to state.
+"""The metastable branch on the lattice, with any number of contacts, from change to change.
 
-A contact line passes the link from node m to m+1, outwards from where contact begins, at the depth
+A state is a list of contacts, node intervals first..last. As the depth changes, a line passes the
+next link, two lines meet, a free node touches, a node inside a contact is torn open, a lone node
+lets go, each at a depth of its own (../lattice/rules.py). So heights are turned to depths, and
+afterwards a line moves by comparing numbers, without a solve. Every change lowers the
+re-equilibrated energy or leaves it equal; where one calls for others at the same depth, the state
+jumps. A line that moves smoothly releases nothing at any link, hence a branch walked there and back
+has no loop area.
 
-    d_m = f_m + (f_{m+1} - f_m - G)/(1 - λ),      G: `Lattice.critical_gap`,
-
-where both contact sets have the same energy (../lattice/fronts.py). So heights are turned to depths
-once, and afterwards a line moves by comparing numbers: it advances while d_m <= d and recedes while
-d_{m-1} > d, at O(1) per link and without a solve. Force and energy come from running sums over the
-heights. A line that moves smoothly releases nothing at any link, hence a branch walked there and
-back has no loop area.
-
-Between the nodes the line is where d_m, taken at the middles of the links, equals d; force and
-energy reported for a step are interpolated there. States, events and the ledger are those of the
-contact sets.
+Between the nodes the outermost lines are where the depth at which a link is passed, taken at the
+middles of the links, equals d; force and energy reported for a step are interpolated there. States,
+events and the ledger are those of the contact sets.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -27,45 +26,73 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.lattice.fronts import Contact, Region, heights, region
-from discretization.lattice.judgement import certify, rounding
+from discretization.lattice.changes import (
+    Contacts,
+    Part,
+    Way,
+    contacts_of,
+    facing_offsets,
+    fallen,
+    part_pressed,
+    parts,
+    pressed,
+    recedes,
+    retracted,
+    rise,
+    risen,
+)
+from discretization.lattice.contact_set import ContactSet, judged, totals
+from discretization.lattice.fronts import region
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.sums import measured
+from discretization.lattice.row import Row
+from discretization.lattice.rules import Rules
 from discretization.lattice.unseen import Unseen, looked_between, unseen
-from discretization.paths.lattice_side import Side, build, factors
 from energy import Scene
 
 Array = NDArray[np.float64]
-_INTERIOR = 0.499
-_OF_ADHESION = ("opening", "neighbours")  # judged here where the work of adhesion is not uniform
+Nodes = NDArray[np.int64]
+_INTERIOR = 0.499  # links: an interpolated line keeps the node it belongs to
+_BESIDE = 16  # nodes beside the row, for the certificate
 
 
-class Links(NamedTuple):
-    """A contact of `left` and `right` links beside the node that touches first; its ends in x."""
+class Held(NamedTuple):
+    """Contacts as node intervals from left to right, and the positions of all their lines."""
 
-    left: int
-    right: int
-    ends: tuple[float, float]
+    nodes: Contacts
+    lines: tuple[float, ...]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """x of the outermost lines."""
+        return self.lines[0], self.lines[-1]
 
 
-State = Links | None
+State = Held | None
+
+
+class Stretch(NamedTuple):
+    """The way from contacts at rest to a depth, or to what may be a jump before it.
+
+    ways: of the free parts; at: the depth of the possible jump, None if there is none; before,
+    after: the contacts just before and after it, or at the end.
+    """
+
+    ways: list[Way]
+    rising: bool
+    at: float | None
+    before: Contacts
+    after: Contacts
 
 
 @dataclass(frozen=True, eq=False)
 class LatticeBranch:
-    """States of one contact on fixed nodes under a prescribed depth; None: detached."""
+    """States of any number of contacts on fixed nodes under a prescribed depth; None: detached."""
 
     scene: Scene
-    lattice: Lattice
-    where: Region
-    left: Side
-    right: Side
+    row: Row
+    closing: Rules
+    opening: Rules
     deepest: float
-
-    @functools.cached_property
-    def hidden(self) -> Unseen:
-        """What the nodes do not see of the profile."""
-        return unseen(self.scene, self.deepest, self.lattice)
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, deepest: float) -> LatticeBranch:
@@ -79,13 +106,18 @@ class LatticeBranch:
                 "lattice needs small slopes and gamma1 > 0; use method='fitted'"
             )
         lattice = Lattice.of(scene, spacing)
-        where = region(lattice, scene.indenter, deepest)
-        return cls(scene, lattice, where, *build(scene, lattice, where, deepest), deepest)
+        row = Row.of(scene, lattice, region(lattice, scene.indenter, deepest), deepest)
+        return cls(scene, row, *row.rules, deepest)
 
-    @property
+    @functools.cached_property
+    def hidden(self) -> Unseen:
+        """What the nodes do not see of the profile."""
+        return unseen(self.scene, self.deepest, self.row.lattice)
+
+    @functools.cached_property
     def touch(self) -> float:
         """Depth at which contact begins."""
-        return float(self.right.f[self.right.start])
+        return float(self.row.f[self.row.touch])
 
     @property
     def smooth(self) -> bool:
@@ -97,201 +129,317 @@ class LatticeBranch:
         """How far below touching a contact can be held: δ₀ of opening."""
         return self.scene.opened.critical_separation
 
-    def _state(self, left: int, right: int) -> Links:
-        sides = (self.left, left), (self.right, right)
-        x, y = (float(side.x[side.start + links]) for side, links in sides)
-        return Links(left, right, (x, y))
+    def _state(self, nodes: Contacts) -> State:
+        if not nodes:
+            return None
+        (lo, hi), lattice, first = self.scene.indenter.extent, self.row.lattice, self.row.first
+        x = (lattice.x(first + node) for pair in nodes for node in pair)
+        return Held(nodes, tuple(min(max(at, lo), hi) for at in x))
 
     def contact(self, depth: float, *lines: float) -> State:
         """The state whose lines are less than half a link from these positions; nan: detached."""
         if math.isnan(lines[0]):
             return None
-        sides = zip((self.left, self.right), lines, strict=True)
-        return self._state(*(side.links(x, self.lattice.spacing) for side, x in sides))
+        lattice, first = self.row.lattice, self.row.first
+        at = [round((x - lattice.origin) / lattice.spacing) - first for x in lines]
+        return self._state(tuple(zip(at[::2], at[1::2], strict=True)))
+
+    @functools.lru_cache(maxsize=4)  # noqa: B019
+    def _stretch(self, nodes: Contacts, depth: float) -> Stretch:
+        """The way of contacts at rest to a depth, up to what may be a jump."""
+        ways = [risen(self.closing, *part, depth) for part in parts(nodes)]
+        if any(way.depths.size or way.stop is not None for way in ways):
+            at = min((way.stop for way in ways if way.stop is not None), default=None)
+            before = _between(ways, at, rising=True)
+            after = before if at is None else self._pressed(ways, at)
+            return Stretch(ways, True, at, before, after)
+        ends = [None, *(node for pair in nodes for node in reversed(pair)), None]
+        ways = [
+            fallen(self.opening, *part, ends[2 * i], ends[2 * i + 1], depth)
+            for i, part in enumerate(parts(nodes))
+        ]
+        at = max(self._openings(nodes, ways, depth), default=None)
+        before = _between(ways, at, rising=False)
+        after = before
+        if at is not None:
+            after = retracted(self.opening, before, math.nextafter(at, -math.inf))
+        return Stretch(ways, False, at, before, after)
+
+    def _pressed(self, ways: list[Way], at: float) -> Contacts:
+        """The contacts after what happens at this depth, which is where some ways stop."""
+        ends: list[Part] = []
+        for way in ways:
+            part = way.before(at, rising=True)
+            stops = way.stop is not None and way.stop <= at
+            own = way.before(math.nextafter(at, math.inf), rising=True)
+            ends += part_pressed(self.closing, *part, at) if stops else [own]
+        return contacts_of(ends)
+
+    def _openings(self, nodes: Contacts, ways: list[Way], depth: float) -> Iterator[float]:
+        """Depths at which something else than one link may open on these ways."""
+        yield from (way.stop for way in ways if way.stop is not None)
+        for (first, last), left, right in zip(nodes, ways, ways[1:], strict=False):
+            links = last - first
+            if left.depths.size + right.depths.size >= links > 0:
+                opened = np.sort(np.concatenate([left.moves(1), right.moves(-1)]))[::-1]
+                yield from opened[links - 1 : links].tolist()
+            if not links:
+                yield from self._let_go(first, left, right, depth)
+            if links > 1 and self.opening.most_torn > depth:
+                yield from self._torn(first, last, left, right, depth)
+
+    def _let_go(self, node: int, left: Way, right: Way, depth: float) -> Iterator[float]:
+        """The depth at which a lone node lets go between two free parts that change there."""
+        changes = np.sort(np.concatenate([left.moves(-1), right.moves(1)]))[::-1]
+        ends = [math.inf, *changes.tolist(), depth]
+        for upper, lower in itertools.pairwise(ends):
+            around = left.before(lower, rising=False)[0], right.before(lower, rising=False)[1]
+            at = min(upper, self.opening.pulled(around[0], node, around[1]))
+            if at > lower:
+                yield at
+                return
+
+    def _torn(self, first: int, last: int, left: Way, right: Way, depth: float) -> Iterator[float]:
+        """The first depth at which a node is torn open that neither line has passed before."""
+        torn = self.opening.torn[first + 1 : last]
+        for i in np.argsort(-torn, kind="stable").tolist():
+            at, node = float(torn[i]), first + 1 + i
+            if at <= depth:
+                return
+            inside = left.before(at, rising=False)[1], right.before(at, rising=False)[0]
+            if (inside[0] or 0) < node < (inside[1] or 0):
+                yield at
+                return
+
+    def _released(self, before: Contacts, after: Contacts, depth: float) -> float:
+        """Energy that is not lost to adhesion hysteresis anyway."""
+        first, second = Held(before, ()), Held(after, ())
+        return self.energy(first, depth) - self.energy(second, depth) - self.friction(first, second)
+
+    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
+        """First depth on the way at which more than one link changes, and the states beside it.
+
+        Not where the only contact is lost: `follow` finds that.
+        """
+        nodes = () if state is None else state.nodes
+        while nodes:
+            way = self._stretch(nodes, end)
+            if way.at is None or way.before == way.after:
+                return None
+            alike = len(way.before) == len(way.after)
+            if not alike or self._released(way.before, way.after, way.at) > self.opening.least:
+                self._inside(way.after, way.at)
+                lost = not way.after and len(way.before) == 1
+                return None if lost else (way.at, self._state(way.before), self._state(way.after))
+            nodes = way.after
+        return None
 
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
-        if before is None:
-            if depth < self.touch:
-                return None
-            before = self._state(0, 0)
-        left, right = self.left.moved(before.left, depth), self.right.moved(before.right, depth)
-        return self._state(left, right) if left + right > 0 or depth >= self.touch else None
-
-    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
-        """The first depth on the way at which a line crosses several links at once."""
-        if state is None:
+        if before is None and depth < self.touch:
             return None
-        found = []
-        for side, links in ((self.left, state.left), (self.right, state.right)):
-            at, jumps = side.crossed(links, end)
-            if jumps.any():
-                found.append(float(at[np.argmax(jumps)]))
-        if not found:
-            return None
-        rising = end >= max(found)
-        depth = min(found) if rising else max(found)
-        after = depth if rising else math.nextafter(depth, -math.inf)  # there links still hold
-        return depth, self._before(state, depth, rising), self.follow(state, after)
+        nodes = () if before is None else before.nodes
+        way = self._stretch(nodes, depth) if nodes else None
+        if way is not None and way.at is None:
+            nodes = way.after
+        elif way is None or way.rising:
+            nodes = pressed(self.closing, nodes, depth, self.row.touch)
+        else:
+            nodes = retracted(self.opening, nodes, depth)
+        self._inside(nodes, depth)
+        return self._state(nodes)
 
-    def _before(self, state: Links, depth: float, rising: bool) -> Links:
-        """The state just before the links that are crossed at this depth."""
-        counts = []
-        for side, links in ((self.left, state.left), (self.right, state.right)):
-            at, _ = side.crossed(links, depth)
-            done = int(np.count_nonzero(at < depth if rising else at > depth))
-            counts.append(links + done if rising else links - done)
-        return self._state(*counts)
+    def _inside(self, nodes: Contacts, depth: float) -> None:
+        lo, hi = self.scene.indenter.extent
+        for node, end, last in (
+            ((nodes[0][0], lo, 0), (nodes[-1][1], hi, self.row.f.size - 1)) if nodes else ()
+        ):
+            if node == last and end not in self.scene.indenter.walls:
+                raise ValueError(
+                    f"depth = {depth!r} spreads the contact over the whole known profile; give a "
+                    "wider profile or smaller depths"
+                )
 
     def pinned(self, state: State) -> tuple[str, str]:
-        """What holds each line: "edge", "tip" or "" where it is free."""
+        """What holds the outermost lines: "edge", "tip" or "" where they are free."""
         if state is None:
             return ("", "")
-        held, corners = [], np.asarray(self.scene.indenter.corners, float)
-        for side, links in ((self.left, state.left), (self.right, state.right)):
-            at = side.start + links
-            tip = links == 0 and side.x[at] in corners
-            edge = at == side.x.size - 1 and math.isinf(side.closes[at])
+        body, row, held = self.scene.indenter, self.row, []
+        ends = (state.nodes[0][0], 0, body.extent[0]), (state.nodes[-1][1], -1, body.extent[1])
+        for (node, last, end), x in zip(ends, state.ends, strict=True):
+            edge = node == last % row.f.size and end in body.walls
+            tip = body.convex and node == row.touch and x in body.corners
             held.append("edge" if edge else "tip" if tip else "")
         return held[0], held[1]
 
     def force(self, state: State, depth: float) -> float:
         """P of the contact set."""
-        if state is None:
-            return 0.0
-        middle = self.lattice.spring * (depth - self.touch)
-        return middle + sum(
-            float(self._pull(side, links, depth))
-            for side, links in ((self.left, state.left), (self.right, state.right))
-        )
-
-    def _pull(self, side: Side, links: Array | int, depth: Array | float) -> Array:
-        """Force of one side without the middle node."""
-        at = links + side.start
-        springs = self.lattice.spring * (links * depth - side.sum_f[at])
-        return np.asarray(springs + self.lattice.tail_force(depth - side.f[at]))
+        return 0.0 if state is None else float(self.row.force(*_one(state, depth))[0])
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
-        if state is None:
-            return 0.0
-        middle = self.lattice.spring / 2 * (depth - self.touch) ** 2
-        return middle + sum(
-            float(self._stored(side, links, depth))
-            for side, links in ((self.left, state.left), (self.right, state.right))
-        )
-
-    def _stored(self, side: Side, links: Array | int, depth: Array | float) -> Array:
-        """Energy of one side without the middle node."""
-        lat, at = self.lattice, links + side.start
-        squares = links * depth**2 - 2 * depth * side.sum_f[at] + side.sum_f2[at]
-        stretch = lat.link * side.sum_df2[at] + lat.end_stiffness * (depth - side.f[at]) ** 2
-        return np.asarray(
-            (lat.spring * squares + stretch) / 2 - lat.w * lat.spacing * side.bonds[at]
-        )
+        return 0.0 if state is None else float(self.row.energy(*_one(state, depth))[0])
 
     def friction(self, before: State, after: State) -> float:
         """(w_opening - w) for every link that opened without a jump."""
-        if before is None or after is None or self.scene.opening is None:
+        if before is None or after is None:
             return 0.0
-        opened = sum(
-            float(side.bonds[side.start + max(old, new)] - side.bonds[side.start + new])
-            for side, old, new in (
-                (self.left, before.left, after.left),
-                (self.right, before.right, after.right),
-            )
-        )
         more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
-        return opened * self.lattice.spacing * more
+        return max(0.0, self._bonds(before) - self._bonds(after)) * more
+
+    def _bonds(self, state: Held) -> float:
+        """Length in contact, weighted with the pattern's factor."""
+        bonds = self.row.sums.bonds
+        return float(sum(bonds[last] - bonds[first] for first, last in state.nodes))
 
     def work(self, before: State, start: float, end: float) -> float:
-        """∫P dd from one depth to another without a jump: P is linear between crossed links."""
-        if before is None or start == end:
-            return 0.0
-        done = self.lattice.spring * (end - start) * ((start + end) / 2 - self.touch)
-        for side, links in ((self.left, before.left), (self.right, before.right)):
-            at, _ = side.crossed(links, end)
-            cuts = np.concatenate([[start], at, [end]])
-            count = links + np.sign(end - start) * np.arange(at.size + 1)
-            middles = (cuts[1:] + cuts[:-1]) / 2
-            done += float(np.diff(cuts) @ self._pull(side, count.astype(int), middles))
+        """∫P dd from one depth to another without a jump: P is linear between changes."""
+        nodes, done = () if before is None else before.nodes, 0.0
+        while nodes and start != end:
+            way = self._stretch(nodes, end)
+            until = end if way.at is None else way.at
+            done += self._work(way.ways, start, until)
+            if way.at is None or way.before == way.after:
+                break
+            nodes, start = way.after, until
         return done
 
-    def observed(self, depths: Array, states: Sequence[Links]) -> tuple[Array, Array, Array]:
-        """Lines (n, 2), P and U (n,) of states, interpolated between the nodes.
+    def _work(self, ways: list[Way], start: float, end: float) -> float:
+        """∫P dd on the ways of all free parts, each of which adds to P with its lines."""
+        sign, done = (1 if end >= start else -1), 0.0
+        gaps: tuple[list[float], list[float], list[int], list[int]] = ([], [], [], [])
+        for way in ways:
+            count = int(np.searchsorted(sign * way.depths, sign * end))
+            cuts = [start, *way.depths[:count].tolist(), end]
+            if way.left is None or way.right is None:
+                done += self._outer_work(way, np.array(cuts))
+                continue
+            gaps[0].extend(cuts[:-1])
+            gaps[1].extend(cuts[1:])
+            gaps[2].extend(way.left[: count + 1])
+            gaps[3].extend(way.right[: count + 1])
+        low, high, left, right = map(np.array, gaps)
+        if low.size:
+            done += float((high - low) @ self.row.gap_force(left, right, (low + high) / 2))
+        return done
 
-        AccuracyWarning where their surfaces miss what the nodes do not see; NotCertifiedError where
-        one would open inside its contact, on a patch that adheres less.
+    def _outer_work(self, way: Way, cuts: Array) -> float:
+        """The part of an outermost line, which passes a link at each of the inner cuts."""
+        line, side = (way.left, 1) if way.left is not None else (way.right, -1)
+        assert isinstance(line, range)
+        nodes = line.start + line.step * np.arange(cuts.size - 1)
+        forces = self.row.tail_force(nodes, side, (cuts[1:] + cuts[:-1]) / 2)
+        return float(np.diff(cuts) @ forces)
+
+    def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
+        """Outermost lines (n, 2), P and U (n,), interpolated between the nodes.
+
+        AccuracyWarning where the surfaces miss what the nodes do not see.
         """
-        if self.scene.pattern is not None:
-            for state, depth in zip(states, depths.tolist(), strict=True):
-                if self._torn(state, depth):
-                    raise NotCertifiedError(
-                        f"the contact at depth = {depth!r} violates opening: it would open on a "
-                        "patch inside, and of several contacts none are followed with a pattern; "
-                        "give smaller tensile depths, or a pattern without bare patches"
-                    )
-        lines = np.array([state.ends for state in states])
-        looked_between(self.scene, self.lattice, self.hidden, depths, lines, stacklevel=4)
-        spacing = self.lattice.spacing
-        middle = self.lattice.spring * (depths - self.touch)
-        force, energy, x = middle, middle * (depths - self.touch) / 2, np.empty_like(lines)
-        for column, side in enumerate((self.left, self.right)):
-            start = side.start
-            links = np.rint(side.way * (lines[:, column] - side.x[start]) / spacing).astype(int)
-            zeta = self._between(side, links, depths)
-            beside = np.clip(links + np.sign(zeta).astype(int), -start, side.x.size - 1 - start)
-            width, count = side.x[-1] - side.x[0], max(side.x.size - 1, 1)
-            x[:, column] = side.x[start + links] + zeta * width / count
-            for total, part in ((force, self._pull), (energy, self._stored)):
-                own = part(side, links, depths)
-                total += own + np.abs(zeta) * (part(side, beside, depths) - own)
+        scene, row = self.scene, self.row
+        lines = [state.lines for state in states]
+        looked_between(scene, row.lattice, self.hidden, depths, lines, stacklevel=4)
+        x, force, energy = np.empty((depths.size, 2)), np.empty(depths.size), np.empty(depths.size)
+        counts = np.array([len(state.nodes) for state in states])
+        for count in np.unique(counts).tolist():
+            own = np.flatnonzero(counts == count)
+            nodes = np.array([states[i].nodes for i in own.tolist()]).reshape(own.size, -1)
+            x[own], force[own], energy[own] = self._interpolated(nodes, depths[own])
         return x, force, energy
 
-    def _between(self, side: Side, links: Array, depths: Array) -> Array:
-        """Where the depth of closing equals d, in links from the last contact node: -1/2..1/2."""
-        if not side.opens.size:  # the body ends at the node that touches first
-            return np.zeros(links.size)
-        at = links + side.start
-        outer, inner = side.closes[at], side.opens[np.maximum(at - 1, 0)]
-        tip = (links == 0) & np.isin(side.x[side.start], self.scene.indenter.corners)
+    def _interpolated(self, nodes: Nodes, depth: Array) -> tuple[Array, Array, Array]:
+        """Outermost lines, P and U of states with as many contacts each."""
+        row, x = self.row, np.empty((depth.size, 2))
+        force, energy = row.force(nodes, depth), row.energy(nodes, depth)
+        for column, side in ((0, -1), (-1, 1)):
+            node = nodes[:, column]
+            lone = node == nodes[:, column - side]
+            zeta = np.where(lone, 0.0, self._offset(node, side, depth))
+            beside = np.clip(node + side * np.sign(zeta).astype(int), 0, row.f.size - 1)
+            inside = np.clip(zeta, -_INTERIOR, _INTERIOR)
+            x[:, column] = row.lattice.x(row.first + node + side * inside)
+            for total, part in ((force, row.tail_force), (energy, row.tail_energy)):
+                total += np.abs(zeta) * (part(beside, side, depth) - part(node, side, depth))
+        if nodes.shape[1] > 2:
+            self._add_gaps(nodes, depth, force, energy)
+        return np.clip(x, *self.scene.indenter.extent), force, energy
+
+    def _offset(self, node: Nodes, side: int, depth: Array) -> Array:
+        """Where the depth of passing equals d, in links outwards from the node: -1/2..1/2."""
+        row, size = self.row, self.row.f.size
+        at = node if side > 0 else size - 1 - node
+        outer = self.closing.outwards[side][at]
+        inner = self.opening.outwards[side][np.maximum(at - 1, 0)]
+        corners = self.scene.indenter.corners
+        tip = (node == row.touch) & np.isin(row.lattice.x(row.first + row.touch), corners)
         free = (at > 0) & ~tip & np.isfinite(outer) & (outer > inner)
         width = np.where(free, outer - inner, 1.0)
-        zeta = np.where(free, (depths - inner) / width - 0.5, 0.0)
-        return np.clip(zeta, -_INTERIOR, _INTERIOR)
+        zeta = np.where(free, (depth - inner) / width - 0.5, 0.0)
+        return np.clip(zeta, -0.5, 0.5)
+
+    def _add_gaps(self, nodes: Nodes, depth: Array, force: Array, energy: Array) -> None:
+        """Add to P and U what facing lines between the nodes change, by bilinear interpolation."""
+        zeta = np.array(
+            [
+                [facing_offsets(self.closing, self.opening, ends, d) for ends in _facing(row)]
+                for row, d in zip(nodes.tolist(), depth.tolist(), strict=True)
+            ]
+        )
+        left, right, steps = nodes[:, 1:-1:2], nodes[:, 2::2], np.sign(zeta).astype(int)
+        share, beside = np.abs(zeta), (left + steps[..., 0], right - steps[..., 1])
+        for total, part in ((force, self.row.gap_force), (energy, self.row.gap_energy)):
+            whole = part(left, right, depth[:, None])
+            one, other = (
+                part(beside[0], right, depth[:, None]),
+                part(left, beside[1], depth[:, None]),
+            )
+            both = part(*beside, depth[:, None]) - one - other + whole
+            more = share[..., 0] * (one - whole) + share[..., 1] * (other - whole)
+            total += (more + share[..., 0] * share[..., 1] * both).sum(axis=1)
 
     def certify(self, state: State, depth: float) -> None:
-        """NotCertifiedError unless the contact set is in equilibrium."""
+        """NotCertifiedError if something would still happen at this depth, or has not before."""
         if state is None:
             return
-        lowest = self.where.lowest
-        uniform = self.scene.opening is None and self.scene.pattern is None
-        nodes = Contact(lowest - state.left, lowest + state.right, self.lattice.critical_gap)
-        sums = measured(self.lattice, self.scene.indenter, depth, nodes)
-        judged = certify(self.lattice, self.scene.indenter, depth, self.where, nodes, sums)
-        failures = [name for name in judged.failures if uniform or name not in _OF_ADHESION]
-        for side, links in ((self.left, state.left), (self.right, state.right)):
-            below = side.moved(links, math.nextafter(depth, -math.inf))
-            if links not in (side.moved(links, depth), below):
-                failures.append("neighbours")
-        if not uniform and self._torn(state, depth):
-            failures.append("opening")
-        if failures:
+        nodes, tie = state.nodes, self.closing.tie
+        rising = min(rise(self.closing, *part).depth for part in parts(nodes))
+        falling = max(c.depth for i, _ in enumerate(nodes) for c in recedes(self.opening, nodes, i))
+        if rising < depth - tie(depth, rising) or falling > depth + tie(depth, falling):
             raise NotCertifiedError(
-                f"the state at depth = {depth!r} violates {', '.join(failures)} ({judged}); the "
-                "path stops before it"
+                f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
+                "rest; the path stops before them"
+            )
+        self._judge(nodes, depth)
+
+    def _judge(self, nodes: Contacts, depth: float) -> None:
+        """NotCertifiedError unless the surface over these contacts passes its certificate."""
+        near = slice(None)
+        if self.row.clear:
+            near = slice(max(nodes[0][0] - _BESIDE, 0), nodes[-1][1] + _BESIDE)
+        f = self.row.f[near]
+        works = (np.pad(r.work[near][: f.size - 1], _BESIDE) for r in (self.closing, self.opening))
+        g = np.pad(depth - f, _BESIDE, constant_values=-math.inf)
+        ends = np.array(nodes) - (near.start or 0) + _BESIDE
+        contacts = ContactSet(self.row.lattice, g, ends, depth, *works)
+        certificate = judged(contacts, totals(contacts))
+        if not certificate.ok:
+            raise NotCertifiedError(
+                f"the contacts at depth = {depth!r} violate {', '.join(certificate.failures)} "
+                f"({certificate}); the path stops before them"
             )
 
-    def _torn(self, state: Links, depth: float) -> bool:
-        """Whether a node between two contact links is pulled by more than their adhesion holds.
 
-        Opening it alone changes the energy by -r²/(2(kΔx + 2t)) + (w of both links) Δx.
-        """
-        lat, lowest = self.lattice, self.where.lowest
-        nodes = np.arange(lowest - state.left, lowest + state.right + 1, dtype=float)
-        g = depth - heights(lat, self.scene.indenter, nodes)
-        work = self.scene.opened.work_of_adhesion * factors(self.scene, lat.x(nodes[:-1] + 0.5))
-        pull = -lat.spring * g[1:-1] + lat.link * np.diff(g, 2)
-        held = np.sqrt(2 * (lat.spring + 2 * lat.link) * (work[1:] + work[:-1]) * lat.spacing)
-        noise = rounding(lat, max(abs(depth), float(np.abs(g).max()), self.lift))
-        return bool((pull > held + noise).any())
+def _one(state: Held, depth: float) -> tuple[Nodes, Array]:
+    """The lines (1, 2m) of a state and its depth (1,)."""
+    return np.array(state.nodes).reshape(1, -1), np.array([depth])
+
+
+def _facing(lines: list[int]) -> list[tuple[int, ...]]:
+    """The two lines of every gap, between the other ends of their contacts."""
+    return [tuple(lines[i : i + 4]) for i in range(0, len(lines) - 2, 2)]
+
+
+def _between(ways: list[Way], depth: float | None, *, rising: bool) -> Contacts:
+    """The contacts between these free parts just before a depth, or at their ends."""
+    ends: list[Part] = [way.end if depth is None else way.before(depth, rising) for way in ways]
+    return contacts_of(ends)

@@ -1,0 +1,206 @@
+"""Nodes in a row that may come into contact: their heights, adhesion, and running sums of both.
+
+The energy of contacts is a sum over their nodes and links and over the free surfaces between and
+beside them. With sums from the node that touches first up to every node, that of a whole contact
+is a difference of two numbers, so that force and energy cost O(1) per contact line. Each line
+carries the sums of the contact up to it; those of both lines of a contact differ by its own.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice import span
+from discretization.lattice.fronts import Region, blocks, heights
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.rules import Rules
+from energy import Scene
+
+Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
+_SPARE = 4
+MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
+
+
+class Sums(NamedTuple):
+    """From the node that touches first, that one included, up to each of n + 1 node ends.
+
+    Number of nodes, of their heights above it, of the squares of these (n + 1,); from that node to
+    each node, of the squared rises of the links and of their lengths times the pattern's factor on
+    the work of adhesion (n,).
+    """
+
+    nodes: Array
+    heights: Array
+    squares: Array
+    rises: Array
+    bonds: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """n nodes in a row.
+
+    first: the lattice's number of node 0; touch: the node that touches first; f (n,): heights;
+    bonds (n - 1,): length of each link times the pattern's factor on the work of adhesion; works:
+    of adhesion of a contact that is being closed, and of one that is being opened; clear: whether
+    an outer free surface can touch no node but the next.
+    """
+
+    lattice: Lattice
+    first: int
+    touch: int
+    f: Array
+    bonds: Array
+    works: tuple[float, float]
+    clear: bool
+
+    @classmethod
+    def of(cls, scene: Scene, lattice: Lattice, where: Region, deepest: float) -> Row:
+        """The nodes that may be in contact up to the largest depth.
+
+        Of a convex profile they end a few links beyond the last that holds there; of others they
+        are all nodes of the region. ValueError if the profile ends before, or has too many nodes.
+        """
+        if scene.indenter.convex:
+            left, right = (_outwards(scene, lattice, where, way, deepest) for way in (-1, 1))
+            f, first = np.concatenate([left[:0:-1], right]), where.lowest - left.size + 1
+        else:
+            f, first = _all(scene, lattice, where), where.first
+        x = lattice.x(first + np.arange(f.size))
+        bonds = factors(scene, (x[1:] + x[:-1]) / 2) * lattice.spacing
+        works = scene.work_of_adhesion, scene.opened.work_of_adhesion
+        clear = scene.indenter.convex and scene.pattern is None
+        return cls(lattice, first, where.lowest - first, f, bonds, works, clear)
+
+    @functools.cached_property
+    def rules(self) -> tuple[Rules, Rules]:
+        """The rules of contacts that are being closed, and of those that are being opened."""
+        closing, opening = self.works
+        first = Rules(self.lattice, self.f, closing * self.bonds, self.clear)
+        if opening == closing:
+            return first, first
+        return first, Rules(self.lattice, self.f, opening * self.bonds, self.clear)
+
+    @functools.cached_property
+    def sums(self) -> Sums:
+        """The running sums."""
+        h, touch = self.f - self.f[self.touch], self.touch
+        rises = np.diff(self.f) ** 2
+        whole = (_running(part, touch) for part in (np.ones_like(h), h, h * h))
+        return Sums(*whole, *(_running(part, touch) for part in (rises, self.bonds)))
+
+    def force(self, nodes: Nodes, depth: Array) -> Array:
+        """P (s,) of s states with as many contacts each, their lines (s, 2m), at depths (s,)."""
+        total = self.tail_force(nodes[:, 0], -1, depth) + self.tail_force(nodes[:, -1], 1, depth)
+        if nodes.shape[1] > 2:
+            gaps = self.gap_force(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None])
+            total += gaps.sum(axis=1)
+        return np.asarray(total, float)
+
+    def energy(self, nodes: Nodes, depth: Array) -> Array:
+        """U (s,) of the same states."""
+        total = self.tail_energy(nodes[:, 0], -1, depth) + self.tail_energy(nodes[:, -1], 1, depth)
+        if nodes.shape[1] > 2:
+            gaps = self.gap_energy(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None])
+            total += gaps.sum(axis=1)
+        return np.asarray(total, float)
+
+    def _springs(self, before: Nodes, depth: Array) -> tuple[Array, Array]:
+        """Force and energy of the springs up to these node ends."""
+        sums, d = self.sums, depth - self.f[self.touch]
+        count, h = sums.nodes[before], sums.heights[before]
+        spring = self.lattice.spring
+        return (
+            spring * (count * d - h),
+            spring / 2 * ((count * d - 2 * h) * d + sums.squares[before]),
+        )
+
+    def _links(self, node: Nodes) -> Array:
+        """Energy of the links up to these nodes."""
+        return self.lattice.link / 2 * self.sums.rises[node] - self.works[0] * self.sums.bonds[node]
+
+    def tail_force(self, node: Nodes, side: int, depth: Array) -> Array:
+        """What the outermost line at these nodes adds to P, with the surface beyond it."""
+        springs, _ = self._springs(node + (side > 0), depth)
+        return side * springs + self.lattice.tail_reaction(depth - self.f[node])
+
+    def tail_energy(self, node: Nodes, side: int, depth: Array) -> Array:
+        """What the outermost line at these nodes adds to U, with the surface beyond it."""
+        _, springs = self._springs(node + (side > 0), depth)
+        return side * (springs + self._links(node)) + self.lattice.tail_energy(depth - self.f[node])
+
+    def gap_force(self, left: Nodes, right: Nodes, depth: Array) -> Array:
+        """What the two lines of a free surface between contacts add to P, with that surface."""
+        springs = self._springs(left + 1, depth)[0] - self._springs(right, depth)[0]
+        _, both = self._shares(right - left)
+        f = self.f[left] + self.f[right]
+        return np.asarray(springs + self.lattice.link * both * (2 * depth - f))
+
+    def gap_energy(self, left: Nodes, right: Nodes, depth: Array) -> Array:
+        """What they add to U."""
+        springs = self._springs(left + 1, depth)[1] - self._springs(right, depth)[1]
+        far, both = self._shares(right - left)
+        f, g = self.f[left], self.f[right]
+        pulls = both * ((depth - f) ** 2 + (depth - g) ** 2) + far * (g - f) ** 2
+        return np.asarray(
+            springs + self._links(left) - self._links(right) + self.lattice.link / 2 * pulls
+        )
+
+    def _shares(self, links: Nodes) -> tuple[Array, Array]:
+        """B and 1 - A - B of the node next to a line, the other line so many links away."""
+        one = np.ones(np.shape(links))
+        _, far, both = span.shares(self.lattice.log_decay, one, np.asarray(links - 1.0))
+        return far, both
+
+
+def _all(scene: Scene, lattice: Lattice, where: Region) -> Array:
+    if where.last - where.first > MOST:
+        raise ValueError(
+            f"spacing = {lattice.spacing!r} puts {where.last - where.first} nodes on the indenter; "
+            "give it a finite extent, or a larger spacing"
+        )
+    nodes = np.arange(where.first, where.last + 1, dtype=float)
+    return heights(lattice, scene.indenter, nodes)
+
+
+def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, deepest: float) -> Array:
+    """Heights from the node that touches first to the link that resists, and three links more."""
+    limit = where.first if way < 0 else where.last
+    strongest = max(scene.pattern.factors) if scene.pattern else 1.0
+    work = strongest * scene.work_of_adhesion * lattice.spacing
+    parts: list[Array] = []
+    for _, f in blocks(lattice, scene.indenter, where.lowest, limit):
+        parts.append(f if not parts else f[1:])
+        whole = np.concatenate(parts)
+        resists = np.flatnonzero(lattice.rest_depth(whole[:-1], whole[1:], work) > deepest)
+        if resists.size and resists[0] + _SPARE < whole.size - 1:
+            return np.asarray(whole[: resists[0] + 1 + _SPARE])
+    end = scene.indenter.extent[0 if way < 0 else 1]
+    if end not in scene.indenter.walls:
+        raise ValueError(
+            f"depth = {deepest!r} spreads the contact over the whole known profile, to x = "
+            f"{end!r}; give a wider profile or smaller depths"
+        )
+    return whole
+
+
+def _running(parts: Array, start: int) -> Array:
+    """Sums (n + 1,) of the n parts from `start` on, those before it counted negative.
+
+    With the digits of long double where there is one: between two contacts the heights may be much
+    larger than in contact, and with them what rounding leaves in the difference of two sums.
+    """
+    parts = parts.astype(np.longdouble)
+    before, after = np.cumsum(parts[:start][::-1])[::-1], np.cumsum(parts[start:])
+    return np.concatenate([-before, np.zeros(1, parts.dtype), after])
+
+
+def factors(scene: Scene, x: Array) -> Array:
+    """The pattern's factor on w at x."""
+    return np.ones_like(x) if scene.pattern is None else scene.pattern.factor(x)
