@@ -75,9 +75,9 @@ class Events:
         for _ in range(_PARTS):
             part = self._part(lines, start, end)
             work += part.work
-            if part.after is None or self._happens(part.lines, part.after):
+            if part.after is not None and self._happens(part.lines, part.after):
                 return part._replace(work=work)
-            lines, start = part.after, part.depth
+            lines, start = part.lines if part.after is None else part.after, part.depth
             if start == end:
                 return Part(end, lines, work, None)
         raise NotCertifiedError(f"the contacts at depth = {start!r} do not come to rest")
