@@ -11,8 +11,9 @@ So a gap has one unknown, its range T of τ, for which x(T) = L.
 Only one mean displacement has a given inclination φ at a line, at a given rise u_b - u_a: with it
 grows v = ∂u, (cos³φ v')' = v, v = 1 at both lines and 0 < v < 1 between (maximum principle), so
 that v' < 0 outwards of a line, and its reaction grows. Hence T is unique as well. A surface that
-would turn over, p² > 2, is followed as if it were upright there: x does not grow. Lines more than
-40 l apart do not feel each other.
+would turn over, p² > 2, is followed as if it were upright there: at its line it is cut at p² = 2,
+as its least energy among functions that may jump is. Lines more than 40 l apart do not feel each
+other.
 """
 
 from __future__ import annotations
@@ -176,7 +177,7 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
 
 
 def _far_end(p: Any, rise: Any, T: Any) -> Any:
-    """p at the other line; upright where the surface would turn over, and fall short of it."""
+    """p at the other line, at most upright: a surface that would turn over falls short of it."""
     if isinstance(T, np.ndarray):
         return np.clip(rise / np.tanh(T / 2) - p, -_UPRIGHT, _UPRIGHT)
     return min(max(rise / math.tanh(T / 2) - p, -_UPRIGHT), _UPRIGHT)
