@@ -22,7 +22,7 @@ from energy import Parabola
 from studies.benchmarks import skipping
 from studies.benchmarks.skipping_routes import ROUTES, declared, numbers, scene
 
-README = Path(__file__).parent.parent / "README.md"
+README = Path(discretization.__file__).with_name("README.md")
 WORK = {
     "drives": (Problem, "drive"),
     "solves": (free_surface, "_newton"),

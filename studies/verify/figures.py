@@ -21,7 +21,7 @@ def punch_and_meniscus(data: Meniscus) -> Figure:
     drawn = data.scaled(unit.size)
     _draw_bodies(whole, drawn, data.scene.layer.h / unit.size)
     _draw_dimensions(whole, drawn, data.scene.layer.h / unit.size, unit.symbol)
-    whole.set_title("Flat punch pulled upward, just before it lets go (heights stretched)")
+    whole.set_title("Flat punch pulled upward, just before it detaches (heights stretched)")
     right = drawn.x >= 0.8 * drawn.half_width
     x, top = drawn.x[right], -drawn.u[right]
     close.fill_between(x, top, 0.15 * drawn.depth, color=LAYER)
