@@ -140,7 +140,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         sections.append(run(name, options.preset, out.folder, options.jobs))
         verdict = "FAILED" if sections[-1].status else ""
         print(f"{name}: {sections[-1].seconds:.1f} s {verdict}".rstrip(), flush=True)
-    path = out.at("report.html")
-    path.write_text(page(sections, options.preset), encoding="utf-8")
+    path = out.text("report.html", page(sections, options.preset))
     print(f"written: {path}")
     return int(any(section.status for section in sections))

@@ -210,5 +210,5 @@ def write(record: Record, out: Output) -> str:
     out.figures(images)
     out.table("applicability.csv", record.parameters, *table(record))
     links = "\n".join(f"\n![{name}]({name})" for name in images)
-    out.at("applicability.md").write_text(f"{text}\n{links}\n", encoding="utf-8")
+    out.text("applicability.md", f"{text}\n{links}\n")
     return text

@@ -219,7 +219,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     least = floors(parameters.sizes, parameters.repeats)
     out.table("runtime_vs_error.csv", parameters, *rows(points, least), notes=[machine()])
     text = table(points, least, exponents(points, 10**3 if quick else 10**4))
-    out.at("runtime_vs_error.md").write_text(text, encoding="utf-8")
+    out.text("runtime_vs_error.md", text)
     for name in options.tasks:
         own = [p for p in points if p.task == name]
         out.figure(f"runtime_vs_error_{name}.png", plot(name, own, least))

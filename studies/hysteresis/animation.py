@@ -16,6 +16,7 @@ from discretization.paths.events import Event, Snapshot
 from discretization.paths.plots import draw, mark, units
 from energy.units import prefixed
 from studies.shared.figures import BLUE, ORANGE
+from studies.shared.table import naming
 from studies.shared.types import Array
 
 LAYER, BODY = "#f3d9b1", "#b8c4cc"
@@ -172,7 +173,7 @@ def animate(history: History, path: Path, count: int = 60) -> int:
     stage = _Stage(history, shown)
     screen = Figure(figsize=FIGSIZE, dpi=DPI)
     image, writer = screen.figimage(stage.picture(shown[0])), PillowWriter(fps=PER_SECOND)
-    with writer.saving(screen, str(path), DPI):
+    with naming(path), writer.saving(screen, str(path), DPI):
         for frame in shown:
             image.set_data(stage.picture(frame))
             writer.grab_frame()

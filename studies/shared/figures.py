@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from discretization.plots import BLUE, GREEN, GREY, ORANGE
 from discretization.plots import canvas as canvas
+from studies.shared.table import naming
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +52,14 @@ def plain_ticks(
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write the figure as PNG and as PDF, without the time in it; the files written."""
     png, pdf = path.with_suffix(".png"), path.with_suffix(".pdf")
-    figure.savefig(png, dpi=DPI)
+    _write(png, figure, dpi=DPI)
     figure.set_layout_engine("none")  # as just laid out
-    figure.savefig(pdf, metadata={"CreationDate": None})
+    _write(pdf, figure, metadata={"CreationDate": None})
     return [png, pdf]
+
+
+def _write(path: Path, figure: Figure, **options: Any) -> None:
+    drawn = BytesIO()
+    figure.savefig(drawn, format=path.suffix[1:], **options)
+    with naming(path):
+        path.write_bytes(drawn.getbuffer())

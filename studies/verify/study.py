@@ -226,7 +226,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     out.figures(plot(record))
     out.table("verify.csv", preset, *table(record))
     closing = summary(record, time.perf_counter() - start)
-    out.at("report.md").write_text(report(record, closing), encoding="utf-8")
+    out.text("report.md", report(record, closing))
     print(f"report: {out.folder / 'report.md'}")
     print(closing)
     return 1 if record.failed else 0
