@@ -178,4 +178,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     record = run(preset, command.say, jobs)
     print(applicability_report.write(record, out))
     print(f"report: {out.folder / 'applicability.md'}; {time.perf_counter() - start:.1f} s")
+    command.answer(applicability_report.short(record))
     return 0

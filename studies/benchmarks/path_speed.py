@@ -133,8 +133,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(aligned(widths, [row.name, f"{row.ratio:.1f}", f"{row.spread / 2:.0%}", *errors]))
     out.table("path_speed.csv", params, Row._fields, rows)
     out.figure("path_speed.png", plot(rows, params))
-    slow = options.strict and any(row.ratio > TIME_BAR for row in rows)
-    return 0 if all(row.accurate for row in rows) and not slow else 1
+    slow = [row.name for row in rows if row.ratio > TIME_BAR]
+    if slow:
+        command.missed(f"more than {TIME_BAR:g} tridiagonal solves: {', '.join(slow)}")
+    ratios, worst = [row.ratio for row in rows], max(row.ledger for row in rows)
+    command.answer(
+        f"A loop of {params.steps} steps takes {min(ratios):.3g} to {max(ratios):.3g} tridiagonal "
+        f"solves of {params.unknowns:.0e} unknowns; its energy balance closes within {worst:.0e}."
+    )
+    return 0 if all(row.accurate for row in rows) and not (options.strict and slow) else 1
 
 
 def plot(rows: Sequence[Row], params: Parameters) -> Figure:
@@ -143,7 +150,7 @@ def plot(rows: Sequence[Row], params: Parameters) -> Figure:
     at, names = np.arange(len(rows)), [row.name for row in rows]
     spread = [row.ratio * row.spread / 2 for row in rows]
     left.barh(at, [row.ratio for row in rows], color=BLUE, height=0.6, xerr=spread, capsize=3)
-    left.axvline(TIME_BAR, color=ORANGE, ls="--", label=f"bar of 1000 steps, {TIME_BAR:g}")
+    left.axvline(TIME_BAR, color=ORANGE, ls="--", label=f"limit of 1000 steps, {TIME_BAR:g}")
     unit = f"time of {params.steps} steps / time of one dptsv, n = {params.unknowns:g}"
     left.set(xlabel=unit, yticks=at, yticklabels=names)
     left.invert_yaxis()
@@ -157,4 +164,8 @@ def plot(rows: Sequence[Row], params: Parameters) -> Figure:
         axes.grid(alpha=0.25, axis="x")
         axes.set_axisbelow(True)
         axes.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
+    slowest = max(row.ratio for row in rows)
+    figure.suptitle(
+        f"A loop of {params.steps} steps costs at most {slowest:.3g} tridiagonal solves"
+    )
     return figure

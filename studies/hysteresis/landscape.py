@@ -101,7 +101,9 @@ def landscape(history: History, steps: Sequence[int]) -> Figure:
     low, high = float(shown.min()) / y.size, max(float(shown.max()), 0.0) / y.size
     axes.set(ylim=(low - 0.12 * (high - low), high + 0.25 * (high - low)))
     axes.set(xlabel=f"half-width a in {x.symbol}", ylabel=f"energy U in {y.symbol}")
-    axes.set(xlim=(0, None), title="Energy over the half-width at fixed depth; dots: the path")
+    axes.set(
+        xlim=(0, None), title="The path (dots) stays in a minimum of the energy until none is left"
+    )
     axes.legend(fontsize=9)
     axes.grid(alpha=0.25)
     return drawn

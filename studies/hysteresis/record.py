@@ -36,7 +36,12 @@ FULL = Parameters()
 
 
 QUICK = Parameters(
-    tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36, across=(0.1, 0.4), up=(0.3, 3.0)
+    tensions=(0.02, 0.4),
+    works=(WORK,),
+    machines=(0.3,),
+    steps=36,
+    across=(0.05, 0.15, 0.4, 1.0, 2.5),
+    up=(0.1, 0.3, 1.0, 3.0, 10.0),
 )
 
 

@@ -168,4 +168,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     count = animate(finer, out.at("hysteresis_loop.gif"), preset.frames)
     print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {out.folder}")
     print(summary(record))
+    command.answer(
+        f"The energy released in its jumps and nothing else: in {len(record.loops)} loops the area "
+        f"agrees with that within {record.imbalance:.0e}, and with the closed forms within "
+        f"{record.error:.0e}."
+    )
     return 0 if record.passed else 1

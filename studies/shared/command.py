@@ -145,6 +145,19 @@ def silent(line: object) -> None:
     """In place of `say`, where nobody listens."""
 
 
+def answer(text: str) -> None:
+    """The answer of a study in one sentence, from its numbers: the last words on the screen.
+
+    The report shows it first.
+    """
+    say(f"answer: {text}")
+
+
+def missed(text: str) -> None:
+    """A limit that was not kept though the study did not fail: a time on a busy machine."""
+    say(f"missed: {text}")
+
+
 def say(line: object) -> None:
     """A line on the screen at once."""
     print(line, flush=True)

@@ -200,6 +200,15 @@ def _row(result: Result) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
+def answer(record: Record) -> str:
+    """Whether every result comes out."""
+    count, failed = len(record.results), record.failed
+    if not failed:
+        return f"Yes: all {count} checks of the paper's results pass."
+    named = ", ".join(f"{label(r.check.equations)} {r.check.what}" for r in failed)
+    return f"Not every one: {len(failed)} of {count} checks fail: {named}."
+
+
 def table(record: Record) -> Table:
     """Columns and a row per check, with the error of every level."""
     names = ["equation", "what", "unit", "simulated", "closed_form", "error", "bar", "order"]
@@ -229,4 +238,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     out.text("report.md", report(record, closing))
     print(f"report: {out.folder / 'report.md'}")
     print(closing)
+    command.answer(answer(record))
     return 1 if record.failed else 0

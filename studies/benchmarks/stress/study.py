@@ -244,5 +244,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"{t.verdict:14s} {t.grid:8s} {t.shape:8s} x = {t.x:5.3g}, y = {t.y:5.3g}: {t.note}")
     for reason, times in refusals(trials).items():
         print(f"refused {times} times: {reason}")
-    print(f"{len(trials)} points, {len(bad)} lost or failed")
+    known = [t for t in trials if t.verdict == "ok" and not math.isnan(t.digits[0])]
+    kept = sum(min(t.digits) >= KEPT for t in known)
+    command.answer(
+        f"{KEPT:g} or more at {kept} of {len(known)} points with an answer, fewer where the "
+        f"problem itself loses them; of all {len(trials)} points {len(bad)} are lost or failed."
+    )
     return 1 if bad else 0
