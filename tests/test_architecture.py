@@ -1,6 +1,7 @@
 """What may import what, and what is installed."""
 
 import ast
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -123,3 +124,12 @@ def test_every_package_is_listed_for_installation():
         for path in {p.parent for p in modules(package)}:
             name = ".".join(path.relative_to(ROOT).parts)
             assert f'"{name}"' in listed, f"{name} is missing in pyproject.toml"
+
+
+def test_the_oldest_versions_that_ci_tests_are_the_oldest_allowed():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    lines = (ROOT / ".ci" / "oldest.txt").read_text("utf-8").split()
+    tested = dict(line.split("==") for line in lines)
+    for dependency in project["dependencies"]:
+        name, bound = dependency.split(">=")
+        assert tested[name].startswith(f"{bound}."), dependency
