@@ -25,13 +25,12 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization import AccuracyWarning, minimise
-from discretization.equilibrium import QUANTITIES
 from studies.benchmarks import lattice_tolerance
 from studies.shared import command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.random_cases import Case, in_turn
-from studies.shared.types import Table
+from studies.shared.types import QUANTITIES, Table
 
 FLOOR, ROUNDING = 1e-12, 1e-15
 SHARE = 0.99

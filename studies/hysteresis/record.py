@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +10,6 @@ from discretization import History
 from studies.shared import loops
 from studies.shared.loops import LAYER, SIZE, WORK, Form
 from studies.shared.types import Array
-
-if TYPE_CHECKING:
-    pass
-
 
 BAR, LEDGER = 1e-8, 1e-9
 
