@@ -79,7 +79,7 @@ def _exact(record: Record) -> Iterator[str]:
         ratios = [ratio for name, ratio, _ in record.flat if name == shape]
         worst = max(abs(error) for name, _, error in record.flat if name == shape)
         yield (
-            f"- With true lengths, where the face is flat at the line: the {shape} lets go at "
+            f"- With true lengths, where the face is flat at the line: the {shape} detaches at "
             f"d = -√(2w/k) within {worst:.0e} for w/γ₁ from {min(ratios):g} to {max(ratios):g}."
         )
     points = [x for part in (record.maps, record.paths) for row in part.values() for x in row]
@@ -120,7 +120,7 @@ def _growth(record: Record) -> Iterator[str]:
     ratios, widths, _, force = grid(record.maps[PUNCH], "width")
     largest, worst = ratios[~np.isnan(force).any(axis=0)][-1], np.nanmax(force, axis=1)
     yield (
-        f"- flat punch about to let go: with the tension term 2√(2wγ₁) of (22) its force is off, "
+        f"- flat punch about to detach: with the tension term 2√(2wγ₁) of (22) its force is off, "
         f"for w/γ₁ up to {largest:g}, by at most {worst[0]:.1%} for a = {widths[0]:g} l and "
         f"{worst[-1]:.1%} for a = {widths[-1]:g} l."
     )

@@ -9,11 +9,11 @@ same process, next to the true errors against energy.cards,
 
 ΣP and ΣU being the sums of the terms' absolute values (a force may pass through zero). Every scene
 is new and solved once; what is kept between scenes are the free surfaces for finite slopes, in
-units of l and γ₁ the same for all. The time bar is for the 95th percentile. Finite slopes have
+units of l and γ₁ the same for all. The time limit is for the 95th percentile. Finite slopes have
 convex indenters only.
 
 Output: a line per indenter, fitted_speed.csv with a row per scene. Exit status 1 if an error misses
-its bar, with --strict also if a time does: machines may be shared.
+its limit, with --strict also if a time does: machines may be shared.
 """
 
 from __future__ import annotations
@@ -103,13 +103,13 @@ class Row:
 
     @property
     def accurate(self) -> bool:
-        """Whether every scene was solved with its errors below the bars."""
+        """Whether every scene was solved with its errors below the limits."""
         *relative, angle = self.worst
         return max(relative) <= self.bar.error and (math.isnan(angle) or angle <= self.bar.angle)
 
     @property
     def fast(self) -> bool:
-        """Whether 95 of 100 scenes stay below the bar of time."""
+        """Whether 95 of 100 scenes stay below the limit of time."""
         return self.ratio(95) <= self.bar.ratio
 
 
@@ -201,7 +201,7 @@ def _row(parameters: Parameters, case: tuple[str, str]) -> Row:
     return Row(slopes, shape, tuple(measure(make(rng), parameters.unknowns) for _ in range(count)))
 
 
-HEADER = "slopes|indenter|scenes|dptsv|95 %|bar|time|err a|err P|err U|err θ|bar|errors"
+HEADER = "slopes|indenter|scenes|dptsv|95 %|limit|time|err a|err P|err U|err θ|limit|errors"
 WIDTHS = (-6, -18, 6, 6, 6, 4, 6, 6, 6, 6, 6, 6, 6)
 
 
@@ -240,7 +240,7 @@ def table(rows: Sequence[Row]) -> Table:
 
 
 def plot(rows: Sequence[Row]) -> Figure:
-    """Median time with the middle 90 % and its bar, and the largest errors, by indenter."""
+    """Median time with the middle 90 % and its limit, and the largest errors, by indenter."""
     figure, (left, right) = canvas(12, 1.4 + 0.32 * len(rows), 1, 2, sharey=True)
     at = np.arange(len(rows))
     middle, low, high = (np.array([row.ratio(p) for row in rows]) for p in (50, 5, 95))
@@ -266,7 +266,7 @@ def plot(rows: Sequence[Row]) -> Figure:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the table; 1 if an error bar is missed, with --strict also for a time bar."""
+    """Print the table; 1 if an error limit is missed, with --strict also for a time limit."""
     quick = "10 and 5 scenes per indenter"
     parser = command.parser("fitted_speed", __doc__, quick)
     preset = Parameters()
@@ -276,7 +276,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     ):
         about = f"scenes per indenter with {slopes} slopes; default: {default}"
         parser.add_argument(f"--{name}", type=int, default=default, metavar="N", help=about)
-    parser.add_argument("--strict", action="store_true", help="a missed time bar fails too")
+    parser.add_argument("--strict", action="store_true", help="a missed time limit fails too")
     options, out = command.parse(parser, argv)
     if options.preset == "quick":
         options.scenes, options.steep = 10, 5

@@ -6,7 +6,7 @@ which is a second equilibrium with half the nodes, over the time of one LAPACK `
 unknowns measured right after it, medians of 7 pairs; next to the error of a and P against Eqs. (33)
 and (11); peak memory in arrays of n doubles, estimate included; and the time of
 `import energy, discretization` over `import numpy, scipy.linalg`, both in fresh interpreters. The
-bars hold for the largest size, and with the error estimate.
+limits hold for the largest size, and with the error estimate.
 
 Times and errors are those of the model, in which only k, γ₁ and w of a film enter; h is arbitrary.
 """
@@ -119,11 +119,11 @@ def line(row: Row) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the table; 1 if a state is not certified, with --strict also if a bar is missed."""
+    """Print the table; 1 if a state is not certified, with --strict also if a limit is missed."""
     parser = command.parser("lattice_speed", __doc__, "up to 10⁵ nodes")
     about = f"in contact; default: {' '.join(map(str, SIZES))}"
     parser.add_argument("--nodes", type=int, nargs="+", default=SIZES, metavar="N", help=about)
-    parser.add_argument("--strict", action="store_true", help="a missed bar fails too")
+    parser.add_argument("--strict", action="store_true", help="a missed limit fails too")
     options, out = command.parse(parser, argv)
     sizes = [10**3, 10**5] if options.preset == "quick" else options.nodes
     if min(sizes) < 100:

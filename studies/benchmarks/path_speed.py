@@ -3,12 +3,12 @@
 A parabola is pressed in and pulled off under imposed depth, dead load and a machine on the fitted
 mesh, and under imposed depth on a lattice with 10⁵ nodes in the largest contact; wall time over
 that of one LAPACK `dptsv` with 10⁵ unknowns in the same process (median of several). Next to it the
-error of the loop area against energy.cards, ∮P dd, and the imbalance of the ledger.
+error of the loop area against energy.cards, ∮P dd, and the imbalance of the energy.
 
 The film is thicker than springs allow beside the contact, h > l: times and errors are those of the
 model, in which only k, γ₁ and w of a film enter.
 
-Output: a line per loop, path_speed.csv. Exit status 1 if an error misses its bar, with --strict
+Output: a line per loop, path_speed.csv. Exit status 1 if an error misses its limit, with --strict
 also if a time misses 150 dptsv.
 """
 
@@ -57,7 +57,7 @@ class Parameters:
 class Row(NamedTuple):
     """One kind of loop: time in dptsv with its interquartile range over it, error of the loop area.
 
-    ledger: its imbalance; bar: of the error of the area.
+    ledger: imbalance of the energy; bar: limit of the error of the area.
     """
 
     name: str
@@ -69,12 +69,12 @@ class Row(NamedTuple):
 
     @property
     def accurate(self) -> bool:
-        """Whether loop area and ledger meet their bars."""
+        """Whether loop area and energy balance meet their limits."""
         return self.error <= self.bar and self.ledger <= 1e-9
 
 
 def loops(params: Parameters) -> dict[str, tuple[dict[str, Any], float, float]]:
-    """Arguments of load_path, loop area of the cards, and error bar of each loop."""
+    """Arguments of load_path, loop area of the cards, and error limit of each loop."""
     scene, half = params.scene, params.steps // 2
     k, delta0 = scene.stiffness, scene.critical_separation
     given = {"R": params.R, "k": k, "gamma1": params.gamma1, "w": params.w}
@@ -95,7 +95,7 @@ def loops(params: Parameters) -> dict[str, tuple[dict[str, Any], float, float]]:
         f"lattice, {params.nodes:g} nodes": (
             {"depths": depths, "method": "lattice", "spacing": spacing},
             area,
-            1e-3,  # the last link lets go early: first order
+            1e-3,  # the last link detaches early: first order
         ),
     }
 
@@ -145,7 +145,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def plot(rows: Sequence[Row], params: Parameters) -> Figure:
-    """Time of each loop, with its bar, beside the errors of loop area and ledger."""
+    """Time of each loop, with its limit, beside the errors of loop area and energy balance."""
     figure, (left, right) = canvas(11, 3.6, 1, 2, sharey=True)
     at, names = np.arange(len(rows)), [row.name for row in rows]
     spread = [row.ratio * row.spread / 2 for row in rows]

@@ -27,7 +27,7 @@ from studies.contact_angle.record import FULL, QUICK, Angle, Loop, Parameters, R
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
-from studies.shared.small_slopes import depth_by_16, letting_go, scene, simulated
+from studies.shared.small_slopes import depth_by_16, detachment, scene, simulated
 from studies.shared.types import Table
 
 INDENTERS: dict[str, Indenter] = {
@@ -74,10 +74,10 @@ def single(p: Parameters, shape: str) -> list[Angle]:
 
 
 def loop(steps: int, case: tuple[str, float]) -> Loop:
-    """Touch, press to 2δ₀, pull until just before the contact lets go; finite slopes."""
+    """Touch, press to 2δ₀, pull until just before the contact detaches; finite slopes."""
     shape, ratio = case
     given = scene(INDENTERS[shape], 1.0, ratio)
-    end, top = letting_go(given), 2 * given.critical_separation
+    end, top = detachment(given), 2 * given.critical_separation
     depths = [*np.linspace(0, top, steps), *(top + (end - top) * np.linspace(0, 0.999, 2 * steps))]
     states = (minimise(given, float(depth)) for depth in depths)
     angles = [next(measured("finite", shape, state)) for state in states]

@@ -2,8 +2,8 @@
 
 At a depth d, with small slopes, every half-width a has its surface of least energy: u = d - f in
 the contact and free beside it. U(a; d) is its energy; its minima over a are the states of a path
-under imposed depth, and what separates one from the detached surface, U = 0, is the barrier that keeps it
-metastable.
+under imposed depth, and what separates one from the detached surface, U = 0, is the barrier that
+keeps it metastable.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class Loop:
 
     @property
     def imbalance(self) -> float:
-        """How far the ledger is out of balance, relative."""
+        """How far the energy balance is off, relative."""
         return loops.imbalance(self.history, self.work)
 
     @property
@@ -67,7 +67,7 @@ class Loop:
 
     @property
     def passed(self) -> bool:
-        """Whether all errors are within the bars; nan is not."""
+        """Whether all errors are within the limits; nan is not."""
         return self.error <= BAR and self.imbalance <= LEDGER
 
 
@@ -98,7 +98,7 @@ class Record:
 
     @property
     def imbalance(self) -> float:
-        """The largest imbalance of a ledger."""
+        """The largest imbalance of the energy."""
         return float(np.max([loop.imbalance for loop in self.loops]))
 
     @property

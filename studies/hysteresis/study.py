@@ -108,8 +108,8 @@ def summary(record: Record) -> str:
     maps = sum(found.area.size for found in record.maps)
     return (
         f"{len(record.loops)} loops and {maps} of the maps: worst error {record.error:.1e} "
-        f"(bar {BAR:.0e}), ledgers out of balance by {record.imbalance:.1e} at most "
-        f"(bar {LEDGER:.0e}); {failed} failed"
+        f"(limit {BAR:.0e}), energy balances off by {record.imbalance:.1e} at most "
+        f"(limit {LEDGER:.0e}); {failed} failed"
     )
 
 

@@ -107,7 +107,7 @@ def punch(width: float, ratio: float) -> Errors:
     return compare(given, depth_by_16(given, width), width)
 
 
-def letting_go(given: Scene, tolerance: float = 1e-6) -> float:
+def detachment(given: Scene, tolerance: float = 1e-6) -> float:
     """The depth at which the simulated contact vanishes, within tolerance·δ₀, by root finding."""
     reach = given.critical_separation
 
@@ -118,16 +118,16 @@ def letting_go(given: Scene, tolerance: float = 1e-6) -> float:
     return float(brentq(width, -1.01 * reach, 0.01 * reach, xtol=tolerance * reach, rtol=1e-14))
 
 
-def letting_go_error(shape: str, steepness: float, ratio: float) -> float:
+def detachment_error(shape: str, steepness: float, ratio: float) -> float:
     """Error of the depth at which (16) lets the contact go, relative to δ₀."""
     given = scene(blunt(shape, steepness), 1.0, ratio)
     reach = given.critical_separation
     by_16 = min(steepness - reach, 0.0) if shape == "wedge" else -reach
-    return (by_16 - letting_go(given)) / reach
+    return (by_16 - detachment(given)) / reach
 
 
 def pull_error(shape: str, steepness: float, ratio: float) -> float:
-    """Error of the largest pull on the way to where the contact lets go, scaled like P."""
+    """Error of the largest pull on the way to where the contact detaches, scaled like P."""
     given = scene(blunt(shape, steepness), 1.0, ratio)
     reach = given.critical_separation
 
@@ -147,5 +147,5 @@ QUANTITIES: dict[str, Callable[[str, float, float], float]] = {
     "half-width": lambda *at: at_unit_width(*at).half_width,
     "force": lambda *at: at_unit_width(*at).force,
     "largest pull": functools.cache(pull_error),
-    "depth of letting go": functools.cache(letting_go_error),
+    "depth of detachment": functools.cache(detachment_error),
 }
