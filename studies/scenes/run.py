@@ -180,7 +180,8 @@ def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> No
             at, height = depths[chosen] / x.size, values[chosen] / y.size
             colour = GREY if label == "detached" else ORANGE if violated else BLUE
             text = f"{label}, an assumption violated" if violated else label
-            style = {"color": colour, "marker": marker, "label": text}
+            fill = "white" if violated else colour
+            style = {"color": colour, "marker": marker, "mfc": fill, "label": text}
             spread = error[chosen] / y.size
             axes.errorbar(at, height, yerr=spread, ls="", ms=4, capsize=2, **style)
     axes.axhline(0, color=GREY, lw=0.8)
