@@ -44,6 +44,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.small_slopes import (
+    KINDS,
     QUANTITIES,
     SHAPES,
     Errors,
@@ -112,10 +113,10 @@ def overhangs(p: Parameters) -> Iterator[tuple[str, float, float]]:
 def path_point(case: tuple[str, float, float]) -> Point | None:
     """Eq. (16) at d = 0, case: shape, steepness, γ₁/w; None without contact (too sharp a wedge)."""
     shape, steepness, tension = case
-    a0 = (1.0 if shape == "wedge" else 2.0) / steepness
+    a0 = KINDS[shape].width / steepness
     given = scene(blunt(shape, steepness, a0), tension * WORK, WORK)
     ell = given.elastocapillary_length
-    a = a0 - ell if shape == "wedge" else a0 / (ell / a0 + math.hypot(ell / a0, 1))
+    a = KINDS[shape].at_touch(a0, ell)
     if a <= 0:
         return None
     return Point(shape, 1 / tension, steepness, a / ell, compare(given, 0.0, a, a0))
@@ -126,7 +127,7 @@ def within_small_slopes(p: Parameters) -> tuple[float, float]:
     tense = dry = 0.0
     for shape in SHAPES:
         for steepness in p.paths:
-            a0 = (1.0 if shape == "wedge" else 2.0) / steepness
+            a0 = KINDS[shape].width / steepness
             body = blunt(shape, steepness, a0)
             for tension in p.tensions:
                 given = scene(body, tension * WORK, WORK, "small")
