@@ -5,12 +5,14 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import discretization
 from discretization import minimise
+from studies import STUDIES
 
 ROOT = Path(__file__).parent.parent
 READMES = [ROOT / "README.md", *sorted(ROOT.glob("*/README.md"))]
@@ -113,6 +115,14 @@ def test_every_link_and_every_file_named_exists():
             assert not ours or any((p / name).exists() for p in places), f"{path}: {name}"
             found += ours
     assert found > 30
+
+
+def test_every_study_is_in_the_table_and_the_citation_has_the_version():
+    listed = re.findall(r"^\| (`.*?) \|", TEXT[ROOT / "studies" / "README.md"], re.M)
+    assert sorted(re.findall(r"`(\w+)`", " ".join(listed))) == sorted(STUDIES)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    citation = (ROOT / ".github" / "CITATION.cff").read_text("utf-8")
+    assert f"\nversion: {project['version']}\n" in citation
 
 
 def test_the_first_page_is_read_in_five_minutes():
