@@ -138,7 +138,7 @@ def followed(params: Parameters, tension: float) -> Loop:
 def heading() -> str:
     """Names of the columns of `line`."""
     return (
-        "l/shortest  contacts  fraction  pull-off [N/m]  loop area [J/m]  ledger"
+        "l/shortest  contacts  fraction  pull-off [N/m]  loop area [J/m]  balance"
         "  global below metastable"
     )
 
@@ -146,11 +146,11 @@ def heading() -> str:
 def line(loop: Loop) -> str:
     """Most contacts, fraction and pull at the deepest, loop area, and the lowest energies."""
     path, deepest = loop.path, int(np.argmax(loop.path.depth))
-    ledger = abs(path.work() / path.dissipated - 1)
+    balance = abs(path.work() / path.dissipated - 1)
     below = sum(state.energy < path.energy[step] for step, state in loop.lowest.items())
     return (
         f"{loop.tension:10.3g}  {loop.contacts.max():8d}  {loop.fraction[deepest]:8.3f}  "
-        f"{path.pull_off.force:14.6g}  {path.dissipated:15.6g}  {ledger:.0e}   "
+        f"{path.pull_off.force:14.6g}  {path.dissipated:15.6g}  {balance:7.0e}   "
         f"{below} of {len(loop.lowest)}"
     )
 

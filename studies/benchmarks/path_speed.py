@@ -127,7 +127,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     rows = run(params)
     widths = (-24, 14, 5, 18, 7, 6)
     head = [f"{params.steps} steps", f"dptsv({params.unknowns:.0e})", "±", "error of the area"]
-    print(aligned(widths, [*head, "ledger", ""]))
+    print(aligned(widths, [*head, "balance", ""]))
     for row in rows:
         errors = f"{row.error:.1e}", f"{row.ledger:.1e}", "ok" if row.accurate else "MISSED"
         print(aligned(widths, [row.name, f"{row.ratio:.1f}", f"{row.spread / 2:.0%}", *errors]))
