@@ -95,7 +95,7 @@ def draw_conjecture(record: Record) -> Figure:
                 label = f"f'(a₀) = {s:g}" if style == "-" else None
                 look = {"color": colour, "marker": MARKERS[steepness.index(s) % 8], "ms": 4}
                 axes.loglog(tensions, errors, style, label=label, **look)
-        axes.set(title=f"{shape}, only γ₁ varies, d = 0", xlabel="γ₁/w", ylim=(1e-6, 1))
+        axes.set(title=f"{shape}, only γ₁ varies, d = 0", xlabel="γ₁/w")
         plain_ticks(axes.xaxis, steps=(1.0,) if max(tensions) > 100 else (1.0, 3.0))
         axes.legend(fontsize=8, title="a solid, P dashed")
         for j, (name, style) in enumerate((("half_width", "-"), ("force", "--"))):
