@@ -146,7 +146,10 @@ class Smooth:
             at = np.searchsorted(known, lines[:, own], side="right" if side * way > 0 else "left")
             at = np.clip(at, 1, known.size - 1)
             lo, hi = known[at - 1], known[at]
-            found[:, :, own] = lo + _ULPS * np.spacing(np.abs(lo)), hi - _ULPS * np.spacing(np.abs(hi))
+            found[:, :, own] = (
+                lo + _ULPS * np.spacing(np.abs(lo)),
+                hi - _ULPS * np.spacing(np.abs(hi)),
+            )
         return np.where(np.isfinite(lines), found, lines)
 
     def _snapped(self, lines: Array) -> Array:
@@ -220,7 +223,9 @@ class Smooth:
                 ends.append(None)
                 continue
             ends.append(At(z, np.asarray(self.resting.profile.indenter.height(z), float)))
-            total += sign * self.integrals.contact(z, d, self.resting.work(way)) * [[1], [sign], [1]]
+            total += (
+                sign * self.integrals.contact(z, d, self.resting.work(way)) * [[1], [sign], [1]]
+            )
         energy, force = self.resting.surfaces.stored(*ends, d)
         total += np.array([energy, energy, force])
         shape = lines.shape[:2]

@@ -384,12 +384,19 @@ def facing_offsets(
     together: linear in both. Lone nodes, and lines three links apart or less, stay on their nodes.
     """
     first, left, right, last = ends
-    if right - left <= 3 or first == left or right == last:
+    if right - left <= 3:
         return 0.0, 0.0
     rows = []
-    for node, side, other in ((left, 1, right), (right, -1, left)):
+    for node, side, other, lone in (
+        (left, 1, right, first == left),
+        (right, -1, left, right == last),
+    ):
+        if lone:
+            rows.append((1.0, 0.0, 0.0))
+            continue
         inner, outer = opening.passes(node - side, side, other), closing.passes(node, side, other)
-        felt = closing.passes(node, side, other) - closing.passes(node, side, other + side)
+        beyond = other + side
+        felt = outer - closing.passes(node, side, beyond) if 0 <= beyond < closing.f.size else 0.0
         rows.append((outer - inner, felt, depth - (outer + inner) / 2))
     (own, felt, off), (own2, felt2, off2) = rows
     whole = own * own2 - felt * felt2

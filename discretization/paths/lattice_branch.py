@@ -273,8 +273,8 @@ class LatticeBranch:
         return held[0], held[1]
 
     def force(self, state: State, depth: float) -> float:
-        """P of the contact set."""
-        return 0.0 if state is None else float(self.row.force(*_one(state, depth))[0])
+        """P, interpolated between the nodes: that of a contact set jumps at every link."""
+        return 0.0 if state is None else float(self._interpolated(*_one(state, depth))[1][0])
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
