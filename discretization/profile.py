@@ -14,7 +14,7 @@ from __future__ import annotations
 import functools
 import math
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,8 @@ class Resolved:
 
     A corner stands twice: first with the slope on its left, then with that on its right. touch:
     the least height, at x = lowest; scale: the steepest slope times the width, a size of f.
-    resolved: False where MOST samples were not enough.
+    resolved: False where MOST samples were not enough. edges: of a pattern, on either side of which
+    there is a sample.
     """
 
     indenter: Indenter
@@ -52,6 +53,7 @@ class Resolved:
     f: Array
     slope: Array
     resolved: bool
+    edges: Array = field(default_factory=lambda: np.empty(0))
 
     @functools.cached_property
     def touch(self) -> float:
@@ -92,8 +94,9 @@ class Resolved:
 
     @functools.cached_property
     def joints(self) -> Array:
-        """x of the corners, with the ends of the window."""
-        return np.unique(np.concatenate([self.x[:1], self.corners, self.x[-1:]]))
+        """Where D may jump: the corners and a pattern's edges, with the ends of the window."""
+        inside = self.edges[(self.edges > self.x[0]) & (self.edges < self.x[-1])]
+        return np.unique(np.concatenate([self.x[:1], self.corners, inside, self.x[-1:]]))
 
     def falls(self, slopes: str) -> Array:
         """By how much the slope falls at the corners; for finite slopes the inclination [rad]."""
@@ -109,10 +112,12 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     point, or with heights that are not finite.
     """
     indenter = scene.indenter
-    *samples, resolved = _refined(scene, _cuts(indenter, _window(scene, depth)))
+    edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
+    cuts = _cuts(indenter, _window(scene, depth), edges)
+    *samples, resolved = _refined(scene, cuts)
     if not resolved:
         warnings.warn(_unresolved(samples[0]), AccuracyWarning, stacklevel=4)
-    return Resolved(indenter, *_with_extremes(indenter, *samples), resolved)
+    return Resolved(indenter, *_with_extremes(indenter, *samples), resolved, edges)
 
 
 def _unresolved(x: Array) -> str:
@@ -168,10 +173,11 @@ def heights(indenter: Indenter, x: Array) -> Array:
     return f
 
 
-def _cuts(indenter: Indenter, window: tuple[float, float]) -> Array:
-    """Ends of the window, and the corners and knots in it."""
+def _cuts(indenter: Indenter, window: tuple[float, float], edges: Array) -> Array:
+    """Ends of the window, and the corners, knots and edges of a pattern in it."""
     apex = () if indenter.apex is None else (indenter.apex,)
     known = np.concatenate([indenter.corners, indenter.knots, apex]).astype(float)
+    known = np.concatenate([known, edges, np.nextafter(edges, -math.inf)])
     inner = known[(known > window[0]) & (known < window[1])]
     return np.unique(np.concatenate([window, inner]))
 

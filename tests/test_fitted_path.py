@@ -1,7 +1,6 @@
 """Load paths of several contacts on the fitted mesh: against minimise, single contacts, forces."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -188,18 +187,6 @@ def test_a_file_continues_it(path, tmp_path):
         assert (here.kind, here.depth, here.energy_released, here.after.inner) == (
             *(there.kind, there.depth, there.energy_released, there.after.inner),
         )
-
-
-@pytest.mark.parametrize(
-    ("change", "programme", "message"),
-    [
-        ({"indenter": Sampled(np.linspace(-3, 3, 99), np.arange(99) % 2)}, {}, "kind='smooth'"),
-        ({}, {"depths": None, "forces": [1.0]}, "give depths"),
-    ],
-)
-def test_what_it_cannot_follow_is_refused(change, programme, message):
-    with pytest.raises(ValueError, match=message):
-        load_path(replace(crests(), **change), **{"depths": UP, **programme})
 
 
 def test_a_profile_too_rough_to_see_every_event_is_warned_of():

@@ -10,9 +10,8 @@ from scenes import ALPHA, DELTA0, L, adhesive, rippled, tips, wavy
 from discretization import NotCertifiedError, minimise
 from discretization.fitted import several
 from discretization.fitted.bubbles import parted
-from discretization.fitted.contacts import FittedContacts, totals
+from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors, penetration
-from discretization.fitted.lines import FittedLine, Problem
 from discretization.fitted.motion import Motion
 from discretization.fitted.response import response
 from discretization.profile import resolve
@@ -62,31 +61,29 @@ def test_a_reentrant_corner_stays_open_without_adhesion():
     assert near[1, 0] == pytest.approx(first, rel=1e-12, abs=0)
 
 
-def judged(state, pairs):
+def contacts_of(state, lines):
     scene = state.scene
-    surfaces = response(scene.slopes, DEGREE[scene.slopes])
-    problem = Problem.of(scene, state.depth, 0.0, state.branch, surfaces)
-    contacts = FittedContacts(problem, pairs)
+    motion = Motion.of(
+        scene, resolve(scene, 4 * DELTA0), response(scene.slopes, DEGREE[scene.slopes]), state.depth
+    )
+    return Contacts(motion, tuple(np.ravel(lines).tolist()), state.depth)
+
+
+def judged(state, lines):
+    contacts = contacts_of(state, lines)
     moved = replace(state, contacts=contacts.x)
-    points = np.linspace(*state.scene.indenter.extent, 4001)
-    return certify(contacts, moved, totals(contacts, 1e-8)[1], points)
-
-
-def lines(state):
-    return [tuple(FittedLine(x, False, False) for x in row) for row in state.contacts.tolist()]
+    return certify(contacts, moved, totals(contacts, 1e-8)[1])
 
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("move", [-1e-6, 1e-6])
 @pytest.mark.parametrize("where", [(0, 0), (4, 0), (4, 1), (-1, 1)])
 def test_the_certificate_notices_a_moved_line(states, case, move, where):
-    pairs = lines(states[case])
-    assert judged(states[case], tuple(pairs)).ok
+    lines = states[case].contacts.copy()
+    assert judged(states[case], lines).ok
     contact, end = where
-    pair = list(pairs[contact])
-    pair[end] = FittedLine(pair[end].x + move * L, False, False)
-    pairs[contact] = tuple(pair)
-    failures = judged(states[case], tuple(pairs)).failures
+    lines[contact, end] += move * L
+    failures = judged(states[case], lines).failures
     shrunk = (move > 0) == (end == 0)
     assert failures == (
         ("penetration", "neighbours") if shrunk and not case[0] else ("neighbours",)
@@ -95,15 +92,14 @@ def test_the_certificate_notices_a_moved_line(states, case, move, where):
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_certificate_notices_a_missing_contact(states, case):
-    pairs = lines(states[case])
-    assert "penetration" in judged(states[case], (*pairs[:6], *pairs[7:])).failures
+    lines = np.delete(states[case].contacts, 6, axis=0)
+    assert "penetration" in judged(states[case], lines).failures
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_only_adhesion_holds_a_gap_closed(states, case):
-    pairs = lines(states[case])
-    merged = (pairs[5][0], pairs[6][1])
-    judgement = judged(states[case], (*pairs[:5], merged, *pairs[7:]))
+    lines = np.delete(states[case].contacts.ravel(), [11, 12])
+    judgement = judged(states[case], lines)
     assert judgement.failures == (() if case[0] else ("opening",))
 
 
@@ -112,22 +108,17 @@ def test_a_corner_is_torn_open_beyond_what_both_its_lines_hold(share, failures):
     """J <= 2√(2w/γ₁)."""
     free = minimise(vee(share * 2 * ALPHA, 0.002), DELTA0, rtol=1e-6)
     assert len(free.contacts) == 1 + len(failures)
-    assert judged(free, (at(free.contacts[0, 0], free.contacts[-1, 1]),)).failures == failures
-
-
-def at(*positions):
-    return tuple(FittedLine(x, False, False) for x in positions)
+    assert judged(free, [free.contacts[0, 0], free.contacts[-1, 1]]).failures == failures
 
 
 def test_a_point_of_contact_holds_while_it_is_pressed():
     """Where it is pulled it lets go, as it does not adhere."""
     c = 60 * L
-    pairs = tuple((FittedLine(x, True, False),) * 2 for x in (-c, c))
     for share, failures in ((0.3, ()), (-0.1, ("opening",))):
         pressed = minimise(adhesive(tips(c)), 0.3 * DELTA0)
         assert pressed.contacts.tolist() == [[-c, -c], [c, c]]
         state = replace(pressed, depth=share * DELTA0)
-        assert judged(state, pairs).failures == failures
+        assert judged(state, [-c, -c, c, c]).failures == failures
 
 
 def test_an_unstable_pair_of_lines_is_no_equilibrium():
@@ -139,7 +130,7 @@ def test_an_unstable_pair_of_lines_is_no_equilibrium():
         i = int(np.argmax(rate))
         one = minimise(scene, float(d[i]))
         state = replace(one, contacts=np.array([[-x[i], x[i]]]))
-        assert judged(state, (at(-x[i], x[i]),)).failures == failures
+        assert judged(state, [-x[i], x[i]]).failures == failures
 
 
 def test_penetration_between_the_points_is_found(states):
@@ -158,14 +149,13 @@ def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
     motion = Motion.of(scene, profile, found, DELTA0)
     for depth, rejected in ((0.999 * profile.touch, False), (1.001 * profile.touch, True)):
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
-            several.state_of(motion, found, (), depth, "global", 1e-8)
+            several.state_of(motion, (), depth, "global", 1e-8)
 
 
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
     edge = 2 * L
     scene = adhesive(Parabola(0.02) + FlatPunch(edge))
-    problem = Problem.of(scene, 2 * DELTA0, 0.0, "adhered", response("small", 10))
-    ends = (FittedLine(-edge, True, False), FittedLine(edge * (1 - 1e-15), False, False))
-    contacts = FittedContacts(problem, (ends,))
+    motion = Motion.of(scene, resolve(scene, 2 * DELTA0), response("small", 10), 2 * DELTA0)
+    contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), 2 * DELTA0)
     found = errors(contacts, *totals(contacts, 1e-8))
     assert np.isfinite(list(found.values())).all()

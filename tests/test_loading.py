@@ -10,7 +10,7 @@ from scenes import adhesive, rescaled
 from discretization import NotCertifiedError, minimise
 from discretization.loading import load_path
 from discretization.paths.fitted_branch import Contact, FittedBranch
-from energy import FlatPunch, Parabola, Plane, PowerLaw, Profile, SurfaceEnergies, Wedge
+from energy import FlatPunch, Parabola, Plane, PowerLaw, SurfaceEnergies, Wedge
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
@@ -132,9 +132,6 @@ def test_bad_programmes_are_refused(programme, message):
 def test_indenters_a_path_cannot_follow_are_refused():
     with pytest.raises(ValueError, match="convex profile"):
         load_path(adhesive(Plane()), depths=[0.001])
-    bumpy = Profile(lambda x: x**2 + 0.1 * np.cos(9 * x), lambda x: 2 * x - 0.9 * np.sin(9 * x))
-    with pytest.raises(ValueError, match="imposed depths only; give depths"):
-        load_path(adhesive(bumpy), forces=[0.001])
     with pytest.raises(ValueError, match="is not a Scene"):
         load_path(Parabola(1.0), depths=[0.001])
 

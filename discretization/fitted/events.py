@@ -75,9 +75,9 @@ class Events:
         for _ in range(_PARTS):
             part = self._part(lines, start, end)
             work += part.work
-            if part.after is None or self._happens(part.lines, part.after):
+            if part.after is not None and self._happens(part.lines, part.after):
                 return part._replace(work=work)
-            lines, start = part.after, part.depth
+            lines, start = part.lines if part.after is None else part.after, part.depth
             if start == end:
                 return Part(end, lines, work, None)
         raise NotCertifiedError(f"the contacts at depth = {start!r} do not come to rest")
@@ -99,6 +99,8 @@ class Events:
         low, high, failed = self._enclosed(surfaces, whole, start)
         others = everything - failed
         rest = self._tried(surfaces, others, start, low.depth) if low.depth != start else None
+        if rest is not None and rest.failed:
+            return self._part(lines, start, (start + low.depth) / 2)
         before, work = low.lines.copy(), float(low.work[sorted(failed)].sum())
         if rest is not None:
             kept = sorted(others)
@@ -128,9 +130,12 @@ class Events:
         motion = self.motion
         if high < low:
             return motion.retracted(lines, high)
+        surfaces = np.array(free(lines))
+        behind = self.smooth.drives.ahead(surfaces, 1) < high - TIE * motion.resting.size
+        moved = failed | set(np.flatnonzero(behind.any(axis=1)).tolist())  # all at once by symmetry
         parts: list[float] = []
-        for i, (q, p) in enumerate(free(lines)):
-            parts += motion.surface.lines(q, p, low, high) if i in failed else (q, p)
+        for i, (q, p) in enumerate(surfaces.tolist()):
+            parts += motion.surface.lines(q, p, low, high) if i in moved else (q, p)
         return motion.relaxed(tuple(parts[1:-1]), high)
 
     def _enclosed(

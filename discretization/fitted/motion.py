@@ -14,17 +14,21 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.fitted.finite_surfaces import FiniteSurfaces
 from discretization.fitted.pressed import Lines, Pressed, pairs
 from discretization.fitted.response import Response
 from discretization.fitted.resting import MET, TIE, Pair, Resting
-from discretization.fitted.surfaces import FiniteSurfaces, SmallSurfaces
+from discretization.fitted.small_surfaces import SmallSurfaces
 from discretization.profile import Resolved
 from energy import Scene
 
+Array = NDArray[np.float64]
 _MOST = 100_000
 
 
@@ -34,14 +38,16 @@ class Motion:
 
     scene: Scene
     profile: Resolved
+    response: Response
     resting: Resting
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, response: Response, depth: float) -> Motion:
         """With the free surfaces of a response, for depths up to this one."""
         kind = SmallSurfaces if scene.slopes == "small" else FiniteSurfaces
-        size = scene.critical_separation + max(abs(depth), abs(profile.touch))
-        return cls(scene, profile, Resting(scene, profile, kind(scene, response), size))
+        size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
+        resting = Resting(scene, profile, kind(scene, response), size)
+        return cls(scene, profile, response, resting)
 
     @functools.cached_property
     def surface(self) -> Pressed:
@@ -51,7 +57,7 @@ class Motion:
     def adhered(self, depth: float) -> Lines:
         """The state of the path that touches first and then moves to this depth."""
         touch = self.profile.touch
-        if depth < touch and not self.scene.work_of_adhesion:
+        if depth < touch and not self.scene.opened.work_of_adhesion:
             return ()
         lines = self.first()
         return self.pressed(lines, touch, depth) if depth >= touch else self.retracted(lines, depth)
@@ -128,7 +134,8 @@ class Motion:
         """Whether a contact between the lines beside it is torn open, or lone and pulled."""
         if left == right:
             return self._pulled(left, beside, depth)
-        return not self.scene.work_of_adhesion and self._torn(left, right, depth) is not None
+        bare = self.bare(np.array([[left, right]]))
+        return bool(bare) and self._torn(left, right, depth) is not None
 
     def _opened(self, lines: Lines, depth: float) -> Lines:
         """Lines with the gaps that open inside contacts without a barrier.
@@ -152,23 +159,38 @@ class Motion:
         """Where a contact opens by itself; None if nowhere."""
         profile, aside = self.profile, 2 * MET * self.scene.elastocapillary_length
         inside = (profile.corners > left + aside) & (profile.corners < right - aside)
-        torn = np.flatnonzero(inside & (profile.falls(self.scene.slopes) > self._held))
-        if torn.size:
-            return float(profile.corners[torn[0]])
-        if self.scene.work_of_adhesion:
-            return None
-        pull, place = self.surface.pulled(left, right, depth)
-        return (
-            place
-            if pull > TIE * self.resting.size and left + aside < place < right - aside
-            else None
-        )
+        torn = inside & (profile.falls(self.scene.slopes) > self.holds(profile.corners))
+        if torn.any():
+            return float(profile.corners[torn][0])
+        for start, end in self.bare(np.array([[left, right]])):
+            pull, place = self.surface.pulled(start, end, depth)
+            if pull > TIE * self.resting.size and left + aside < place < right - aside:
+                return place
+        return None
 
-    @functools.cached_property
-    def _held(self) -> float:
+    def holds(self, x: Array) -> Array:
         """The kink that both lines of a closed gap hold together: 2 √(2w/γ₁), or as angles."""
-        half = math.sqrt(self.scene.work_of_adhesion / (2 * self.scene.gamma1))
-        return 4 * half if self.scene.slopes == "small" else 4 * math.asin(half)
+        w, pattern = self.scene.opened.work_of_adhesion, self.scene.pattern
+        least = np.ones_like(x)
+        if pattern is not None:  # the gap opens to the side that adheres less
+            beside = (pattern.factor(np.nextafter(x, end)) for end in (-math.inf, math.inf))
+            least = np.minimum(*beside)
+        half = np.sqrt(w * least / (2 * self.scene.gamma1))
+        return 4 * half if self.scene.slopes == "small" else 4 * np.arcsin(half)
+
+    def bare(self, contacts: Array) -> list[Pair]:
+        """The parts of contacts (m, 2) that do not adhere: all where w = 0, or bare patches."""
+        if not self.scene.opened.work_of_adhesion:
+            return [(left, right) for left, right in contacts.tolist() if left < right]
+        if self.scene.pattern is None:
+            return []
+        edges = [-math.inf, *self.scene.pattern.edges, math.inf]
+        found = []
+        for (start, end), factor in zip(pairwise(edges), self.scene.pattern.factors, strict=True):
+            for left, right in contacts.tolist() if not factor else ():
+                if max(start, left) < min(end, right):
+                    found.append((max(start, left), min(end, right)))
+        return found
 
     def retracted(self, lines: Lines, depth: float) -> Lines:
         """Lines taken to a smaller depth."""

@@ -81,6 +81,8 @@ def inside(
     g, slope = depth[:, None] - scene.indenter.height(x), scene.indenter.slope(x)
     stretch = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
     bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes)
+    if scene.pattern is not None:
+        bound = bound * scene.pattern.factor(x)
     spring, pressure, _ = terms.spring(g, k=scene.stiffness)
     densities = np.array([spring, stretch, bound, pressure, np.abs(pressure)])
     return np.einsum("rij,dij->rdi", span, densities), g.min(axis=1, initial=0.0)

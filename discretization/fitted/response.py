@@ -19,7 +19,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -35,6 +35,15 @@ _POINTS = 18
 _STEEP_POINTS = 12
 _ANGLE = 1e-4  # part of rtol that the contact angle [rad] may be off by per u₀
 Powers = tuple[float, ...]
+
+
+class Tail(NamedTuple):
+    """F [γ₁ l], S [γ₁] and ∫u dx [l²] of a tail, and its residual over u₀."""
+
+    energy: float
+    reaction: float
+    area: float
+    residual: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +78,12 @@ class Response:
         if self._alone(u0):
             return u0 * _beyond(self.degree, u0, 2)
         return u0 * _horner(self.areas, _along(u0))
+
+    def tail(self, u0: float) -> Tail:
+        """What a line feels, and what the surface's free nodes and its reaction are off by."""
+        solved = self.surface(u0)
+        apart = max(solved.residual, abs(solved.reaction - self.reaction(u0)))
+        return Tail(self.energy(u0), self.reaction(u0), self.area(u0), apart / (abs(u0) or 1.0))
 
     def surface(self, u0: float) -> FreeSurface:
         """The surface itself, relaxed from what was read."""

@@ -105,9 +105,9 @@ class Resting:
 
     def _lower(self, side: int, x: float, limit: float, facing: At | None, depth: float) -> float:
         """Where a receding line rests; just beyond the other line of its contact if nowhere."""
-        if x == limit or self.rest(side, x, *self.profile.at(x, -side), facing, -1) - depth <= (
-            TIE * self.size
-        ):
+        behind = math.nextafter(x, -side * math.inf)
+        rests = self.rest(side, behind, *self.profile.at(x, -side), facing, -1)
+        if x == limit or rests - depth <= TIE * self.size:
             return x
         stop = self._stop(side, x, limit, facing, depth, -1)
         return stop.x if stop is not None else math.nextafter(limit, -side * math.inf)

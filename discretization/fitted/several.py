@@ -20,12 +20,10 @@ from numpy.typing import NDArray
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.fitted.bubbles import parted
-from discretization.fitted.contacts import fitted_contacts, totals
-from discretization.fitted.gap_lines import gap_of
+from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors
-from discretization.fitted.lines import Problem
 from discretization.fitted.motion import Lines, Motion
-from discretization.fitted.response import Response, chosen, finer
+from discretization.fitted.response import chosen, finer
 from discretization.fitted.springs import on_springs
 from discretization.fitted.tail import FittedTail
 from discretization.lattice.lowest import lowest_contacts
@@ -58,7 +56,7 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
     response = chosen(scene.slopes, rtol)
     while True:
         motion = Motion.of(scene, profile, response, depth)
-        state = _found(motion, response, depth, branch, rtol)
+        state = _found(motion, depth, branch, rtol)
         better = finer(response)
         met = max(state.error_estimate.values()) <= rtol or response.error <= _ROUNDING
         if met or better is None:
@@ -74,12 +72,10 @@ def _refuse(scene: Scene, branch: str) -> None:
         )
 
 
-def _found(
-    motion: Motion, response: Response, depth: float, branch: str, rtol: float
-) -> Equilibrium:
+def _found(motion: Motion, depth: float, branch: str, rtol: float) -> Equilibrium:
     """The state of a branch with the free surfaces of one response."""
     adhered = motion.adhered(depth)
-    state = state_of(motion, response, adhered, depth, branch, rtol)
+    state = state_of(motion, adhered, depth, branch, rtol)
     if branch == "adhered" or not motion.scene.work_of_adhesion:
         return state
     found: list[Equilibrium] = []
@@ -87,7 +83,7 @@ def _found(
         states = [state]
         for lines in candidates:
             with contextlib.suppress(NotCertifiedError):
-                states.append(state_of(motion, response, lines, depth, branch, rtol))
+                states.append(state_of(motion, lines, depth, branch, rtol))
         found.append(min(states, key=lambda each: each.energy))
         if len(found) > 1 and _alike(*found[-2:]):
             break
@@ -152,32 +148,25 @@ def _turns(x: Array, slope: Array, least: float) -> list[float]:
     return found
 
 
-def state_of(
-    motion: Motion, response: Response, lines: Lines, depth: float, branch: str, rtol: float
-) -> Equilibrium:
+def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: float) -> Equilibrium:
     """The certified state with these lines; rtol: of energy and force.
 
     NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
     """
-    scene, points = motion.scene, motion.profile.x
-    problem = Problem.of(scene, depth, motion.profile.touch, branch, response)
-    tail = FittedTail(scene.elastocapillary_length, response)
+    scene, tail = motion.scene, FittedTail(motion.scene.elastocapillary_length, motion.response)
     if not lines:
         flat = replace(detached(scene, depth, branch, tail, _UNKNOWN), method="fitted")
-        through = motion.penetration(lines, depth) / problem.lift
+        lift = max(abs(depth), scene.opened.critical_separation) or 1.0
+        through = motion.penetration(lines, depth) / lift
         return _passed(replace(flat, certificate=Certificate.undeformed(through)))
-    contacts = fitted_contacts(problem, motion, lines)
-    for _, line in contacts.outer:
-        problem.refuse_overhang(line.x)
-    for q, p in contacts.gaps:
-        gap_of(problem).refuse_overhang(q.x, p.x)
+    contacts = Contacts(motion, lines, depth)
     coarse, fine = totals(contacts, rtol)
     state = Equilibrium(
         scene=scene,
         depth=depth,
         contacts=contacts.x,
         nodes=contacts.x,
-        pinned=np.array([line.pinned for pair in contacts.pairs for line in pair]).reshape(-1, 2),
+        pinned=contacts.pinned,
         force=fine.force,
         energy=fine.energy,
         neutral=motion.neutral(lines, depth),
@@ -189,7 +178,7 @@ def state_of(
         branch=branch,
         spacing=math.nan,
     )
-    return _passed(replace(state, certificate=certify(contacts, state, fine, points)))
+    return _passed(replace(state, certificate=certify(contacts, state, fine)))
 
 
 def _passed(state: Equilibrium) -> Equilibrium:

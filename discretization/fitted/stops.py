@@ -26,6 +26,7 @@ _LEAST = 8  # samples on a way that ends at another line, however short it is
 _TOWARDS = 1 - 0.25 ** np.arange(1, 6)  # samples between the last one and that line
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _HALVINGS = 40  # of the interval in which a maximum is looked for
+_ULPS = 4.0  # roundings of x: no maximum lies in between
 _NEAR = 2.0  # times its distance from the next samples, that a maximum may rise above them
 
 
@@ -48,7 +49,8 @@ class Stop(NamedTuple):
 def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> Stop | None:
     """First x from `start` to `limit` (itself left out) with h >= 0; None if there is none."""
     side = 1 if limit > start else -1
-    value = float(h(start, *profile.at(start, side)))
+    beside = math.nextafter(start, side * math.inf)  # on that side of an edge
+    value = float(h(beside, *profile.at(start, side)))
     if value >= 0:
         return Stop(start, start, None)
     last = np.array([start, start]), np.array([-math.inf, value])
@@ -96,6 +98,8 @@ def _among(profile: Resolved, h: Function, x: Array, values: Array) -> Stop | No
     end = int(stops[0]) if stops.size else values.size
     for i in _peaks(x[: end + 1], values[: end + 1]):
         before, beyond = float(x[i - 1]), float(x[i + 1])
+        if abs(beyond - before) <= _ULPS * math.ulp(before):
+            continue  # both sides of an edge
         top = _summit(profile, h, before, beyond)
         if top is not None:
             if abs(top - before) > abs(x[i] - before):

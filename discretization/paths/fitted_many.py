@@ -18,19 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.contacts import fitted_contacts, totals
+from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.events import Events, Part
-from discretization.fitted.lines import Problem
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
-from discretization.fitted.response import Response, chosen
+from discretization.fitted.response import chosen
 from discretization.fitted.several import state_of
 from discretization.profile import resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
 _EXACT = 1e-15  # of surfaces: else the energy would not balance; they cost no more than others
-_MOST_CORNERS = 64
 
 
 class Held(NamedTuple):
@@ -54,7 +52,6 @@ class FittedMany:
 
     scene: Scene
     motion: Motion
-    response: Response
     rtol: float
     known: dict[tuple[Held, float], Part] = field(default_factory=dict)
 
@@ -64,7 +61,7 @@ class FittedMany:
         _refuse(scene)
         response = chosen(scene.slopes, _EXACT)
         motion = Motion.of(scene, resolve(scene, deepest), response, deepest)
-        return cls(scene, motion, response, rtol)
+        return cls(scene, motion, rtol)
 
     @functools.cached_property
     def events(self) -> Events:
@@ -83,8 +80,8 @@ class FittedMany:
 
     @property
     def lift(self) -> float:
-        """How far below touching a contact can be held."""
-        return self.scene.critical_separation
+        """How far below touching a contact can be held: δ₀ of opening."""
+        return self.scene.opened.critical_separation
 
     def contact(self, depth: float, *lines: float) -> State:
         """The state with lines here at a depth; nan: detached."""
@@ -133,8 +130,7 @@ class FittedMany:
         return left, right
 
     def _totals(self, state: Held, depth: float) -> Interval:
-        problem = Problem(self.scene, depth, self.touch, self.lift, self.response)
-        return totals(fitted_contacts(problem, self.motion, state.lines), 1e-14)[1]
+        return totals(Contacts(self.motion, state.lines, depth), _EXACT)[1]
 
     def force(self, state: State, depth: float) -> float:
         """P."""
@@ -145,8 +141,13 @@ class FittedMany:
         return 0.0 if state is None else self._totals(state, depth).energy
 
     def friction(self, before: State, after: State) -> float:
-        """None: there is one work of adhesion."""
-        return 0.0
+        """Lost to adhesion hysteresis: w_opening - w of what opened without a jump."""
+        if before is None or after is None or self.scene.opening is None:
+            return 0.0
+        bound = [self.events.smooth.integrals.at(np.array(s.lines))[4] for s in (before, after)]
+        opened = np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0)
+        more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
+        return more * float(opened.sum())
 
     def work(self, before: State, start: float, end: float) -> float:
         """∫P dd from one depth to another without a jump on the way."""
@@ -165,7 +166,7 @@ class FittedMany:
         if state is None:
             return
         try:
-            state_of(self.motion, self.response, state.lines, depth, "adhered", self.rtol)
+            state_of(self.motion, state.lines, depth, "adhered", self.rtol)
         except NotCertifiedError as problem:
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"
@@ -173,25 +174,8 @@ class FittedMany:
 
 
 def _refuse(scene: Scene) -> None:
-    for name in ("opening", "pattern"):
-        given = getattr(scene, name)
-        if given is not None:
-            raise ValueError(
-                f"{name} = {given!r} with a profile that is not convex: the lines are followed on "
-                "the lattice; use method='lattice' with a spacing"
-            )
-    if len(scene.indenter.corners) > _MOST_CORNERS:
-        raise ValueError(
-            f"indenter has {len(scene.indenter.corners)} corners, each of which stops a contact "
-            "line: give Sampled(..., kind='smooth'), or use method='lattice' with a spacing"
-        )
     if not scene.gamma1:
         raise ValueError(
             "gamma1 = 0 with a profile that is not convex: a load path needs surface tension; give "
             "gamma1 > 0"
-        )
-    if not scene.work_of_adhesion:
-        raise ValueError(
-            "w = 0 with a profile that is not convex: the state does not depend on the path; use "
-            "minimise at every depth"
         )

@@ -108,9 +108,9 @@ class LoadPath:
         before, closes = self.point, found.closes
         at = self.control.value(before.depth, self.branch.force(before.state, before.depth))
         kind, after = self._left(before, closes, at, side)
-        if after is not None and not self._elsewhere(before, after):
+        if after is not None and not self._differs(before, after):  # P fell and rose in between
             at, after = value, jumped(self.branch, self.control, before, value, side)
-        if after is not None and self._elsewhere(before, after):
+        if after is not None and self._differs(before, after):
             self._record(kind, at, before, after)
             self.point, self.value = after, at
             self._settle(value)
@@ -120,10 +120,8 @@ class LoadPath:
         self.point = Point(free, None)
         self._approach(value)
 
-    def _elsewhere(self, before: Point, after: Point) -> bool:
-        """Whether a jump has led anywhere: P may fall and rise again within rounding, or a link."""
-        if after.state is None or before.state is None:
-            return True
+    def _differs(self, before: Point, after: Point) -> bool:
+        """Whether an indenter that left a point has come to another one."""
         more = len(inner_lines(after.state)) != len(inner_lines(before.state))
         return more or abs(after.depth - before.depth) > 1e-6 * self.branch.lift
 

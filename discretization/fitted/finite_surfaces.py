@@ -1,0 +1,136 @@
+"""Free surfaces with finite slopes.
+
+D = f + u of the tail or of the gap (finite_gap.py) that is inclined by φ = β - 2 asin √(w/(2γ₁)) at
+its line, tan β = f'.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.fitted.finite_gap import solved
+from discretization.fitted.finite_range import UPRIGHT, rest_displacement
+from discretization.fitted.free_surface import OVERHANG, FreeSurface
+from discretization.fitted.response import STEEP, Response
+from discretization.fitted.surfaces import MET, At, Free
+from energy import Scene
+
+Array = NDArray[np.float64]
+_NEWTON = 3
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteSurfaces:
+    """Free surfaces of a scene, with the elements of a response."""
+
+    scene: Scene
+    response: Response
+
+    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        """D: the inclination at rest is known, and the displacement that has it is solved for.
+
+        The inclination is cut at ±π/2, where the surface would turn over.
+        """
+        length = self.scene.elastocapillary_length
+        deficit = 2 * np.arcsin(np.sqrt(w / (2 * self.scene.gamma1)))
+        phi = np.maximum(np.arctan(side * f1) - deficit, -math.pi / 2)
+        if facing is None:
+            return f + length * self._displaced(phi)
+        apart, rise = np.maximum(side * (facing.x - x) / length, MET), (f - facing.f) / length
+        return f + length * rest_displacement(-2 * np.sin(phi / 2), rise, apart)
+
+    def _displaced(self, phi: Any) -> Any:
+        """u₀ with S(u₀) = sin φ and 1 - u₀²/2 = cos φ on the mesh, by Newton's method."""
+        limit = OVERHANG * (1 - UPRIGHT)
+        u = np.clip(np.sign(phi) * np.sqrt(2 - 2 * np.cos(phi)), -limit, limit)
+        for _ in range(_NEWTON):
+            pull, cos = self._reaction(u), 1 - u * u / 2
+            u = u - (np.arctan2(pull, cos) - phi) * np.sqrt(np.maximum(1 - u * u / 4, 0.25))
+            u = np.clip(u, -limit, limit)
+        return u
+
+    def _reaction(self, u: Any) -> Any:
+        if not np.ndim(u):
+            return self.response.reaction(float(u))
+        mild = np.abs(u) <= STEEP
+        pull = np.empty_like(u)
+        pull[mild] = self.response.reaction(u[mild])
+        pull[~mild] = [self.response.reaction(one) for one in u[~mild].tolist()]
+        return pull
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """The gap's, or the tail's polynomials with the slope its first integral gives them."""
+        length = self.scene.elastocapillary_length
+        if left is not None and right is not None:
+            rise = (left.f - right.f) / length
+            found = solved((depth - left.f) / length, rise, (right.x - left.x) / length)
+            u, slope = found.at((z - left.x) / length, (right.x - z) / length)
+            return length * u, slope
+        line, side = (left, 1) if left is not None else (right, -1)
+        if line is None:
+            return np.zeros_like(z), np.zeros_like(z)
+        limit = OVERHANG * (1 - UPRIGHT)
+        u0 = min(max((depth - line.f) / length, -limit), limit)
+        u = _tail(self.response, u0).displacement(side * (z - line.x) / length)
+        slope = -side * u * np.sqrt(1 - u * u / 4) / np.maximum(1 - u * u / 2, 1e-9)
+        return length * u, slope
+
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F and S, surface by surface."""
+        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
+        if left is None or right is None:
+            u = (depth - (left or right).f) / length
+            energy, pull = [self.response.energy(one) for one in u.tolist()], self._reaction(u)
+        else:
+            u, rise = (depth - left.f) / length, (left.f - right.f) / length
+            parts = zip(u, rise, (right.x - left.x) / length, strict=True)
+            found = [solved(*map(float, part)).relaxed for part in parts]
+            energy = [surface.energy for surface in found]
+            pull = np.array([sum(surface.reactions) for surface in found])
+        return gamma1 * length * np.array(energy), gamma1 * pull
+
+    def free(self, left: At | None, right: At | None, depth: float) -> Free:
+        """A tail of the family of all tails, or the relaxed surface of a gap."""
+        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
+        if left is None or right is None:
+            u0 = (depth - (left or right).f) / length  # type: ignore[union-attr]
+            if abs(u0) >= OVERHANG * (1 - UPRIGHT):
+                raise ValueError(self._overhang(depth, left or right))
+            found = self.response.tail(u0)
+            pull = gamma1 * found.reaction
+            pulls = (0.0, pull) if left is None else (pull, 0.0)
+            return Free(gamma1 * length * found.energy, pulls, gamma1 * found.area, found.residual)
+        rise, apart = (left.f - right.f) / length, (right.x - left.x) / length
+        read = solved((depth - left.f) / length, rise, apart)
+        if read.upright:
+            raise ValueError(self._overhang(depth, left, right))
+        whole = read.relaxed
+        one, other = whole.reactions
+        residual, pulls = max(whole.residual, read.apart), (gamma1 * one, gamma1 * other)
+        return Free(gamma1 * length * whole.energy, pulls, gamma1 * whole.area, residual)
+
+    def _overhang(self, depth: float, line: At | None, other: At | None = None) -> str:
+        assert line is not None
+        limit, place = OVERHANG * self.scene.elastocapillary_length, f"line x = {line.x!r}"
+        if other is not None:
+            place = f"lines x = {line.x!r} and {other.x!r}"
+        return (
+            f"depth = {depth!r}: {'between' if other else 'at'} the contact {place} the surface, "
+            f"displaced by {depth - line.f!r}, would turn over and be no graph u(x), as it does at "
+            f"√2 l = {limit!r} beside a single contact; use a smaller |depth|, a smaller w or a "
+            "blunter indenter"
+        )
+
+
+@functools.lru_cache(maxsize=256)
+def _tail(response: Response, u0: float) -> FreeSurface:
+    """The surface of a tail: its shape is asked for again and again while the line is at rest."""
+    return response.surface(u0)
