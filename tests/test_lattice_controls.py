@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scenes import adhesive, plain
 from test_many_contacts import bumps
+from truth.scenes import case_of
 
-from discretization import load_path
+from discretization import load_path, minimise
 from energy import FlatPunch, Parabola, Profile, Wedge
 
 BODIES = {
@@ -118,3 +119,24 @@ def test_a_stiff_machine_imposes_the_depth_and_a_soft_one_the_force():
         drives = exact.force[3:] / stiffness
         soft = load_path(WELL, drives=drives, machine_stiffness=stiffness, **options)
         assert np.abs(soft.depth - dead.depth).max() <= 20 * stiffness / scale * delta0
+
+
+@pytest.mark.parametrize("seed", [1, 2, 5, 8, 12, 14, 16, 20, 23])
+def test_without_adhesion_a_path_passes_the_states_of_an_obstacle(seed):
+    """Whatever the profile: the same contacts, nothing lost, and no line jumps."""
+    case = case_of("no_adhesion", seed)
+    scene, spacing = case.scene, case.feature / 9
+    depths = case.above + case.scale * np.r_[np.linspace(-0.2, 2, 10), np.linspace(1.9, -0.2, 8)]
+    path = load_path(scene, depths=depths, method="lattice", spacing=spacing)
+    for step, depth in enumerate(depths.tolist()):
+        state = minimise(scene, depth, method="lattice", spacing=spacing)
+        if not state.contacts.size:
+            assert np.isnan(path.contacts[step, 0])
+            continue
+        lines = np.array(path.at(step).lines)
+        assert lines.shape == state.nodes.ravel().shape
+        assert np.abs(lines - state.nodes.ravel()).max() <= 0.51 * spacing
+    assert abs(path.dissipated) <= 1e-12 * np.abs(path.energy).max()
+    kinds = {event.kind for event in path.events}
+    assert kinds <= {"touch", "nucleation", "splitting", "closing", "coalescence", "detachment"}
+    assert max(map(len, path.inner)) > 0

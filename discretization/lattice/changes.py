@@ -372,35 +372,3 @@ def _outer_receded(rules: Rules, nodes: Contacts, depth: float) -> Contacts:
 
 def _falls(rules: Rules, nodes: Contacts, i: int) -> Change:
     return max(recedes(rules, nodes, i), key=lambda change: change.depth)
-
-
-def facing_offsets(
-    closing: Rules, opening: Rules, ends: Sequence[int], depth: float
-) -> tuple[float, float]:
-    """Where both lines of a gap are between the nodes, in links towards each other: -1/2..1/2.
-
-    ends: first and last node of the contact on the left, and of the one on the right. Each line is
-    where its depth of passing equals d; that depends on where the other one is, so both are found
-    together: linear in both. Lone nodes, and lines three links apart or less, stay on their nodes.
-    """
-    first, left, right, last = ends
-    if right - left <= 3:
-        return 0.0, 0.0
-    rows = []
-    for node, side, other, lone in (
-        (left, 1, right, first == left),
-        (right, -1, left, right == last),
-    ):
-        if lone:
-            rows.append((1.0, 0.0, 0.0))
-            continue
-        inner, outer = opening.passes(node - side, side, other), closing.passes(node, side, other)
-        beyond = other + side
-        felt = outer - closing.passes(node, side, beyond) if 0 <= beyond < closing.f.size else 0.0
-        rows.append((outer - inner, felt, depth - (outer + inner) / 2))
-    (own, felt, off), (own2, felt2, off2) = rows
-    whole = own * own2 - felt * felt2
-    if min(own, own2, whole) <= 0:
-        return 0.0, 0.0
-    found = (off * own2 - felt * off2) / whole, (off2 * own - felt2 * off) / whole
-    return min(max(found[0], -0.5), 0.5), min(max(found[1], -0.5), 0.5)

@@ -199,8 +199,11 @@ class Rules:
 
     @property
     def least(self) -> float:
-        """Energy [energy/length] below which a change is no jump: rounding of U."""
-        return _LEAST * self._strongest
+        """Energy [energy/length] below which a change is no jump: rounding of U.
+
+        Without adhesion the energy is convex, and nothing is ever released.
+        """
+        return _LEAST * self._strongest or math.inf
 
     def gains(self, side: int, links: range, own: Array, when: Array) -> Array:
         """Energy gained by an outermost line that passes links at other depths than its own.

@@ -26,12 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.lattice.between import interpolated
 from discretization.lattice.changes import (
     Contacts,
     Part,
     Way,
     contacts_of,
-    facing_offsets,
     fallen,
     part_pressed,
     parts,
@@ -51,8 +51,6 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-_INTERIOR = 0.499  # links: an interpolated line keeps the node it belongs to
-_BESIDE = 16  # nodes beside the row, for the certificate
 
 
 class Held(NamedTuple):
@@ -274,7 +272,9 @@ class LatticeBranch:
 
     def force(self, state: State, depth: float) -> float:
         """P, interpolated between the nodes: that of a contact set jumps at every link."""
-        return 0.0 if state is None else float(self._interpolated(*_one(state, depth))[1][0])
+        if state is None:
+            return 0.0
+        return float(interpolated(self.row, self.scene.indenter, *_one(state, depth))[1][0])
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
@@ -337,65 +337,16 @@ class LatticeBranch:
         AccuracyWarning where the surfaces miss what the nodes do not see.
         """
         scene, row = self.scene, self.row
-        lines = [state.lines for state in states]
-        looked_between(scene, row.lattice, self.hidden, depths, lines, stacklevel=4)
+        whole = [state.lines for state in states]
+        looked_between(scene, row.lattice, self.hidden, depths, whole, stacklevel=4)
         x, force, energy = np.empty((depths.size, 2)), np.empty(depths.size), np.empty(depths.size)
         counts = np.array([len(state.nodes) for state in states])
         for count in np.unique(counts).tolist():
             own = np.flatnonzero(counts == count)
             nodes = np.array([states[i].nodes for i in own.tolist()]).reshape(own.size, -1)
-            x[own], force[own], energy[own] = self._interpolated(nodes, depths[own])
+            lines, force[own], energy[own] = interpolated(row, scene.indenter, nodes, depths[own])
+            x[own] = lines[:, [0, -1]]
         return x, force, energy
-
-    def _interpolated(self, nodes: Nodes, depth: Array) -> tuple[Array, Array, Array]:
-        """Outermost lines, P and U of states with as many contacts each."""
-        row, x = self.row, np.empty((depth.size, 2))
-        force, energy = row.force(nodes, depth), row.energy(nodes, depth)
-        for column, side in ((0, -1), (-1, 1)):
-            node = nodes[:, column]
-            lone = node == nodes[:, column - side]
-            zeta = np.where(lone, 0.0, self._offset(node, side, depth))
-            beside = np.clip(node + side * np.sign(zeta).astype(int), 0, row.f.size - 1)
-            inside = np.clip(zeta, -_INTERIOR, _INTERIOR)
-            x[:, column] = row.lattice.x(row.first + node + side * inside)
-            for total, part in ((force, row.tail_force), (energy, row.tail_energy)):
-                total += np.abs(zeta) * (part(beside, side, depth) - part(node, side, depth))
-        if nodes.shape[1] > 2:
-            self._add_gaps(nodes, depth, force, energy)
-        return np.clip(x, *self.scene.indenter.extent), force, energy
-
-    def _offset(self, node: Nodes, side: int, depth: Array) -> Array:
-        """Where the depth of passing equals d, in links outwards from the node: -1/2..1/2."""
-        row, size = self.row, self.row.f.size
-        at = node if side > 0 else size - 1 - node
-        outer = self.closing.outwards[side][at]
-        inner = self.opening.outwards[side][np.maximum(at - 1, 0)]
-        corners = self.scene.indenter.corners
-        tip = (node == row.touch) & np.isin(row.lattice.x(row.first + row.touch), corners)
-        free = (at > 0) & ~tip & np.isfinite(outer) & (outer > inner)
-        width = np.where(free, outer - inner, 1.0)
-        zeta = np.where(free, (depth - inner) / width - 0.5, 0.0)
-        return np.clip(zeta, -0.5, 0.5)
-
-    def _add_gaps(self, nodes: Nodes, depth: Array, force: Array, energy: Array) -> None:
-        """Add to P and U what facing lines between the nodes change, by bilinear interpolation."""
-        zeta = np.array(
-            [
-                [facing_offsets(self.closing, self.opening, ends, d) for ends in _facing(row)]
-                for row, d in zip(nodes.tolist(), depth.tolist(), strict=True)
-            ]
-        )
-        left, right, steps = nodes[:, 1:-1:2], nodes[:, 2::2], np.sign(zeta).astype(int)
-        share, beside = np.abs(zeta), (left + steps[..., 0], right - steps[..., 1])
-        for total, part in ((force, self.row.gap_force), (energy, self.row.gap_energy)):
-            whole = part(left, right, depth[:, None])
-            one, other = (
-                part(beside[0], right, depth[:, None]),
-                part(left, beside[1], depth[:, None]),
-            )
-            both = part(*beside, depth[:, None]) - one - other + whole
-            more = share[..., 0] * (one - whole) + share[..., 1] * (other - whole)
-            total += (more + share[..., 0] * share[..., 1] * both).sum(axis=1)
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError if something would still happen at this depth, or has not before."""
@@ -413,14 +364,7 @@ class LatticeBranch:
 
     def _judge(self, nodes: Contacts, depth: float) -> None:
         """NotCertifiedError unless the surface over these contacts passes its certificate."""
-        near = slice(None)
-        if self.row.clear:
-            near = slice(max(nodes[0][0] - _BESIDE, 0), nodes[-1][1] + _BESIDE)
-        f = self.row.f[near]
-        works = (np.pad(r.work[near][: f.size - 1], _BESIDE) for r in (self.closing, self.opening))
-        g = np.pad(depth - f, _BESIDE, constant_values=-math.inf)
-        ends = np.array(nodes) - (near.start or 0) + _BESIDE
-        contacts = ContactSet(self.row.lattice, g, ends, depth, *works)
+        contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
         certificate = judged(contacts, totals(contacts))
         if not certificate.ok:
             raise NotCertifiedError(
@@ -432,11 +376,6 @@ class LatticeBranch:
 def _one(state: Held, depth: float) -> tuple[Nodes, Array]:
     """The lines (1, 2m) of a state and its depth (1,)."""
     return np.array(state.nodes).reshape(1, -1), np.array([depth])
-
-
-def _facing(lines: list[int]) -> list[tuple[int, ...]]:
-    """The two lines of every gap, between the other ends of their contacts."""
-    return [tuple(lines[i : i + 4]) for i in range(0, len(lines) - 2, 2)]
 
 
 def _between(ways: list[Way], depth: float | None, *, rising: bool) -> Contacts:
