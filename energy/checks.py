@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Iterable
 from typing import Any
@@ -72,6 +73,20 @@ def option(name: str, value: str, known: Iterable[str]) -> str:
     known = tuple(known)
     if value not in known:
         raise ValueError(
-            f"{name} = {value!r} is unknown; choose one of {', '.join(map(repr, known))}"
+            f"{name} = {value!r} is unknown{nearest(value, known)}; choose one of "
+            f"{', '.join(map(repr, known))}"
         )
     return value
+
+
+def nearest(value: object, known: Iterable[str]) -> str:
+    """What may have been meant by a word that is unknown, to be put behind that; may be empty."""
+    lower = {word.lower(): word for word in known}
+    close = difflib.get_close_matches(str(value).lower(), lower, 1)
+    return f": did you mean {lower[close[0]]!r}?" if close else ""
+
+
+def not_a_class(name: str, value: object) -> None:
+    """ValueError if value is a class, where an object made with it is needed."""
+    if isinstance(value, type):
+        raise ValueError(f"{name} = {value.__name__} is a class; make one: {value.__name__}(...)")

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energy.checks import array, finite
+from energy.checks import array, finite, not_a_class
 
 Array = NDArray[np.float64]
 UNBOUNDED = (-math.inf, math.inf)
@@ -109,6 +109,7 @@ def as_indenter(profile: Any) -> Indenter:
     """Return profile itself, or wrap any object with height(x) and slope(x)."""
     if isinstance(profile, Indenter):
         return profile
+    not_a_class("indenter", profile)
     height, slope = getattr(profile, "height", None), getattr(profile, "slope", None)
     if not (callable(height) and callable(slope)):
         raise ValueError(

@@ -6,7 +6,7 @@ import bisect
 import functools
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,10 @@ class Sampled(Indenter):
     kind: str = "linear"
     complete = True
     _slopes: Array = field(init=False, repr=False, compare=False)
+
+    if TYPE_CHECKING:  # the fields are arrays, what is given need not be
+
+        def __init__(self, x: ArrayLike, z: ArrayLike, kind: str = "linear") -> None: ...
 
     def __post_init__(self) -> None:
         option("kind", self.kind, ("linear", "smooth"))

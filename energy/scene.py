@@ -6,7 +6,7 @@ import functools
 import math
 from dataclasses import dataclass, replace
 
-from energy.checks import option
+from energy.checks import not_a_class, option
 from energy.indenter import Indenter, as_indenter
 from energy.layer import ElasticLayer
 from energy.pattern import Patches
@@ -35,6 +35,8 @@ class Scene:
     pattern: Patches | None = None
 
     def __post_init__(self) -> None:
+        for name in ("layer", "surfaces", "opening", "pattern"):
+            not_a_class(name, getattr(self, name))
         for name, kind in (("layer", ElasticLayer), ("surfaces", SurfaceEnergies)):
             if not isinstance(getattr(self, name), kind):
                 raise ValueError(

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import ast
 import importlib
+import io
+import os
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
 
 from studies import MODULES, STUDIES
 from studies.shared.table import versions
+
+PIPE, INTERRUPT = 141, 130  # statuses as of a shell: 128 + SIGPIPE, 128 + SIGINT
 
 
 def question(name: str) -> str:
@@ -37,7 +42,8 @@ def load(name: str) -> ModuleType:
         return importlib.import_module(MODULES[name])
     path = Path(name).resolve()
     if path.suffix != ".py":
-        raise ValueError(f"study {name!r} is unknown; the studies are: {', '.join(STUDIES)}")
+        meant = "".join(f": did you mean {near!r}?" for near in get_close_matches(name, STUDIES, 1))
+        raise ValueError(f"study {name!r} is unknown{meant}; the studies are: {', '.join(STUDIES)}")
     if not path.is_file():
         raise ValueError(f"{name}: no such file; `python -m studies new --study {name}` writes it")
     sys.path.insert(0, str(path.parent))  # found by processes that are started afresh, too
@@ -50,24 +56,50 @@ def load(name: str) -> ModuleType:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a study; 2 for an unknown name or unusable input, else the study's own status."""
+    """Run a study; 2 for an unknown name or unusable input, else the study's own status.
+
+    What the encoding of the output lacks is written as "?". A pipe that is closed before all is
+    written ends the study quietly, as it ends other commands; Ctrl-C with a line.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     name, *rest = (sys.argv[1:] if argv is None else list(argv)) or [""]
+    try:
+        status = answered(name, rest)
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)  # for what Python writes on its way out
+        for number in (1, 2):
+            os.dup2(nowhere, number)
+        return PIPE
+    except KeyboardInterrupt as stop:
+        print(f"\n{name}: stopped; {stop}".rstrip("; "), file=sys.stderr)
+        return INTERRUPT
+
+
+def answered(name: str, rest: Sequence[str]) -> int:
+    """The list, the version, or a study and its status; refusals in one line."""
     if name in ("", "-h", "--help"):
         print(listing())
         return 0
     if name == "--version":
         print("elastocap", versions()["elastocap"])
         return 0
+    told = ""
     try:
         study = load(name)
-    except ValueError as error:
-        print(error, file=sys.stderr)
-        return 2
-    try:
+        told = f"{name}: "
         return int(study.main(rest))
-    except (ValueError, RuntimeError, OSError) as error:
-        print(f"{name}: {error}", file=sys.stderr)
-        return 2
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"{told}{where}{error.strerror or error}", file=sys.stderr)
+    except (ValueError, RuntimeError) as error:
+        print(f"{told}{error}", file=sys.stderr)
+    return 2
 
 
 if __name__ == "__main__":

@@ -22,17 +22,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization import Equilibrium, History, load_path, minimise
 from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
-from energy.units import prefixed
+from energy.units import prefixed, quantity
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
-from studies.shared.figures import COLOURS, Figure, canvas
+from studies.shared.figures import BLUE, MARKERS, RIGID, SOFT, Figure, canvas, shades
 from studies.shared.types import Array, Table
 
 
@@ -137,7 +138,7 @@ def followed(params: Parameters, tension: float) -> Loop:
 def heading() -> str:
     """Names of the columns of `line`."""
     return (
-        "l/shortest  contacts  fraction  pull-off [N/m]  loop area [J/m]  ledger"
+        "l/shortest  contacts  fraction  pull-off [N/m]  loop area [J/m]  balance"
         "  global below metastable"
     )
 
@@ -145,42 +146,70 @@ def heading() -> str:
 def line(loop: Loop) -> str:
     """Most contacts, fraction and pull at the deepest, loop area, and the lowest energies."""
     path, deepest = loop.path, int(np.argmax(loop.path.depth))
-    ledger = abs(path.work() / path.dissipated - 1)
+    balance = abs(path.work() / path.dissipated - 1)
     below = sum(state.energy < path.energy[step] for step, state in loop.lowest.items())
     return (
         f"{loop.tension:10.3g}  {loop.contacts.max():8d}  {loop.fraction[deepest]:8.3f}  "
-        f"{path.pull_off.force:14.6g}  {path.dissipated:15.6g}  {ledger:.0e}   "
+        f"{path.pull_off.force:14.6g}  {path.dissipated:15.6g}  {balance:7.0e}   "
         f"{below} of {len(loop.lowest)}"
     )
 
 
 def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
-    """Force, number of contacts and contact fraction against depth."""
-    figure, axes = canvas(13, 4.2, 1, 3)
+    """The touching surface at the least and the largest tension; force, contacts and fraction."""
+    figure, axes = canvas(13, 8, 2, 6)
+    whole = axes[0, 0].get_gridspec()
+    for one in axes.flat:
+        one.remove()
+    for place, loop in zip((whole[0, :3], whole[0, 3:]), (loops[0], loops[-1]), strict=True):
+        _touching(figure.add_subplot(place), params, loop)
+    panels = [figure.add_subplot(whole[1, i : i + 2]) for i in (0, 2, 4)]
     depth = prefixed(params.programme, "m")
     force = prefixed(np.concatenate([loop.path.force for loop in loops]), "N/m")
-    for colour, loop in zip(COLOURS, loops, strict=False):
-        label = f"l = {loop.tension:g} × shortest wavelength"
-        x = loop.path.depth / depth.size
-        for panel, values in zip(
-            axes, (loop.path.force / force.size, loop.contacts, loop.fraction), strict=True
-        ):
-            panel.plot(x[: params.steps], values[: params.steps], color=colour, lw=1, ls="--")
-            panel.plot(x[params.steps :], values[params.steps :], color=colour, lw=1.5, label=label)
-        at = list(loop.lowest)
-        states = loop.lowest.values()
-        pulls = [state.force / force.size for state in states]
-        counts = [len(state.contacts) for state in states]
-        for panel, found in ((axes[0], pulls), (axes[1], counts)):
-            panel.plot(x[at], found, "o", color=colour, mfc="none", ms=7)
-    for panel, name in zip(
-        axes, (f"force P in {force.symbol}", "number of contacts", "contact fraction"), strict=True
-    ):
+    for colour, marker, loop in zip(shades(len(loops)), MARKERS, loops, strict=False):
+        held = loop.contacts > 0
+        curves = (loop.path.force / force.size, loop.contacts, loop.fraction)
+        style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3}
+        for panel, values in zip(panels, curves, strict=True):
+            x, y = loop.path.depth / depth.size, np.where(held, values, np.nan)
+            panel.plot(x[: params.steps], y[: params.steps], lw=0.8, ls="--", mfc="none", **style)
+            label = f"l = {loop.tension:g} × shortest wavelength"
+            panel.plot(x[params.steps :], y[params.steps :], lw=1.4, label=label, **style)
+        pulls = [state.force / force.size for state in loop.lowest.values()]
+        counts = [len(state.contacts) for state in loop.lowest.values()]
+        for panel, found in ((panels[0], pulls), (panels[1], counts)):
+            at = loop.path.depth[list(loop.lowest)] / depth.size
+            panel.plot(at, found, "o", color=colour, mfc="none", ms=9)
+    names = (f"force P in {force.symbol}", "number of contacts", "contact fraction")
+    for panel, name in zip(panels, names, strict=True):
         panel.set(xlabel=f"depth d in {depth.symbol}", ylabel=name)
         panel.grid(alpha=0.3)
-    axes[0].legend(fontsize=8)
-    figure.suptitle("Rough cylinder: loading dashed, unloading solid, lowest energy of all circled")
+    panels[0].legend(fontsize=8)
+    panels[1].set_title("pressed: dashed; pulled: solid; lowest energy of all: ringed", fontsize=10)
+    few, many = (int(loops[i].contacts[params.steps - 1]) for i in (0, -1))
+    figure.suptitle(
+        f"A rough cylinder at its deepest touches in {few} contact{'s' * (few > 1)} at the least "
+        f"tension, in {many} at the largest"
+    )
     return figure
+
+
+def _touching(axes: Any, params: Parameters, loop: Loop) -> None:
+    """Indenter and surface near the middle, in the deepest of the states of lowest energy."""
+    state = max(loop.lowest.values(), key=lambda one: one.depth)
+    x = np.linspace(-10, 10, 4001) * params.shortest
+    u, body = state.displacement(x), state.depth - state.scene.indenter.height(x)
+    top, bottom = float(body.min() - np.ptp(body) / 4), float(u.max() + np.ptp(body) / 4)
+    across, up = prefixed(x, "m"), prefixed([top, bottom], "m")
+    s = x / across.size
+    axes.fill_between(s, body / up.size, top / up.size, color=RIGID, lw=0, label="indenter")
+    axes.fill_between(s, u / up.size, bottom / up.size, color=SOFT, lw=0, label="layer")
+    axes.plot(s, u / up.size, color=BLUE, lw=1.2, label="surface u(x)")
+    axes.set(xlim=(s[0], s[-1]), ylim=(bottom / up.size, top / up.size))
+    axes.set(xlabel=f"position x in {across.symbol}", ylabel=f"displacement in {up.symbol}")
+    depth = quantity(state.depth, "m")
+    axes.set_title(f"l = {loop.tension:g} × shortest wavelength, d = {depth} (not to scale)")
+    axes.legend(loc="upper right", fontsize=8)
 
 
 def table(loops: Sequence[Loop]) -> Table:
@@ -202,7 +231,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     loops = run(params, command.say, jobs)
     out.table("rough.csv", params, *table(loops))
     out.figure("rough.png", plot(params, loops))
+    command.answer(answer(params, loops))
     return int(not all(lowest_is_lowest(loop) for loop in loops))
+
+
+def answer(params: Parameters, loops: Sequence[Loop]) -> str:
+    """Contacts at the deepest, for the least and the largest tension."""
+    at, told = params.steps - 1, []
+    for loop in (loops[0], loops[-1]):
+        count = int(loop.contacts[at])
+        told.append(
+            f"{count} contact{'s' * (count > 1)} over {loop.fraction[at]:.0%} of the width for "
+            f"l = {loop.tension:g} × the shortest wavelength"
+        )
+    return f"Pressed to the deepest, in {', in '.join(told)}."
 
 
 def lowest_is_lowest(loop: Loop) -> bool:

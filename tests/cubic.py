@@ -40,6 +40,7 @@ def plot(rows):
     figure, axes = canvas(7, 4.5)
     axes.semilogx([1e3 * row[1] for row in rows], [-1e3 * row[2] for row in rows], "o-")
     axes.set(xlabel="surface tension γ₁ in mN/m", ylabel="adhesion force in mN/m")
+    axes.set_title("Surface tension strengthens the adhesion of |x|³")
     return figure
 
 

@@ -11,7 +11,7 @@ from studies.applicability import report as applicability_report
 from studies.applicability import study as applicability
 from studies.shared import small_slopes
 from studies.shared.command import Output
-from studies.shared.small_slopes import Errors, at_unit_width, blunt, letting_go, scene
+from studies.shared.small_slopes import Errors, at_unit_width, blunt, detachment, scene
 from studies.shared.table import read
 
 PRESET = applicability.Parameters(
@@ -132,8 +132,8 @@ def test_the_deviation_from_16_without_tension_scales_with_the_steepness(record)
 def test_a_wedge_lets_go_where_its_angle_says():
     given = scene(blunt("wedge", 0.2), 1.0, 0.3)
     angle = given.surfaces.angle_deficit - math.atan(0.2)
-    assert letting_go(given) == pytest.approx(-2 * math.sin(angle / 2), rel=2e-6, abs=0)
-    error = small_slopes.letting_go_error("wedge", 0.2, 0.3)
+    assert detachment(given) == pytest.approx(-2 * math.sin(angle / 2), rel=2e-6, abs=0)
+    error = small_slopes.detachment_error("wedge", 0.2, 0.3)
     by_16 = 0.2 - given.critical_separation
     expected = (by_16 + 2 * math.sin(angle / 2)) / given.critical_separation
     assert error == pytest.approx(expected, rel=1e-3, abs=0)
@@ -141,7 +141,7 @@ def test_a_wedge_lets_go_where_its_angle_says():
 
 def test_every_quantity_of_every_shape_has_its_two_borders(monkeypatch):
     monkeypatch.setitem(small_slopes.QUANTITIES, "largest pull", lambda *at: at[2])
-    monkeypatch.setitem(small_slopes.QUANTITIES, "depth of letting go", lambda *at: 0.0)
+    monkeypatch.setitem(small_slopes.QUANTITIES, "depth of detachment", lambda *at: 0.0)
     found = list(applicability.borders(replace(PRESET, lines=(0.05,))))
     rows = [(b.shape, b.quantity) for b in found]
     assert (

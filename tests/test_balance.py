@@ -27,12 +27,12 @@ REFUSED = 0.03  # of all loops: next to an event two may be too close for a cert
 def scene_of(kind, dice, seed):
     """A random profile that is not convex; with what holds its lines."""
     case = case_of("finite" if kind == "finite" else "small", seed)
-    scene, l = case.scene, case.scene.elastocapillary_length
+    scene, length = case.scene, case.scene.elastocapillary_length
     if kind in ("opening", "both"):
         more = scene.work_of_adhesion * dice.uniform(1.1, 3.0)
         scene = replace(scene, opening=SurfaceEnergies.from_work(scene.gamma1, more))
     if kind in ("pattern", "both"):
-        edges = np.sort(dice.uniform(-6, 6, 9)) * l
+        edges = np.sort(dice.uniform(-6, 6, 9)) * length
         scene = replace(scene, pattern=Patches(edges, dice.uniform(0.3, 1.0, 10)))
     return case, scene
 
@@ -49,6 +49,8 @@ def loop(spacing, seed):
         warnings.simplefilter("ignore", AccuracyWarning)
         try:
             path = load_path(scene, depths=depths, **given)
+            if not path.events:
+                return "done", 0.0, 0
             if control != "depths":
                 path = load_path(scene, **programme(control, scene, path, dice), **given)
         except (ValueError, NotCertifiedError) as problem:

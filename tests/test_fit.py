@@ -90,7 +90,7 @@ def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_near
         inside, outside = (estimate.value + share * width for share in (0.4, 0.6))
         assert found.inside_profile(i, inside) and not found.inside_profile(i, outside)
     assert found.warnings == ()
-    assert "touch, letting go used" in str(found)
+    assert "touch, detachment used" in str(found)
 
 
 def test_the_fit_does_not_depend_on_units():
@@ -168,11 +168,11 @@ def test_noise_contact_and_marks_are_read_from_the_curve():
     assert noise(noisy.force) == pytest.approx(sigma, rel=0.35, abs=0)
     held = ~np.isnan(load_path(scene, depths=clean.depth).contacts[:, 0])
     assert np.array_equal(in_contact(noisy), held)
-    touch, letting_go = marks(noisy)
+    touch, detachment = marks(noisy)
     step = noisy.depth[1] - noisy.depth[0]
-    assert (touch.kind, letting_go.kind) == ("touch", "letting go")
+    assert (touch.kind, detachment.kind) == ("touch", "detachment")
     assert abs(touch.depth) <= step / 2
-    assert abs(letting_go.depth + scene.critical_separation) <= step / 2
+    assert abs(detachment.depth + scene.critical_separation) <= step / 2
     assert touch.error == pytest.approx(step / math.sqrt(12), rel=1e-9, abs=0)
     assert marks(Curve(noisy.depth[held], noisy.force[held])) == ()
 

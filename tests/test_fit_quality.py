@@ -154,7 +154,7 @@ def test_a_contact_that_is_lost_begins_anew():
     used = in_contact(curve)
     held = ~np.isnan(load_path(SCENE, depths=curve.depth).contacts[:, 0])
     assert np.count_nonzero(used != held) <= 2
-    assert [mark.kind for mark in marks(curve)] == ["touch", "letting go"] * 2
+    assert [mark.kind for mark in marks(curve)] == ["touch", "detachment"] * 2
     model = Model.of(SCENE, DEFAULT, curve)
     assert len(model.pieces) == 2
     assert model.pieces[1].stop == used.sum() == model.depths.size

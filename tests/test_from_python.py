@@ -1,6 +1,7 @@
 """Equilibria and load paths from Python: figures, data, one line each, and types."""
 
 import math
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -151,7 +152,16 @@ def test_the_public_names_are_complete():
         assert all(hasattr(package, name) for name in package.__all__)
 
 
+def test_what_a_user_writes_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(ROOT / "tests" / "user_script.py"))
+    width, error, kinds = capsys.readouterr().out.split(maxsplit=2)
+    assert float(width) == pytest.approx(1.6e-4, rel=0.01) and abs(float(error)) < 1e-12
+    assert kinds == "['jump-in', 'detachment']\n"
+    assert (tmp_path / "state.png").stat().st_size > 1e4 < (tmp_path / "path.png").stat().st_size
+
+
 def test_types_are_known_to_those_who_import():
     for package in ("energy", "discretization", "studies"):
         assert (ROOT / package / "py.typed").is_file()
-    assert '"*" = ["py.typed"]' in (ROOT / "pyproject.toml").read_text("utf-8")
+    assert '"*" = ["py.typed",' in (ROOT / "pyproject.toml").read_text("utf-8")

@@ -92,7 +92,8 @@ def test_after_pull_off_the_indenter_can_touch_again():
     assert path.force == pytest.approx([force, 0.0, 0.0, force], rel=1e-10, abs=1e-12 * force)
     machine = load_path(scene, drives=[0.01, -1.0, 0.01], machine_stiffness=scene.stiffness * 0.001)
     assert machine.depth[1] == -1.0 and machine.force[1] == 0.0
-    assert machine.depth[2] == machine.depth[0]
+    found, before = machine.depth[2], machine.depth[0]  # roots found from different states
+    assert found == pytest.approx(before, rel=1e-14, abs=0)
 
 
 def test_a_path_does_not_know_the_units():

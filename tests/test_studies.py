@@ -138,6 +138,7 @@ def test_a_logarithmic_axis_has_no_crowded_labels(tmp_path):
     figure = Figure()
     axes = figure.subplots()
     axes.loglog([0.06, 0.6], [1e-5, 2e-3])
+    axes.set_title("ticks")
     figures.plain_ticks(axes.xaxis)
     figures.plain_ticks(axes.yaxis, "s", (1.0,))
     figures.save(figure, tmp_path / "a.png")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweep_points import cheap, lines, nap, slow
+from sweep_points import cheap, gone, lines, nap, slow
 
 from studies.scenes.grid import Axis
 from studies.scenes.sweep.batches import SECONDS, Batch, BatchClock
@@ -97,17 +97,6 @@ if __name__ == "__main__":
     from sweep_points import slow
     sweep(slow, {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}, "PATH", jobs=2)
 """
-
-
-def gone(group):
-    """Whether no process of the group is left, waiting for it up to 5 s."""
-    for _ in range(100):
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.05)
-    return False
 
 
 def test_a_sweep_killed_several_times_loses_nothing_and_leaves_no_process(tmp_path):

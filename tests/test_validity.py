@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import re
 import tomllib
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from scenes import DELTA0, L, adhesive, rough, two
 from scipy.integrate import quad
 from scipy.linalg import expm
 
-import discretization
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, SurfaceEnergies
 from energy.validity import compliance_error, second_order
@@ -22,7 +20,6 @@ from studies.scenes.fit.trial_record import SCENE as FITTED
 from studies.scenes.new import TEMPLATES
 from studies.verify import scenes as checks
 
-README = Path(__file__).parent.parent / "README.md"
 SHORT = 8.0  # qh from which the layer is a half-space to 1e-5
 
 
@@ -178,40 +175,6 @@ def test_an_endless_contact_is_judged():
     flat = measures(minimise(adhesive(Plane()), 0.5 * DELTA0))
     assert flat["u/h"].value == flat["d/h"].value == pytest.approx(0.5 * DELTA0 / 0.03)
     assert flat["h/a"].value == 0
-
-
-@pytest.fixture
-def seen(monkeypatch):
-    """The states that `discretization.minimise` has given."""
-    states, original = [], discretization.minimise
-
-    def recorded(*given, **options):
-        states.append(original(*given, **options))
-        return states[-1]
-
-    monkeypatch.setattr(discretization, "minimise", recorded)
-    return states
-
-
-def test_the_recipes_of_the_readme_are_inside_the_model_or_say_so(seen, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    text = README.read_text("utf-8").split("## Five recipes")[1].split("\n## ")[0]
-    recipes = re.findall(r"(.*?)```python\n(.*?)```", text, re.S)
-    assert len(recipes) == 4
-    outside = []
-    for words, recipe in recipes:
-        seen.clear()
-        names = {}
-        exec(compile(recipe, "README.md", "exec"), names)
-        for state in seen:
-            outside.append(bool(state.warnings))
-            assert not state.warnings or "state.warnings" in words
-        if "path" in names:
-            pull_off = names["path"].pull_off
-            assert minimise(names["scene"], pull_off.depth).warnings == ()
-            assert minimise(names["scene"], -0.33e-6).warnings == ()
-            assert minimise(names["scene"], -0.34e-6).warnings
-    assert sum(outside) == 2 and len(outside) >= 6
 
 
 def test_the_scene_that_new_writes_is_inside_the_model():

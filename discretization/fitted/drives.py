@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.resting import Resting
+from discretization.fitted.resting import TIE, Resting
 from discretization.fitted.surfaces import At
 
 Array = NDArray[np.float64]
@@ -70,8 +70,7 @@ class Drives:
         found, profile = np.zeros(lines.shape), self.resting.profile
         inner = np.isfinite(lines[0])
         facing = [
-            At(x, np.asarray(profile.indenter.height(x), float)) if known else None
-            for known, x in zip(inner, lines.T, strict=True)
+            self.resting.many(x) if known else None for known, x in zip(inner, lines.T, strict=True)
         ]
         for own, side in ((0, 1), (1, -1)):
             if inner[own]:
@@ -86,6 +85,30 @@ class Drives:
                 edge = (way > 0) & np.isin(x, profile.indenter.walls)
                 found[:, own] = np.where(edge, math.inf, rest)
         return found
+
+    def reach(self, lines: Array, depth: float, way: int) -> Array:
+        """How much further lines (n, 2) can be pressed or retracted before a corner matters.
+
+        Until a free line comes to the next one, or one that is held there comes free; all but
+        linear in the depth. nan where there is none.
+        """
+        held = way * (self.ahead(lines, way) - depth)
+        room, found = self.rooms(lines, way), np.full(lines.shape, math.nan)
+        for kind in kinds(lines):
+            own = lines[kind]
+            inner = np.isfinite(own[0])
+            facing = [
+                self.resting.many(x) if known else None
+                for known, x in zip(inner, own.T, strict=True)
+            ]
+            for i, side in ((0, 1), (1, -1)):
+                if inner[i]:
+                    x = room[1 if side * way > 0 else 0][kind, i]
+                    f, f1 = self.resting.profile.beside(x, -side * way)
+                    rest = self.resting.rest(side, x, f, f1, facing[1 - i], way)
+                    found[kind, i] = way * (rest - depth)
+        found = np.where(held > TIE * self.resting.size, held, found)
+        return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
 
     def rest_depths(
         self, x: Array, room: Array, way: int, rates: bool

@@ -123,7 +123,8 @@ class Events:
             step *= 4
             depth += way * min(step, abs(end - depth))
             after = self._after(part.lines, failed, low, depth)
-        return part._replace(after=after)
+        back = self.smooth.over(np.array(free(after)), depth, part.depth)
+        return part._replace(after=_flat(back.lines) if back.smooth.all() else after)
 
     def _after(self, lines: Lines, failed: set[int], low: float, high: float) -> Lines:
         """What the lines do at an event."""
@@ -173,7 +174,10 @@ class Events:
         lines, work = surfaces.copy(), np.zeros(len(surfaces))
         lines[kept], work[kept] = found.lines, found.work
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
-        rooms: Rooms = {("stiff", i): m for i, m in zip(kept, found.margin.tolist(), strict=True)}
+        reach = self.smooth.drives.reach(found.lines, end, 1 if end > start else -1)
+        rooms: Rooms = {}
+        for i, margin, (q, p) in zip(kept, found.margin.tolist(), reach.tolist(), strict=True):
+            rooms["stiff", i], rooms["left", i], rooms["right", i] = margin, q, p
         if end > start:
             self._pressed(surfaces, lines, which - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)

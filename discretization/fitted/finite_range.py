@@ -11,8 +11,9 @@ So a gap has one unknown, its range T of τ, for which x(T) = L.
 Only one mean displacement has a given inclination φ at a line, at a given rise u_b - u_a: with it
 grows v = ∂u, (cos³φ v')' = v, v = 1 at both lines and 0 < v < 1 between (maximum principle), so
 that v' < 0 outwards of a line, and its reaction grows. Hence T is unique as well. A surface that
-would turn over, p² > 2, is followed as if it were upright there: x does not grow. Lines more than
-40 l apart do not feel each other.
+would turn over, p² > 2, is followed as if it were upright there: at its line it is cut at p² = 2,
+as its least energy among functions that may jump is. Lines more than 40 l apart do not feel each
+other.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of th
 _ENDS = (0.0, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the middle
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
-_STEEPEST = (OVERHANG * (1 - UPRIGHT)) ** 2
+_UPRIGHT = OVERHANG * (1 - UPRIGHT)
+_STEEPEST = _UPRIGHT**2
 _MILD = 0.1  # of dx/dT: surfaces that are found without bounds
 _LEAST = 1e-8  # of dx/dT: what keeps Newton's method going where x does not grow
 _CLOSE = 2e-16  # of T: a step cubed over the one before squared, which is about what is left
@@ -124,10 +126,10 @@ def range_of(length: Any, ends: Ends) -> Any:
         step = float((x - length) / slope)
         if not (slope > _MILD and abs(step) < T / 2):
             break
-        T, small = T - step, abs(step) ** 3 <= _CLOSE * T * before * before
-        if small:
+        T, size = T - step, abs(step)
+        if size**3 <= _CLOSE * T * before * before or size * slope <= 2 * _CLOSE * T:
             return T
-        before = abs(step)
+        before = size
     return float(_bracketed(np.array([[T]]), np.array([[length]]), ends)[0, 0])
 
 
@@ -140,10 +142,10 @@ def _bracketed(T: Array, length: Array, ends: Ends) -> Array:
         low, high = np.where(x < length, T, low), np.where(x < length, high, T)
         step = (x - length) / np.maximum(slope, _LEAST)
         new, still = T - step, np.abs(step) ** 3 <= _CLOSE * slope * T * before * before
-        still |= high - low <= _CLOSE * T
+        still |= (np.abs(step) * slope <= 2 * _CLOSE * T) | (high - low <= _CLOSE * T)
         most = np.minimum(high, 2 * T + 1)
         halved = np.where(most < high, most, (low + high) / 2)
-        T = np.where(still | ((new >= low) & (new <= most)), new, halved)
+        T = np.where(still | ((new > low) & (new < most)), new, halved)
         if still.all():
             break
         before = np.abs(step)
@@ -163,16 +165,19 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
         length = min(float(length), FAR)
 
     def ends(T: Any) -> Lines:
-        lib = functions_of(T)
-        coth, half = 1 / lib.tanh(T / 2), lib.sinh(T / 2)
-        change = -rise / (2 * half * half) - _displaced(p, rise, T) - rise
-        return Lines(p, rise * coth - p, change)
+        lib, end = functions_of(T), _far_end(p, rise, T)
+        half, mild = lib.sinh(T / 2), abs(end) < _UPRIGHT
+        u = (end * lib.cosh(T) - p) / lib.sinh(T)
+        return Lines(p, end, -u - mild * rise / (2 * half * half))
 
-    u = _displaced(p, rise, range_of(length, ends))
+    T = range_of(length, ends)
+    lib = functions_of(T)
+    u = (_far_end(p, rise, T) - p * lib.cosh(T)) / lib.sinh(T)
     return u[:, 0] if many else float(u)
 
 
-def _displaced(p: Any, rise: Any, T: Any) -> Any:
-    """u at a line with this p."""
-    lib = functions_of(T)
-    return (rise / lib.sinh(T) - p) / lib.tanh(T / 2)
+def _far_end(p: Any, rise: Any, T: Any) -> Any:
+    """p at the other line, at most upright: a surface that would turn over falls short of it."""
+    if isinstance(T, np.ndarray):
+        return np.clip(rise / np.tanh(T / 2) - p, -_UPRIGHT, _UPRIGHT)
+    return min(max(rise / math.tanh(T / 2) - p, -_UPRIGHT), _UPRIGHT)

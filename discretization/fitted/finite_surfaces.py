@@ -6,7 +6,6 @@ its line, tan β = f'.
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from discretization.fitted.finite_gap import solved
 from discretization.fitted.finite_range import UPRIGHT, rest_displacement
-from discretization.fitted.free_surface import OVERHANG, FreeSurface
+from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.response import STEEP, Response
 from discretization.fitted.surfaces import MET, At, Free
 from energy import Scene
@@ -79,7 +78,7 @@ class FiniteSurfaces:
             return np.zeros_like(z), np.zeros_like(z)
         limit = OVERHANG * (1 - UPRIGHT)
         u0 = min(max((depth - line.f) / length, -limit), limit)
-        u = _tail(self.response, u0).displacement(side * (z - line.x) / length)
+        u = self.response.surface(u0).displacement(side * (z - line.x) / length)
         slope = -side * u * np.sqrt(1 - u * u / 4) / np.maximum(1 - u * u / 2, 1e-9)
         return length * u, slope
 
@@ -128,9 +127,3 @@ class FiniteSurfaces:
             f"√2 l = {limit!r} beside a single contact; use a smaller |depth|, a smaller w or a "
             "blunter indenter"
         )
-
-
-@functools.lru_cache(maxsize=256)
-def _tail(response: Response, u0: float) -> FreeSurface:
-    """The surface of a tail: its shape is asked for again and again while the line is at rest."""
-    return response.surface(u0)

@@ -91,11 +91,17 @@ class Response:
             return linear(self.degree).scaled(u0)
         if self._alone(u0):
             return steep(u0, self.degree)
-        t = _along(u0)
-        return relaxed(u0 * (t ** np.arange(_POINTS)[::-1] @ self.shapes), graded(STEEP))
+        return _mild(self, u0)
 
     def _alone(self, u0: float) -> bool:
         return abs(u0) > STEEP and self.slopes == "finite"
+
+
+@functools.lru_cache(maxsize=256)
+def _mild(response: Response, u0: float) -> FreeSurface:
+    """A surface up to STEEP: it is asked for again and again while its line is at rest."""
+    start = u0 * (_along(u0) ** np.arange(_POINTS)[::-1] @ response.shapes)
+    return relaxed(start, graded(STEEP))
 
 
 def _along(u0: Any) -> Any:

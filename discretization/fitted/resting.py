@@ -49,6 +49,10 @@ class Resting:
             return None
         return At(x, float(self.profile.indenter.height(x)))
 
+    def many(self, x: Array) -> At:
+        """Lines at x (n,)."""
+        return At(x, np.asarray(self.profile.indenter.height(x), float))
+
     # both lines of a free surface: advancing (way 1) and receding (way -1)
 
     def together(self, q: float, p: float, depth: float) -> Pair | None:

@@ -111,16 +111,19 @@ class Smooth:
             if fresh is not None:
                 rates[own] = fresh
             off = np.where(free[own, None], value - depths[:, None], 0.0)
-            new = np.clip(x[own] - solved(rates[own], off, free[own]), *room[:, own, None])
-            new = np.where(free[own, None], new, x[own])
+            lo, hi = room[:, own, None]
+            aim = x[own] - solved(rates[own], off, free[own])
+            new = np.where(free[own, None], np.clip(aim, lo, hi), x[own])
+            stuck = free[own, None] & (
+                ((aim < lo) & (x[own] == lo)) | ((aim > hi) & (x[own] == hi))
+            )
             with np.errstate(invalid="ignore"):
                 now = np.nanmax(np.abs(new - x[own]), axis=(1, 2))
             x[own], even = new, np.abs(off).max(axis=(1, 2))
             rounding = (now <= _ROUNDED * size[own]) | (even <= _EVEN * high)
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
-            stuck = free[own, None] & ((new == room[0, own, None]) | (new == room[1, own, None]))
             stopped = stuck.any(axis=(1, 2)) & (even > _EVEN * high)  # by a corner
-            good[own] = (new[..., 0] < new[..., 1]).all(axis=1) & ~(done & stopped)
+            good[own] = (new[..., 0] < new[..., 1]).all(axis=1) & ~stopped
             near = bool((now <= np.minimum(_LOCAL * size[own], last[own] / 8)).all())
             last[own], active[own] = now, ~done & good[own]
         stable, margin = margins(rates, free)

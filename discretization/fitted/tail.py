@@ -23,6 +23,8 @@ class FittedTail:
 
     def displacement(self, distance: Array, u_line: float) -> Array:
         """The elements' polynomials, then the far field."""
+        if not distance.size:
+            return distance
         surface = self.response.surface(u_line / self.length)
         return self.length * surface.displacement(distance / self.length)
 

@@ -52,7 +52,7 @@ def draw_maps(record: Record) -> Figure:
                 axes.contour(x, y, np.log10(table), np.log10(TOLERANCES), **look)
         _hatch(axes, record, shape, y)
         axes.set(xscale="log", yscale="log", xlim=(x[0], 2), ylim=(y[0], y[-1]), xlabel="w/γ₁")
-        axes.set_title(shape + (" at a = l" if across == "steepness" else " about to let go"))
+        axes.set_title(shape + (" at a = l" if across == "steepness" else " about to detach"))
         axes.set_ylabel("steepness f'(a)" if across == "steepness" else "half-width a/l")
     for what, colour, style in LINES:
         for tolerance, size in zip(TOLERANCES, (1.0, 2.5), strict=True):
@@ -61,9 +61,7 @@ def draw_maps(record: Record) -> Figure:
     figure.legend(loc="outside lower center", ncols=4, facecolor="#999999")
     bar = figure.colorbar(colours, ax=panels, label="larger relative error of a and P")
     bar.set_ticks([-4, -3, -2, -1, 0], labels=["$10^{-4}$", "$10^{-3}$", "1 %", "10 %", "100 %"])
-    figure.suptitle(
-        "Error of Eq. (16), contact line for small slopes, against true surface lengths"
-    )
+    figure.suptitle("Eq. (16) against true surface lengths: good for blunt indenters and w ≪ γ₁")
     return figure
 
 
@@ -95,8 +93,9 @@ def draw_conjecture(record: Record) -> Figure:
             for name, style in (("half_width", "-"), ("force", "--")):
                 errors = [abs(getattr(x.errors, name)) for x in row]
                 label = f"f'(a₀) = {s:g}" if style == "-" else None
-                axes.loglog(tensions, errors, style, color=colour, label=label)
-        axes.set(title=f"{shape}, only γ₁ varies, d = 0", xlabel="γ₁/w", ylim=(1e-6, 1))
+                look = {"color": colour, "marker": MARKERS[steepness.index(s) % 8], "ms": 4}
+                axes.loglog(tensions, errors, style, label=label, **look)
+        axes.set(title=f"{shape}, only γ₁ varies, d = 0", xlabel="γ₁/w")
         plain_ticks(axes.xaxis, steps=(1.0,) if max(tensions) > 100 else (1.0, 3.0))
         axes.legend(fontsize=8, title="a solid, P dashed")
         for j, (name, style) in enumerate((("half_width", "-"), ("force", "--"))):
@@ -111,4 +110,8 @@ def draw_conjecture(record: Record) -> Figure:
     last.legend()
     for axes in (*panels, last):
         axes.grid(alpha=0.25)
+    figure.suptitle(
+        "The conjecture that Eq. (16) serves for any γ₁ (Section 6) is right where the indenter is "
+        "blunt: f'(a₀) ≪ 1"
+    )
     return figure

@@ -79,7 +79,7 @@ class Record:
     """All comparisons.
 
     turning: (shape, steepness, w/γ₁ from which the surface turns over); flat: (shape, w/γ₁, error
-    of d = -δ₀ where the contact lets go, relative to δ₀); small_slopes: largest error of (16)
+    of d = -δ₀ where the contact detaches, relative to δ₀); small_slopes: largest error of (16)
     within the paper's own energy for γ₁ > 0, and of (18) for γ₁ = 0.
     """
 

@@ -79,7 +79,7 @@ def _exact(record: Record) -> Iterator[str]:
         ratios = [ratio for name, ratio, _ in record.flat if name == shape]
         worst = max(abs(error) for name, _, error in record.flat if name == shape)
         yield (
-            f"- With true lengths, where the face is flat at the line: the {shape} lets go at "
+            f"- With true lengths, where the face is flat at the line: the {shape} detaches at "
             f"d = -√(2w/k) within {worst:.0e} for w/γ₁ from {min(ratios):g} to {max(ratios):g}."
         )
     points = [x for part in (record.maps, record.paths) for row in part.values() for x in row]
@@ -120,7 +120,7 @@ def _growth(record: Record) -> Iterator[str]:
     ratios, widths, _, force = grid(record.maps[PUNCH], "width")
     largest, worst = ratios[~np.isnan(force).any(axis=0)][-1], np.nanmax(force, axis=1)
     yield (
-        f"- flat punch about to let go: with the tension term 2√(2wγ₁) of (22) its force is off, "
+        f"- flat punch about to detach: with the tension term 2√(2wγ₁) of (22) its force is off, "
         f"for w/γ₁ up to {largest:g}, by at most {worst[0]:.1%} for a = {widths[0]:g} l and "
         f"{worst[-1]:.1%} for a = {widths[-1]:g} l."
     )
@@ -191,6 +191,22 @@ def _overhang(record: Record) -> Iterator[str]:
     )
 
 
+def short(record: Record) -> str:
+    """The largest errors over all γ₁, for the bluntest and the steepest indenters tried."""
+    found: dict[float, float] = {}
+    for points in record.paths.values():
+        steepness, width = worst_on_path(points, "half_width")
+        force = worst_on_path(points, "force")[1]
+        for i in (0, -1):
+            worst = max(width[i], force[i], found.get(steepness[i], 0.0))
+            found[float(steepness[i])] = float(worst)
+    told = " and ".join(f"{error:.1%} where f'(a₀) = {s:g}" for s, error in sorted(found.items()))
+    return (
+        "Exactly with small slopes, and with true lengths where the indenter is blunt: over all γ₁ "
+        f"tried, half-width and force are off by at most {told}."
+    )
+
+
 def table(record: Record) -> Table:
     """Columns and a row per comparison."""
     names = [f"error_{name}" for name in ("half_width", "force", "angle", "young")]
@@ -210,5 +226,5 @@ def write(record: Record, out: Output) -> str:
     out.figures(images)
     out.table("applicability.csv", record.parameters, *table(record))
     links = "\n".join(f"\n![{name}]({name})" for name in images)
-    out.at("applicability.md").write_text(f"{text}\n{links}\n", encoding="utf-8")
+    out.text("applicability.md", f"{text}\n{links}\n")
     return text

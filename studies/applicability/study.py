@@ -7,9 +7,9 @@ is set, at the same imposed depth d, against minimising the energy of the true s
 only on w/γ₁, on a/l and on the steepness, the slope f'(a) at the line of (16).
 
 Map: a wedge and a parabola at the depth where (16) gives a = l, over w/γ₁ and steepness; a flat
-punch about to let go, over w/γ₁ and a/l. Errors: of a relative to a; of the force (11) and of the
+punch about to detach, over w/γ₁ and a/l. Errors: of a relative to a; of the force (11) and of the
 largest pull relative to max(|P|, 2√(2wγ₁)), the tension term of (22); of the depth at which the
-contact lets go relative to δ₀ = √(2w/k); of π - θ relative to itself.
+contact detaches relative to δ₀ = √(2w/k); of π - θ relative to itself.
 Conjecture: w, k, the indenter and d = 0 are fixed, γ₁ alone varies: does (16) hold for all γ₁?
 Its steepness is f'(a₀), the error of a relative to a₀, the half-width (18) without tension.
 
@@ -44,6 +44,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.small_slopes import (
+    KINDS,
     QUANTITIES,
     SHAPES,
     Errors,
@@ -51,7 +52,7 @@ from studies.shared.small_slopes import (
     blunt,
     compare,
     depth_by_16,
-    letting_go,
+    detachment,
     punch,
     scene,
 )
@@ -73,7 +74,7 @@ def border(error: Callable[[float], float], scan: Sequence[float], tolerance: fl
 def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
     """Each shape, steepness line and quantity; and the angle, which depends on w/γ₁ alone."""
     lines = product(SHAPES, p.lines, QUANTITIES)
-    flat = "parabola", "depth of letting go"  # at its tip: among the flat faces
+    flat = "parabola", "depth of detachment"  # at its tip: among the flat faces
     chosen = [(shape, s, name) for shape, s, name in lines if (shape, name) != flat]
     for pair in each(functools.partial(_borders, p.scan), chosen, jobs):
         yield from pair
@@ -112,10 +113,10 @@ def overhangs(p: Parameters) -> Iterator[tuple[str, float, float]]:
 def path_point(case: tuple[str, float, float]) -> Point | None:
     """Eq. (16) at d = 0, case: shape, steepness, γ₁/w; None without contact (too sharp a wedge)."""
     shape, steepness, tension = case
-    a0 = (1.0 if shape == "wedge" else 2.0) / steepness
+    a0 = KINDS[shape].width / steepness
     given = scene(blunt(shape, steepness, a0), tension * WORK, WORK)
     ell = given.elastocapillary_length
-    a = a0 - ell if shape == "wedge" else a0 / (ell / a0 + math.hypot(ell / a0, 1))
+    a = KINDS[shape].at_touch(a0, ell)
     if a <= 0:
         return None
     return Point(shape, 1 / tension, steepness, a / ell, compare(given, 0.0, a, a0))
@@ -126,7 +127,7 @@ def within_small_slopes(p: Parameters) -> tuple[float, float]:
     tense = dry = 0.0
     for shape in SHAPES:
         for steepness in p.paths:
-            a0 = (1.0 if shape == "wedge" else 2.0) / steepness
+            a0 = KINDS[shape].width / steepness
             body = blunt(shape, steepness, a0)
             for tension in p.tensions:
                 given = scene(body, tension * WORK, WORK, "small")
@@ -138,11 +139,11 @@ def within_small_slopes(p: Parameters) -> tuple[float, float]:
 
 
 def flat_faces(p: Parameters) -> Iterator[tuple[str, float, float]]:
-    """d = -δ₀, where a face that is flat at the line lets go, against the simulation."""
+    """d = -δ₀, where a face that is flat at the line detaches, against the simulation."""
     for shape, body in ((PUNCH, FlatPunch(1.0)), ("parabola", Parabola(5.0))):
         for ratio in p.scan[::2]:
             given = scene(body, 1.0, ratio)
-            yield shape, ratio, letting_go(given, 1e-12) / given.critical_separation + 1
+            yield shape, ratio, detachment(given, 1e-12) / given.critical_separation + 1
 
 
 def map_point(case: tuple[str, float, float]) -> Point:
@@ -178,4 +179,5 @@ def main(argv: Sequence[str] | None = None) -> int:
     record = run(preset, command.say, jobs)
     print(applicability_report.write(record, out))
     print(f"report: {out.folder / 'applicability.md'}; {time.perf_counter() - start:.1f} s")
+    command.answer(applicability_report.short(record))
     return 0

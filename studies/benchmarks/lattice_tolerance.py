@@ -15,11 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization import Equilibrium, NotCertifiedError
-from discretization.equilibrium import QUANTITIES
 from discretization.lattice.state import on_lattice
 from studies.shared.batches import Progress, each
 from studies.shared.random_cases import Case, in_turn
-from studies.shared.types import Table
+from studies.shared.types import QUANTITIES, Table
 
 FEWEST, MOST = 2.0, 400.0  # nodes per l
 UNKNOWN = (math.nan,) * 3

@@ -107,54 +107,90 @@ def _row(p: Point) -> str:
     return " | ".join([f"| {p.method}", *cells, "yes |" if p.success else "NO |"])
 
 
+def family(method: str) -> str:
+    """What a method is drawn as: those of other authors by their kind."""
+    kinds = {
+        "active set": "active set",
+        "cvxpy": "solver through cvxpy",
+        "direct": "solver, direct",
+        "scipy": "scipy minimisers",
+    }
+    if method.startswith("ours") or "(angle put in)" in method:
+        return method
+    return next((kind for word, kind in kinds.items() if word in method), method)
+
+
 def plot(task: str, points: Sequence[Point], floors: Sequence[Floor]) -> Figure:
-    """Time against each error, a line per method; open symbols: it says it failed."""
+    """Time against each error, or where there is none but of U against the size; a line per method.
+
+    A ring: the method says that it failed.
+    """
     shown = [p for p in points if not p.note and np.isfinite(p.seconds)]
-    known = [q for q in range(4) if any(np.isfinite(p.errors[q]) for p in shown)] or [0]
-    rows = (len(known) + 1) // 2
-    columns = min(2, len(known))
-    figure, grid = canvas(13, 1 + 4 * rows, rows, columns, sharey=True, squeeze=False)
+    finite = [q for q in range(4) if any(np.isfinite(p.errors[q]) for p in shown)]
+    known = [None] if finite in ([], [2]) else finite
+    rows, columns = (len(known) + 1) // 2, min(2, len(known))
+    figure, grid = canvas(
+        1 + 6 * columns, 1.4 + 4 * rows, rows, columns, sharey=True, squeeze=False
+    )
     panels = grid.ravel()
     for axes in panels[len(known) :]:
-        axes.set_visible(False)
+        axes.set_axis_off()
+    kinds = list(dict.fromkeys(family(p.method) for p in shown))
     for quantity, axes in zip(known, panels, strict=False):
-        for number, method in enumerate(dict.fromkeys(p.method for p in shown)):
-            own = [p for p in shown if p.method == method and np.isfinite(p.errors[quantity])]
-            _draw(axes, own, quantity, number, method)
+        for method in dict.fromkeys(p.method for p in shown):
+            own = [p for p in shown if p.method == method]
+            if quantity is not None:
+                own = [p for p in own if np.isfinite(p.errors[quantity])]
+            _draw(axes, own, quantity, kinds.index(family(method)))
         for floor in floors:
-            for seconds, style in ((floor.dptsv, "--"), (floor.one_pass, ":")):
-                axes.axhline(seconds, color="0.6", lw=0.8, ls=style, zorder=0)
+            axes.axhline(floor.dptsv, color="0.6", lw=0.8, ls="--", zorder=0)
             place = {"xycoords": ("axes fraction", "data"), "fontsize": 7, "color": "0.35"}
-            text = f"dptsv, n = {floor.unknowns:g}"
+            text = f"one tridiagonal solve, n = {floor.unknowns:g}"
             axes.annotate(text, (0.99, floor.dptsv), ha="right", va="bottom", **place)
-        axes.set(xscale="log", yscale="log", xlabel=f"relative error of {QUANTITIES[quantity]}")
+        axes.set(xscale="log", yscale="log", xlabel="unknowns")
         axes.grid(alpha=0.25)
-        axes.set_xlim(LEAST / 3, max(axes.get_xlim()[1], 100 * LEAST))
-    for axes in panels[::2]:
+        if quantity is not None:
+            axes.set_xlabel(f"relative error of {QUANTITIES[quantity]}")
+            axes.set_xlim(LEAST / 3, max(axes.get_xlim()[1], 100 * LEAST))
+    for axes in panels[::columns]:
         axes.set_ylabel("time of one step" if task == "loop" else "time")
     plain_ticks(panels[0].yaxis, "s", (1.0,))
-    handles, labels = max((a.get_legend_handles_labels() for a in panels), key=lambda h: len(h[0]))
-    figure.legend(handles, labels, loc="outside lower center", fontsize=8, ncols=5)
-    figure.suptitle(f"{task}: lower left is better; dashed: one dptsv, dotted: one pass over n")
+    for number, kind in enumerate(kinds):
+        panels[0].plot([], [], label=kind, **_style(number, kind.startswith("ours")))
+    figure.legend(loc="outside lower center", fontsize=8, ncols=min(len(kinds), 3 * columns))
+    figure.suptitle(f"{task}: {fastest(shown)}", wrap=True, fontsize=11)
     return figure
 
 
-def _draw(axes: Any, own: Sequence[Point], quantity: int, number: int, method: str) -> None:
-    ours, colour = method.startswith("ours"), COLOURS[number % len(COLOURS)]
-    errors = [max(p.errors[quantity], LEAST) for p in own]
+def fastest(points: Sequence[Point], level: float = 1e-6) -> str:
+    """Our fastest method and the fastest of others, to an error of a where that is known."""
+    found, known = reached(points, level), f"to an error of a of {level:.0e}: "
+    if not found:  # each at its least size
+        found, known = {p.method: p for p in sorted(points, key=lambda p: -p.unknowns)}, ""
+    sides = (
+        [p for p in found.values() if p.method.startswith("ours") == own] for own in (True, False)
+    )
+    best = [min(side, key=lambda p: p.seconds) for side in sides if side]
+    each = [f"{p.method} {p.seconds * 1e3:.3g} ms" for p in best]
+    if not known:
+        each = [f"{one} with {p.unknowns} nodes" for one, p in zip(each, best, strict=True)]
+    return known + "; ".join(each)
+
+
+def _style(number: int, ours: bool) -> dict[str, Any]:
+    marker, colour = MARKERS[number % len(MARKERS)], COLOURS[number % len(COLOURS)]
+    return {"marker": marker, "color": colour, "ms": 7 if ours else 5, "lw": 2.2 if ours else 1}
+
+
+def _draw(axes: Any, own: Sequence[Point], quantity: int | None, number: int) -> None:
+    """One method: its times over the errors of a quantity, or over the unknowns."""
+    if not own:
+        return
+    x = [p.unknowns if quantity is None else max(p.errors[quantity], LEAST) for p in own]
     seconds = [p.seconds for p in own]
     half = np.array([p.spread / 2 for p in own])
     spread = np.array(seconds) * [half / (1 + half), half]  # by a factor: the axis is logarithmic
-    axes.errorbar(
-        errors,
-        seconds,
-        yerr=spread,
-        marker=MARKERS[number % len(MARKERS)],
-        ms=7 if ours else 5,
-        lw=2.2 if ours else 1,
-        color=colour,
-        label=method,
-    )
-    failed = [(e, p.seconds) for e, p in zip(errors, own, strict=True) if not p.success]
+    axes.errorbar(x, seconds, yerr=spread, **_style(number, own[0].method.startswith("ours")))
+    failed = [(at, p.seconds) for at, p in zip(x, own, strict=True) if not p.success]
     if failed:
         axes.plot(*np.transpose(failed), "o", ms=11, mfc="none", mec="black")

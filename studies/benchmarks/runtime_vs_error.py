@@ -38,7 +38,7 @@ from studies.benchmarks.rivals.problem import installed
 from studies.benchmarks.rivals.task import Method, Task
 from studies.benchmarks.rivals.tasks import TASKS, guarded, named
 from studies.benchmarks.runtime_record import Floor, Point
-from studies.benchmarks.runtime_report import machine, plot, rows, table
+from studies.benchmarks.runtime_report import fastest, machine, plot, rows, table
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.timing import middle, seconds, tridiagonal_seconds
@@ -219,11 +219,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     least = floors(parameters.sizes, parameters.repeats)
     out.table("runtime_vs_error.csv", parameters, *rows(points, least), notes=[machine()])
     text = table(points, least, exponents(points, 10**3 if quick else 10**4))
-    out.at("runtime_vs_error.md").write_text(text, encoding="utf-8")
+    out.text("runtime_vs_error.md", text)
     for name in options.tasks:
         own = [p for p in points if p.task == name]
         out.figure(f"runtime_vs_error_{name}.png", plot(name, own, least))
     print(text)
+    for name in options.tasks:
+        command.answer(f"{name}: {fastest([p for p in points if p.task == name and not p.note])}.")
     return 0
 
 

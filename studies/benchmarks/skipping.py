@@ -135,7 +135,7 @@ def plot(rows: Sequence[Row]) -> Figure:
     axes.axvline(1, color="black", lw=0.8)
     axes.grid(alpha=0.25, axis="x")
     axes.set_axisbelow(True)
-    axes.set_title("What is not needed is not done: saved time, and change Δ of a, P, U")
+    axes.set_title("What is not needed is not done, and a, P, U change by rounding only (Δ)")
     return figure
 
 
@@ -147,6 +147,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     out.table("skipping.csv", parameters, Row._fields, rows)
     out.figure("skipping.png", plot(rows))
     changed = [row.name for row in rows if not row.same]
-    told = f": {', '.join(changed)}" if changed else ""
-    print(f"{len(rows)} skips, {len(changed)} change a digit{told}")
+    told = f"these change a digit: {', '.join(changed)}" if changed else "none changes a digit"
+    factors = [row.factor for row in rows]
+    command.answer(
+        f"{len(rows)} things that may be left out save a factor of {min(factors):.3g} to "
+        f"{max(factors):.3g} each; {told}."
+    )
     return 1 if changed else 0

@@ -145,7 +145,7 @@ def punch() -> Pair:
 
 
 def detached() -> Pair:
-    """Beyond letting go, against a solve of all nodes of the surface."""
+    """Beyond detachment, against a solve of all nodes of the surface."""
     own = scene()
     depth, width = -2 * own.critical_separation, minimise(own, DEPTH).half_width
     grid = Grid(own, depth, 10_001, width + FAR * own.elastocapillary_length)

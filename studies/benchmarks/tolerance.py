@@ -25,13 +25,12 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization import AccuracyWarning, minimise
-from discretization.equilibrium import QUANTITIES
 from studies.benchmarks import lattice_tolerance
 from studies.shared import command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.random_cases import Case, in_turn
-from studies.shared.types import Table
+from studies.shared.types import QUANTITIES, Table
 
 FLOOR, ROUNDING = 1e-12, 1e-15
 SHARE = 0.99
@@ -136,6 +135,10 @@ def plot(trials: Sequence[Trial]) -> Figure:
         axes.grid(alpha=0.3)
     figure.axes[0].set_ylabel("relative error of a, P or U")
     figure.axes[0].legend(loc="upper left", fontsize=8)
+    honoured = sum(trial.honoured and trial.trusted for trial in trials)
+    figure.suptitle(
+        f"rtol is honoured and the estimate covers the error in {honoured} of {len(trials)} scenes"
+    )
     return figure
 
 
@@ -160,4 +163,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     states = lattice_tolerance.run(params.lattices, params.seed, tell, jobs)
     out.table("tolerance_lattice.csv", params, *lattice_tolerance.table(states))
     print(summary(trials), lattice_tolerance.summary(states), sep="\n\n")
+    honoured, trusted = (sum(getattr(t, n) for t in trials) for n in ("honoured", "trusted"))
+    command.answer(
+        f"rtol is honoured in {honoured} of {len(trials)} scenes; error_estimate covers the true "
+        f"error in {trusted} of them, and in {sum(s.trusted for s in states)} of {len(states)} "
+        "lattice states."
+    )
     return 0 if passed(trials) and all(state.trusted for state in states) else 1

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.contact_angle.record import Record
+from studies.contact_angle.record import Angle, Record
 from studies.shared.figures import COLOURS, LINE, MARKERS, Figure, canvas
 
 
@@ -19,6 +19,10 @@ def plot(record: Record) -> Figure:
     _draw_loops(panels[:, 1], record)
     for axes in panels.flat:
         axes.grid(alpha=0.25)
+    worst = max(record.worst("finite"), record.worst("small"))
+    law = "is a constant" if record.passed else "is NOT the constant of theory"
+    told = f"its laws hold within {worst:.0e} for every indenter, depth and direction"
+    figure.suptitle(f"The contact angle {law}: {told}")
     return figure
 
 
@@ -33,7 +37,7 @@ def _draw_law(axes: Any, record: Record) -> None:
         style: dict[str, Any] = {"ls": "", "marker": MARKERS[i], "color": COLOURS[i]}
         axes.plot([a.ratio for a in angles], theta, label=label, ms=6, mfc="none", **style)
     axes.set(xlabel="w/γ₁", ylabel="contact angle θ in degrees")
-    axes.set_title("Contact angle, all indenters and depths")
+    axes.set_title("one angle for each w/γ₁, whatever the indenter and the depth")
     axes.legend()
 
 
@@ -53,37 +57,44 @@ def _draw_residuals(axes: Any, record: Record) -> None:
         residuals = [max(angle.residual, 1e-17) for angle in angles]
         style: dict[str, Any] = {"ls": "", "marker": MARKERS[i], "color": COLOURS[i], "ms": 4}
         axes.plot([angle.ratio for angle in angles], residuals, label=label, **style)
-    axes.set_title("Against the laws; below 1e-17: drawn there")
+    axes.set_title("difference to the laws (below 1e-17: drawn there)")
     axes.set(xlabel="w/γ₁", ylabel="relative difference of π - θ", ylim=(3e-18, 1e3))
     axes.legend(fontsize=8, ncols=2, loc="upper left")
 
 
 def _draw_loops(panels: Any, record: Record) -> None:
+    """One loading path in full above, the differences to Young's law on all of them below."""
     top, bottom = panels
     chosen = max(record.loops, key=lambda one: (one.ratio, one.shape == "parabola"))
-    for i, (way, marker) in enumerate(((chosen.advance, "o"), (chosen.retract, "x"))):
-        depths = [angle.depth for angle in way]
-        colour: dict[str, Any] = {"ls": "", "marker": marker}
-        kinds = ("deficit", "indenter", "layer")
-        labels = ("π - θ", "inclination of the indenter", "inclination of the surface")
-        for j, (kind, label) in enumerate(zip(kinds, labels, strict=True)):
-            values = [math.degrees(getattr(a, kind)) for a in way]
-            text = label if i == 0 else None
-            top.plot(depths, values, color=COLOURS[j], label=text, mfc="none", **colour)
-    top.axhline(math.degrees(chosen.angles[0].law), label="Young's law (8)", **LINE)
-    top.set(
-        ylabel="angle in degrees",
-        title=f"Along a loading path: {chosen.shape}, w/γ₁ = {chosen.ratio:g}",
+    kinds = {
+        "deficit": "π - θ",
+        "indenter": "indenter's inclination",
+        "layer": "surface's inclination",
+    }
+    ways = (
+        ("", chosen.advance, {"mfc": "none", "ms": 8}),
+        (", retracting", chosen.retract, {"ms": 4}),
     )
-    top.plot([], [], "ko", mfc="none", label="advance")
-    top.plot([], [], "kx", label="retract")
-    top.legend(loc="lower center", ncols=2, fontsize=8)
+    for colour, marker, (kind, name) in zip(COLOURS, MARKERS, kinds.items(), strict=False):
+        for way, angles, look in ways:
+            values = [math.degrees(getattr(angle, kind)) for angle in angles]
+            style: dict[str, Any] = {"ls": "", "color": colour, "marker": marker, **look}
+            top.plot([_scaled(angle) for angle in angles], values, label=name + way, **style)
+    top.axhline(math.degrees(chosen.angles[0].law), label="Young's law (8)", **LINE)
+    top.set(xlabel="depth d/δ₀", ylabel="angle in degrees")
+    top.set_title(f"on a loading path ({chosen.shape}, w/γ₁ = {chosen.ratio:g}) only π - θ stays")
+    top.set_ylim(top=1.45 * math.degrees(chosen.angles[0].law))
+    top.legend(loc="upper center", ncols=2, fontsize=8)
     for i, one in enumerate(record.loops):
-        depths = [a.depth / max(b.depth for b in one.angles) * 2 for a in one.angles]
-        residuals = [max(a.residual, 1e-17) for a in one.angles]
+        residuals = [max(angle.residual, 1e-17) for angle in one.angles]
         label = f"{one.shape}, w/γ₁ = {one.ratio:g}"
         marks: dict[str, Any] = {"color": COLOURS[i % 8], "marker": MARKERS[i % 8], "ms": 4}
-        bottom.semilogy(depths, residuals, ls="", label=label, **marks)
+        bottom.semilogy([_scaled(a) for a in one.angles], residuals, ls="", label=label, **marks)
     bottom.set(xlabel="depth d/δ₀", ylabel="relative difference to (8)", ylim=(3e-18, 1e-6))
+    bottom.set_title("difference to Young's law on all loading paths")
     bottom.legend(fontsize=8, ncols=2)
-    top.set_xlabel("depth d/l")
+
+
+def _scaled(angle: Angle) -> float:
+    """d/δ₀, where angles are measured with l = 1."""
+    return angle.depth / math.sqrt(2 * angle.ratio)

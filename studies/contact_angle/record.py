@@ -67,7 +67,7 @@ class Angle(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """Angles along touch -> press -> retract until just before the contact lets go."""
+    """Angles along touch -> press -> retract until just before the contact detaches."""
 
     shape: str
     ratio: float

@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import History
-from discretization.fitted.response import chosen
-from discretization.fitted.state import FittedTail
 from discretization.paths.events import Event, Snapshot
 from discretization.paths.plots import draw, mark, units
 from energy.units import prefixed
-from studies.shared.figures import BLUE, ORANGE
+from studies.shared.figures import BLUE, ORANGE, RIGID, SOFT
+from studies.shared.table import naming
 from studies.shared.types import Array
 
-LAYER, BODY = "#f3d9b1", "#b8c4cc"
 FIGSIZE, DPI, PER_SECOND = (11.0, 4.3), 75, 12
 _POINTS = 401
 _HELD = 4  # frames before and after a jump
@@ -73,18 +71,16 @@ def _caption(event: Event) -> str:
 
 
 def surface(history: History, state: Snapshot, x: Array) -> tuple[Array, Array]:
-    """u(x) of a state, and the indenter d - f(x); both positive downwards."""
+    """u(x) of a state with small slopes, and the indenter d - f(x); both positive downwards."""
     scene = history.scene
     body = state.depth - scene.indenter.height(x)
     if math.isnan(state.left):
         return np.zeros_like(x), body
     u = np.where((x >= state.left) & (x <= state.right), body, 0.0)
-    if scene.gamma1:
-        tail = FittedTail(scene.elastocapillary_length, chosen(scene.slopes, history.rtol))
-        for side, end in ((-1, state.left), (1, state.right)):
-            free = side * (x - end) > 0
-            line = state.depth - float(scene.indenter.height(end))
-            u[free] = tail.displacement(side * (x[free] - end), line)
+    for side, end in ((-1, state.left), (1, state.right)) if scene.gamma1 else ():
+        beside = side * (x - end)
+        line, far = state.depth - float(scene.indenter.height(end)), scene.elastocapillary_length
+        u = np.where(beside > 0, line * np.exp(-np.maximum(beside, 0) / far), u)
     return u, body
 
 
@@ -135,8 +131,8 @@ class _Stage:
         depth, force = self.scale
         at = [frame.state.depth / depth.size], [frame.state.force / force.size]
         moving = [
-            axes.fill_between(x, u, self.low, color=LAYER, lw=0),
-            axes.fill_between(x, body, np.maximum(body, self.high), color=BODY, lw=0),
+            axes.fill_between(x, u, self.low, color=SOFT, lw=0),
+            axes.fill_between(x, body, np.maximum(body, self.high), color=RIGID, lw=0),
             *axes.plot(x, body, color="black", lw=0.8),
             *axes.plot(x, u, color=BLUE, lw=2),
             axes.axhline(0, color="black", lw=0.6, ls=":"),
@@ -172,7 +168,7 @@ def animate(history: History, path: Path, count: int = 60) -> int:
     stage = _Stage(history, shown)
     screen = Figure(figsize=FIGSIZE, dpi=DPI)
     image, writer = screen.figimage(stage.picture(shown[0])), PillowWriter(fps=PER_SECOND)
-    with writer.saving(screen, str(path), DPI):
+    with naming(path), writer.saving(screen, str(path), DPI):
         for frame in shown:
             image.set_data(stage.picture(frame))
             writer.grab_frame()

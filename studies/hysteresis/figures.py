@@ -13,7 +13,7 @@ from energy.units import quantity as quantity_of
 from studies.hysteresis.landscape import landscape
 from studies.hysteresis.record import Loop, Record
 from studies.shared import loops
-from studies.shared.figures import COLOURS, ORANGE, Figure, canvas, plain_ticks, shades
+from studies.shared.figures import BLUE, ORANGE, Figure, canvas, plain_ticks, shades
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.types import Array
 
@@ -22,7 +22,8 @@ _DEPTHS = (0.5, 0.0, -0.4, -0.75, -0.95)  # of the landscape, in δ₀
 
 def all_of(record: Record, history: History) -> dict[str, Figure]:
     """Every figure by file name; `history`: the parabola's loop to look at closely."""
-    title = f"parabola, γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, imposed depth"
+    gamma1 = quantity_of(history.scene.gamma1, "N/m")
+    title = f"Parabola, γ₁ = {gamma1}: in contact loading and unloading coincide"
     return {
         "hysteresis_tension.png": over_tension(record),
         "hysteresis_control.png": over_control(record),
@@ -60,30 +61,38 @@ def over_tension(record: Record) -> Figure:
             axes.grid(alpha=0.25)
         column[0].set_title(shape)
         column[0].legend(fontsize=9)
-    drawn.suptitle("Loops under imposed depth; dashed: instabilities")
+    drawn.suptitle("Loops under imposed depth: energy is lost in the jumps (dashed), nowhere else")
     return drawn
 
 
 def over_control(record: Record) -> Figure:
-    """P(d) of one γ₁ under every control."""
-    drawn, grid = _grid(1, 4.8)
-    for axes, shape in zip(grid[0], INDENTERS, strict=True):
-        own = _own(record, shape)
-        gamma1 = min((loop.history.scene.gamma1 for loop in own), key=lambda g: abs(g - 0.02))
-        own = [loop for loop in own if loop.history.scene.gamma1 == gamma1]
-        scale = units([own[0].history], "force")
-        for loop, colour, width in zip(own, COLOURS, (5.0, 3.4, 2.2, 1.2), strict=False):
+    """P(d) of one γ₁, a row for each control, each loop in a panel of its own."""
+    tensions = {loop.history.scene.gamma1 for loop in record.loops}
+    gamma1 = min(tensions, key=lambda one: abs(one - 0.02))
+    chosen = [
+        [loop for loop in _own(record, shape) if loop.history.scene.gamma1 == gamma1]
+        for shape in INDENTERS
+    ]
+    drawn, grid = _grid(len(chosen[0]), 3.4 * len(chosen[0]))
+    for column, shape, own in zip(grid.T, INDENTERS, chosen, strict=True):
+        for axes, loop in zip(column, own, strict=True):
             area = loop.history.dissipated / (2 * WORK * SIZE)
-            name = f"{loop.control}: {area:.3g} · 2wb"
-            draw(axes, loop.history, "force", scale, colour, name, width)
-        top = max(float(loop.history.depth.max()) for loop in own) / scale[0].size
-        axes.set_xlim(-1.6 * top, 1.05 * top)
-        axes.axhline(0, color="black", lw=0.6, ls=":")
-        axes.set_title(f"{shape}, γ₁ = {quantity_of(gamma1, 'N/m')}")
-        axes.legend(fontsize=9, title="control: loop area", loc="upper left")
-        axes.grid(alpha=0.25)
-    drawn.suptitle("The same scene under imposed depth, a dead load, and machines of stiffness K")
+            draw(axes, loop.history, "force", units([loop.history], "force"), BLUE)
+            axes.set_title(f"{shape}, {_said(loop)}: loop area {area:.3g}·2wb", fontsize=11)
+            axes.axhline(0, color="black", lw=0.6, ls=":")
+            axes.grid(alpha=0.25)
+    drawn.suptitle(
+        "What holds the indenter decides where it jumps (dashed) and how much energy that costs; "
+        f"γ₁ = {quantity_of(gamma1, 'N/m')}, b = {quantity_of(SIZE, 'm')}"
+    )
     return drawn
+
+
+def _said(loop: Loop) -> str:
+    """The control of a loop in words."""
+    words = {"depth": "imposed depth", "force": "dead load"}
+    machine = f"spring of stiffness {loop.control.removeprefix('K = ').replace(' ', '·')}"
+    return words.get(loop.control, machine)
 
 
 def dissipation(record: Record) -> Figure:
@@ -111,6 +120,7 @@ def dissipation(record: Record) -> Figure:
         plain_ticks(axes.yaxis)
         axes.set(ylim=(low, high), title=f"{found.shape}: worst error {found.error.max():.0e}")
     drawn.colorbar(shades, ax=list(grid[0]), label="loop area / 2wb")
+    drawn.suptitle("A softer machine loses more energy; so does more tension, but for the wedge")
     return drawn
 
 

@@ -1,14 +1,13 @@
 """Energy landscapes of a load path: U(a; d) with the states of the path on it.
 
-At a depth d every half-width a has its surface of least energy: u = d - f in the contact and free
-beside it. U(a; d) is the energy of that surface; its minima over a are the states of a path under
-imposed depth, and what separates one from the detached surface, U = 0, is the barrier that keeps it
-metastable.
+At a depth d, with small slopes, every half-width a has its surface of least energy: u = d - f in
+the contact and free beside it. U(a; d) is its energy; its minima over a are the states of a path
+under imposed depth, and what separates one from the detached surface, U = 0, is the barrier that
+keeps it metastable.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -16,10 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import History
-from discretization.fitted.free_surface import OVERHANG
-from discretization.fitted.lines import Problem
-from discretization.fitted.quadrature import totals
-from discretization.fitted.response import chosen
 from energy.units import prefixed
 from studies.shared.figures import Figure, canvas, shades
 from studies.shared.types import Array
@@ -30,7 +25,7 @@ _CLOSED = 1e-3
 
 
 class Curve(NamedTuple):
-    """U (n,) over the half-width a (n,) at the depth of a step; nan where there is no surface.
+    """U (n,) over the half-width a (n,) at the depth of a step.
 
     through: the surface would pass through the indenter; state: (a, U) of the path at this step.
     """
@@ -45,8 +40,12 @@ class Curve(NamedTuple):
 def curves(history: History, steps: Sequence[int]) -> list[Curve]:
     """Landscapes at the depths of these steps, from almost closed to wider than the states.
 
-    ValueError for an indenter that is not symmetric, and for steps without contact.
+    ValueError for finite slopes, an indenter that is not symmetric, and steps without contact.
     """
+    if history.scene.slopes != "small":
+        raise ValueError(
+            f"slopes = {history.scene.slopes!r} must be 'small' for a landscape over a"
+        )
     indenter, widths = history.scene.indenter, history.half_width[list(steps)]
     if not indenter.symmetric or indenter.apex is None:
         raise ValueError(f"indenter = {indenter!r} must be symmetric for a landscape over a")
@@ -58,17 +57,16 @@ def curves(history: History, steps: Sequence[int]) -> list[Curve]:
 
 
 def _curve(history: History, step: int, a: Array) -> Curve:
+    """U = ∫ (k/2 g² + γ₁/2 f'²) dx + √(kγ₁) g(a)² - 2wa, outside decaying over l by Eq. (6)."""
     scene, depth = history.scene, float(history.depth[step])
-    response, apex = chosen(scene.slopes, history.rtol), scene.indenter.apex or 0.0
-    touch = float(scene.indenter.height(apex))
-    problem = Problem(scene, depth, touch, 0.0, response)
-    steepest = OVERHANG * scene.elastocapillary_length if scene.slopes == "finite" else math.inf
-    energy, through = np.full(a.size, math.nan), np.zeros(a.size, bool)
-    for i, width in enumerate(a.tolist()):
-        left, right = apex - width, apex + width
-        if abs(problem.displaced(right)) < steepest:
-            energy[i] = totals(scene, response, depth, left, right, history.rtol)[1].energy
-            through[i] = problem.jump(1, right, -1e-9 * width) < 0
+    k, gamma1, ell = scene.stiffness, scene.gamma1, scene.elastocapillary_length
+    apex, (x, weight) = scene.indenter.apex or 0.0, np.polynomial.legendre.leggauss(40)
+    at = apex + a[:, None] * (1 + x) / 2
+    g, slope = depth - scene.indenter.height(at), scene.indenter.slope(at)
+    inside = a * ((k * g**2 + gamma1 * slope**2) / 2 @ weight)
+    end = depth - scene.indenter.height(apex + a)
+    energy = inside + np.sqrt(gamma1 * k) * end**2 - 2 * scene.work_of_adhesion * a
+    through = ell * scene.indenter.slope(apex + a) < end
     return Curve(depth, a, energy, through, (history.at(step).half_width, history.at(step).energy))
 
 
@@ -101,7 +99,9 @@ def landscape(history: History, steps: Sequence[int]) -> Figure:
     low, high = float(shown.min()) / y.size, max(float(shown.max()), 0.0) / y.size
     axes.set(ylim=(low - 0.12 * (high - low), high + 0.25 * (high - low)))
     axes.set(xlabel=f"half-width a in {x.symbol}", ylabel=f"energy U in {y.symbol}")
-    axes.set(xlim=(0, None), title="Energy over the half-width at fixed depth; dots: the path")
+    axes.set(
+        xlim=(0, None), title="The path (dots) stays in a minimum of the energy until none is left"
+    )
     axes.legend(fontsize=9)
     axes.grid(alpha=0.25)
     return drawn

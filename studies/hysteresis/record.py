@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +10,6 @@ from discretization import History
 from studies.shared import loops
 from studies.shared.loops import LAYER, SIZE, WORK, Form
 from studies.shared.types import Array
-
-if TYPE_CHECKING:
-    pass
-
 
 BAR, LEDGER = 1e-8, 1e-9
 
@@ -36,7 +31,12 @@ FULL = Parameters()
 
 
 QUICK = Parameters(
-    tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36, across=(0.1, 0.4), up=(0.3, 3.0)
+    tensions=(0.02, 0.4),
+    works=(WORK,),
+    machines=(0.3,),
+    steps=36,
+    across=(0.05, 0.15, 0.4, 1.0, 2.5),
+    up=(0.1, 0.3, 1.0, 3.0, 10.0),
 )
 
 
@@ -51,7 +51,7 @@ class Loop:
 
     @property
     def imbalance(self) -> float:
-        """How far the ledger is out of balance, relative."""
+        """How far the energy balance is off, relative."""
         return loops.imbalance(self.history, self.work)
 
     @property
@@ -67,7 +67,7 @@ class Loop:
 
     @property
     def passed(self) -> bool:
-        """Whether all errors are within the bars; nan is not."""
+        """Whether all errors are within the limits; nan is not."""
         return self.error <= BAR and self.imbalance <= LEDGER
 
 
@@ -98,7 +98,7 @@ class Record:
 
     @property
     def imbalance(self) -> float:
-        """The largest imbalance of a ledger."""
+        """The largest imbalance of the energy."""
         return float(np.max([loop.imbalance for loop in self.loops]))
 
     @property

@@ -73,7 +73,7 @@ def _wedge_verdict(wedge: Curve) -> list[str]:
         largest = max(abs(p.simulated.force) / loops.force_scale(p.scene) for p in sharp)
         given = abs(loops.formula_30(wedge.pulls[-1].scene))
         text.append(
-            f"wedge, tan δ > α: it lets go at its tip under a pull of {largest:.1g} kδ₀(b + l); "
+            f"wedge, tan δ > α: it detaches at its tip under a pull of {largest:.1g} kδ₀(b + l); "
             f"the modulus in Eq. (30) would give {given:.3g} N/m: outside its range"
         )
     return text
@@ -94,7 +94,7 @@ def _parabola_verdict(parabola: Curve) -> list[str]:
         )
     if high.sum() > 1:
         text.append(
-            f"parabola, Λ >= 1: the contact closes to a point before it lets go, F_A "
+            f"parabola, Λ >= 1: the contact closes to a point before it detaches, F_A "
             f"~ γ₁^{_power(ratios[high], gain[high]):.3f}, {gain[-1]:.4g}-fold at the end"
         )
     return text

@@ -32,7 +32,7 @@ def forces(curves: Sequence[Curve]) -> Figure:
     for column, curve, colour, marker in zip(grid.T, curves, COLOURS, MARKERS, strict=False):
         _column(column, curve, {"color": colour, "marker": marker, "ls": ""})
         column[0].set_title(f"{curve.shape}: worst error {curve.error:.0e}")
-    drawn.suptitle("Largest pull under a dead load at fixed work of adhesion")
+    drawn.suptitle("The largest pull under a dead load, at fixed w, is that of the closed forms")
     return drawn
 
 
@@ -77,7 +77,7 @@ def _beyond(axes: Any, curve: Curve, y: float) -> None:
     scenes = [loops.scene_of(curve.shape, LAYER.stiffness * (r * SIZE) ** 2) for r in ratios]
     tension = np.array([scene.gamma1 for scene in scenes])
     force = np.abs([loops.formula_30(scene) for scene in scenes])
-    name = "modulus of (30) there"
+    name = "|Eq. (30)| where it does not hold"
     axes.plot(tension, force / y, color="black", ls=":", lw=1.2, label=name)
 
 
@@ -91,8 +91,15 @@ def gain(curves: Sequence[Curve]) -> Figure:
     axes.plot([], [], color="black", lw=1.2, label="closed forms")
     axes.axhline(1, color=GREY, lw=0.8)
     axes.axvline(1, color=GREY, lw=0.8, ls=":")
-    axes.set(xscale="log", xlabel="tension  l/b", ylabel="$F_A$ / $F_A(γ_1 = 0)$", ylim=(-0.1, 4))
-    axes.set_title("Adhesion force under a dead load over that without tension")
+    axes.set(xscale="log", xlabel="tension  l/b", ylabel="$F_A$ / $F_A(γ_1 = 0)$")
+    axes.set_yscale("symlog", linthresh=1)  # from 0 to 1 linear
+    most = max(float(curve.gain.max()) for curve in curves)
+    ticks = [tick for tick in (0, 0.5, 1, 2, 5, 10, 20, 50, 100, 200) if tick <= 1.1 * most]
+    axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axes.set_ylim(-0.1, 1.3 * most)
+    axes.set_title(
+        "Tension strengthens the adhesion of punch and parabola, and ends that of the wedge"
+    )
     axes.legend()
     axes.grid(alpha=0.25)
     return drawn

@@ -68,6 +68,7 @@ from energy import (
     SurfaceEnergies,
     Wedge,
 )
+from energy.checks import nearest
 from studies.scenes import measured as scene_measured
 from studies.scenes.curve_file import Reading
 from studies.scenes.table import TOP, Table
@@ -175,7 +176,8 @@ def _indenter(path: Path, content: Any) -> Indenter:
     shape = Table(path, "indenter", content, keys_given).text("shape")
     if shape not in SHAPES:
         raise ValueError(
-            f"{path}: indenter.shape = {shape!r} is unknown; known shapes: {', '.join(SHAPES)}"
+            f"{path}: indenter.shape = {shape!r} is unknown{nearest(shape, SHAPES)}; known shapes: "
+            f"{', '.join(SHAPES)}"
         )
     kind, keys = SHAPES[shape]
     extra = ("kind", *scene_measured.PROFILE) if shape == "sampled" else ()

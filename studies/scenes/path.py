@@ -8,6 +8,7 @@ from typing import Any
 
 from discretization import History, load_path
 from studies.scenes.file import SceneFile
+from studies.shared.table import naming
 
 
 def follow(given: SceneFile) -> History:
@@ -32,6 +33,7 @@ def follow(given: SceneFile) -> History:
 
 def write_csv(history: History, path: Path, notes: Sequence[str]) -> None:
     """`History.to_csv`, which `History.from_csv` reads back; the notes follow as comments."""
-    history.to_csv(path)
-    with path.open("a", encoding="utf-8") as file:
-        file.writelines(f"# {' '.join(note.split())}\n" for note in notes)
+    with naming(path):
+        history.to_csv(path)
+        with path.open("a", encoding="utf-8") as file:
+            file.writelines(f"# {' '.join(note.split())}\n" for note in notes)

@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 
 from discretization import Equilibrium, display, minimise, plots
-from discretization.equilibrium import QUANTITIES
 from discretization.paths import display as of_path
 from energy import Assumption, Scene
 from energy.description import described
@@ -35,7 +34,7 @@ from studies.scenes.sweep import study as sweep
 from studies.shared import command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, GREY, ORANGE, canvas
-from studies.shared.types import Table
+from studies.shared.types import QUANTITIES, Table
 
 CONVENTIONS = (
     "units: SI, per unit length of the line contact: depth and half_width in m, force in N/m, "
@@ -181,7 +180,8 @@ def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> No
             at, height = depths[chosen] / x.size, values[chosen] / y.size
             colour = GREY if label == "detached" else ORANGE if violated else BLUE
             text = f"{label}, an assumption violated" if violated else label
-            style = {"color": colour, "marker": marker, "label": text}
+            fill = "white" if violated else colour
+            style = {"color": colour, "marker": marker, "mfc": fill, "label": text}
             spread = error[chosen] / y.size
             axes.errorbar(at, height, yerr=spread, ls="", ms=4, capsize=2, **style)
     axes.axhline(0, color=GREY, lw=0.8)

@@ -9,6 +9,8 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
+from energy.checks import nearest
+
 T = TypeVar("T")
 TOP = (
     *("title", "source", "depth", "layer", "surfaces", "opening", "indenter"),
@@ -28,7 +30,8 @@ class Table:
         for key in table:
             if key not in known:
                 misplaced = self.name != "file" and key in TOP
-                hint = " here: write it above the first [section]" if misplaced else ""
+                above = " here: write it above the first [section]"
+                hint = above if misplaced else nearest(key, known)
                 self.refuse(key, table[key], f"is unknown{hint}")
 
     def refuse(self, key: str, value: Any, why: str) -> NoReturn:

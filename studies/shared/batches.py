@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import nullcontext
-from multiprocessing import get_context
+from contextlib import contextmanager
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 Case = TypeVar("Case")
 Result = TypeVar("Result")
+PAUSE = 1.0  # s between two lines of progress
 
 
 class Progress(NamedTuple):
-    """Points done of all, failed ones, and seconds to go."""
+    """Points done of all, failed ones, and seconds to go; nan while that is not known."""
 
     done: int
     total: int
@@ -28,42 +30,67 @@ class Progress(NamedTuple):
 
     def __str__(self) -> str:
         failed = f"{self.failed} failed" if self.failed else ""
-        left = f"{self.remaining:.0f} s to go" if self.done < self.total else ""
+        known = self.done < self.total and not math.isnan(self.remaining)
+        left = f"{self.remaining:.0f} s to go" if known else ""
         return ", ".join(filter(None, (f"{self.done} of {self.total} points", failed, left)))
 
 
 class Clock:
-    """Counts points and tells the progress about once a second."""
+    """Counts points and tells the progress about once a second.
+
+    The time to go is known after a twentieth of the work, from what was done in its second half: in
+    the first, processes start and modules are imported.
+    """
 
     def __init__(
         self, done: int, total: int, failed: int, show: Callable[[Progress], object]
     ) -> None:
         self.done, self.total, self.failed, self.show = done, total, failed, show
-        self.begun, self.start = done, time.monotonic()
-        self.told = -math.inf
+        self.begun, self.told = done, -math.inf
+        self.since: tuple[int, float] | None = None  # how many were done, and when
 
     def tick(self, points: int = 1) -> None:
         """So many points more are done."""
         self.done += points
         now = time.monotonic()
-        if now - self.told >= 1 or self.done == self.total:
-            per_point = (now - self.start) / (self.done - self.begun)
+        part = (self.done - self.begun) / (self.total - self.begun)
+        if self.since is None or part <= 0.025:
+            self.since = self.done, now
+        if now - self.told >= PAUSE or self.done == self.total:
+            per_point = self.pace(now) if part >= 0.05 else math.nan
             remaining = per_point * (self.total - self.done)
             self.show(Progress(self.done, self.total, self.failed, remaining))
             self.told = now
 
+    def pace(self, now: float) -> float:
+        """Seconds per point; nan while that is not known."""
+        done, start = self.since or (self.done, now)
+        return (now - start) / (self.done - done) if self.done > done else math.nan
 
-def processes(jobs: int) -> Any:
+
+@contextmanager
+def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
     """Processes of this machine that end with it; for one job None, which is this process.
 
     A process with a single thread can be forked, which takes no time; another starts them afresh.
+    On Ctrl-C they are ended in the midst of their work.
     """
     if jobs == 1:
-        return nullcontext()
+        yield None
+        return
     tasks = Path("/proc/self/task")
     alone = tasks.is_dir() and len(list(tasks.iterdir())) == 1
     context: Any = get_context("fork" if alone else "spawn")
-    return ProcessPoolExecutor(jobs, context, initializer=end_with, initargs=(os.getpid(),))
+    others = set(active_children())
+    pool = ProcessPoolExecutor(jobs, context, initializer=end_with, initargs=(os.getpid(),))
+    try:
+        yield pool
+    except KeyboardInterrupt:
+        for worker in set(active_children()) - others:
+            worker.terminate()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def tell(progress: Progress) -> None:
@@ -91,7 +118,11 @@ def each(
 
 
 def end_with(parent: int) -> None:
-    """A worker whose parent was killed would wait for work for ever: it looks every second."""
+    """A worker whose parent was killed would wait for work for ever: it looks every second.
+
+    Ctrl-C, which reaches all processes of a terminal, is the parent's to answer.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
         while os.getppid() == parent:

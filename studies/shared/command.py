@@ -6,6 +6,7 @@ import argparse
 import os
 import shlex
 import sys
+import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,6 +92,13 @@ class Output:
         self.folder.mkdir(parents=True, exist_ok=True)
         return self.folder / name
 
+    def text(self, name: str, text: str) -> Path:
+        """Write a text."""
+        path = self.at(name)
+        with table.naming(path):
+            path.write_text(text, encoding="utf-8")
+        return path
+
     def figures(self, figures: Mapping[str, Figure]) -> list[Path]:
         """Write several figures, by name."""
         return [path for name, figure in figures.items() for path in self.figure(name, figure)]
@@ -114,8 +122,11 @@ def parse(
     given = sys.argv[2:] if argv is None else list(argv)
     options = parser.parse_args(given)
     there = next(part for part in (options.out, *options.out.absolute().parents) if part.exists())
-    if not (there.is_dir() and os.access(there, os.W_OK)):
-        raise ValueError(f"--out {options.out}: {there} is no folder to write to; give another")
+    try:
+        tempfile.TemporaryFile(dir=there).close()
+    except OSError:
+        refusal = f"--out {options.out}: {there} is no folder to write to; give another"
+        raise ValueError(refusal) from None
     return options, Output(options.out, shlex.join([*parser.prog.split(), *given]))
 
 
@@ -132,6 +143,19 @@ def start(
 
 def silent(line: object) -> None:
     """In place of `say`, where nobody listens."""
+
+
+def answer(text: str) -> None:
+    """The answer of a study in one sentence, from its numbers: the last words on the screen.
+
+    The report shows it first.
+    """
+    say(f"answer: {text}")
+
+
+def missed(text: str) -> None:
+    """A limit that was not kept though the study did not fail: a time on a busy machine."""
+    say(f"missed: {text}")
 
 
 def say(line: object) -> None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from discretization.plots import BLUE, GREEN, GREY, ORANGE
+from discretization.plots import RIGID as RIGID
+from discretization.plots import SOFT as SOFT
 from discretization.plots import canvas as canvas
+from studies.shared.table import naming
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +54,20 @@ def plain_ticks(
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write the figure as PNG and as PDF, without the time in it; the files written."""
     png, pdf = path.with_suffix(".png"), path.with_suffix(".pdf")
-    figure.savefig(png, dpi=DPI)
+    _write(png, figure, dpi=DPI, metadata={"Title": title(figure)})
     figure.set_layout_engine("none")  # as just laid out
-    figure.savefig(pdf, metadata={"CreationDate": None})
+    _write(pdf, figure, metadata={"CreationDate": None, "Title": title(figure)})
     return [png, pdf]
+
+
+def _write(path: Path, figure: Figure, **options: Any) -> None:
+    drawn = BytesIO()
+    figure.savefig(drawn, format=path.suffix[1:], **options)
+    with naming(path):
+        path.write_bytes(drawn.getbuffer())
+
+
+def title(figure: Figure) -> str:
+    """What a figure says above itself, or above the first of its panels; its caption elsewhere."""
+    own = figure.get_suptitle() or (figure.axes[0].get_title() if figure.axes else "")
+    return " ".join(str(own).split())

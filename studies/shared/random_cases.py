@@ -26,8 +26,6 @@ from energy import (
     cards,
 )
 
-SHAPES = ("flat", "wedge", "parabola", "power")
-
 
 @dataclass(frozen=True)
 class Case:
@@ -55,6 +53,31 @@ class Case:
         return float(law(self.scene.work_of_adhesion, self.scene.gamma1))
 
 
+def _flat(rng: np.random.Generator, ell: float, a: float, alpha: float) -> Drawn:
+    return FlatPunch(a), {"a": a}, cards.flat_punch
+
+
+def _wedge(rng: np.random.Generator, ell: float, a: float, alpha: float) -> Drawn:
+    delta = math.atan(alpha * rng.uniform(0.1, 0.95))
+    return Wedge(delta), {"delta": delta}, cards.wedge
+
+
+def _parabola(rng: np.random.Generator, ell: float, a: float, alpha: float) -> Drawn:
+    R = ell * 10 ** rng.uniform(0, 2)
+    return Parabola(R), {"R": R}, cards.parabola
+
+
+def _power(rng: np.random.Generator, ell: float, a: float, alpha: float) -> Drawn:
+    n = rng.uniform(1.5, 5)
+    c = alpha * 10 ** rng.uniform(-1, 1) * a ** (1 - n)
+    return PowerLaw(c, n), {"c": c, "n": n}, cards.power_law
+
+
+Drawn = tuple[Indenter, dict[str, float], Any]  # an indenter, its parameters, its closed forms
+DRAWN = {"flat": _flat, "wedge": _wedge, "parabola": _parabola, "power": _power}
+SHAPES = tuple(DRAWN)
+
+
 def in_turn(rng: np.random.Generator, i: int) -> Case:
     """Case number i: small and finite slopes in turn, and every shape."""
     draw = random_steep_case if i % 2 else random_case
@@ -73,23 +96,9 @@ def random_case(rng: np.random.Generator, shape: str) -> Case:
     gamma1, w = k * ell**2, k * (alpha * ell) ** 2 / 2
     m = {"k": k, "gamma1": gamma1, "w": w}
     delta0 = alpha * ell
-    indenter: Indenter
-    own: dict[str, float]
-    card: Any
-    if shape == "flat":
-        indenter, own, card = FlatPunch(a), {"a": a}, cards.flat_punch
-        d = delta0 * rng.uniform(-0.99, 2)
-    elif shape == "wedge":
-        delta = math.atan(alpha * rng.uniform(0.1, 0.95))
-        indenter, own, card = Wedge(delta), {"delta": delta}, cards.wedge
-    elif shape == "parabola":
-        R = ell * 10 ** rng.uniform(0, 2)
-        indenter, own, card = Parabola(R), {"R": R}, cards.parabola
-    else:
-        n = rng.uniform(1.5, 5)
-        c = alpha * 10 ** rng.uniform(-1, 1) * a ** (1 - n)
-        indenter, own, card = PowerLaw(c, n), {"c": c, "n": n}, cards.power_law
-    d = d if shape == "flat" else card.depth(a, **own, **m)
+    indenter, own, card = DRAWN[shape](rng, ell, a, alpha)
+    pinned = isinstance(indenter, FlatPunch)
+    d = delta0 * rng.uniform(-0.99, 2) if pinned else card.depth(a, **own, **m)
     force, energy = (one(d, **own, **m) for one in (card.force, card.energy))
     scene = Scene(layer, SurfaceEnergies.from_work(gamma1, w), indenter)
     return Case(scene, float(d), a, float(force), float(energy), shape)
@@ -104,7 +113,7 @@ def random_steep_case(rng: np.random.Generator, shape: str) -> Case:
     indenter = _steep(shape, a, rise, rng.uniform(1.5, 5))
     surfaces = SurfaceEnergies.from_work(gamma1, w)
     scene = Scene(ElasticLayer(k * ell, 0.0, ell), surfaces, indenter, slopes="finite")
-    if shape == "flat":
+    if isinstance(indenter, FlatPunch):
         d = scene.critical_separation * rng.uniform(-0.99, 1)
     else:
         f, slope = indenter.height(a), indenter.slope(a)

@@ -20,7 +20,6 @@ from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEn
 from studies.shared.loops import pull_off_card
 
 K = 1.0
-SHAPES = ("wedge", "parabola")
 _NARROW = 0.9  # rtol for contacts about to vanish, whose exact width does not matter
 
 
@@ -46,9 +45,39 @@ def scene(body: Indenter, gamma1: float, w: float, slopes: str = "finite") -> Sc
     return Scene(ElasticLayer(K, 0.0, 1.0), SurfaceEnergies.from_work(gamma1, w), body, slopes)
 
 
+class Kind(NamedTuple):
+    """A family of indenters with a given slope s at their line, f'(a) = s.
+
+    body(s, a); width: a s without tension at d = 0 and δ₀ = 1; at_touch(a₀, l): half-width by (16)
+    where that is a₀ without tension, at d = 0; detachment(s, δ₀): the depth by (16).
+    """
+
+    body: Callable[[float, float], Indenter]
+    width: float
+    at_touch: Callable[[float, float], float]
+    detachment: Callable[[float, float], float]
+
+
+KINDS = {
+    "wedge": Kind(
+        lambda s, a: Wedge(math.atan(s)),
+        1.0,
+        lambda a0, ell: a0 - ell,
+        lambda s, reach: min(s - reach, 0.0),
+    ),
+    "parabola": Kind(
+        lambda s, a: Parabola(a / s),
+        2.0,
+        lambda a0, ell: a0 / (ell / a0 + math.hypot(ell / a0, 1)),
+        lambda s, reach: -reach,
+    ),
+}
+SHAPES = tuple(KINDS)
+
+
 def blunt(shape: str, steepness: float, a: float = 1.0) -> Indenter:
     """The wedge or parabola with f'(a) = steepness."""
-    return Wedge(math.atan(steepness)) if shape == "wedge" else Parabola(a / steepness)
+    return KINDS[shape].body(steepness, a)
 
 
 def simulated(given: Scene, depth: float, rtol: float = 1e-8) -> Equilibrium | None:
@@ -107,7 +136,7 @@ def punch(width: float, ratio: float) -> Errors:
     return compare(given, depth_by_16(given, width), width)
 
 
-def letting_go(given: Scene, tolerance: float = 1e-6) -> float:
+def detachment(given: Scene, tolerance: float = 1e-6) -> float:
     """The depth at which the simulated contact vanishes, within tolerance·δ₀, by root finding."""
     reach = given.critical_separation
 
@@ -118,16 +147,15 @@ def letting_go(given: Scene, tolerance: float = 1e-6) -> float:
     return float(brentq(width, -1.01 * reach, 0.01 * reach, xtol=tolerance * reach, rtol=1e-14))
 
 
-def letting_go_error(shape: str, steepness: float, ratio: float) -> float:
+def detachment_error(shape: str, steepness: float, ratio: float) -> float:
     """Error of the depth at which (16) lets the contact go, relative to δ₀."""
     given = scene(blunt(shape, steepness), 1.0, ratio)
     reach = given.critical_separation
-    by_16 = min(steepness - reach, 0.0) if shape == "wedge" else -reach
-    return (by_16 - letting_go(given)) / reach
+    return (KINDS[shape].detachment(steepness, reach) - detachment(given)) / reach
 
 
 def pull_error(shape: str, steepness: float, ratio: float) -> float:
-    """Error of the largest pull on the way to where the contact lets go, scaled like P."""
+    """Error of the largest pull on the way to where the contact detaches, scaled like P."""
     given = scene(blunt(shape, steepness), 1.0, ratio)
     reach = given.critical_separation
 
@@ -147,5 +175,5 @@ QUANTITIES: dict[str, Callable[[str, float, float], float]] = {
     "half-width": lambda *at: at_unit_width(*at).half_width,
     "force": lambda *at: at_unit_width(*at).force,
     "largest pull": functools.cache(pull_error),
-    "depth of letting go": functools.cache(letting_go_error),
+    "depth of detachment": functools.cache(detachment_error),
 }

@@ -7,9 +7,19 @@ import functools
 import importlib.metadata
 import platform
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """What the system refuses while this file is written, such as a full disk, names its path."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def versions() -> dict[str, str]:
@@ -53,7 +63,7 @@ def write(
     path: Path, head: Iterable[str], columns: Sequence[str], rows: Iterable[Iterable[Any]]
 ) -> None:
     """Rows below the names of the columns below the commented header; numbers to the last bit."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with naming(path), path.open("w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {' '.join(line.split())}\n" for line in head)
         table = csv.writer(file, lineterminator="\n")
         table.writerow(columns)

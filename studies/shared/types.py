@@ -7,4 +7,5 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Table = tuple[Sequence[str], Sequence[Sequence[object]]]
+QUANTITIES = ("half_width", "force", "energy")  # those with an error estimate
 Show = Callable[[str], object]

@@ -8,10 +8,10 @@ error of a level is the worst over the shifts. The check passes if
     error on the finest grid <= bar    and    low <= order <= high,
 
 order = -slope of log(error) over log(cells) by least squares. A quantity that the lattice gives
-exactly has no order: then the error of every grid must stay below the bar, which is rounding.
+exactly has no order: then the error of every grid must stay below the limit, which is rounding.
 
 The same measure is taken once more on the fitted mesh, which has no spacing to refine: its error
-must stay below a bar of its own, rounding unless the measure itself or the closed form is coarser.
+must stay below a limit of its own: rounding, unless the measure or the closed form is coarser.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def check(
     """
     if bar is None:
         if order not in (SECOND, EXACT):
-            raise ValueError(f"order = {order!r} has no usual bar; give bar=...")
+            raise ValueError(f"order = {order!r} has no usual limit; give bar=...")
         bar = SECOND_BAR if order == SECOND else ROUNDING
     given = order, bar, unit, anchored, fitted_bar, lattice_only
     return lambda measure: Check(equations, what, measure, *given)
@@ -160,14 +160,14 @@ class Result:
 
     @property
     def lattice_passed(self) -> bool:
-        """Whether the lattice's error stays below the bar and its order lies in the band."""
+        """Whether the lattice's error stays below the limit and its order lies in the band."""
         band = self.check.order
         in_band = band is None or band[0] <= self.observed_order <= band[1]
         return self.error <= self.check.bar and in_band
 
     @property
     def fitted_passed(self) -> bool:
-        """Whether the fitted mesh's error stays below its bar, where it is asked for."""
+        """Whether the fitted mesh's error stays below its limit, where it is asked for."""
         return bool(self.check.lattice_only) or self.fitted_error <= self.check.fitted_bar
 
     @property

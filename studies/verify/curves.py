@@ -20,7 +20,7 @@ ANGLE_SHIFTS = (0.0, 0.23, 0.5, 0.81)
 
 
 class Meniscus(NamedTuple):
-    """Surface u(x) under and beside a flat punch about to let go, and Eq. (21)."""
+    """Surface u(x) under and beside a flat punch about to detach, and Eq. (21)."""
 
     scene: Scene
     half_width: float
@@ -103,7 +103,7 @@ def simulate(points: int) -> Curves:
 
 
 def studies() -> tuple[Study, ...]:
-    """The four shapes; depths run from just before they let go."""
+    """The four shapes; depths run from just before they detach."""
     return _flat_punch(), _wedge(), _parabola(), _parabola_without_adhesion()
 
 

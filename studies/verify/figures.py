@@ -11,6 +11,7 @@ from energy.units import prefixed
 from studies.shared.figures import BLUE, COLOURS, LINE, MARKERS, ORANGE, Figure, canvas
 from studies.verify.curves import Angles, Branch, Meniscus, Outside
 
+LEAST = 1e-9  # difference that is drawn
 LAYER, BASE, BODY = "#d9d9d9", "#7f7f7f", "#bcd4e6"
 
 
@@ -21,7 +22,7 @@ def punch_and_meniscus(data: Meniscus) -> Figure:
     drawn = data.scaled(unit.size)
     _draw_bodies(whole, drawn, data.scene.layer.h / unit.size)
     _draw_dimensions(whole, drawn, data.scene.layer.h / unit.size, unit.symbol)
-    whole.set_title("Flat punch pulled upward, just before it lets go (heights stretched)")
+    whole.set_title("Flat punch pulled upward, just before it detaches (heights stretched)")
     right = drawn.x >= 0.8 * drawn.half_width
     x, top = drawn.x[right], -drawn.u[right]
     close.fill_between(x, top, 0.15 * drawn.depth, color=LAYER)
@@ -77,14 +78,18 @@ def free_surface(shapes: Sequence[Outside]) -> Figure:
         top.plot(shape.distance, -shape.u, ls="", label=shape.name, **style)
         top.plot(shape.distance, -shape.closed_form, "--", color=colour)
         error = np.abs(shape.u - shape.closed_form) / abs(shape.at_line)
+        error = np.maximum(error, LEAST)
         bottom.semilogy(shape.distance, error, lw=1, label=shape.name, **style)
     top.plot([], [], "--", color="black", label="Eq. (6)")
     top.axhline(0, color="black", lw=0.7, ls=":")
-    top.set(ylabel="height of the surface  -u/δ₀", title="Free surface beside the contact")
+    top.set(
+        ylabel="height of the surface  -u/δ₀",
+        title="Beside the contact the surface decays over the length l, as Eq. (6) says",
+    )
     top.legend()
     bottom.set(xlabel="distance from the contact line  (x - a)/l", ylabel="|difference| / |u(a)|")
-    bottom.set_ylim(1e-9, 1e-3)
-    bottom.set_title("Difference between simulation (100 links per l) and Eq. (6)")
+    bottom.set_ylim(LEAST / 2, 1e-3)
+    bottom.set_title(f"Difference to Eq. (6), 100 links per l (below {LEAST:.0e}: drawn there)")
     bottom.grid(alpha=0.3)
     return figure
 
@@ -107,7 +112,7 @@ def contact_angle(curves: Sequence[Angles]) -> Figure:
     guide = 0.4 * least * (spacing / spacing[-1]) ** 2
     axes.loglog(spacing, guide, "--", color="black", label="second order")
     axes.set(xlabel="spacing of the lattice  Δx/l", ylabel="relative error of  π - θ")
-    axes.set_title("Contact angle measured on a parabola at d = 0, against √(2w/γ₁), Eq. (15)")
+    axes.set_title("The simulated angle converges to that of Eq. (15), √(2w/γ₁)")
     axes.grid(which="both", alpha=0.25)
     axes.legend(loc="center right", fontsize=9)
     return figure
@@ -136,5 +141,7 @@ def case_studies(branches: Sequence[Branch]) -> Figure:
             axes.legend(loc=corner)
     grid[0, 0].set_ylabel(f"half-width a in {width.symbol}")
     grid[1, 0].set_ylabel(f"force P in {force.symbol}")
-    figure.suptitle("Case studies on the adhered (metastable) branch; compression is positive")
+    figure.suptitle(
+        "Simulated half-width and force lie on the closed forms (P > 0: pressed, P < 0: pulled)"
+    )
     return figure

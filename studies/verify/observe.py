@@ -97,7 +97,7 @@ def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-15) -> float:
     """Smallest depth that still holds, by bisection between 0 and -2 µm of the label."""
     lo, hi = -2e-6, 0.0
     if mesh.solve(scene, lo).label != "detached" or mesh.solve(scene, hi).label == "detached":
-        raise ValueError(f"the contact does not let go between the depths {lo!r} and {hi!r}")
+        raise ValueError(f"the contact does not detach between the depths {lo!r} and {hi!r}")
     while hi - lo > -rtol * lo:
         middle = (lo + hi) / 2
         if mesh.solve(scene, middle).label == "detached":
@@ -108,7 +108,7 @@ def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-15) -> float:
 
 
 def brink(mesh: Mesh, scene: Scene) -> float:
-    """A depth 1e-10 short of letting go: at that point itself any width of a flat face holds."""
+    """A depth 1e-10 short of detachment: at that point itself any width of a flat face holds."""
     return last_contact(mesh, scene, rtol=1e-11) * (1 - 1e-10)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studies.benchmarks.stress.profiles import NAMES
 from studies.benchmarks.stress.verdicts import Trial
@@ -16,8 +17,15 @@ LABELS = {
     "fitted": ("log₁₀ a/l", "log₁₀ w/γ₁"),
     "finite": ("log₁₀ a/l", "log₁₀ w/γ₁"),
     "lattice": ("log₁₀ l/Δx", "log₁₀ a/l"),
-    "edge": ("j: 10⁻ʲ of the depth away", "side of letting go"),
+    "edge": ("j: the depth is off by 10⁻ʲ of itself", "side of detachment"),
     "profiles": ("log₁₀ unit of length in m", "profile, at two depths"),
+}
+TITLES = {
+    "fitted": "fitted mesh, small slopes",
+    "finite": "fitted mesh, finite slopes",
+    "lattice": "lattice",
+    "edge": "at the edge of detachment",
+    "profiles": "profiles with several contacts",
 }
 TICKS = {"edge": {-1: "beyond", 1: "before"}, "profiles": dict(enumerate(NAMES))}
 MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
@@ -25,41 +33,56 @@ MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
 
 def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
     """Fewest digits of a, P and U over each grid; crosses: lost or failed, rings: refused."""
-    columns = min(3, len(grids))
-    rows = math.ceil(len(grids) / columns)
-    figure, grid = canvas(4.6 * columns + 1, 4.3 * rows + 0.4, rows, columns, squeeze=False)
+    rows = math.ceil((len(grids) + 1) / 3)
+    figure, grid = canvas(14, 4.3 * rows + 0.4, rows, 3, squeeze=False)
     panels = grid.ravel()
+    for axes in panels[len(grids) :]:
+        axes.set_axis_off()
     for axes, name in zip(panels, grids, strict=False):
         drawn = _draw(axes, [t for t in trials if t.grid == name])
-        axes.set(xlabel=LABELS[name][0], ylabel=LABELS[name][1], title=name)
+        axes.set(xlabel=LABELS[name][0], ylabel=LABELS[name][1], title=TITLES[name])
         if name in TICKS:
             axes.set_yticks([*TICKS[name]], [*TICKS[name].values()])
-    for axes in panels[len(grids) :]:
-        axes.set_visible(False)
     style: dict[str, Any] = {"ls": "", "mfc": "none", "mec": "black"}
+    key = panels[-1]
     for word, (marker, size) in MARKS.items():
-        panels[0].plot([], [], marker=marker, ms=size, label=word, **style)
-    figure.legend(loc="outside lower center", ncols=2)
-    label = "digits kept (fewest of a, P, U)"
-    figure.colorbar(drawn, ax=list(panels), label=label, extend="min")
+        key.plot([], [], marker=marker, ms=size, label=word, **style)
+    key.legend(loc="upper center")
+    label = "digits kept (fewest of a, P, U); grey: not tried"
+    where = key.inset_axes((0.1, 0.35, 0.8, 0.12))
+    figure.colorbar(drawn, cax=where, label=label, extend="min", orientation="horizontal")
+    bad = sum(t.verdict not in ("ok", "refused") for t in trials)
+    figure.suptitle(
+        f"Digits at the ends of the range: of {len(trials)} points {bad} are lost or failed"
+    )
     return figure
 
 
 def _draw(axes: Any, own: Sequence[Trial]) -> Any:
-    """Squares coloured by digits, marks on what was refused, lost or failed."""
-    best: dict[tuple[float, float], float] = {}
+    """Cells coloured by digits, marks on what was refused, lost or failed."""
+    x, y = (np.unique([getattr(t, name) for t in own]) for name in "xy")
+    digits = np.full((y.size, x.size), math.nan)
     for t in own:
         if not math.isnan(t.digits[0]):
-            best[t.x, t.y] = min(*t.digits, best.get((t.x, t.y), 16.0))
-    x, y = np.array([*best]).reshape(-1, 2).T
-    style: dict[str, Any] = {"marker": "s", "s": 110, "cmap": "viridis", "vmin": 6, "vmax": 16}
-    drawn = axes.scatter(x, y, c=[*best.values()], **style)
+            at = np.searchsorted(y, t.y), np.searchsorted(x, t.x)
+            digits[at] = np.nanmin([*t.digits, digits[at], 16.0])
+    drawn = axes.pcolormesh(_edges(x), _edges(y), digits, cmap="viridis", vmin=6, vmax=16)
+    axes.set_facecolor("#dddddd")
     for word, (marker, size) in MARKS.items():
         bad = [(t.x, t.y) for t in own if _mark(t.verdict) == word]
         if bad:
-            axes.plot(*np.transpose(bad), marker, ls="", mec="black", ms=size, mfc="none")
-    axes.margins(0.08)
+            axes.plot(
+                *np.transpose(bad), marker, ls="", mec="black", ms=size, mfc="none", clip_on=False
+            )
     return drawn
+
+
+def _edges(middles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges (n + 1,) of cells around these middles (n,)."""
+    if middles.size == 1:
+        return middles[0] + np.array([-0.5, 0.5])
+    inner = (middles[1:] + middles[:-1]) / 2
+    return np.concatenate([[2 * middles[0] - inner[0]], inner, [2 * middles[-1] - inner[-1]]])
 
 
 def _mark(verdict: str) -> str:

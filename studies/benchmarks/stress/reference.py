@@ -49,7 +49,7 @@ def inputs(scene: Scene, depth: float) -> dict[str, Decimal]:
 
 
 def answer(given: Inputs, slopes: str) -> Exact | None:
-    """a, P, U of the adhered branch; None where it has let go."""
+    """a, P, U of the adhered branch; None where it has detached."""
     if slopes == "finite" and "a" not in given:
         return _finite(given)
     k, w, d = given["k"], given["w"], given["d"]
@@ -58,7 +58,7 @@ def answer(given: Inputs, slopes: str) -> Exact | None:
     return _flat(given) if "a" in given else _power(given)
 
 
-def from_letting_go(given: Inputs) -> float:
+def from_detachment(given: Inputs) -> float:
     """|d + δ₀|/δ₀."""
     critical = (2 * given["w"] / given["k"]).sqrt()
     return float(abs(given["d"] / critical + 1))

@@ -5,7 +5,7 @@
 | fitted   | a/l 10⁻³..10⁶, w/γ₁ 10⁻¹²..10⁶, f = c|x|ⁿ (n = 1..4) and flat, ν to 0.4999, nm..km  |
 | finite   | a/l 10⁻³..10⁶, w/γ₁ 10⁻¹²..2, parabola with true lengths                            |
 | lattice  | l/Δx 10⁻³..10⁹, a/l 10⁻³..10⁶, from one link in contact up                          |
-| edge     | depths (1 - 10⁻ʲ) of the one at which the contact lets go, j = 1..15                |
+| edge     | depths (1 - 10⁻ʲ) of the one at which the contact detaches, j = 1..15                |
 | profiles | kinks, jumps, plateaus, noise; in units from nm to km                               |
 
 The layers are those of the model, beyond the limits of independent springs on purpose. Each state
@@ -17,8 +17,8 @@ terms' absolute values, and c = Σ |p ∂Q/∂p|/scale the problem's own conditi
 
 Where fewer than 12 digits are kept, the note of the CSV gives e and c, and the line of the grid
 counts such points. On the lattice no error of a, P or U against the continuum may be more than ten
-times `error_estimate`, which is infinite where it is withheld. At a distance of 16 ε from letting
-go a depth is that of letting go: "neutral" passes on either side of it, and nowhere else.
+times `error_estimate`, which is infinite where it is withheld. At a distance of 16 ε from that
+of detachment a depth counts as it: "neutral" passes on either side of it, and nowhere else.
 
 The odd profiles have no closed form: their results must not depend on the units (10⁻⁹), and the
 lattice must agree with the default method. Every floating-point warning is an error. Output: a heat
@@ -157,7 +157,7 @@ def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
 
 
 def edge(params: Parameters) -> Iterator[Point]:
-    """Depths ever closer to letting go, from both sides."""
+    """Depths ever closer to detachment, from both sides."""
     steps = range(1, 16, max(1, params.stride - 1))
     for number, (shape, j, side) in enumerate(product(SHAPES, steps, (1, -1))):
         scene, _ = scene_at(number, 3.0, 1e-2, shape)
@@ -244,5 +244,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"{t.verdict:14s} {t.grid:8s} {t.shape:8s} x = {t.x:5.3g}, y = {t.y:5.3g}: {t.note}")
     for reason, times in refusals(trials).items():
         print(f"refused {times} times: {reason}")
-    print(f"{len(trials)} points, {len(bad)} lost or failed")
+    known = [t for t in trials if t.verdict == "ok" and not math.isnan(t.digits[0])]
+    kept = sum(min(t.digits) >= KEPT for t in known)
+    command.answer(
+        f"{KEPT:g} or more at {kept} of {len(known)} points with an answer, fewer where the "
+        f"problem itself loses them; of all {len(trials)} points {len(bad)} are lost or failed."
+    )
     return 1 if bad else 0

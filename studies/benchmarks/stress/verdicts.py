@@ -74,13 +74,13 @@ def against_reference(scene: Scene, depth: float) -> Judgement:
     if exact is None or not state.contacts.size:
         alike = exact is None and not state.contacts.size
         with localcontext(prec=stress_reference.DIGITS):
-            tied = state.label == "neutral" and stress_reference.from_letting_go(given) <= TIE
+            tied = state.label == "neutral" and stress_reference.from_detachment(given) <= TIE
         word = "ok" if alike or tied else "wrong"
-        return NO_DIGITS, 0.0, word, "" if alike else _letting_go(scene, depth)
+        return NO_DIGITS, 0.0, word, "" if alike else _detachment(scene, depth)
     return compared(given, scene.slopes, exact, state)
 
 
-def _letting_go(scene: Scene, depth: float) -> str:
+def _detachment(scene: Scene, depth: float) -> str:
     return (
         f"contact or not differs from the reference at d/δ₀ = {depth / scene.critical_separation!r}"
     )

@@ -92,7 +92,7 @@ class Fit:
                 found.append(
                     f"{e.name} is not identifiable from this curve: its interval is wider than a "
                     "factor e; set it in the scene and leave it out of --parameters, or measure "
-                    "up to the letting go"
+                    "up to the detachment"
                 )
         if self.condition > CONDITION:
             terms = zip(self.combination, self.model.names, strict=True)

@@ -42,7 +42,9 @@ def plot(found: Fit, title: str) -> Figure:
     bottom.margins(y=0.25)
     top.legend()
     bottom.legend(loc="upper left", ncols=3, fontsize=8)
-    figure.suptitle(title)
+    values = ", ".join(f"{one.name} = {one.value:.4g}" for one in found.estimates)
+    verdict = "the model fits with" if found.quality.fits else "the model does NOT fit, nearest at"
+    figure.suptitle(f"{title}: {verdict} {values} (SI)", fontsize=11, wrap=True)
     return figure
 
 
@@ -72,5 +74,8 @@ def plot_trials(record: Record) -> Figure:
     panels[-1].set_xlabel("trial")
     panels[-1].xaxis.get_major_locator().set_params(integer=True)
     noise = record.parameters.noise
-    figure.suptitle(f"95 % intervals from synthetic curves, noise {noise:.1%} of the largest force")
+    held = min(min(record.share(i)) for i in range(count))
+    figure.suptitle(
+        f"With {noise:.1%} noise at least {held:.0%} of the 95 % intervals hold the truth"
+    )
     return figure

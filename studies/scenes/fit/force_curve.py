@@ -77,7 +77,7 @@ def in_contact(curve: Curve) -> NDArray[np.bool_]:
 
 
 class Mark(NamedTuple):
-    """A depth between two points at which contact begins ("touch") or is lost ("letting go").
+    """A depth between two points at which contact begins ("touch") or is lost ("detachment").
 
     error: standard deviation of a depth that may lie anywhere between them.
     """
@@ -93,7 +93,7 @@ def marks(curve: Curve) -> tuple[Mark, ...]:
     found = []
     for piece in contacts(curve):
         inside = piece.start + np.flatnonzero(used[piece])
-        ends = (("touch", 0, -1), ("letting go", -1, 1)) if inside.size else ()
+        ends = (("touch", 0, -1), ("detachment", -1, 1)) if inside.size else ()
         for kind, at, step in ends:
             near, beside = int(inside[at]), int(inside[at]) + step
             if piece.start <= beside < piece.stop and curve.force[near] < -clear:

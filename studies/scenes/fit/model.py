@@ -21,7 +21,7 @@ from studies.shared.types import Array
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
 STRIDE = 1e-4  # of the difference quotients, relative to the parameters' scales
-TANGENT = 1e-3  # of the difference quotient at the letting go, over δ₀
+TANGENT = 1e-3  # of the difference quotient at the detachment, over δ₀
 BEYOND = 1.01  # times δ₀ below touching nothing holds
 ROUNDING = 1e-10  # of a force, relative to the largest
 FAR = math.log(1e4)  # from the start at most, in the logarithms
@@ -136,12 +136,12 @@ class Model:
         except (ValueError, NotCertifiedError, OverflowError):
             return np.full(self.depths.size + len(self.ends), math.nan)
         forces, (*_, lost) = np.concatenate([f for f, _ in found]), (end for _, end in found)
-        at = {"touch": self.touch + p["offset"], "letting go": lost + p["offset"]}
+        at = {"touch": self.touch + p["offset"], "detachment": lost + p["offset"]}
         ends = [self.sigma * (at[mark.kind] - mark.depth) / mark.error for mark in self.ends]
         return np.concatenate([forces - self.measured, ends])
 
     def _response(self, scene: Scene, depths: Array) -> tuple[Array, float]:
-        """P (n,), past the letting go continued along its tangent there, and where that is."""
+        """P (n,), past the detachment continued along its tangent there, and where that is."""
         reach = scene.opened.critical_separation
         history = load_path(scene, depths=[self.touch, *depths, self.touch - BEYOND * reach])
         forces, held = history.force[1:-1], ~np.isnan(history.contacts[1:-1, 0])

@@ -10,7 +10,7 @@ delimiter, decimal mark, encoding and preamble are found, other columns and forc
 the options below or a table [measured] in the scene file (studies/scenes/measured.py). Instrument
 files are read with the extra elastocap[afm]. The scene file gives the rest and where the search
 begins; its depth and [path] do not matter. Points whose force is noise at both ends of a contact
-take no part; where the simulated contact lets go before the measured one, its force is continued
+take no part; where the simulated contact detaches before the measured one, its force is continued
 along the tangent, so that residuals are smooth.
 
 Intervals at 95 %: linearised, p ± t(n - m) s √((JᵀJ)⁻¹)ᵢᵢ, s² = Σr²/(n - m); and profile, to be
@@ -18,7 +18,7 @@ trusted where the two differ: all values of pᵢ at which the sum of squares, th
 is below min (1 + t²/(n - m)). Noise is taken as independent and of equal size. A parameter whose
 interval spans more than a factor e to either side is reported as not identifiable, as is a
 combination for which the Jacobian's condition exceeds 100: the curve does not fix it. (While a line
-is pinned, as at the edge of a flat punch, the force does not feel w: only the letting go does.)
+is pinned, as at the edge of a flat punch, the force does not feel w: only the detachment does.)
 
 The model does not fit, and there are no intervals, where the residual s exceeds twice the noise
 that the third differences of the data show, or keeps its sign over too many points (a runs test),

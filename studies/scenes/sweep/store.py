@@ -16,6 +16,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
 
+from studies.shared.table import naming
+
 Found = dict[str, Any]
 SYNC = 1.0  # s between two fsyncs
 
@@ -59,11 +61,12 @@ class Store:
 
     def add(self, lines: Iterable[str]) -> None:
         """Append lines; they survive a kill of this process at once, a power cut after SYNC."""
-        self.file.writelines(f"{line}\n" for line in lines)
-        self.file.flush()
-        if time.monotonic() - self.synced > SYNC:
-            os.fsync(self.file.fileno())
-            self.synced = time.monotonic()
+        with naming(self.path):
+            self.file.writelines(f"{line}\n" for line in lines)
+            self.file.flush()
+            if time.monotonic() - self.synced > SYNC:
+                os.fsync(self.file.fileno())
+                self.synced = time.monotonic()
 
     def __exit__(
         self,
@@ -71,9 +74,9 @@ class Store:
         value: BaseException | None,
         at: TracebackType | None,
     ) -> None:
-        self.file.flush()
-        os.fsync(self.file.fileno())
-        self.file.close()
+        with naming(self.path), self.file:
+            self.file.flush()
+            os.fsync(self.file.fileno())
 
     def results(self) -> dict[int, Found]:
         """The line of each point so far, by its number."""

@@ -45,6 +45,8 @@ from studies.shared.batches import Progress, processes, tell
 from studies.shared.table import versions
 from studies.shared.types import Table
 
+GOLDEN = 0.6180339887498949  # multiples of the golden ratio modulo 1 fill (0, 1) evenly
+
 
 def sweep(
     function: Function,
@@ -64,7 +66,8 @@ def sweep(
     numbers besides the grid (default: the function's name); a file of another sweep is refused.
     retry: try failed points again. show gets the progress about once a second.
 
-    ValueError for an empty axis, jobs < 1 and a file of another sweep.
+    ValueError for an empty axis, jobs < 1 and a file of another sweep. Ctrl-C: KeyboardInterrupt
+    that says how many points are kept.
     """
     grid = Grid(tuple(Axis(key, tuple(values)) for key, values in parameters.items()))
     workers = (os.cpu_count() or 1) if jobs is None else jobs
@@ -79,12 +82,21 @@ def sweep(
     done = {at for at, line in known.items() if not (retry and "error" in line)}
     failed = sum("error" in known[at] for at in done)
     clock = BatchClock(len(done), len(grid), failed, show)
-    todo = ((at, grid.point(at)) for at in range(len(grid)) if at not in done)
-    with store, nullcontext(executor) if executor else processes(workers) as pool:
-        for lines in in_batches(function, todo, pool, workers, clock):
-            store.add(lines)
+    todo = ((at, grid.point(at)) for at in scattered(len(grid)) if at not in done)
+    try:
+        with store, nullcontext(executor) if executor else processes(workers) as pool:
+            for lines in in_batches(function, todo, pool, workers, clock):
+                store.add(lines)
+    except KeyboardInterrupt:
+        kept = f"{len(store.results())} of {len(grid)} points are kept in {path}"
+        raise KeyboardInterrupt(f"{kept}; the same command goes on from there") from None
     results = store.results()
     return Record(grid, tuple(results[at] for at in range(len(grid))))
+
+
+def scattered(count: int) -> list[int]:
+    """The numbers 0 to count - 1, any of which are like all: what they cost tells what is to go."""
+    return sorted(range(count), key=lambda at: at * GOLDEN % 1)
 
 
 def table(record: Record) -> Table:

@@ -11,7 +11,7 @@ from studies.verify.observe import brink, last_contact
 from studies.verify.scenes import GAMMA1, LAYER, PUNCH, WORK, constants, gel
 
 TENSIONS = (0.012, GAMMA1, 0.19)
-SHORT = 2e-10  # fitted error where the measure stays 1e-10 short of letting go
+SHORT = 2e-10  # fitted error where the measure stays 1e-10 short of detachment
 
 
 @check(19, what="energy per width at d = -δ₀: any width is neutral", order=EXACT, unit="N/m")
@@ -24,7 +24,7 @@ def neutral_width(mesh: Mesh) -> Comparison:
     return residual(np.diff(energies) / np.diff(widths), WORK)
 
 
-@check(20, what="separation at which a plane lets go, by bisection", order=EXACT, unit="m")
+@check(20, what="separation at which a plane detaches, by bisection", order=EXACT, unit="m")
 def critical_separation(mesh: Mesh) -> Comparison:
     measured, expected = [], []
     for gamma1 in TENSIONS:
@@ -35,7 +35,7 @@ def critical_separation(mesh: Mesh) -> Comparison:
     return Comparison(measured, expected)
 
 
-@check(21, what="surface beside a flat punch about to let go", unit="m", fitted_bar=SHORT)
+@check(21, what="surface beside a flat punch about to detach", unit="m", fitted_bar=SHORT)
 def meniscus(mesh: Mesh) -> Comparison:
     scene = gel(PUNCH)
     d_c, a = brink(mesh, scene), PUNCH.half_width
@@ -66,6 +66,6 @@ def adhesion_force(mesh: Mesh) -> Comparison:
 
 
 def _strongest_pulls(mesh: Mesh, scenes: list[Scene]) -> Array:
-    """Least force of each punch, raised to where the first lets go and a little further."""
+    """Least force of each punch, raised to where the first detaches and a little further."""
     raised = np.array([0.0, 0.5, 1.0, 1.001]) * brink(mesh, scenes[0])
     return np.array([mesh.sweep(scene, raised, "force").min() for scene in scenes])

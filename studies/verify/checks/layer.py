@@ -28,7 +28,7 @@ def work_from_energy(mesh: Mesh) -> Comparison:
     return Comparison(measured, cards.contact_line.work_of_adhesion(*energies))
 
 
-@check(17, what="w = kd²/2 at the depth d where a plane lets go", order=EXACT, unit="N/m")
+@check(17, what="w = kd²/2 at the depth d where a plane detaches", order=EXACT, unit="N/m")
 def work_from_separation(mesh: Mesh) -> Comparison:
     measured = []
     for surfaces in SURFACES:

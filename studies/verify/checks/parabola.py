@@ -27,7 +27,7 @@ def _cases(**options: float) -> list[Case]:
     fitted_bar=1e-8,
 )
 def radius(mesh: Mesh) -> Comparison:
-    """The bars are the rounding of a difference quotient of second order."""
+    """The limits are the rounding of a difference quotient of second order."""
     x, measured = np.array([-2.1e-5, 0.0, 1.7e-5]), []
     for scene, depths, _ in _cases():
         measured.append([-1 / curvature(mesh.solve(scene, d), x) for d in depths[1:]])

@@ -1,0 +1,37 @@
+"""Every figure that a test has a study write is looked at: nothing clipped, and a title."""
+
+import numpy as np
+import pytest
+
+from studies.shared import figures
+
+EDGE = 0.02  # inches that lines may be wide
+
+
+@pytest.fixture(autouse=True)
+def _figures_are_whole(monkeypatch):
+    written = figures.save
+
+    def save(figure, path):
+        found = written(figure, path)
+        check(figure, path.name)
+        return found
+
+    monkeypatch.setattr(figures, "save", save)
+
+
+def check(figure, name):
+    """AssertionError for a figure without a title, a text beyond its edge, a point that is cut."""
+    assert figures.title(figure), f"{name} has no title"
+    box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+    assert box.x0 > -EDGE and box.x1 < width + EDGE, f"{name} is cut at a side: {box}"
+    assert box.y0 > -EDGE and box.y1 < height + EDGE, f"{name} is cut above or below: {box}"
+    for axes in figure.axes:
+        lines = [line for line in axes.lines if line.get_marker() not in ("None", "", " ", None)]
+        for line in lines:
+            if line.get_clip_on() and line.get_visible():
+                at = line.get_transform().transform(line.get_xydata()).reshape(-1, 2)
+                at = at[np.isfinite(at).all(axis=1)]
+                low, high = np.array(axes.bbox.min) - 1, np.array(axes.bbox.max) + 1
+                inside = ((at > low) & (at < high)).all(axis=1)
+                assert inside.all(), f"{name}: {line.get_label()} has points outside its frame"
