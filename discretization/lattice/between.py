@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.row import Row
+from discretization.lattice.row import Parts, Row
 from discretization.lattice.rules import Rules
 from energy import Indenter
 
@@ -26,21 +26,56 @@ def interpolated(
     row: Row, indenter: Indenter, nodes: Nodes, depth: Array
 ) -> tuple[Array, Array, Array]:
     """Lines (s, 2m), P and U (s,) of s states with m contacts each, between these nodes (s, 2m)."""
-    force, energy = row.force(nodes, depth), row.energy(nodes, depth)
-    offset = np.zeros(nodes.shape)  # outwards
+    offset = offsets(row, indenter, nodes, depth)
+    ways = np.resize([-1, 1], nodes.shape[1])
+    x = row.lattice.x(row.first + nodes + ways * np.clip(offset, -_INTERIOR, _INTERIOR))
+    force, energy = (
+        at_offsets(row, nodes, offset, depth, part) for part in (row.forces, row.energies)
+    )
+    return np.clip(x, *indenter.extent), force, energy
+
+
+def offsets(row: Row, indenter: Indenter, nodes: Nodes, depth: Array) -> Array:
+    """How far the lines are from their nodes (s, 2m), in links outwards: -1/2..1/2."""
+    offset = np.zeros(nodes.shape)
     for column, side in ((0, -1), (-1, 1)):
         node = nodes[:, column]
         lone = node == nodes[:, column - side]
-        zeta = np.where(lone, 0.0, _outer_offset(row, indenter, node, side, depth))
-        beside = np.clip(node + side * np.sign(zeta).astype(int), 0, row.f.size - 1)
-        offset[:, column] = zeta
-        for total, part in ((force, row.tail_force), (energy, row.tail_energy)):
-            total += np.abs(zeta) * (part(beside, side, depth) - part(node, side, depth))
+        offset[:, column] = np.where(lone, 0.0, _outer_offset(row, indenter, node, side, depth))
     if nodes.shape[1] > 2:
-        offset[:, 1:-1] = _with_gaps(row, nodes, depth, force, energy)
-    ways = np.resize([-1, 1], nodes.shape[1])
-    x = row.lattice.x(row.first + nodes + ways * np.clip(offset, -_INTERIOR, _INTERIOR))
-    return np.clip(x, *indenter.extent), force, energy
+        offset[:, 1:-1] = [
+            [
+                zeta
+                for i in range(0, len(ends) - 2, 2)
+                for zeta in _facing_offsets(*row.rules, ends[i : i + 4], d)
+            ]
+            for ends, d in zip(nodes.tolist(), depth.tolist(), strict=True)
+        ]
+    return offset
+
+
+def at_offsets(row: Row, nodes: Nodes, offset: Array, depth: Array, parts: Parts) -> Array:
+    """P or U (s,) with lines that far from their nodes: linear in each of them.
+
+    parts: what outermost lines and gaps add, `row.forces` or `row.energies`.
+    """
+    tail, gap = parts
+    total, steps, share = np.zeros(depth.size), np.sign(offset).astype(int), np.abs(offset)
+    for column, side in ((0, -1), (-1, 1)):
+        node = nodes[:, column]
+        own = tail(node, side, depth)
+        beside = np.clip(node + side * steps[:, column], 0, row.f.size - 1)
+        more = share[:, column] * (tail(beside, side, depth) - own)
+        total = total + own + more  # with all digits of the sums
+    if nodes.shape[1] == 2:
+        return np.asarray(total, float)
+    left, right, d = nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]
+    inner, inner_steps = share[:, 1:-1], steps[:, 1:-1]
+    near, far = left + inner_steps[:, ::2], right - inner_steps[:, 1::2]
+    whole, one, two = gap(left, right, d), gap(near, right, d), gap(left, far, d)
+    more = inner[:, ::2] * (one - whole) + inner[:, 1::2] * (two - whole)
+    more += inner[:, ::2] * inner[:, 1::2] * (gap(near, far, d) - one - two + whole)
+    return np.asarray(total + (whole + more).sum(axis=1), float)
 
 
 def _outer_offset(row: Row, indenter: Indenter, node: Nodes, side: int, depth: Array) -> Array:
@@ -53,26 +88,6 @@ def _outer_offset(row: Row, indenter: Indenter, node: Nodes, side: int, depth: A
     free = (at > 0) & ~tip & np.isfinite(outer) & (outer > inner)
     width = np.where(free, outer - inner, 1.0)
     return np.clip(np.where(free, (depth - inner) / width - 0.5, 0.0), -0.5, 0.5)
-
-
-def _with_gaps(row: Row, nodes: Nodes, depth: Array, force: Array, energy: Array) -> Array:
-    """How far facing lines are from their nodes (s, 2m - 2); added to P and U, bilinear in both."""
-    zeta = np.array(
-        [
-            [_facing_offsets(*row.rules, ends[i : i + 4], d) for i in range(0, len(ends) - 2, 2)]
-            for ends, d in zip(nodes.tolist(), depth.tolist(), strict=True)
-        ]
-    )
-    left, right, steps = nodes[:, 1:-1:2], nodes[:, 2::2], np.sign(zeta).astype(int)
-    share, d = np.abs(zeta), depth[:, None]
-    left_beside, right_beside = left + steps[..., 0], right - steps[..., 1]
-    for total, part in ((force, row.gap_force), (energy, row.gap_energy)):
-        whole, one = part(left, right, d), part(left_beside, right, d)
-        other, both = part(left, right_beside, d), part(left_beside, right_beside, d)
-        more = share[..., 0] * (one - whole) + share[..., 1] * (other - whole)
-        more += share[..., 0] * share[..., 1] * (both - one - other + whole)
-        total += np.asarray(more.sum(axis=1), float)
-    return zeta.reshape(len(nodes), -1)
 
 
 def _facing_offsets(

@@ -306,26 +306,36 @@ def part_pressed(rules: Rules, left: int | None, right: int | None, depth: float
                 right = first.node
 
 
-def recedes(rules: Rules, nodes: Contacts, i: int) -> Iterator[Change]:
+def recedes(rules: Rules, nodes: Contacts, i: int) -> list[Change]:
     """What can happen as the depth falls to the i-th contact and to the free part on its right.
 
     Also to the part on its left if that is the first one.
     """
-    first, last = nodes[i]
     left = nodes[i - 1][1] if i else None
-    right, beyond = nodes[i + 1] if i + 1 < len(nodes) else (None, None)
-    if not i and (change := fall(rules, None, first, False, first == last)):
-        yield Change(change.depth, i, i + 1, ((_node(change.right), last),))
+    after = nodes[i + 1] if i + 1 < len(nodes) else (None, None)
+    found = _recedes(rules, left, *nodes[i], *after)
+    return [c._replace(start=c.start + i, stop=c.stop + i) for c in found]
+
+
+@functools.lru_cache(maxsize=1 << 14)
+def _recedes(
+    rules: Rules, left: int | None, first: int, last: int, right: int | None, beyond: int | None
+) -> list[Change]:
+    """The same with the contacts counted from this one."""
+    found = []
+    if left is None and (change := fall(rules, None, first, False, first == last)):
+        found.append(Change(change.depth, 0, 1, ((_node(change.right), last),)))
     if change := fall(rules, last, right, first == last, right == beyond):
         ends: Contacts = ((first, _node(change.left)),)
         if right is not None:
             ends = (*ends, (_node(change.right), _node(beyond)))
-        yield Change(change.depth, i, i + len(ends), ends)
+        found.append(Change(change.depth, 0, len(ends), ends))
     if first == last:
-        yield Change(rules.pulled(left, first, right), i, i + 1, ())
+        found.append(Change(rules.pulled(left, first, right), 0, 1, ()))
     if last - first >= 2 and rules.most_torn > -np.inf:
         depth, node = rules.tears(first, last)
-        yield Change(depth, i, i + 1, ((first, node - 1), (node + 1, last)))
+        found.append(Change(depth, 0, 1, ((first, node - 1), (node + 1, last))))
+    return found
 
 
 def _node(end: int | None) -> int:

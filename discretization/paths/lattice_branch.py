@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.lattice.between import interpolated
+from discretization.lattice.between import at_offsets, interpolated, offsets
 from discretization.lattice.changes import (
     Contacts,
     Part,
@@ -274,7 +274,9 @@ class LatticeBranch:
         """P, interpolated between the nodes: that of a contact set jumps at every link."""
         if state is None:
             return 0.0
-        return float(interpolated(self.row, self.scene.indenter, *_one(state, depth))[1][0])
+        row, (nodes, depths) = self.row, _one(state, depth)
+        offset = offsets(row, self.scene.indenter, nodes, depths)
+        return float(at_offsets(row, nodes, offset, depths, row.forces)[0])
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""

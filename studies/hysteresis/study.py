@@ -79,9 +79,7 @@ def _map_column(up: Sequence[float], case: tuple[str, float]) -> Array:
     return np.transpose(found)
 
 
-HEADER = (
-    "indenter|γ₁ N/m|w N/m|control|jump-in a µm|pull-off N/m|d µm|a µm|area J/m|error|balance"
-)
+HEADER = "indenter|γ₁ N/m|w N/m|control|jump-in a µm|pull-off N/m|d µm|a µm|area J/m|error|balance"
 WIDTHS = (-10, 6, 6, -12, 12, 14, 9, 9, 12, 6, 7)
 
 
