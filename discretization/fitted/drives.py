@@ -125,7 +125,7 @@ class Drives:
             lo, hi = np.repeat(room, x.shape[1], axis=1)[..., None]
             z[..., 1:] = np.clip(z[..., 1:], lo, hi)
         f, f1 = np.zeros((2, *z.shape))
-        for own in np.flatnonzero(inner):
+        for own in np.flatnonzero(inner).tolist():
             f[:, own] = self.resting.profile.indenter.height(z[:, own])
             f1[:, own] = self.resting.profile.indenter.slope(z[:, own])
         moved, other = ([0, 1, 2, 0, 0], [0, 0, 0, 1, 2]) if rates else ([0], [0])
@@ -133,10 +133,12 @@ class Drives:
         for own, side in ((0, 1), (1, -1)):
             if not inner[own]:
                 continue
-            at = (part[:, own, moved].ravel() for part in (z, f, f1))
-            facing = (part[:, 1 - own, other].ravel() for part in (z, f))
-            rest = self.resting.rest(side, *at, At(*facing) if inner.all() else None, way)
-            rest = np.reshape(rest, (-1, len(moved)))
+            at, f_at, slope = (part[:, own, moved].ravel() for part in (z, f, f1))
+            beyond, f_beyond = (part[:, 1 - own, other].ravel() for part in (z, f))
+            facing = At(beyond, f_beyond) if inner.all() else None
+            rest = np.reshape(
+                self.resting.rest(side, at, f_at, slope, facing, way), (-1, len(moved))
+            )
             value[:, own] = rest[:, 0]
             if rates:
                 for which, (one, two) in ((own, (1, 2)), (1 - own, (3, 4))):
@@ -154,7 +156,7 @@ def kinds(lines: Array) -> list[NDArray[np.bool_]]:
     """
     inner = np.isfinite(lines)
     found = inner.all(axis=1), inner[:, 0] & ~inner[:, 1], inner[:, 1] & ~inner[:, 0]
-    return [own for own in found if own.any()]
+    return [np.asarray(own) for own in found if own.any()]
 
 
 def solved(rate: Array, off: Array, free: NDArray[np.bool_]) -> Array:

@@ -195,10 +195,10 @@ class Events:
         """What free surfaces touch as they are pressed."""
         surface, size = self.motion.surface, self.motion.resting.size
         for i in which:
-            moved = tuple(new[i].tolist())
+            q, p, moved = float(old[i, 0]), float(old[i, 1]), (float(new[i, 0]), float(new[i, 1]))
             least, _ = surface.least(moved, depths[1])
             rooms["clear", i] = least + TIE * size
-            if least < -TIE * size or surface.overtakes(*old[i].tolist(), moved, *depths):
+            if least < -TIE * size or surface.overtakes(q, p, moved, *depths):
                 failed.add(i)
 
     def _contacts(

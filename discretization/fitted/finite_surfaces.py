@@ -17,7 +17,7 @@ from discretization.fitted.finite_gap import solved
 from discretization.fitted.finite_range import UPRIGHT, rest_displacement
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.response import STEEP, Response
-from discretization.fitted.surfaces import MET, At, Free
+from discretization.fitted.surfaces import MET, At, Free, alone
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ class FiniteSurfaces:
         """F and S, surface by surface."""
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
         if left is None or right is None:
-            u = (depth - (left or right).f) / length
+            u = (depth - alone(left, right).f) / length
             energy, pull = [self.response.energy(one) for one in u.tolist()], self._reaction(u)
         else:
             u, rise = (depth - left.f) / length, (left.f - right.f) / length
@@ -100,9 +100,9 @@ class FiniteSurfaces:
         """A tail of the family of all tails, or the relaxed surface of a gap."""
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
         if left is None or right is None:
-            u0 = (depth - (left or right).f) / length  # type: ignore[union-attr]
+            u0 = (depth - alone(left, right).f) / length
             if abs(u0) >= OVERHANG * (1 - UPRIGHT):
-                raise ValueError(self._overhang(depth, left or right))
+                raise ValueError(self._overhang(depth, alone(left, right)))
             found = self.response.tail(u0)
             pull = gamma1 * found.reaction
             pulls = (0.0, pull) if left is None else (pull, 0.0)
@@ -116,8 +116,7 @@ class FiniteSurfaces:
         residual, pulls = max(whole.residual, read.apart), (gamma1 * one, gamma1 * other)
         return Free(gamma1 * length * whole.energy, pulls, gamma1 * whole.area, residual)
 
-    def _overhang(self, depth: float, line: At | None, other: At | None = None) -> str:
-        assert line is not None
+    def _overhang(self, depth: float, line: At, other: At | None = None) -> str:
         limit, place = OVERHANG * self.scene.elastocapillary_length, f"line x = {line.x!r}"
         if other is not None:
             place = f"lines x = {line.x!r} and {other.x!r}"

@@ -219,8 +219,8 @@ class Motion:
 
     def _pulled(self, x: float, beside: Pair, depth: float) -> bool:
         """Whether a contact of one point is pulled: the surface without it is clear there."""
-        ends = (self.resting.at(end) for end in beside)
-        u, _ = self.resting.surfaces.shape(np.array(x), *ends, depth)
+        left, right = (self.resting.at(end) for end in beside)
+        u, _ = self.resting.surfaces.shape(np.array(x), left, right, depth)
         clear = u - depth + float(self.profile.indenter.height(x))
         return bool(clear > TIE * self.resting.size)
 

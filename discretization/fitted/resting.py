@@ -154,7 +154,7 @@ class Resting:
         x, last = np.array(guess), math.inf
         size = abs(start[0]) + abs(start[1]) + self.scene.elastocapillary_length
         for _ in range(_NEWTON):
-            value, rate = self._rates(*x.tolist(), way)
+            value, rate = self._rates(float(x[0]), float(x[1]), way)
             crossed = rate[0, 0] * rate[1, 1] - rate[0, 1] * rate[1, 0]
             if not (rate[0, 0] > 0 > rate[1, 1] and crossed < 0):
                 return None

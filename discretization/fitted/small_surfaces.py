@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from discretization.fitted import gap
 from discretization.fitted.response import Response
-from discretization.fitted.surfaces import MET, At, Free
+from discretization.fitted.surfaces import MET, At, Free, alone
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ class SmallSurfaces:
         scene, response = self.scene, self.response
         length, gamma1 = scene.elastocapillary_length, scene.gamma1
         if left is None or right is None:
-            u = (depth - (left or right).f) / length
+            u = (depth - alone(left, right).f) / length
             return gamma1 * length * u * u * response.energies[0], gamma1 * response.reaction(u)
         even = (depth - left.f / 2 - right.f / 2) / length
         odd = (right.f - left.f) / (2 * length)
@@ -79,10 +79,10 @@ class SmallSurfaces:
         response, length = self.response, self.scene.elastocapillary_length
         gamma1 = self.scene.gamma1
         if left is None or right is None:
-            found = response.tail((depth - (left or right).f) / length)  # type: ignore[union-attr]
-            pull = gamma1 * found.reaction
+            tail = response.tail((depth - alone(left, right).f) / length)
+            pull = gamma1 * tail.reaction
             pulls = (0.0, pull) if left is None else (pull, 0.0)
-            return Free(gamma1 * length * found.energy, pulls, gamma1 * found.area, found.residual)
+            return Free(gamma1 * length * tail.energy, pulls, gamma1 * tail.area, tail.residual)
         even = (depth - left.f / 2 - right.f / 2) / length
         odd, apart = (right.f - left.f) / (2 * length), (right.x - left.x) / length
         found = gap.half(response.degree, apart)

@@ -152,7 +152,7 @@ class Smooth:
             total += (
                 sign * self.integrals.contact(z, d, self.resting.work(way)) * [[1], [sign], [1]]
             )
-        energy, force = self.resting.surfaces.stored(*ends, d)
+        energy, force = self.resting.surfaces.stored(ends[0], ends[1], d)
         total += np.array([energy, energy, force])
         shape = lines.shape[:2]
         return tuple(part.reshape(shape) for part in total)  # type: ignore[return-value]

@@ -30,6 +30,13 @@ class At(NamedTuple):
     f: Any
 
 
+def alone(left: At | None, right: At | None) -> At:
+    """The line of a tail."""
+    line = left if left is not None else right
+    assert line is not None, "a free surface has a line"
+    return line
+
+
 class Free(NamedTuple):
     """A free surface: energy F, what it pulls at its left and right line, ∂F/∂g, and k∫u dx.
 

@@ -91,7 +91,7 @@ class FittedMany:
         """The state at this depth when it was `before` on the way here."""
         if before is None and depth < self.touch:
             return None
-        here = self._touching if before is None else before
+        here: State = self._touching if before is None else before
         while here is not None and here.depth != depth:
             part = self._next(here, depth)
             here = Held(part.lines if part.after is None else part.after, part.depth)
