@@ -106,7 +106,7 @@ def fall(
 def risen(rules: Rules, left: int | None, right: int | None, depth: float) -> Way:
     """The way of a free part to a larger depth, up to what may be more than one link at a time."""
     if left is None or right is None:
-        return _outer_risen(rules, left, right, depth)
+        return outer_risen(rules, left, right, depth)
     depths: list[float] = []
     ends, stop = [(left, right)], None
     while right - left > 1:
@@ -137,7 +137,7 @@ def fallen(
     first, last: the other ends of the contacts on its left and right, which it does not pass.
     """
     if left is None or right is None:
-        return _outer_fallen(rules, left, right, first, last, depth)
+        return outer_fallen(rules, left, right, first, last, depth)
     depths: list[float] = []
     ends, stop = [(left, right)], None
     while change := fall(rules, left, right, left == first, right == last):
@@ -164,7 +164,10 @@ def _outer(side: int, node: int, way: int, depths: Array, stop: float | None) ->
     return Way(depths, line, None, stop) if side > 0 else Way(depths, None, line, stop)
 
 
-def _outer_risen(rules: Rules, left: int | None, right: int | None, depth: float) -> Way:
+def outer_risen(
+    rules: Rules, left: int | None, right: int | None, depth: float, *, through: bool = False
+) -> Way:
+    """`risen` beyond an outermost line; also through jumps of that line if asked for."""
     side = 1 if right is None else -1
     node = left if right is None else right
     assert node is not None
@@ -178,20 +181,23 @@ def _outer_risen(rules: Rules, left: int | None, right: int | None, depth: float
     own = passes[start:stop]
     when = np.maximum.accumulate(own)
     free, blocked = (own.size, None) if rules.clear else _clear(rules, side, node, when, depth)
-    lags = _lag(rules, side, range(start, start + free), own[:free], when[:free])
+    lags = None if through else _lag(rules, side, start, 1, own[:free], when[:free])
     if lags is not None:
         return _outer(side, node, side, when[: np.searchsorted(when, lags)], lags)
     return _outer(side, node, side, when[:free], blocked)
 
 
-def _outer_fallen(
+def outer_fallen(
     rules: Rules,
     left: int | None,
     right: int | None,
     first: int | None,
     last: int | None,
     depth: float,
+    *,
+    through: bool = False,
 ) -> Way:
+    """`fallen` beyond an outermost line; also through jumps of that line if asked for."""
     side = 1 if right is None else -1
     node, far = (left, first) if right is None else (right, last)
     assert node is not None and far is not None
@@ -205,16 +211,17 @@ def _outer_fallen(
         size *= 2
     own = passes[stop:start][::-1]
     when = np.minimum.accumulate(own)
-    lags = _lag(rules, side, range(start - 1, stop - 1, -1), own, when)
+    lags = None if through else _lag(rules, side, start - 1, -1, own, when)
     if lags is not None:
         when = when[: np.searchsorted(-when, -lags)]
     return _outer(side, node, -side, when, lags)
 
 
-def _lag(rules: Rules, side: int, links: range, own: Array, when: Array) -> float | None:
+def _lag(rules: Rules, side: int, start: int, way: int, own: Array, when: Array) -> float | None:
     """The first depth at which a line passes links late, at a gain, behind the one before."""
     if not (own != when).any():
-        return None  # the rule
+        return None
+    links = range(start, start + way * own.size, way)
     behind = np.flatnonzero(np.cumsum(rules.gains(side, links, own, when)) > rules.least)
     return float(when[behind[0]]) if behind.size else None
 
@@ -254,7 +261,10 @@ def part_pressed(rules: Rules, left: int | None, right: int | None, depth: float
     while todo:
         left, right = todo.pop()
         while left is None or right is None or right - left > 1:
-            left, right = risen(rules, left, right, depth).end
+            if left is None or right is None:
+                left, right = outer_risen(rules, left, right, depth, through=True).end
+            else:
+                left, right = risen(rules, left, right, depth).end
             first = rise(rules, left, right)
             if first.depth > depth:
                 yield left, right
