@@ -28,6 +28,8 @@ def label(state: Equilibrium) -> str:
         return "detached"
     if state.neutral:
         return "neutral"
+    if state.scene.opening is not None or state.scene.pattern is not None:
+        return "adhered"
     if state.branch == "global" or not state.scene.work_of_adhesion:
         return "global"
     if (state.energy > 0 and state.indentation <= 0) or _springs_left_beside(state):

@@ -116,8 +116,6 @@ def _branch(
     option("method", method, METHODS)
     if (method == "lattice") != (spacing is not None):
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
-    if control.stiffness is not None and spacing is not None:
-        raise ValueError("method = 'lattice' follows imposed depths; use method='fitted'")
     if spacing is None and control.stiffness is not None:
         return pressed_by(scene, rtol, lambda depth: control.load(depth, deepest))
     if spacing is None:

@@ -73,21 +73,25 @@ def minimise(
 def _check(scene: Scene, depth: float, method: str, branch: str, rtol: float) -> None:
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
-    if scene.opening is not None:
-        raise ValueError(
-            f"opening = {scene.opening!r}: with adhesion hysteresis the state depends on the path; "
-            "use load_path, or a Scene without opening"
-        )
-    if scene.pattern is not None:
-        raise ValueError(
-            f"pattern = {scene.pattern!r}: where the line rests depends on the path; use "
-            "load_path(..., method='lattice'), or a Scene without pattern"
-        )
+    _check_path(scene, method, branch)
     finite("depth", depth)
     option("method", method, METHODS)
     option("branch", branch, BRANCHES)
     if not 0 < finite("rtol", rtol) < 1:
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
+
+
+def _check_path(scene: Scene, method: str, branch: str) -> None:
+    """ValueError for states that depend on the path where the path is not followed."""
+    followed = method == "lattice" and branch == "adhered" and not isinstance(scene.indenter, Plane)
+    for name in ("opening", "pattern"):
+        given = getattr(scene, name)
+        if given is not None and not (followed and scene.gamma1 and scene.slopes == "small"):
+            raise ValueError(
+                f"{name} = {given!r}: where the line rests depends on the path; use method="
+                "'lattice' with branch='adhered', gamma1 > 0 and small slopes, "
+                "load_path(..., method='lattice'), or a Scene without it"
+            )
 
 
 def _any_length(scene: Scene) -> float:

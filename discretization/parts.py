@@ -91,7 +91,9 @@ def _panels(state: Equilibrium) -> Array:
     """Ends (n, 2) of the panels in contact."""
     indenter = state.scene.indenter
     apex = [] if indenter.apex is None else [indenter.apex]
-    kinks = (np.asarray(part, float) for part in (indenter.corners, indenter.knots, apex))
+    edges = () if state.scene.pattern is None else state.scene.pattern.edges
+    known = (indenter.corners, indenter.knots, apex, edges)
+    kinks = (np.asarray(part, float) for part in known)
     cuts = np.unique(np.concatenate([*kinks]))
     found: list[tuple[float, float]] = []
     for left, right in state.contacts.tolist():
@@ -108,6 +110,8 @@ def _summed(state: Equilibrium, ends: Array) -> tuple[Array, Array]:
     u, slope = state.depth - scene.indenter.height(x), scene.indenter.slope(x)
     stretched = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
     bound = terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes) - stretched
+    if scene.pattern is not None:
+        bound = bound * scene.pattern.factor(x)
     stored, pressure, _ = terms.spring(u, k=scene.stiffness)
     densities = np.array([stored, stretched, bound, pressure])
     weights = half * _WEIGHTS

@@ -40,7 +40,9 @@ def scene_of(kind, dice, seed):
 def loop(spacing, seed):
     """What a loop is unbalanced by, relative to its size, and how many contacts it had."""
     dice = np.random.default_rng(seed)
-    kind, control = KINDS[seed % len(KINDS)], CONTROLS[seed % len(CONTROLS)]
+    kinds = KINDS if spacing is None else KINDS[:-1]  # finite slopes: not on nodes
+    turn = seed if spacing is None else seed // len(kinds)
+    kind, control = kinds[seed % len(kinds)], CONTROLS[turn % len(CONTROLS)]
     case, scene = scene_of(kind, dice, seed)
     up, down = case.above + dice.uniform(0.3, 2.0) * case.scale, case.above - 6 * case.scale
     depths = np.r_[down, np.linspace(case.above, up, 8), np.linspace(up, down, 16)]
@@ -55,7 +57,10 @@ def loop(spacing, seed):
                 path = load_path(scene, **programme(control, scene, path, dice), **given)
         except (ValueError, NotCertifiedError) as problem:
             return "refused", f"{kind} {control}: {problem}", 0
-    size = max(abs(path.dissipated), float(np.abs(path.energy).max()))
+    if not np.isnan(path.contacts[-1, 0]):
+        return "open", 0.0, 0  # its lowest point is far below where most of it touches
+    least = 1e-6 * scene.stiffness * case.scale**2 * scene.elastocapillary_length
+    size = max(abs(path.dissipated), float(np.abs(path.energy).max()), least)
     contacts = max((len(inner) // 2 + 1 for inner in path.inner), default=0)
     return "done", abs(path.work() - path.dissipated) / size, contacts
 

@@ -126,7 +126,6 @@ def test_what_the_lattice_cannot_do_is_refused():
         ({"depths": [0.1], "method": "lattice"}, "spacing = None with method = 'lattice'"),
         ({"depths": [0.1], "spacing": 1e-5}, "spacing = 1e-05 with method = 'fitted'"),
         ({"depths": [0.1], "method": "mesh"}, "method = 'mesh'"),
-        ({"forces": [0.1], "method": "lattice", "spacing": 1e-5}, "follows imposed depths"),
         ({"depths": [0.1], "method": "lattice", "spacing": -1.0}, "spacing = -1.0"),
     ):
         with pytest.raises(ValueError, match=message):

@@ -7,6 +7,7 @@ from lattices import lattice
 from discretization import NodalEnergy
 from discretization.lattice.changes import recedes
 from discretization.lattice.rules import Rules
+from discretization.lattice.waiting import held_nodes
 
 NODES = 40
 HELD = [(6, 12), (18, 24)]  # a gap of six links
@@ -100,7 +101,7 @@ def test_a_line_waits_where_a_node_would_be_penetrated_once_it_has_passed():
         before, size, clear = energy(rules, [(6, 12)], depth)
         if clear[:6].min() < -1e-9:  # the other side does not wait
             continue
-        nodes, part = rules._held(13, None, depth), [(6, 13)]
+        nodes, part = held_nodes(rules, 13, None, depth), [(6, 13)]
         after, _, over = energy(rules, sorted([*part, *((n, n) for n in nodes)]), depth)
         links = sum(n + 1 in (*nodes,) for n in (13, *nodes))  # which adhere, but do not count
         work = rules.lattice.w * rules.lattice.spacing

@@ -16,7 +16,7 @@ from studies.shared import command, figures, table
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
 FAST = {  # its words, and the rows of its tables in the order of their names
     "tolerance": (["tolerance"], 180, 300),
-    "path_speed": (["path_speed"], 4),
+    "path_speed": (["path_speed"], 4, 2),
     "stress": (["stress", "--grids", "fitted", "lattice"], 147),
     "rough": (["rough"], 180),
     "sweep": (["sweep", "SCENE"], 4),

@@ -27,6 +27,7 @@ from discretization.lattice import fronts, span
 from discretization.lattice.judgement import rounding
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.row import Row
 from discretization.lattice.shortest_path import window
 from discretization.lattice.sums import Sums
 from energy import Indenter
@@ -71,6 +72,20 @@ class ContactSet:
         g = np.pad(g, beyond, constant_values=-math.inf)
         work = np.full(g.size - 1, lattice.w * lattice.spacing)
         return cls(lattice, g, np.asarray(nodes, np.int64) - lo, depth, work, work)
+
+    @classmethod
+    def on_row(cls, row: Row, depth: float, nodes: Nodes) -> ContactSet:
+        """Contacts with these first and last nodes (m, 2) of a row.
+
+        Among all its nodes, or, where no other can be touched, those near the contacts.
+        """
+        start, stop = 0, row.f.size
+        if row.clear:
+            start, stop = max(int(nodes[0, 0]) - _BEYOND, 0), int(nodes[-1, 1]) + _BEYOND
+        f = row.f[start:stop]
+        works = (np.pad(one.work[start : start + f.size - 1], _BEYOND) for one in row.rules)
+        g = np.pad(depth - f, _BEYOND, constant_values=-math.inf)
+        return cls(row.lattice, g, np.asarray(nodes) - start + _BEYOND, depth, *works)
 
     @functools.cached_property
     def mask(self) -> Mask:

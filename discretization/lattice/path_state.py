@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.equilibrium import Equilibrium
-from discretization.lattice import fronts
+from discretization.lattice import fronts, line
+from discretization.lattice.between import interpolated
 from discretization.lattice.changes import pressed, retracted
+from discretization.lattice.contact_set import ContactSet, judged, totals
 from discretization.lattice.judgement import certify
-from discretization.lattice.lowest import of_contacts, refuse_unknown
+from discretization.lattice.lowest import (
+    of_contacts,
+    passed,
+    refuse_unknown,
+    state_of,
+    without_contact,
+)
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
@@ -24,10 +34,29 @@ def on_path(
 
     NotCertifiedError and ValueError as `of_contacts`.
     """
+    if scene.pattern is not None or scene.opening is not None:
+        return _held(scene, depth, lattice, where)
     nodes = contacts_on_path(scene, depth, lattice, where)
     if nodes is None:
         return None
     return of_contacts(scene, depth, "adhered", lattice, where, nodes)
+
+
+def _held(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) -> Equilibrium:
+    """The state with adhesion that differs from link to link, or when a contact is opened."""
+    row, nodes = _followed(scene, depth, lattice, where)
+    if not nodes.size:
+        return without_contact(scene, depth, "adhered", lattice, where)
+    contacts = ContactSet.on_row(row, depth, nodes)
+    sums = totals(contacts)
+    certificate = passed(depth, judged(contacts, sums))
+    found = interpolated(row, scene.indenter, nodes.reshape(1, -1), np.array([depth]))
+    corners = scene.indenter.corners
+    lines = [line.Line(x, 0.0, 0.0, x in corners) for x in found[0][0].tolist()]
+    pairs = list(zip(lines[::2], lines[1::2], strict=True))
+    own = (nodes + row.first).tolist()
+    state = state_of(scene, depth, "adhered", lattice, own, sums, certificate, pairs)
+    return replace(state, force=float(found[1][0]), energy=float(found[2][0]))
 
 
 def contacts_on_path(
@@ -40,20 +69,32 @@ def contacts_on_path(
     """
     if scene.indenter.convex or scene.slopes != "small" or not scene.work_of_adhesion:
         return None
-    if not scene.gamma1 or scene.pattern is not None or scene.opening is not None:
+    if not scene.gamma1:
         return None
     deepest = max(depth, fronts.height(lattice, scene.indenter, where.lowest))
     contact = fronts.adhered(lattice, scene.indenter, deepest, where)
     alone = contact is not None and _alone(scene, deepest, lattice, where, contact)
     if contact is not None and alone and not _torn(scene, depth, lattice, contact):
         return None
+    row, nodes = _followed(scene, depth, lattice, where)
+    return nodes + row.first
+
+
+def _followed(
+    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
+) -> tuple[Row, NDArray[np.int64]]:
+    """The nodes there may be in contact, and the contacts (m, 2) among them on this path.
+
+    ValueError where the path leads to an end of the known profile.
+    """
+    deepest = max(depth, fronts.height(lattice, scene.indenter, where.lowest))
     row = Row.of(scene, lattice, where, deepest)
     closing, opening = row.rules
     nodes = pressed(closing, (), deepest, row.touch)
     refuse_unknown(scene, deepest, lattice, where, np.array(nodes) + row.first)
     if depth < deepest:
         nodes = retracted(opening, nodes, depth)
-    return np.array(nodes, np.int64).reshape(-1, 2) + row.first
+    return row, np.array(nodes, np.int64).reshape(-1, 2)
 
 
 def _torn(scene: Scene, depth: float, lattice: Lattice, contact: fronts.Contact) -> bool:
@@ -85,5 +126,5 @@ def _alone(
         if (touches <= arrival)[1:].any():
             return False
     sums = measured(lattice, scene.indenter, depth, contact)
-    judged = certify(lattice, scene.indenter, depth, where, contact, sums)
-    return judged.ok and judged.penetration == 0
+    found = certify(lattice, scene.indenter, depth, where, contact, sums)
+    return found.ok and found.penetration == 0

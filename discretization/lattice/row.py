@@ -9,6 +9,7 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +25,7 @@ from energy import Scene
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _SPARE = 4
+Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
 MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
 
 
@@ -95,21 +97,23 @@ class Row:
         whole = (_running(part, touch) for part in (np.ones_like(h), h, h * h))
         return Sums(*whole, *(_running(part, touch) for part in (rises, self.bonds)))
 
+    @property
+    def forces(self) -> Parts:
+        """What the outermost lines add to P, and the gaps."""
+        return self.tail_force, self.gap_force
+
+    @property
+    def energies(self) -> Parts:
+        """What they add to U."""
+        return self.tail_energy, self.gap_energy
+
     def force(self, nodes: Nodes, depth: Array) -> Array:
         """P (s,) of s states with as many contacts each, their lines (s, 2m), at depths (s,)."""
-        total = self.tail_force(nodes[:, 0], -1, depth) + self.tail_force(nodes[:, -1], 1, depth)
-        if nodes.shape[1] > 2:
-            gaps = self.gap_force(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None])
-            total += gaps.sum(axis=1)
-        return np.asarray(total, float)
+        return _total(self.forces, nodes, depth)
 
     def energy(self, nodes: Nodes, depth: Array) -> Array:
         """U (s,) of the same states."""
-        total = self.tail_energy(nodes[:, 0], -1, depth) + self.tail_energy(nodes[:, -1], 1, depth)
-        if nodes.shape[1] > 2:
-            gaps = self.gap_energy(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None])
-            total += gaps.sum(axis=1)
-        return np.asarray(total, float)
+        return _total(self.energies, nodes, depth)
 
     def _springs(self, before: Nodes, depth: Array) -> tuple[Array, Array]:
         """Force and energy of the springs up to these node ends."""
@@ -157,6 +161,14 @@ class Row:
         one = np.ones(np.shape(links))
         _, far, both = span.shares(self.lattice.log_decay, one, np.asarray(links - 1.0))
         return far, both
+
+
+def _total(parts: Parts, nodes: Nodes, depth: Array) -> Array:
+    tail, gap = parts
+    total = tail(nodes[:, 0], -1, depth) + tail(nodes[:, -1], 1, depth)
+    if nodes.shape[1] > 2:
+        total = total + gap(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]).sum(axis=1)
+    return np.asarray(total, float)
 
 
 def _all(scene: Scene, lattice: Lattice, where: Region) -> Array:

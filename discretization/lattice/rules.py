@@ -24,7 +24,6 @@ So pressed, contacts only grow, retracted, they only shrink, and neither order n
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -33,6 +32,7 @@ from numpy.typing import NDArray
 
 from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.waiting import ordered, waiting_depth
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
@@ -113,11 +113,11 @@ class Rules:
         lat, after, links, f = self.lattice, node + side, abs(other - node), self._heights
         _, far, both = self.shares(links)
         stiffness = lat.spring + lat.link + lat.link * (1 - self.shares(links - 1)[0])
-        work = self._links(node, other) if links == 2 else self._links(node, after)
+        work = self.adhesion(node, other if links == 2 else after)
         rise = f[after] - f[node] + far * (f[node] - f[other])
         return f[node] + (rise - math.sqrt(2 * work / stiffness)) / both
 
-    def _links(self, one: int, other: int) -> float:
+    def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""
         return sum(self._work[min(one, other) : max(one, other)])
 
@@ -199,8 +199,11 @@ class Rules:
 
     @property
     def least(self) -> float:
-        """Energy [energy/length] below which a change is no jump: rounding of U."""
-        return _LEAST * self._strongest
+        """Energy [energy/length] below which a change is no jump: rounding of U.
+
+        Without adhesion the energy is convex, and nothing is ever released.
+        """
+        return _LEAST * self._strongest or math.inf
 
     def gains(self, side: int, links: range, own: Array, when: Array) -> Array:
         """Energy gained by an outermost line that passes links at other depths than its own.
@@ -215,7 +218,7 @@ class Rules:
 
     def first_touch(self, node: int, side: int) -> float:
         """Depth at which the surface beyond an outermost line at `node` touches another node."""
-        return self.touches(*_ordered(side, node, None))[0]
+        return self.touches(*ordered(side, node, None))[0]
 
     def tie(self, one: float, other: float) -> float:
         """What rounding makes of the difference of two depths at which something happens.
@@ -239,18 +242,9 @@ class Rules:
         alone, after = self.passes(node, side, other), node + side
         if other is not None and abs(other - after) < 2:
             return alone
-        if self._clear(*_ordered(side, after, other), alone):
+        if self._clear(*ordered(side, after, other), alone):
             return alone
-        low, high = alone, self.touches(*_ordered(side, node, other))[0]
-        if self._cost(node, side, other, high) > 0:
-            return math.inf
-        while high - low > self.tie(low, high):
-            middle = (low + high) / 2
-            if self._cost(node, side, other, middle) > 0:
-                low = middle
-            else:
-                high = middle
-        return high
+        return waiting_depth(self, node, side, other, alone)
 
     def recede_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span open a link at once, none of the nodes pressed."""
@@ -262,49 +256,6 @@ class Rules:
         touch = self.touches(left, right)[0]
         return touch == math.inf or touch >= depth - self.tie(touch, depth)
 
-    def _cost(self, node: int, side: int, other: int | None, depth: float) -> float:
-        """Energy by which passing the next link changes that of the surface above the indenter.
-
-        Of adhesion it gains that link's alone: not what the nodes held may adhere by.
-        """
-        lat, after = self.lattice, node + side
-        ends = _ordered(side, after, other)
-        held = self._held(*ends, depth)
-        new = np.array([after, *held])
-        parts = itertools.pairwise([ends[0], *held, ends[1]])
-        cost = sum(self.stored(*part, depth) for part in parts) + self.stored(node, after, depth)
-        cost += lat.spring / 2 * float(np.sum((depth - self.f[new]) ** 2))
-        cost -= self.stored(*_ordered(side, node, other), depth)
-        return cost - self._links(node, after)
-
-    def _held(self, left: int | None, right: int | None, depth: float) -> list[int]:
-        """The nodes that keep the surface between two contact nodes above the indenter.
-
-        The first one to touch is among them, as they only become more with the depth.
-        """
-        touch, node = self.touches(left, right)
-        if touch >= depth:
-            return []
-        return [*self._held(left, node, depth), node, *self._held(node, right, depth)]
-
-    def pull(self, node: int, other: int | None, depth: float) -> float:
-        """Force on a contact node of the free part between it and another one (None: a tail).
-
-        t (g - A g - B g'), without cancellation.
-        """
-        _, far, both = self.shares(None if other is None else abs(other - node))
-        apart = 0.0 if other is None else float(self.f[other] - self.f[node])
-        return self.lattice.link * (both * (depth - float(self.f[node])) + far * apart)
-
-    def stored(self, left: int | None, right: int | None, depth: float) -> float:
-        """Energy of the surface between two contact nodes (None: none there), free or one link."""
-        lat, f = self.lattice, self.f
-        if left is not None and right is not None and right - left == 1:
-            return lat.link / 2 * float(f[right] - f[left]) ** 2
-        ends = ((left, right), (right, left))
-        own = [(depth - float(f[i])) * self.pull(i, j, depth) for i, j in ends if i is not None]
-        return sum(own) / 2
-
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
         """Depth below which a lone node between two contacts (None: none there) is pulled.
 
@@ -315,8 +266,3 @@ class Rules:
         height = float(self.f[node])
         rounding = _ROUNDING * (abs(height) + abs(float(shape[0])))
         return (height - float(shape[0]) - rounding) / float(rest[0])
-
-
-def _ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:
-    """Left and right contact node of the free part on this side of a node."""
-    return (node, other) if side > 0 else (other, node)

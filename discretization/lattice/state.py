@@ -81,6 +81,8 @@ def _several(
 
     The lowest energy of all contact sets is, of a convex indenter, that of its path or none.
     """
+    if scene.pattern is not None or scene.opening is not None:
+        return on_path(scene, depth, lattice, where)
     if method != "lattice":
         return on_lowest(scene, depth, branch, lattice, where, method, margin)
     if scene.indenter.convex:

@@ -221,11 +221,19 @@ def last_point(branch: Branch, point: Point, depth: float) -> Point:
 
 
 def closing_point(branch: Branch, point: Point) -> Point:
+    """The last depth of a retraction from `point` before something happens or the contact ends."""
+    jump = branch.jump(point.state, point.depth, _gone(branch, point))
+    return lost_point(branch, point) if jump is None else Point(jump[0], jump[1])
+
+
+def _gone(branch: Branch, point: Point) -> float:
+    """A depth at which there is no contact any more."""
+    return branch.touch - (1 + _NUDGE) * branch.lift - _NUDGE * abs(point.depth)
+
+
+def lost_point(branch: Branch, point: Point) -> Point:
     """The last depth of a retraction from `point` at which there still is a contact."""
-    held, gone = point, branch.touch - (1 + _NUDGE) * branch.lift - _NUDGE * abs(point.depth)
-    jump = branch.jump(point.state, point.depth, gone)
-    if jump is not None:
-        return Point(jump[0], jump[1])
+    held, gone = point, _gone(branch, point)
     least = _LEAST * (abs(point.depth) + branch.lift)
     while True:
         middle = (held.depth + gone) / 2

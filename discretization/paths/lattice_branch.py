@@ -16,9 +16,8 @@ events and the ledger are those of the contact sets.
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,33 +25,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.lattice.changes import (
-    Contacts,
-    Part,
-    Way,
-    contacts_of,
-    facing_offsets,
-    fallen,
-    part_pressed,
-    parts,
-    pressed,
-    recedes,
-    retracted,
-    rise,
-    risen,
-)
+from discretization.lattice.between import at_offsets, interpolated, offsets
+from discretization.lattice.changes import Contacts, parts, pressed, recedes, retracted
 from discretization.lattice.contact_set import ContactSet, judged, totals
 from discretization.lattice.fronts import region
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
+from discretization.lattice.stretch import Stretch, stretch
 from discretization.lattice.unseen import Unseen, looked_between, unseen
+from discretization.lattice.ways import Way, rise
 from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-_INTERIOR = 0.499  # links: an interpolated line keeps the node it belongs to
-_BESIDE = 16  # nodes beside the row, for the certificate
 
 
 class Held(NamedTuple):
@@ -68,20 +54,6 @@ class Held(NamedTuple):
 
 
 State = Held | None
-
-
-class Stretch(NamedTuple):
-    """The way from contacts at rest to a depth, or to what may be a jump before it.
-
-    ways: of the free parts; at: the depth of the possible jump, None if there is none; before,
-    after: the contacts just before and after it, or at the end.
-    """
-
-    ways: list[Way]
-    rising: bool
-    at: float | None
-    before: Contacts
-    after: Contacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,70 +118,7 @@ class LatticeBranch:
 
     @functools.lru_cache(maxsize=4)  # noqa: B019
     def _stretch(self, nodes: Contacts, depth: float) -> Stretch:
-        """The way of contacts at rest to a depth, up to what may be a jump."""
-        ways = [risen(self.closing, *part, depth) for part in parts(nodes)]
-        if any(way.depths.size or way.stop is not None for way in ways):
-            at = min((way.stop for way in ways if way.stop is not None), default=None)
-            before = _between(ways, at, rising=True)
-            after = before if at is None else self._pressed(ways, at)
-            return Stretch(ways, True, at, before, after)
-        ends = [None, *(node for pair in nodes for node in reversed(pair)), None]
-        ways = [
-            fallen(self.opening, *part, ends[2 * i], ends[2 * i + 1], depth)
-            for i, part in enumerate(parts(nodes))
-        ]
-        at = max(self._openings(nodes, ways, depth), default=None)
-        before = _between(ways, at, rising=False)
-        after = before
-        if at is not None:
-            after = retracted(self.opening, before, math.nextafter(at, -math.inf))
-        return Stretch(ways, False, at, before, after)
-
-    def _pressed(self, ways: list[Way], at: float) -> Contacts:
-        """The contacts after what happens at this depth, which is where some ways stop."""
-        ends: list[Part] = []
-        for way in ways:
-            part = way.before(at, rising=True)
-            stops = way.stop is not None and way.stop <= at
-            own = way.before(math.nextafter(at, math.inf), rising=True)
-            ends += part_pressed(self.closing, *part, at) if stops else [own]
-        return contacts_of(ends)
-
-    def _openings(self, nodes: Contacts, ways: list[Way], depth: float) -> Iterator[float]:
-        """Depths at which something else than one link may open on these ways."""
-        yield from (way.stop for way in ways if way.stop is not None)
-        for (first, last), left, right in zip(nodes, ways, ways[1:], strict=False):
-            links = last - first
-            if left.depths.size + right.depths.size >= links > 0:
-                opened = np.sort(np.concatenate([left.moves(1), right.moves(-1)]))[::-1]
-                yield from opened[links - 1 : links].tolist()
-            if not links:
-                yield from self._let_go(first, left, right, depth)
-            if links > 1 and self.opening.most_torn > depth:
-                yield from self._torn(first, last, left, right, depth)
-
-    def _let_go(self, node: int, left: Way, right: Way, depth: float) -> Iterator[float]:
-        """The depth at which a lone node lets go between two free parts that change there."""
-        changes = np.sort(np.concatenate([left.moves(-1), right.moves(1)]))[::-1]
-        ends = [math.inf, *changes.tolist(), depth]
-        for upper, lower in itertools.pairwise(ends):
-            around = left.before(lower, rising=False)[0], right.before(lower, rising=False)[1]
-            at = min(upper, self.opening.pulled(around[0], node, around[1]))
-            if at > lower:
-                yield at
-                return
-
-    def _torn(self, first: int, last: int, left: Way, right: Way, depth: float) -> Iterator[float]:
-        """The first depth at which a node is torn open that neither line has passed before."""
-        torn = self.opening.torn[first + 1 : last]
-        for i in np.argsort(-torn, kind="stable").tolist():
-            at, node = float(torn[i]), first + 1 + i
-            if at <= depth:
-                return
-            inside = left.before(at, rising=False)[1], right.before(at, rising=False)[0]
-            if (inside[0] or 0) < node < (inside[1] or 0):
-                yield at
-                return
+        return stretch(self.closing, self.opening, nodes, depth)
 
     def _released(self, before: Contacts, after: Contacts, depth: float) -> float:
         """Energy that is not lost to adhesion hysteresis anyway."""
@@ -273,8 +182,12 @@ class LatticeBranch:
         return held[0], held[1]
 
     def force(self, state: State, depth: float) -> float:
-        """P of the contact set."""
-        return 0.0 if state is None else float(self.row.force(*_one(state, depth))[0])
+        """P, interpolated between the nodes: that of a contact set jumps at every link."""
+        if state is None:
+            return 0.0
+        row, (nodes, depths) = self.row, _one(state, depth)
+        offset = offsets(row, self.scene.indenter, nodes, depths)
+        return float(at_offsets(row, nodes, offset, depths, row.forces)[0])
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
@@ -337,65 +250,16 @@ class LatticeBranch:
         AccuracyWarning where the surfaces miss what the nodes do not see.
         """
         scene, row = self.scene, self.row
-        lines = [state.lines for state in states]
-        looked_between(scene, row.lattice, self.hidden, depths, lines, stacklevel=4)
+        whole = [state.lines for state in states]
+        looked_between(scene, row.lattice, self.hidden, depths, whole, stacklevel=4)
         x, force, energy = np.empty((depths.size, 2)), np.empty(depths.size), np.empty(depths.size)
         counts = np.array([len(state.nodes) for state in states])
         for count in np.unique(counts).tolist():
             own = np.flatnonzero(counts == count)
             nodes = np.array([states[i].nodes for i in own.tolist()]).reshape(own.size, -1)
-            x[own], force[own], energy[own] = self._interpolated(nodes, depths[own])
+            lines, force[own], energy[own] = interpolated(row, scene.indenter, nodes, depths[own])
+            x[own] = lines[:, [0, -1]]
         return x, force, energy
-
-    def _interpolated(self, nodes: Nodes, depth: Array) -> tuple[Array, Array, Array]:
-        """Outermost lines, P and U of states with as many contacts each."""
-        row, x = self.row, np.empty((depth.size, 2))
-        force, energy = row.force(nodes, depth), row.energy(nodes, depth)
-        for column, side in ((0, -1), (-1, 1)):
-            node = nodes[:, column]
-            lone = node == nodes[:, column - side]
-            zeta = np.where(lone, 0.0, self._offset(node, side, depth))
-            beside = np.clip(node + side * np.sign(zeta).astype(int), 0, row.f.size - 1)
-            inside = np.clip(zeta, -_INTERIOR, _INTERIOR)
-            x[:, column] = row.lattice.x(row.first + node + side * inside)
-            for total, part in ((force, row.tail_force), (energy, row.tail_energy)):
-                total += np.abs(zeta) * (part(beside, side, depth) - part(node, side, depth))
-        if nodes.shape[1] > 2:
-            self._add_gaps(nodes, depth, force, energy)
-        return np.clip(x, *self.scene.indenter.extent), force, energy
-
-    def _offset(self, node: Nodes, side: int, depth: Array) -> Array:
-        """Where the depth of passing equals d, in links outwards from the node: -1/2..1/2."""
-        row, size = self.row, self.row.f.size
-        at = node if side > 0 else size - 1 - node
-        outer = self.closing.outwards[side][at]
-        inner = self.opening.outwards[side][np.maximum(at - 1, 0)]
-        corners = self.scene.indenter.corners
-        tip = (node == row.touch) & np.isin(row.lattice.x(row.first + row.touch), corners)
-        free = (at > 0) & ~tip & np.isfinite(outer) & (outer > inner)
-        width = np.where(free, outer - inner, 1.0)
-        zeta = np.where(free, (depth - inner) / width - 0.5, 0.0)
-        return np.clip(zeta, -0.5, 0.5)
-
-    def _add_gaps(self, nodes: Nodes, depth: Array, force: Array, energy: Array) -> None:
-        """Add to P and U what facing lines between the nodes change, by bilinear interpolation."""
-        zeta = np.array(
-            [
-                [facing_offsets(self.closing, self.opening, ends, d) for ends in _facing(row)]
-                for row, d in zip(nodes.tolist(), depth.tolist(), strict=True)
-            ]
-        )
-        left, right, steps = nodes[:, 1:-1:2], nodes[:, 2::2], np.sign(zeta).astype(int)
-        share, beside = np.abs(zeta), (left + steps[..., 0], right - steps[..., 1])
-        for total, part in ((force, self.row.gap_force), (energy, self.row.gap_energy)):
-            whole = part(left, right, depth[:, None])
-            one, other = (
-                part(beside[0], right, depth[:, None]),
-                part(left, beside[1], depth[:, None]),
-            )
-            both = part(*beside, depth[:, None]) - one - other + whole
-            more = share[..., 0] * (one - whole) + share[..., 1] * (other - whole)
-            total += (more + share[..., 0] * share[..., 1] * both).sum(axis=1)
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError if something would still happen at this depth, or has not before."""
@@ -413,14 +277,7 @@ class LatticeBranch:
 
     def _judge(self, nodes: Contacts, depth: float) -> None:
         """NotCertifiedError unless the surface over these contacts passes its certificate."""
-        near = slice(None)
-        if self.row.clear:
-            near = slice(max(nodes[0][0] - _BESIDE, 0), nodes[-1][1] + _BESIDE)
-        f = self.row.f[near]
-        works = (np.pad(r.work[near][: f.size - 1], _BESIDE) for r in (self.closing, self.opening))
-        g = np.pad(depth - f, _BESIDE, constant_values=-math.inf)
-        ends = np.array(nodes) - (near.start or 0) + _BESIDE
-        contacts = ContactSet(self.row.lattice, g, ends, depth, *works)
+        contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
         certificate = judged(contacts, totals(contacts))
         if not certificate.ok:
             raise NotCertifiedError(
@@ -432,14 +289,3 @@ class LatticeBranch:
 def _one(state: Held, depth: float) -> tuple[Nodes, Array]:
     """The lines (1, 2m) of a state and its depth (1,)."""
     return np.array(state.nodes).reshape(1, -1), np.array([depth])
-
-
-def _facing(lines: list[int]) -> list[tuple[int, ...]]:
-    """The two lines of every gap, between the other ends of their contacts."""
-    return [tuple(lines[i : i + 4]) for i in range(0, len(lines) - 2, 2)]
-
-
-def _between(ways: list[Way], depth: float | None, *, rising: bool) -> Contacts:
-    """The contacts between these free parts just before a depth, or at their ends."""
-    ends: list[Part] = [way.end if depth is None else way.before(depth, rising) for way in ways]
-    return contacts_of(ends)

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.paths.branch import Branch, Point, State
-from discretization.paths.control import Control, jumped, moved, settled
+from discretization.paths.control import Control, jumped, lost_point, moved, settled
 from discretization.paths.events import Event, Snapshot
 
 Array = NDArray[np.float64]
 _TINY = 4e-16
 _LEAST = 1e-18  # for events at depth 0
+_NEAR = 1e-9  # of the depth and δ₀: another event than the one that made a state unstable
 
 
 @dataclass(eq=False)
@@ -107,12 +108,14 @@ class LoadPath:
         before, closes = self.point, found.closes
         at = self.control.value(before.depth, self.branch.force(before.state, before.depth))
         kind, after = self._left(before, closes, at, side)
+        if after is not None and not self._differs(before, after):  # P fell and rose in between
+            at, after = value, jumped(self.branch, self.control, before, value, side)
         if after is not None and self._differs(before, after):
             self._record(kind, at, before, after)
             self.point, self.value = after, at
             self._settle(value)
             return
-        free = closes.depth if self.control.stiffness == 0 else at
+        free = lost_point(self.branch, before).depth if self.control.stiffness == 0 else at
         self._record("pull-off", at, before, Point(free, None))
         self.point = Point(free, None)
         self._approach(value)
@@ -142,9 +145,13 @@ class LoadPath:
             jump = self.branch.jump(before.state, before.depth, beyond)
             if jump is None or jump[2] is None:
                 return kind, None
+            if abs(jump[0] - before.depth) > _NEAR * (self.branch.lift + abs(before.depth)):
+                return kind, jumped(self.branch, self.control, before, at, side)
             start = Point(jump[0], jump[2])
             kind = _kind(before.state, start.state, side > 0)
             off = self.branch.force(start.state, start.depth) - self.control.load(start.depth, at)
+            if off * side > 0:  # on nodes P may rise where a contact begins: it stays at this depth
+                return kind, start
             side = -1.0 if off > 0 else 1.0
         if not self.branch.lift:  # without adhesion nothing is in equilibrium beyond
             return kind, None

@@ -5,6 +5,9 @@ mesh, and under imposed depth on a lattice with 10⁵ nodes in the largest conta
 that of one LAPACK `dptsv` with 10⁵ unknowns in the same process (median of several). Next to it the
 error of the loop area against energy.cards, ∮P dd, and the imbalance of the energy.
 
+Then loops of 150 steps over a rough profile with 10, 30 and 100 contacts (rough_loop.py), in
+seconds of the processor; the preset --quick leaves the fitted mesh and the largest out.
+
 The film is thicker than springs allow beside the contact, h > l: times and errors are those of the
 model, in which only k, γ₁ and w of a film enter.
 
@@ -23,6 +26,7 @@ import numpy as np
 
 from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+from studies.benchmarks import rough_loop
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
@@ -131,6 +135,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     for row in rows:
         errors = f"{row.error:.1e}", f"{row.ledger:.1e}", "ok" if row.accurate else "MISSED"
         print(aligned(widths, [row.name, f"{row.ratio:.1f}", f"{row.spread / 2:.0%}", *errors]))
+    methods, sizes = (("lattice",), (10, 30)) if quick else (("lattice", "fitted"), (10, 30, 100))
+    rough = [rough_loop.measured(method, size) for method in methods for size in sizes]
+    print("\n".join(map(rough_loop.line, rough)))
+    out.table("path_speed_rough.csv", params, rough_loop.RoughRow._fields, rough)
     out.table("path_speed.csv", params, Row._fields, rows)
     out.figure("path_speed.png", plot(rows, params))
     slow = [row.name for row in rows if row.ratio > TIME_BAR]

@@ -1,0 +1,81 @@
+"""A line that waits: once it has passed the next link, another node would be penetrated.
+
+That node is held, too, and the line passes at a larger depth: where the surface above the indenter
+has the same energy before and after. As the energies compared are then no squares of one gap, that
+depth is found by halving.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from discretization.lattice.rules import Rules
+
+
+def ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:
+    """Left and right contact node of the free part on this side of a node."""
+    return (node, other) if side > 0 else (other, node)
+
+
+def waiting_depth(rules: Rules, node: int, side: int, other: int | None, alone: float) -> float:
+    """Depth at which a line passes the next link, above that at which it would alone.
+
+    inf: another node touches before.
+    """
+    low, high = alone, rules.touches(*ordered(side, node, other))[0]
+    if _cost(rules, node, side, other, high) > 0:
+        return math.inf
+    while high - low > rules.tie(low, high):
+        middle = (low + high) / 2
+        if _cost(rules, node, side, other, middle) > 0:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _cost(rules: Rules, node: int, side: int, other: int | None, depth: float) -> float:
+    """Energy by which passing the next link changes that of the surface above the indenter.
+
+    Of adhesion it gains that link's alone: not what the nodes held may adhere by.
+    """
+    after = node + side
+    ends = ordered(side, after, other)
+    held = held_nodes(rules, *ends, depth)
+    parts = itertools.pairwise([ends[0], *held, ends[1]])
+    cost = sum(_stored(rules, *part, depth) for part in parts) + _stored(rules, node, after, depth)
+    new = rules.f[np.array([after, *held])]
+    cost += rules.lattice.spring / 2 * float(np.sum((depth - new) ** 2))
+    cost -= _stored(rules, *ordered(side, node, other), depth)
+    return cost - rules.adhesion(node, after)
+
+
+def held_nodes(rules: Rules, left: int | None, right: int | None, depth: float) -> list[int]:
+    """The nodes that keep the surface between two contact nodes above the indenter.
+
+    The first one to touch is among them, as they only become more with the depth.
+    """
+    touch, node = rules.touches(left, right)
+    if touch >= depth:
+        return []
+    return [*held_nodes(rules, left, node, depth), node, *held_nodes(rules, node, right, depth)]
+
+
+def _stored(rules: Rules, left: int | None, right: int | None, depth: float) -> float:
+    """Energy of the surface between two contact nodes (None: none there), free or one link."""
+    link, f = rules.lattice.link, rules.f
+    if left is not None and right is not None and right - left == 1:
+        return link / 2 * float(f[right] - f[left]) ** 2
+    own = 0.0
+    for node, other in ((left, right), (right, left)):
+        if node is None:
+            continue
+        _, far, both = rules.shares(None if other is None else abs(other - node))
+        g, apart = depth - float(f[node]), 0.0 if other is None else float(f[other] - f[node])
+        own += g * link * (both * g + far * apart)
+    return own / 2

@@ -1,0 +1,275 @@
+"""How a free part of the surface changes with the depth, on the lattice.
+
+Free parts lie between and beside contacts. Each is given by the contact node on its left and on its
+right (None: none there). In contact the displacement is prescribed, so that free parts do not feel
+each other: each is followed by itself, until it is split by a node that touches, or closes (with
+growing depth), or a contact beside it ends (with falling depth).
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice.rules import Rules
+
+Array = NDArray[np.float64]
+Part = tuple[int | None, int | None]
+_BLOCK = 256  # links looked at at once, at first
+
+
+class Way(NamedTuple):
+    """How a free part changes on the way to a depth, one link at a time.
+
+    depths (k,): where, in their order; left, right (k + 1,): its contact nodes before and after
+    each (None: none there); stop: the depth of a change that may be more than one link, with which
+    the way ends.
+    """
+
+    depths: Array
+    left: Sequence[int] | None
+    right: Sequence[int] | None
+    stop: float | None = None
+
+    def at(self, count: int) -> Part:
+        """The part after so many changes."""
+        _, left, right, _ = self
+        return None if left is None else left[count], None if right is None else right[count]
+
+    def before(self, depth: float, rising: bool) -> Part:
+        """The part just before a depth is reached."""
+        way = 1 if rising else -1
+        return self.at(int(np.searchsorted(way * self.depths, way * depth)))
+
+    def moves(self, line: int) -> Array:
+        """Depths at which the right (1) or left (-1) contact node changes."""
+        nodes, other = (self.right, self.left)[::line]
+        if nodes is None or other is None:
+            return self.depths if other is None else np.empty(0)
+        return self.depths[np.diff(nodes) != 0]
+
+    @property
+    def end(self) -> Part:
+        """The part at the end."""
+        return self.at(-1)
+
+
+class Rise(NamedTuple):
+    """What happens first to a free part as the depth changes, and at which depth.
+
+    left, right: its contact nodes then (None: none there); node: the one that touches, or -1.
+    """
+
+    depth: float
+    left: int | None
+    right: int | None
+    node: int = -1
+
+
+@functools.lru_cache(maxsize=1 << 16)
+def rise(rules: Rules, left: int | None, right: int | None) -> Rise:
+    """The first change of a free part as the depth grows."""
+    touch, node = rules.touches(left, right)
+    found = []
+    if left is not None and left + 1 < rules.f.size:
+        found.append(Rise(rules.advances(left, 1, right), left + 1, right))
+    if right is not None and right > 0:
+        found.append(Rise(rules.advances(right, -1, left), left, right - 1))
+    if left is not None and right is not None:
+        found.append(Rise(rules.advance_both(left, right), left + 1, right - 1))
+    found.append(Rise(touch, left, right, node))
+    return min(found, key=lambda change: change.depth)
+
+
+@functools.lru_cache(maxsize=1 << 16)
+def fall(
+    rules: Rules, left: int | None, right: int | None, lone_left: bool, lone_right: bool
+) -> Rise | None:
+    """The first change of a free part as the depth falls; None if no line can recede.
+
+    lone_left, lone_right: whether the contact on its left or right is a lone node.
+    """
+    found = []
+    if left is not None and not lone_left:
+        found.append(Rise(rules.passes(left - 1, 1, right), left - 1, right))
+    if right is not None and not lone_right:
+        found.append(Rise(rules.passes(right + 1, -1, left), left, right + 1))
+    if len(found) == 2 and left is not None and right is not None:
+        found.append(Rise(rules.recede_both(left, right), left - 1, right + 1))
+    return max(found, key=lambda change: change.depth, default=None)
+
+
+def risen(rules: Rules, left: int | None, right: int | None, depth: float) -> Way:
+    """The way of a free part to a larger depth, up to what may be more than one link at a time."""
+    if left is None or right is None:
+        return outer_risen(rules, left, right, depth)
+    depths: list[float] = []
+    ends, stop = [(left, right)], None
+    while right - left > 1:
+        change = rise(rules, left, right)
+        if change.depth > depth:
+            break
+        assert change.left is not None and change.right is not None
+        closed = change.right - change.left < 2
+        if change.node >= 0 or closed or (depths and change.depth <= depths[-1]):
+            stop = max([change.depth, *depths[-1:]])
+            break
+        left, right = change.left, change.right
+        depths.append(change.depth)
+        ends.append((left, right))
+    return _way(depths, ends, stop)
+
+
+def fallen(
+    rules: Rules,
+    left: int | None,
+    right: int | None,
+    first: int | None,
+    last: int | None,
+    depth: float,
+) -> Way:
+    """The way of a free part to a smaller depth, up to what may be more than one link at a time.
+
+    first, last: the other ends of the contacts on its left and right, which it does not pass.
+    """
+    if left is None or right is None:
+        return outer_fallen(rules, left, right, first, last, depth)
+    depths: list[float] = []
+    ends, stop = [(left, right)], None
+    while change := fall(rules, left, right, left == first, right == last):
+        if change.depth <= depth:
+            break
+        if depths and change.depth >= depths[-1]:
+            stop = depths[-1]
+            break
+        assert change.left is not None and change.right is not None
+        left, right = change.left, change.right
+        depths.append(change.depth)
+        ends.append((left, right))
+    return _way(depths, ends, stop)
+
+
+def _way(depths: list[float], ends: list[tuple[int, int]], stop: float | None) -> Way:
+    left, right = zip(*ends, strict=True)
+    return Way(np.array(depths), left, right, stop)
+
+
+def _outer(side: int, node: int, way: int, depths: Array, stop: float | None) -> Way:
+    """The way of the surface beyond an outermost line on this side, which moves in this way."""
+    line = range(node, node + way * (depths.size + 1), way)
+    return Way(depths, line, None, stop) if side > 0 else Way(depths, None, line, stop)
+
+
+def outer_risen(
+    rules: Rules, left: int | None, right: int | None, depth: float, *, through: bool = False
+) -> Way:
+    """`risen` beyond an outermost line; also through jumps of that line if asked for."""
+    side = 1 if right is None else -1
+    node = left if right is None else right
+    assert node is not None
+    passes, size = rules.outwards[side], _BLOCK
+    start = stop = node if side > 0 else passes.size - 1 - node
+    while passes[stop] <= depth:
+        resists = passes[stop : stop + size] > depth
+        first = int(resists.argmax())
+        stop += first if resists[first] else resists.size
+        size *= 2
+    own = passes[start:stop]
+    when = np.maximum.accumulate(own)
+    free, blocked = (own.size, None) if rules.clear else _clear(rules, side, node, when, depth)
+    lags = None if through else _lag(rules, side, start, 1, own[:free], when[:free])
+    if lags is not None:
+        return _outer(side, node, side, when[: np.searchsorted(when, lags)], lags)
+    return _outer(side, node, side, when[:free], blocked)
+
+
+def outer_fallen(
+    rules: Rules,
+    left: int | None,
+    right: int | None,
+    first: int | None,
+    last: int | None,
+    depth: float,
+    *,
+    through: bool = False,
+) -> Way:
+    """`fallen` beyond an outermost line; also through jumps of that line if asked for."""
+    side = 1 if right is None else -1
+    node, far = (left, first) if right is None else (right, last)
+    assert node is not None and far is not None
+    passes, size = rules.outwards[side], _BLOCK
+    start, least = (i if side > 0 else passes.size - 1 - i for i in (node, far))
+    stop = start
+    while stop > least and passes[stop - 1] > depth:
+        holds = passes[max(stop - size, least) : stop][::-1] <= depth
+        most = int(holds.argmax())
+        stop -= most if holds[most] else holds.size
+        size *= 2
+    own = passes[stop:start][::-1]
+    when = np.minimum.accumulate(own)
+    lags = None if through else _lag(rules, side, start - 1, -1, own, when)
+    if lags is not None:
+        when = when[: np.searchsorted(-when, -lags)]
+    return _outer(side, node, -side, when, lags)
+
+
+def _lag(rules: Rules, side: int, start: int, way: int, own: Array, when: Array) -> float | None:
+    """The first depth at which a line passes links late, at a gain, behind the one before."""
+    if not (own != when).any():
+        return None
+    links = range(start, start + way * own.size, way)
+    behind = np.flatnonzero(np.cumsum(rules.gains(side, links, own, when)) > rules.least)
+    return float(when[behind[0]]) if behind.size else None
+
+
+def _clear(
+    rules: Rules, side: int, node: int, when: Array, depth: float
+) -> tuple[int, float | None]:
+    """How many links an outermost line passes at these depths before its surface touches a node.
+
+    Also the depth of what happens then, None where nothing does up to `depth`. The clearance of
+    every node falls as the line advances: had another one touched before, it would be in the
+    indenter now, or when the line came to the node before it.
+    """
+    start = node if side > 0 else rules.f.size - 1 - node
+    met = rules.meets[side][start : start + when.size] <= when
+    most = int(np.argmax(met)) if met.any() else when.size
+
+    def clear(count: int) -> bool:
+        until = depth if count == when.size else float(when[count - 1])
+        return count == 0 or rules.first_touch(node + side * count, side) > until
+
+    if most == when.size and rules.first_touch(node + side * most, side) > depth:
+        return most, None
+    low, high = 0, most + 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if clear(middle) else (low, middle)
+    at = node + side * low
+    after = rise(rules, *((at, None) if side > 0 else (None, at))).depth
+    after = max([after, *when[:low][-1:].tolist()])
+    return low, after if after <= depth else None
+
+
+def part_pressed(rules: Rules, left: int | None, right: int | None, depth: float) -> Iterator[Part]:
+    """The free parts that are left of one, from left to right; none where it closes."""
+    todo: list[Part] = [(left, right)]
+    while todo:
+        left, right = todo.pop()
+        while left is None or right is None or right - left > 1:
+            if left is None or right is None:
+                left, right = outer_risen(rules, left, right, depth, through=True).end
+            else:
+                left, right = risen(rules, left, right, depth).end
+            first = rise(rules, left, right)
+            if first.depth > depth:
+                yield left, right
+                break
+            left, right = first.left, first.right
+            if first.node >= 0:
+                todo.append((first.node, right))
+                right = first.node
