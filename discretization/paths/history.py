@@ -243,21 +243,23 @@ def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
 
 
 def pressed_by(scene: Scene, rtol: float, load: Callable[[float], float]) -> Branch:
-    """`on_mesh`, for depths down to one at which the contact resists this load L(d)."""
-    depth = 0.0
+    """`on_mesh`, for depths down to one at which the contact resists this load L(d).
+
+    Or to one at which it has left the known profile: the programme may end before that.
+    """
+    depth, size = 0.0, scene.opened.critical_separation or scene.layer.h
     while True:
         branch = on_mesh(scene, rtol, depth)
         if isinstance(branch, FittedBranch):
             return branch
         depth = max(depth, branch.touch)
-        if branch.force(branch.follow(None, depth), depth) >= load(depth):
+        try:
+            force = branch.force(branch.follow(None, depth), depth)
+        except ValueError:
             return branch
-        depth = branch.touch + (
-            2 * (depth - branch.touch)
-            or scene.opened.critical_separation
-            or abs(branch.touch)
-            or scene.layer.h
-        )
+        if force >= load(depth):
+            return branch
+        depth = branch.touch + (2 * (depth - branch.touch) or size)
 
 
 def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:
