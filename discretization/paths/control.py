@@ -234,6 +234,11 @@ def _gone(branch: Branch, point: Point) -> float:
 def lost_point(branch: Branch, point: Point) -> Point:
     """The last depth of a retraction from `point` at which there still is a contact."""
     held, gone = point, _gone(branch, point)
+    while (jump := branch.jump(held.state, held.depth, gone)) is not None:
+        if jump[2] is None:
+            return Point(jump[0], jump[1])
+        held = Point(jump[0], jump[2])
+    point = held
     least = _LEAST * (abs(point.depth) + branch.lift)
     while True:
         middle = (held.depth + gone) / 2
