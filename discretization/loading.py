@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization.paths.branch import Branch, Point
 from discretization.paths.control import Control
-from discretization.paths.history import History, on_mesh, on_nodes
+from discretization.paths.history import History, on_mesh, on_nodes, pressed_by
 from discretization.paths.load_path import LoadPath
 from energy import Scene
 from energy.checks import array, finite, option, positive
@@ -113,9 +113,12 @@ def _branch(
     rtol: float,
     deepest: float,
 ) -> Branch:
+    """deepest: the largest depth of the programme, or the largest value of another control."""
     option("method", method, METHODS)
     if (method == "lattice") != (spacing is not None):
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
+    if spacing is None and control.stiffness is not None:
+        return pressed_by(scene, rtol, lambda depth: control.load(depth, deepest))
     if spacing is None:
         return on_mesh(scene, rtol, deepest)
     return on_nodes(scene, positive("spacing", spacing), deepest)

@@ -105,8 +105,9 @@ class Drives:
                 if inner[i]:
                     x = room[1 if side * way > 0 else 0][kind, i]
                     f, f1 = self.resting.profile.beside(x, -side * way)
-                    rest = self.resting.rest(side, x, f, f1, facing[1 - i], way)
-                    found[kind, i] = way * (rest - depth)
+                    with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
+                        rest = self.resting.rest(side, x, f, f1, facing[1 - i], way)
+                        found[kind, i] = way * (rest - depth)
         found = np.where(held > TIE * self.resting.size, held, found)
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
 
@@ -145,7 +146,8 @@ class Drives:
                     if not inner[which]:
                         continue
                     width = z[:, which, 1] - z[:, which, 2]
-                    rate[:, own, which] = (rest[:, one] - rest[:, two]) / width
+                    with np.errstate(divide="ignore", invalid="ignore"):  # between two corners
+                        rate[:, own, which] = (rest[:, one] - rest[:, two]) / width
         return value.reshape(x.shape), rate.reshape(*x.shape, 2) if rates else None
 
 

@@ -33,7 +33,8 @@ _CLOSE = 4e-16  # of the size of depths: depths that close enclose an event
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _AHEAD = 1e-9  # of the size of depths: beyond an event lines that go on smoothly do so that far
-_MOST = 200
+_MOST = 400
+_PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
 _PARTS = 10_000
 
 
@@ -146,14 +147,17 @@ class Events:
         involved = self._involved(whole, start)
         low = _Tried(start, surfaces, np.zeros(len(surfaces)), {}, set())
         high, older, least = whole, low, _CLOSE * self.motion.resting.size
-        aim, off = math.nan, math.inf
+        aim, off, widths = math.nan, math.inf, [math.inf] * _PATIENCE
         for _ in range(_MOST):
             middle = (low.depth + high.depth) / 2
             if abs(high.depth - low.depth) <= least or middle in (low.depth, high.depth):
                 break
             last, aim = aim, _runs_out(older, low, high)
             off = 2 * abs(aim - last) + least if not math.isnan(aim - last) else math.inf
-            tried = self._tried(low.lines, involved, low.depth, _next(low, high, aim, off))
+            widths.append(abs(high.depth - low.depth))
+            slow = widths[-1] > widths[-1 - _PATIENCE] / 2
+            depth = middle if slow else _next(low, high, aim, off)
+            tried = self._tried(low.lines, involved, low.depth, depth)
             if tried.failed:
                 high, involved = tried, self._involved(tried, start) & involved
             else:

@@ -167,7 +167,7 @@ class Resting:
             )
             x = x - step / crossed
             now = float(np.abs(step / crossed).max())
-            if not x[0] < x[1]:
+            if not self.profile.x[0] <= x[0] < x[1] <= self.profile.x[-1]:
                 return None
             if now <= _STILL * size or last / 2 <= now <= _ROUNDED * size:
                 break
@@ -224,10 +224,11 @@ class Resting:
         indenter, h = self.profile.indenter, _DIFFERENCE * (p - q)
         x = np.array([q, q + h, q - h, q, q, p, p, p, p + h, p - h])
         f, f1 = np.asarray(indenter.height(x), float), np.asarray(indenter.slope(x), float)
-        one = self.rest(1, x[:5], f[:5], f1[:5], At(x[5:], f[5:]), way)
-        other = self.rest(-1, x[5:], f[5:], f1[5:], At(x[:5], f[:5]), way)
-        both = np.array([one, other])
-        return both[:, 0], (both[:, [1, 3]] - both[:, [2, 4]]) / (2 * h)
+        with np.errstate(over="ignore", invalid="ignore"):  # lines that have all but met
+            one = self.rest(1, x[:5], f[:5], f1[:5], At(x[5:], f[5:]), way)
+            other = self.rest(-1, x[5:], f[5:], f1[5:], At(x[:5], f[:5]), way)
+            both = np.array([one, other])
+            return both[:, 0], (both[:, [1, 3]] - both[:, [2, 4]]) / (2 * h)
 
     # what must not be passed unseen
 

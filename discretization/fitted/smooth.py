@@ -118,12 +118,12 @@ class Smooth:
                 ((aim < lo) & (x[own] == lo)) | ((aim > hi) & (x[own] == hi))
             )
             with np.errstate(invalid="ignore"):
-                now = np.nanmax(np.abs(new - x[own]), axis=(1, 2))
+                now = np.where(free[own, None], np.abs(new - x[own]), 0.0).max(axis=(1, 2))
             x[own], even = new, np.abs(off).max(axis=(1, 2))
             rounding = (now <= _ROUNDED * size[own]) | (even <= _EVEN * high)
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
             stopped = stuck.any(axis=(1, 2)) & (even > _EVEN * high)  # by a corner
-            good[own] = (new[..., 0] < new[..., 1]).all(axis=1) & ~stopped
+            good[own] = (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~stopped
             near = bool((now <= np.minimum(_LOCAL * size[own], last[own] / 8)).all())
             last[own], active[own] = now, ~done & good[own]
         stable, margin = margins(rates, free)

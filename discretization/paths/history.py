@@ -6,6 +6,7 @@ import functools
 import json
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -239,6 +240,24 @@ def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
     if scene.indenter.convex:
         return FittedBranch.of(scene, rtol)
     return FittedMany.of(scene, rtol, deepest)
+
+
+def pressed_by(scene: Scene, rtol: float, load: Callable[[float], float]) -> Branch:
+    """`on_mesh`, for depths down to one at which the contact resists this load L(d)."""
+    depth = 0.0
+    while True:
+        branch = on_mesh(scene, rtol, depth)
+        if isinstance(branch, FittedBranch):
+            return branch
+        depth = max(depth, branch.touch)
+        if branch.force(branch.follow(None, depth), depth) >= load(depth):
+            return branch
+        depth = branch.touch + (
+            2 * (depth - branch.touch)
+            or scene.opened.critical_separation
+            or abs(branch.touch)
+            or scene.layer.h
+        )
 
 
 def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:

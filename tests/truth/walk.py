@@ -49,6 +49,7 @@ class Walk:
         while self.depth < depth:
             self._sink(min(depth, self.depth + SINK * self.delta))
         if depth < self.depth:
+            self._settle(+1, CLOSELY)  # a gap about to close may have been left open
             self.depth = depth
             self._settle(-1, CLOSELY)
         else:

@@ -48,7 +48,7 @@ def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
     for word, (marker, size) in MARKS.items():
         key.plot([], [], marker=marker, ms=size, label=word, **style)
     key.legend(loc="upper center")
-    label = "digits kept (fewest of a, P, U); grey: not tried"
+    label = "digits kept (fewest of a, P, U); grey: nothing to compare"
     where = key.inset_axes((0.1, 0.35, 0.8, 0.12))
     figure.colorbar(drawn, cax=where, label=label, extend="min", orientation="horizontal")
     bad = sum(t.verdict not in ("ok", "refused") for t in trials)
