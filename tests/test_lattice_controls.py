@@ -171,3 +171,21 @@ def test_nothing_is_pulled_off_by_a_growing_load(seed):
     pulled = [event.step for event in path.events if event.kind == "pull-off"]
     assert len(pulled) == 1 and pulled[0] >= 12
     assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
+
+
+def test_a_state_that_is_left_before_an_event_does_not_wait_for_that_event():
+    """Where P between the nodes falls by what a link changes; the next contact begins far below."""
+    case = case_of("small", 62)
+    scene, rng = case.scene, np.random.default_rng(62)
+    spacing, delta0 = case.feature / rng.uniform(8, 16), case.scale
+    top = case.above + delta0 * rng.uniform(0.3, 3)
+    drives = np.r_[
+        np.linspace(case.above - delta0, top, 12), np.linspace(top, case.above - 20 * delta0, 40)
+    ]
+    K = 0.3 * scene.stiffness * scene.elastocapillary_length
+    path = load_path(scene, drives=drives, machine_stiffness=K, method="lattice", spacing=spacing)
+    held = ~np.isnan(path.contacts[:, 0])
+    assert held.sum() > 5
+    load = K * (drives - path.depth)
+    assert np.abs(path.force - load)[held].max() <= 1e-10 * np.abs(load[held]).max()
+    assert min(event.energy_released for event in path.events) >= 0
