@@ -51,9 +51,10 @@ def load_path(
     contacts (w > 0, imposed depths): every event, a contact that begins, meets
     another, closes or jumps, is enclosed in depth to rounding, so that the ledger balances. What is
     narrower than a sixteenth of l, or than the slope needs to change by √(2w/γ₁)/16, may be missed.
-    "lattice": fixed nodes `spacing` apart, for imposed depths: a line takes O(1) per link it
-    passes; for rough and measured profiles with many corners, patterns and separate works of
-    adhesion.
+    "lattice": fixed nodes `spacing` apart: a line takes O(1) per link it passes; for any number of
+    contacts of rough and measured profiles with many corners, with patterns and separate works of
+    adhesion (gamma1 > 0; finite slopes with a convex profile only). A load is balanced by the force
+    interpolated between the nodes; the ledger is that of contact sets, and closes exactly.
     rtol: relative error asked of the fitted mesh's surfaces and integrals; the lattice has its
     spacing instead.
     after: a history of the same scene and control that this programme continues; it becomes the

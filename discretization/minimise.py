@@ -29,7 +29,7 @@ def minimise(
 
     branch "adhered": the state of the quasi-static path that touches first and then moves to this
     depth, with several contacts followed from event to event; w = 0 is convex, and for γ₁ = 0
-    springs are independent: nothing to follow there.
+    springs are independent: nothing to follow there. With `opening` or `pattern` on the lattice.
     "global": the lowest energy of all states, detached included.
     method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
     minimum over all contact sets of these nodes (small slopes). "fitted": a mesh anchored at the

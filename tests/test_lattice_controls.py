@@ -140,3 +140,52 @@ def test_without_adhesion_a_path_passes_the_states_of_an_obstacle(seed):
     kinds = {event.kind for event in path.events}
     assert kinds <= {"touch", "nucleation", "splitting", "closing", "coalescence", "detachment"}
     assert max(map(len, path.inner)) > 0
+
+
+def dead_load_of(seed, nodes):
+    """A random profile, so many nodes on its shortest length, pressed and pulled by dead loads."""
+    case = case_of("small", seed)
+    scene, rng = case.scene, np.random.default_rng(seed)
+    options = {"method": "lattice", "spacing": case.feature / rng.uniform(*nodes)}
+    depths = np.linspace(-0.1, rng.uniform(0.3, 3), 30) * case.scale + case.above
+    deepest = load_path(scene, depths=depths, **options).force.max()
+    least = scene.stiffness * case.scale * scene.elastocapillary_length
+    force = max(deepest, least)
+    forces = np.r_[np.linspace(0, force, 12), np.linspace(force, -3 * force, 20)]
+    return load_path(scene, forces=forces, **options)
+
+
+def test_a_pull_off_releases_energy_down_to_where_the_contact_closes():
+    """Its lines jump as it begins: what the load does until they are gone counts."""
+    path = dead_load_of(29, (8, 16))
+    assert path.events[-1].kind == "pull-off"
+    assert path.events[-1].after.depth < path.events[-1].before.depth
+    assert min(event.energy_released for event in path.events) > 0
+    assert_balanced(path)
+
+
+@pytest.mark.parametrize("seed", [24, 62, 71, 81, 88])
+def test_nothing_is_pulled_off_by_a_growing_load(seed):
+    """P between the nodes may fall and rise again by what a link changes, or rise by a jump."""
+    path = dead_load_of(seed, (8, 16))
+    pulled = [event.step for event in path.events if event.kind == "pull-off"]
+    assert len(pulled) == 1 and pulled[0] >= 12
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
+
+
+def test_a_state_that_is_left_before_an_event_does_not_wait_for_that_event():
+    """Where P between the nodes falls by what a link changes; the next contact begins far below."""
+    case = case_of("small", 62)
+    scene, rng = case.scene, np.random.default_rng(62)
+    spacing, delta0 = case.feature / rng.uniform(8, 16), case.scale
+    top = case.above + delta0 * rng.uniform(0.3, 3)
+    drives = np.r_[
+        np.linspace(case.above - delta0, top, 12), np.linspace(top, case.above - 20 * delta0, 40)
+    ]
+    K = 0.3 * scene.stiffness * scene.elastocapillary_length
+    path = load_path(scene, drives=drives, machine_stiffness=K, method="lattice", spacing=spacing)
+    held = ~np.isnan(path.contacts[:, 0])
+    assert held.sum() > 5
+    load = K * (drives - path.depth)
+    assert np.abs(path.force - load)[held].max() <= 1e-10 * np.abs(load[held]).max()
+    assert min(event.energy_released for event in path.events) >= 0

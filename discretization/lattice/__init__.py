@@ -8,8 +8,9 @@ Lowest energy of any number of contacts: window -> contact set (obstacle.py wher
 shortest_path.py with bounds.py, recursion.py, starts.py; oracle.py; springs.py where γ₁ = 0) ->
 free spans (span.py), sums and certificate (contact_set.py) -> Equilibrium, by lowest.py.
 
-Metastable, any number of contacts: heights and their running sums (row.py), at which depths
-something happens to contacts (rules.py), and the contacts at another depth (changes.py); of this
-stand the states of several contacts on the path from first touch on (path_state.py) and all load
-paths (../paths/lattice_branch.py).
+Metastable, any number of contacts: heights and their running sums (row.py), the depths at which
+something happens (rules.py, waiting.py), how free parts and contacts change with the depth
+(ways.py, changes.py, stretch.py), and lines between the nodes (between.py); of these stand the
+states of several contacts on the path from first touch on (path_state.py) and all load paths
+(../paths/lattice_branch.py).
 """

@@ -1,4 +1,4 @@
-"""Where an increasing sequence changes sign, found with few evaluations of many terms each."""
+"""Where sequences and functions change sign, found with few evaluations of many terms each."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 _AWAY: Array = np.exp2(np.arange(32.0))
 _FIRST: Array = _AWAY - 1
+_WIDER, _STEPS = 20, 80
+_ROUNDING = 4e-16
 _AROUND: Array = np.concatenate([-_AWAY[::-1], [0.0], _AWAY])
 
 
@@ -52,3 +54,29 @@ def _root(points: Array, values: Array) -> float:
     root = math.sqrt(max(slope * slope - 4 * bend * y0, 0.0))
     share = -2 * y0 / (slope + root) if slope + root > 0 else width / 2
     return x0 + math.floor(min(share, width))
+
+
+def falling_root(excess: Callable[[Array], Array], guess: Array, width: Array) -> Array:
+    """Where functions that fall are zero, one for each guess; the end of the search if nowhere.
+
+    Regula falsi of the Illinois kind, from a bracket that grows from `width` about the guess until
+    it holds the root.
+    """
+    low, high = guess - width, guess + width
+    for _ in range(_WIDER):
+        below, above = excess(low), excess(high)
+        if (below >= 0).all() and (above <= 0).all():
+            break
+        width = 4 * width
+        low, high = np.where(below < 0, low - width, low), np.where(above > 0, high + width, high)
+    for _ in range(_STEPS):
+        size = high - low
+        share = np.where(below > above, below / np.where(below > above, below - above, 1.0), 0.5)
+        middle = np.clip(low + size * share, low, high)
+        value = excess(middle)
+        over = value > 0
+        low, high = np.where(over, middle, low), np.where(over, high, middle)
+        below, above = np.where(over, value, below / 2), np.where(over, above / 2, value)
+        if (size <= _ROUNDING * np.abs(middle)).all() or not value.any():
+            break
+    return middle

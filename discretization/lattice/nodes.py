@@ -25,6 +25,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.lattice.bracket import falling_root
 from discretization.lattice.tails import (
     TURNING,
     FiniteTail,
@@ -150,6 +151,10 @@ class Lattice:
         """Energy of links over which u changes by `steps`, of the free surface."""
         return self.link / 2 * float(steps.dot(steps))
 
+    def link_energies(self, steps: Array) -> Array:
+        """Energy of each of these links, of the free surface."""
+        return self.link / 2 * steps * steps
+
     def adhesion(self, links: int, surface: float) -> float:
         """Adhesion of contact links whose energy as free surface would be `surface`."""
         return -self.w * self.spacing * links
@@ -260,6 +265,10 @@ class FiniteLattice(Lattice):
         squares = (steps / self.spacing) ** 2
         return self.gamma1 * self.spacing * float(np.sum(squares / (1 + np.sqrt(1 + squares))))
 
+    def link_energies(self, steps: Array) -> Array:
+        squares = (steps / self.spacing) ** 2
+        return self.gamma1 * self.spacing * squares / (1 + np.sqrt(1 + squares))
+
     def adhesion(self, links: int, surface: float) -> float:
         return super().adhesion(links, surface) - self.w / self.gamma1 * surface
 
@@ -282,6 +291,13 @@ class FiniteLattice(Lattice):
         rest = ~holds
         holds[rest] = self.gap(f[rest], f_next[rest], depth) <= reach
         return holds
+
+    def rest_depth(self, f, f_next, work):
+        """The same by root finding, as the gap falls with d; where the tail is described."""
+        reach = np.sqrt(2 * work / self.link_over_decay)
+        guess = super().rest_depth(f, f_next, work)
+        width = 1e-3 * (self.length + np.abs(guess - f))
+        return falling_root(lambda d: self.gap(f, f_next, d) - reach, guess, width)
 
     def advance(self, f, f_next, depth):
         gap, g, g_next = self.gap(f, f_next, depth), depth - f, depth - f_next

@@ -40,7 +40,7 @@ class Sums(NamedTuple):
     nodes: Array
     heights: Array
     squares: Array
-    rises: Array
+    stretch: Array
     bonds: Array
 
 
@@ -93,9 +93,10 @@ class Row:
     def sums(self) -> Sums:
         """The running sums."""
         h, touch = self.f - self.f[self.touch], self.touch
-        rises = np.diff(self.f) ** 2
+        steps = np.diff(self.f)
+        stretch, bonds = self.lattice.link_energies(steps), self.bonds * self.lattice.arc(steps)
         whole = (_running(part, touch) for part in (np.ones_like(h), h, h * h))
-        return Sums(*whole, *(_running(part, touch) for part in (rises, self.bonds)))
+        return Sums(*whole, *(_running(part, touch) for part in (stretch, bonds)))
 
     @property
     def forces(self) -> Parts:
@@ -127,7 +128,7 @@ class Row:
 
     def _links(self, node: Nodes) -> Array:
         """Energy of the links up to these nodes."""
-        return self.lattice.link / 2 * self.sums.rises[node] - self.works[0] * self.sums.bonds[node]
+        return self.sums.stretch[node] - self.works[0] * self.sums.bonds[node]
 
     def tail_force(self, node: Nodes, side: int, depth: Array) -> Array:
         """What the outermost line at these nodes adds to P, with the surface beyond it."""

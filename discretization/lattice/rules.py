@@ -85,7 +85,7 @@ class Rules:
     def torn(self) -> Array:
         """Depth below which each node between two contact links is torn open; -inf at the ends."""
         lat, f = self.lattice, self.f
-        if f.size < 3:
+        if f.size < 3 or self.clear:  # a convex profile is not torn open inside: its lines recede
             return np.full(f.size, -math.inf)
         near, _, both = self.shares(2)
         both_links = self.work[1:] + self.work[:-1]
@@ -210,11 +210,13 @@ class Rules:
 
         links: as they are counted in `outwards`, with their own depths there.
         """
-        lat, work = self.lattice, self.work[::side][links]
-        late = lat.loss * (own - when)
-        slope = np.sqrt(2 * lat.link_over_decay * work) + lat.link_over_decay / 2 * late
+        lat, f = self.lattice, self.f[::side]
+        at = np.arange(links.start, links.stop, links.step)
+        work, near, far = self.work[::side][at], f[at], f[at + 1]
+        gap = lat.gap(near, far, when)
+        gain = np.abs(lat.link_over_decay / 2 * gap * gap - work) * lat.arc(far - near)
         rounding = _TIE * (np.abs(self.f).max() + np.abs(own) + np.abs(when))
-        return np.where(np.abs(late) > rounding, np.abs(late * slope), 0.0)
+        return np.where(np.abs(lat.loss * (own - when)) > rounding, gain, 0.0)
 
     def first_touch(self, node: int, side: int) -> float:
         """Depth at which the surface beyond an outermost line at `node` touches another node."""

@@ -1,4 +1,4 @@
-"""The way of contacts at rest to another depth, up to what may be a jump."""
+"""The way of contacts at rest to another depth, up to what may be a jump, and the work on it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from discretization.lattice.changes import Contacts, contacts_of, parts, retracted
+from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
 from discretization.lattice.ways import Part, Way, fallen, part_pressed, risen
+
+Array = NDArray[np.float64]
+# of ∫P dd between changes, where P is linear in d with small slopes and smooth with finite ones
+_RULES = {name: np.polynomial.legendre.leggauss(n) for name, n in (("small", 1), ("finite", 12))}
 
 
 class Stretch(NamedTuple):
@@ -105,3 +111,36 @@ def _between(ways: list[Way], depth: float | None, *, rising: bool) -> Contacts:
     """The contacts between these free parts just before a depth, or at their ends."""
     ends: list[Part] = [way.end if depth is None else way.before(depth, rising) for way in ways]
     return contacts_of(ends)
+
+
+def work_of(row: Row, ways: list[Way], start: float, end: float) -> float:
+    """∫P dd on the ways of all free parts, each of which adds to P with its lines."""
+    sign, done = (1 if end >= start else -1), 0.0
+    gaps: tuple[list[float], list[float], list[int], list[int]] = ([], [], [], [])
+    for way in ways:
+        count = int(np.searchsorted(sign * way.depths, sign * end))
+        cuts = [start, *way.depths[:count].tolist(), end]
+        if way.left is None or way.right is None:
+            done += _outer_work(row, way, np.array(cuts))
+            continue
+        gaps[0].extend(cuts[:-1])
+        gaps[1].extend(cuts[1:])
+        gaps[2].extend(way.left[: count + 1])
+        gaps[3].extend(way.right[: count + 1])
+    low, high, left, right = map(np.array, gaps)
+    if low.size:
+        done += float((high - low) @ row.gap_force(left, right, (low + high) / 2))
+    return done
+
+
+def _outer_work(row: Row, way: Way, cuts: Array) -> float:
+    """The part of an outermost line, which passes a link at each of the inner cuts."""
+    line, side = (way.left, 1) if way.left is not None else (way.right, -1)
+    assert isinstance(line, range)
+    nodes = line.start + line.step * np.arange(cuts.size - 1)
+    middles, lengths = (cuts[1:] + cuts[:-1]) / 2, np.diff(cuts)
+    points, weights = _RULES[row.lattice.slopes]
+    return sum(
+        weight / 2 * float(lengths @ row.tail_force(nodes, side, middles + at * lengths / 2))
+        for at, weight in zip(points.tolist(), weights.tolist(), strict=True)
+    )

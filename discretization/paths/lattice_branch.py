@@ -24,21 +24,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
+from discretization.certificate import Certificate, NotCertifiedError
 from discretization.lattice.between import at_offsets, interpolated, offsets
 from discretization.lattice.changes import Contacts, parts, pressed, recedes, retracted
 from discretization.lattice.contact_set import ContactSet, judged, totals
-from discretization.lattice.fronts import region
+from discretization.lattice.fronts import Contact, region
+from discretization.lattice.judgement import certify
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
-from discretization.lattice.stretch import Stretch, stretch
+from discretization.lattice.stretch import Stretch, stretch, work_of
+from discretization.lattice.sums import measured
 from discretization.lattice.unseen import Unseen, looked_between, unseen
-from discretization.lattice.ways import Way, rise
+from discretization.lattice.ways import rise
 from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+_OF_ADHESION = ("opening", "neighbours")  # judged by the rules where there are two works
 
 
 class Held(NamedTuple):
@@ -70,12 +73,15 @@ class LatticeBranch:
     def of(cls, scene: Scene, spacing: float, deepest: float) -> LatticeBranch:
         """deepest: the largest depth of the programme, which says how many nodes are needed.
 
-        ValueError for finite slopes and for springs without tension.
+        ValueError for springs without tension, and for finite slopes of a profile or pattern that
+        may lead to several contacts.
         """
-        if scene.slopes != "small" or not scene.gamma1:
+        alone = scene.indenter.convex and scene.pattern is None
+        if not scene.gamma1 or (scene.slopes != "small" and not alone):
             raise ValueError(
                 f"slopes = {scene.slopes!r} with gamma1 = {scene.gamma1!r}: a load path on the "
-                "lattice needs small slopes and gamma1 > 0; use method='fitted'"
+                "lattice needs gamma1 > 0, and small slopes or a convex profile without a pattern; "
+                "use method='fitted'"
             )
         lattice = Lattice.of(scene, spacing)
         row = Row.of(scene, lattice, region(lattice, scene.indenter, deepest), deepest)
@@ -156,7 +162,18 @@ class LatticeBranch:
         else:
             nodes = retracted(self.opening, nodes, depth)
         self._inside(nodes, depth)
+        self._refuse_overhang(nodes, depth)
         return self._state(nodes)
+
+    def _refuse_overhang(self, nodes: Contacts, depth: float) -> None:
+        """ValueError for lines at which the surface would all but turn over (finite slopes)."""
+        for node in (nodes[0][0], nodes[-1][1]) if nodes else ():
+            lift = depth - float(self.row.f[node])
+            if abs(lift) > self.row.lattice.greatest_displacement:
+                raise ValueError(
+                    f"depth = {depth!r} displaces the surface at a contact line by {lift!r}, where "
+                    "it would all but turn over; use method='fitted' or a smaller |depth|"
+                )
 
     def _inside(self, nodes: Contacts, depth: float) -> None:
         lo, hi = self.scene.indenter.extent
@@ -211,38 +228,11 @@ class LatticeBranch:
         while nodes and start != end:
             way = self._stretch(nodes, end)
             until = end if way.at is None else way.at
-            done += self._work(way.ways, start, until)
+            done += work_of(self.row, way.ways, start, until)
             if way.at is None or way.before == way.after:
                 break
             nodes, start = way.after, until
         return done
-
-    def _work(self, ways: list[Way], start: float, end: float) -> float:
-        """∫P dd on the ways of all free parts, each of which adds to P with its lines."""
-        sign, done = (1 if end >= start else -1), 0.0
-        gaps: tuple[list[float], list[float], list[int], list[int]] = ([], [], [], [])
-        for way in ways:
-            count = int(np.searchsorted(sign * way.depths, sign * end))
-            cuts = [start, *way.depths[:count].tolist(), end]
-            if way.left is None or way.right is None:
-                done += self._outer_work(way, np.array(cuts))
-                continue
-            gaps[0].extend(cuts[:-1])
-            gaps[1].extend(cuts[1:])
-            gaps[2].extend(way.left[: count + 1])
-            gaps[3].extend(way.right[: count + 1])
-        low, high, left, right = map(np.array, gaps)
-        if low.size:
-            done += float((high - low) @ self.row.gap_force(left, right, (low + high) / 2))
-        return done
-
-    def _outer_work(self, way: Way, cuts: Array) -> float:
-        """The part of an outermost line, which passes a link at each of the inner cuts."""
-        line, side = (way.left, 1) if way.left is not None else (way.right, -1)
-        assert isinstance(line, range)
-        nodes = line.start + line.step * np.arange(cuts.size - 1)
-        forces = self.row.tail_force(nodes, side, (cuts[1:] + cuts[:-1]) / 2)
-        return float(np.diff(cuts) @ forces)
 
     def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,), interpolated between the nodes.
@@ -277,13 +267,27 @@ class LatticeBranch:
 
     def _judge(self, nodes: Contacts, depth: float) -> None:
         """NotCertifiedError unless the surface over these contacts passes its certificate."""
-        contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
-        certificate = judged(contacts, totals(contacts))
-        if not certificate.ok:
+        if self.scene.slopes == "small":
+            contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
+            certificate = judged(contacts, totals(contacts))
+        else:
+            certificate = self._alone(nodes, depth)
+        failures = certificate.failures
+        if self.scene.slopes != "small" and self.scene.opening is not None:
+            failures = tuple(name for name in failures if name not in _OF_ADHESION)
+        if failures:
             raise NotCertifiedError(
-                f"the contacts at depth = {depth!r} violate {', '.join(certificate.failures)} "
+                f"the contacts at depth = {depth!r} violate {', '.join(failures)} "
                 f"({certificate}); the path stops before them"
             )
+
+    def _alone(self, nodes: Contacts, depth: float) -> Certificate:
+        """The certificate of one contact with finite slopes, of one work of adhesion."""
+        lattice, body, first = self.row.lattice, self.scene.indenter, self.row.first
+        ((left, right),) = nodes
+        contact = Contact(left + first, right + first, lattice.critical_gap)
+        sums = measured(lattice, body, depth, contact)
+        return certify(lattice, body, depth, region(lattice, body, depth), contact, sums)
 
 
 def _one(state: Held, depth: float) -> tuple[Nodes, Array]:

@@ -150,8 +150,6 @@ class LoadPath:
             start = Point(jump[0], jump[2])
             kind = _kind(before.state, start.state, side > 0)
             off = self.branch.force(start.state, start.depth) - self.control.load(start.depth, at)
-            if off * side > 0:  # on nodes P may rise where a contact begins: it stays at this depth
-                return kind, start
             side = -1.0 if off > 0 else 1.0
         if not self.branch.lift:  # without adhesion nothing is in equilibrium beyond
             return kind, None
