@@ -54,6 +54,7 @@ class FittedMany:
     motion: Motion
     rtol: float
     known: dict[tuple[Held, float], Part] = field(default_factory=dict)
+    first: dict[tuple[Held, float], Part] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scene: Scene, rtol: float, deepest: float) -> FittedMany:
@@ -104,11 +105,17 @@ class FittedMany:
 
     def _next(self, here: Held, depth: float) -> Part:
         """Smooth motion to the next event; what is known of it is kept for the work on it."""
+        way = math.copysign(1.0, depth - here.depth)
+        first = self.first.get((here, way))
+        if first is not None and way * (depth - first.depth) > 0:
+            return first
         key = (here, depth)
         if key not in self.known:
             part = self.events.next(here.lines, here.depth, depth)
             self.known[key] = part
             self.known[here, part.depth] = part._replace(after=None)
+            if part.after is not None:
+                self.first[here, way] = part
         return self.known[key]
 
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
