@@ -1,6 +1,7 @@
 """The energy balance of closed loops with several contacts: ∮P dd is what was released and lost.
 
-Thirty random loops on each discretisation; ELASTOCAP_LOOPS=1000 asks for as many, on every core.
+Six random loops on the fitted mesh, where a rough one may take a minute, and sixty on nodes;
+ELASTOCAP_LOOPS=1000 asks for as many of each, on every core.
 """
 
 import multiprocessing
@@ -17,7 +18,7 @@ from truth.scenes import case_of
 from discretization import AccuracyWarning, NotCertifiedError, load_path
 from energy import Patches, SurfaceEnergies
 
-ASKED = int(os.environ.get("ELASTOCAP_LOOPS", "30"))
+GIVEN = os.environ.get("ELASTOCAP_LOOPS")
 KINDS = ("plain", "opening", "pattern", "both", "finite")
 CONTROLS = ("depths", "depths", "forces", "drives")
 UNBALANCED = 1e-9  # of the loop's size
@@ -75,13 +76,14 @@ def programme(control, scene, path, dice):
     return {"drives": np.r_[drives, path.depth[-1] + 2 * least / K], "machine_stiffness": K}
 
 
-@pytest.mark.parametrize("spacing", [None, 1 / 40])
-def test_random_loops_balance(spacing):
+@pytest.mark.parametrize(("spacing", "asked"), [(None, 6), (1 / 40, 60)])
+def test_random_loops_balance(spacing, asked):
+    asked = int(GIVEN or asked)
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("fork")) as pool:
-        found = list(pool.map(partial(loop, spacing), range(ASKED)))
+        found = list(pool.map(partial(loop, spacing), range(asked)))
     done = {seed: error for seed, (word, error, _) in enumerate(found) if word == "done"}
     off = {seed: error for seed, error in done.items() if not error <= UNBALANCED}
     assert not off, f"{len(off)} of {len(done)}: {off}"
     refused = {seed: why for seed, (word, why, _) in enumerate(found) if word == "refused"}
-    assert len(refused) <= max(1, REFUSED * ASKED), refused
-    assert sum(contacts > 1 for *_, contacts in found) >= ASKED / 3
+    assert len(refused) <= max(1, REFUSED * asked), refused
+    assert sum(contacts > 1 for *_, contacts in found) >= asked / 4

@@ -1,6 +1,7 @@
 """`minimise` on random profiles that are not convex, against the references of tests/truth.
 
-A hundred states of each class, thirty of the lowest energy; ELASTOCAP_TRUTH=2000 asks for as many.
+A hundred states of each class, thirty of the two with slow references; ELASTOCAP_TRUTH=2000 asks for
+as many of each.
 python -m tests.truth CLASS 1 SEED.
 """
 
@@ -14,6 +15,7 @@ from truth.compare import verdict
 from truth.scenes import KINDS
 
 GIVEN = os.environ.get("ELASTOCAP_TRUTH")
+FEWER = {"global": 30, "finite": 30}  # their references take seconds a state
 REFUSED, SKIPPED = 0.02, 0.05  # of all states
 COMPARED = 0.9  # at least
 
@@ -26,7 +28,7 @@ def judged(kind, seed):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_states_are_right_or_refused(kind):
-    asked = int(GIVEN or (30 if kind == "global" else 100))  # its reference takes a second a state
+    asked = int(GIVEN or FEWER.get(kind, 100))
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("fork")) as pool:
         found = list(pool.map(partial(judged, kind), range(asked)))
     seeds = {word: {} for word in ("wrong", "refused", "skipped", "right", "warned")}

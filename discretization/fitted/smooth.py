@@ -30,6 +30,7 @@ from discretization.fitted.surfaces import At
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the Lobatto rule in t
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
+_SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
 _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more
 _LOCAL = 1e-5  # of the same: the changes of D are those of the step before
@@ -102,7 +103,7 @@ class Smooth:
         rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf)
         room = self.drives.rooms(lines, way)
         good, active, near = np.ones(n, bool), free.any(axis=1), False
-        high = self.resting.size
+        high, worse = self.resting.size, np.zeros(n, int)
         for _ in range(_NEWTON):
             own = np.flatnonzero(active)
             if not own.size:
@@ -123,7 +124,9 @@ class Smooth:
             rounding = (now <= _ROUNDED * size[own]) | (even <= _EVEN * high)
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
             stopped = stuck.any(axis=(1, 2)) & (even > _EVEN * high)  # by a corner
-            good[own] = (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~stopped
+            worse[own] += now > _SHRINKS * last[own]
+            lost = stopped | (~done & (worse[own] > _PATIENCE))
+            good[own] = (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~lost
             near = bool((now <= np.minimum(_LOCAL * size[own], last[own] / 8)).all())
             last[own], active[own] = now, ~done & good[own]
         stable, margin = margins(rates, free)
