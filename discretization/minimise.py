@@ -29,7 +29,7 @@ def minimise(
 
     branch "adhered": the state of the quasi-static path that touches first and then moves to this
     depth, with several contacts followed from event to event; w = 0 is convex, and for γ₁ = 0
-    springs are independent: nothing to follow there. With `opening` or `pattern` on the lattice.
+    springs are independent: nothing to follow there.
     "global": the lowest energy of all states, detached included.
     method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
     minimum over all contact sets of these nodes (small slopes). "fitted": a mesh anchored at the
@@ -83,14 +83,16 @@ def _check(scene: Scene, depth: float, method: str, branch: str, rtol: float) ->
 
 def _check_path(scene: Scene, method: str, branch: str) -> None:
     """ValueError for states that depend on the path where the path is not followed."""
-    followed = method == "lattice" and branch == "adhered" and not isinstance(scene.indenter, Plane)
+    nodes = method == "lattice" and scene.slopes == "small"
+    followed = (nodes or method in ("auto", "fitted")) and branch == "adhered"
+    followed = followed and scene.gamma1 > 0 and not isinstance(scene.indenter, Plane)
     for name in ("opening", "pattern"):
         given = getattr(scene, name)
-        if given is not None and not (followed and scene.gamma1 and scene.slopes == "small"):
+        if given is not None and not followed:
             raise ValueError(
-                f"{name} = {given!r}: where the line rests depends on the path; use method="
-                "'lattice' with branch='adhered', gamma1 > 0 and small slopes, "
-                "load_path(..., method='lattice'), or a Scene without it"
+                f"{name} = {given!r}: where the line rests depends on the path; use branch="
+                "'adhered' with gamma1 > 0 (on the lattice with small slopes), load_path, or a "
+                "Scene without it"
             )
 
 

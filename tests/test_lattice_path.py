@@ -198,10 +198,8 @@ def test_a_defect_holds_the_line_until_it_tears_off():
 
 def test_patterns_are_checked_and_refused_where_they_cannot_be_followed():
     scene = replace(adhesive(Parabola(0.02)), pattern=Patches([0.0], [1.0, 2.0]))
-    with pytest.raises(ValueError, match=r"load_path\(..., method='lattice'\)"):
-        minimise(scene, 1e-3)
-    with pytest.raises(ValueError, match="use method='lattice' with a spacing"):
-        load_path(scene, depths=[1e-3])
+    with pytest.raises(ValueError, match="depends on the path; use branch='adhered'"):
+        minimise(scene, 1e-3, branch="global")
     for edges, factors, message in (
         ([1.0, 0.0], [1, 1, 1], "sort them"),
         ([0.0], [1.0], "one more than"),

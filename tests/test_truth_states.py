@@ -1,7 +1,7 @@
 """`minimise` on random profiles that are not convex, against the references of tests/truth.
 
-A hundred states of each class, thirty of the two with slow references; ELASTOCAP_TRUTH=2000 asks for
-as many of each.
+A hundred states of each class, thirty of the two with slow references; ELASTOCAP_TRUTH=2000 asks
+for as many of each.
 python -m tests.truth CLASS 1 SEED.
 """
 

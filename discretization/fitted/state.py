@@ -39,10 +39,11 @@ def on_fitted_mesh(
     the state turns that into a larger error, they get the next one.
     branch "global" of a convex indenter: this state or, before it touches, the detached one,
     whichever has less energy. There is no other: the force on each line grows outwards.
-    Profiles that are not convex may have several contacts (several.py).
+    Profiles that are not convex may have several contacts, and with separate works of adhesion or a
+    pattern the state is the end of a path (several.py).
     """
     indenter = scene.indenter
-    if not indenter.convex:
+    if not indenter.convex or scene.opening is not None or scene.pattern is not None:
         return on_several(scene, depth, branch=branch, rtol=rtol)
     response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
     apex = indenter.apex

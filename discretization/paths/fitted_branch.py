@@ -70,11 +70,6 @@ class FittedBranch:
                 f"indenter = {indenter!r}: a load path needs a convex profile with a lowest point, "
                 "such as a punch, wedge, parabola, power law, or a sum of these"
             )
-        if scene.pattern is not None:
-            raise ValueError(
-                f"pattern = {scene.pattern!r} with method = 'fitted': a line that is pinned by a "
-                "pattern is followed on the lattice; use method='lattice' with a spacing"
-            )
         apex = indenter.apex
         if apex is None:
             apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)

@@ -237,7 +237,7 @@ class History:
 
 def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
     """The fitted mesh's branch: of one contact where there can be no other, else of many."""
-    if scene.indenter.convex:
+    if scene.indenter.convex and scene.pattern is None:
         return FittedBranch.of(scene, rtol)
     return FittedMany.of(scene, rtol, deepest)
 
