@@ -109,3 +109,17 @@ def test_two_contacts_far_apart_share_a_dead_load():
     total = single[0].force[1:] + single[1].force[1:]
     path = load_path(both, forces=[0.0, *total])
     assert path.depth[1:] == pytest.approx(depths[1:], rel=0, abs=1e-10 * DELTA0)
+
+
+def test_springs_lose_their_work_of_adhesion_wherever_they_have_been_touched():
+    """γ₁ = 0: each attaches when touched and lets go at u = -δ₀, at a loss of w."""
+    w, deep = 0.002, rippled(0.03, 0.6 * L, 0.6 * DELTA0, (-8 * L, 8 * L))
+    scene = adhesive(deep, gamma1=0.0, w=w)
+    path = load_path(scene, depths=LOOP)
+    x = np.linspace(-8 * L, 8 * L, 4_000_001)
+    touched = np.mean(scene.indenter.height(x) < LOOP.max()) * 16 * L
+    assert max(len(inner) for inner in path.inner) >= 4
+    assert path.work() == pytest.approx(w * touched, rel=1e-5, abs=0)
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-8, abs=0)
+    for depth, force in zip(LOOP[2:6], path.force[2:6], strict=True):
+        assert force == pytest.approx(minimise(scene, depth).force, rel=1e-12, abs=0)

@@ -40,12 +40,20 @@ def on_springs(
     """
     reach, touch = scene.critical_separation, profile.touch
     level = depth + reach if branch == "global" else min(max(depth, touch), depth + reach)
+    return at_level(scene, profile, depth, level, branch=branch, rtol=rtol)
+
+
+def at_level(
+    scene: Scene, profile: Resolved, depth: float, level: float, *, branch: str, rtol: float
+) -> Equilibrium:
+    """The certified state in which what lies below a level is in contact."""
+    reach, touch = scene.opened.critical_separation, profile.touch
     tail = FittedTail(1.0, ABSENT)
     lift = max(abs(depth), reach) or 1.0
     if touch > level + _TIE * lift:
         apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))
         return replace(detached(scene, depth, branch, tail, apart), method="fitted")
-    lines = _below(profile, max(level, touch))
+    lines = below(profile, max(level, touch))
     coarse, fine = refined(scene, depth, panels(scene.indenter, lines), (0.0,) * 4, rtol)
     pinned = np.isin(lines, scene.indenter.walls)
     return _passed(
@@ -68,7 +76,7 @@ def on_springs(
     )
 
 
-def _below(profile: Resolved, level: float) -> Array:
+def below(profile: Resolved, level: float) -> Array:
     """Ends (m, 2) of the parts of the profile at or below a level.
 
     ValueError where one goes on beyond the known profile.

@@ -58,8 +58,7 @@ class FittedMany:
 
     @classmethod
     def of(cls, scene: Scene, rtol: float, deepest: float) -> FittedMany:
-        """deepest: the largest depth of the programme. ValueError for what cannot be followed."""
-        _refuse(scene)
+        """deepest: the largest depth of the programme."""
         response = chosen(scene.slopes, _EXACT)
         motion = Motion.of(scene, resolve(scene, deepest), response, deepest)
         return cls(scene, motion, rtol)
@@ -178,11 +177,3 @@ class FittedMany:
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"
             ) from None
-
-
-def _refuse(scene: Scene) -> None:
-    if not scene.gamma1:
-        raise ValueError(
-            "gamma1 = 0 with a profile that is not convex: a load path needs surface tension; give "
-            "gamma1 > 0"
-        )

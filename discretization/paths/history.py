@@ -22,6 +22,7 @@ from discretization.paths.fitted_branch import FittedBranch
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.load_path import inner_lines
+from discretization.paths.springs_branch import SpringsBranch
 from energy import Scene
 from energy.description import alike, described, rebuilt
 
@@ -239,6 +240,8 @@ def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
     """The fitted mesh's branch: of one contact where there can be no other, else of many."""
     if scene.indenter.convex and scene.pattern is None:
         return FittedBranch.of(scene, rtol)
+    if not scene.gamma1:
+        return SpringsBranch.of(scene, rtol, deepest)
     return FittedMany.of(scene, rtol, deepest)
 
 
