@@ -47,10 +47,10 @@ def load_path(
     is below touching, and by touching else; under force and machine control it starts at first
     touch. Without long-range attraction contact begins on touching, at d = min f.
 
-    method "fitted": contact lines as unknowns. A profile that is not convex may have any number of
-    contacts (w > 0, imposed depths): every event, a contact that begins, meets
-    another, closes or jumps, is enclosed in depth to rounding, so that the ledger balances. What is
-    narrower than a sixteenth of l, or than the slope needs to change by √(2w/γ₁)/16, may be missed.
+    method "fitted": contact lines as unknowns, for any profile with any number of contacts. Between
+    two depths lines move smoothly if the energy changes by the work of the force; else an event is
+    looked for, a contact that begins, meets another, closes or jumps, and enclosed to rounding, so
+    that the energy balance closes. The profile is resolved first, as for `minimise`.
     "lattice": fixed nodes `spacing` apart: a line takes O(1) per link it passes; for any number of
     contacts of rough and measured profiles with many corners, with patterns and separate works of
     adhesion (gamma1 > 0; finite slopes with a convex profile only). A load is balanced by the force
