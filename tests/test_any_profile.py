@@ -123,3 +123,13 @@ def test_springs_lose_their_work_of_adhesion_wherever_they_have_been_touched():
     assert path.work() == pytest.approx(path.dissipated, rel=1e-8, abs=0)
     for depth, force in zip(LOOP[2:6], path.force[2:6], strict=True):
         assert force == pytest.approx(minimise(scene, depth).force, rel=1e-12, abs=0)
+
+
+def test_under_a_dead_load_contacts_begin_and_the_balance_closes():
+    scene = crests()
+    most = load_path(scene, depths=LOOP[:6]).force.max()
+    path = load_path(scene, forces=np.r_[np.linspace(0, most, 4), np.linspace(most, -most, 6)])
+    kinds = [event.kind for event in path.events]
+    assert kinds[0] == "jump-in" and "nucleation" in kinds and kinds[-1] == "pull-off"
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-10, abs=0)
+    assert min(event.energy_released for event in path.events) > 0
