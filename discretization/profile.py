@@ -15,6 +15,7 @@ import functools
 import math
 import warnings
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +79,17 @@ class Resolved:
         if 0 <= i < self.x.size and self.x[i] == x:
             return float(self.f[i]), float(self.slope[i])
         return float(self.indenter.height(x)), float(self.indenter.slope(x))
+
+    def past(self, x: Any, side: int) -> Any:
+        """x just on this side of a pattern's edge, where adhesion is that of the next patch.
+
+        Positions are otherwise left as they are: next to another line every rounding is felt.
+        """
+        if not self.edges.size:
+            return x
+        at_edge = np.isin(x, self.edges) | np.isin(np.nextafter(x, math.inf), self.edges)
+        found = np.where(at_edge, np.nextafter(x, side * math.inf), x)
+        return found if np.ndim(x) else float(found)
 
     def beside(self, x: Array, side: int) -> tuple[Array, Array]:
         """`at` for positions (n,)."""

@@ -76,7 +76,7 @@ class Drives:
             if inner[own]:
                 x = lines[:, own]
                 f, f1 = profile.beside(x, side * way)
-                beside = np.nextafter(x, side * way * math.inf)
+                beside = profile.past(x, side * way)
                 place = side, beside, f, f1, facing[1 - own]
                 if adhesive:
                     rest = self.resting.rest(*place, way)

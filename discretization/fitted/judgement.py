@@ -1,7 +1,7 @@
 """Certificate and error estimate of any number of contacts on the fitted mesh.
 
 The conditions of ../certificate.py for lines that move continuously, depths over the largest of |d|
-and δ₀:
+and δ₀, at lines with l |f'| added, a term of D:
 
     penetration   max (g - u) between the contacts and beyond them, at the samples that resolve the
                   profile and at the extremes between them; and just ahead of every line the
@@ -33,6 +33,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _INSIDE = 1e-3  # of an interval: how far from its ends, which may be corners, slopes are read
+_ULPS = 4.0  # roundings of its position, within which a line is where it is
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _REFINEMENTS = 45
 _NEAR = 4.0
@@ -48,22 +49,36 @@ def certify(contacts: Contacts, state: Equilibrium, found: Interval) -> Certific
     if lift * scene.elastocapillary_length == 0:
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
+    size = lift + _steepest(contacts)  # of the terms that cancel in D
     points = contacts.motion.profile.x
     return Certificate(
-        penetration=max(0.0, through, penetration(state, points)) / lift,
+        penetration=max(0.0, through / size, penetration(state, points) / lift),
         stationarity=max(each.residual for each in contacts.free),
         opening=max(0.0, _tension(contacts, lift)),
-        neighbours=max(0.0, gain / lift, _unstable(contacts)),
+        neighbours=max(0.0, gain / size, _unstable(contacts)),
         force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
     )
+
+
+def _steepest(contacts: Contacts) -> float:
+    """l |f'| at the lines, with finite slopes l |sin β| [length]."""
+    scene, profile = contacts.motion.scene, contacts.motion.profile
+    slopes = np.array([profile.beside(contacts.x.ravel(), side)[1] for side in (-1, 1)])
+    if scene.slopes == "finite":
+        slopes = slopes / np.hypot(1.0, slopes)
+    return scene.elastocapillary_length * float(np.abs(slopes).max())
 
 
 def _at_lines(contacts: Contacts) -> tuple[float, float]:
     """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
     drives, depth = Drives(contacts.motion.resting), contacts.depth
     surfaces = np.array(free(contacts.lines))
-    bare, closing = drives.ahead(surfaces, 1, adhesive=False), drives.ahead(surfaces, 1)
-    opening = drives.ahead(surfaces, -1).ravel()[1:-1].reshape(-1, 2) - depth
+    held = np.concatenate([[True], contacts.pinned.ravel(), [True]]).reshape(-1, 2)
+    with np.errstate(invalid="ignore"):
+        off = np.where(held, 0.0, _ULPS * np.spacing(np.abs(surfaces))) * (1, -1)
+    bare = drives.ahead(surfaces + off, 1, adhesive=False)
+    closing = drives.ahead(surfaces + off, 1)
+    opening = drives.ahead(surfaces - off, -1).ravel()[1:-1].reshape(-1, 2) - depth
     opening = opening[contacts.x[:, 0] < contacts.x[:, 1]]
     gain = max(depth - float(closing.min()), float(opening.max(initial=-math.inf)))
     return depth - float(bare.min()), gain

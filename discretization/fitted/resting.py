@@ -76,9 +76,6 @@ class Resting:
             ends = a.x, b.x
             if _still(ends[0], q, sweep) and _still(ends[1], p, sweep):
                 return ends
-            near = self._nearby(ends, (q, p), depth, 1)
-            if near is not None:
-                return near
             step, (q, p) = (ends[0] - q, ends[1] - p), ends
             q, p = self._further(q, p, step, depth, 1)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
@@ -109,7 +106,7 @@ class Resting:
 
     def _lower(self, side: int, x: float, limit: float, facing: At | None, depth: float) -> float:
         """Where a receding line rests; just beyond the other line of its contact if nowhere."""
-        behind = math.nextafter(x, -side * math.inf)
+        behind = self.profile.past(x, -side)
         rests = self.rest(side, behind, *self.profile.at(x, -side), facing, -1)
         if x == limit or rests - depth <= TIE * self.size:
             return x

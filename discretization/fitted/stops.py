@@ -49,8 +49,7 @@ class Stop(NamedTuple):
 def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> Stop | None:
     """First x from `start` to `limit` (itself left out) with h >= 0; None if there is none."""
     side = 1 if limit > start else -1
-    beside = math.nextafter(start, side * math.inf)  # on that side of an edge
-    value = float(h(beside, *profile.at(start, side)))
+    value = float(h(profile.past(start, side), *profile.at(start, side)))
     if value >= 0:
         return Stop(start, start, None)
     last = np.array([start, start]), np.array([-math.inf, value])
