@@ -1,6 +1,6 @@
 """The energy balance of closed loops with several contacts: ∮P dd is what was released and lost.
 
-Five random loops on the fitted mesh, where a rough one may take a minute, and sixty on nodes;
+Three random loops on the fitted mesh, where a rough one may take a minute, and sixty on nodes;
 ELASTOCAP_LOOPS=1000 asks for as many of each, on every core.
 """
 
@@ -76,7 +76,7 @@ def programme(control, scene, path, dice):
     return {"drives": np.r_[drives, path.depth[-1] + 2 * least / K], "machine_stiffness": K}
 
 
-@pytest.mark.parametrize(("spacing", "asked"), [(None, 5), (1 / 40, 60)])
+@pytest.mark.parametrize(("spacing", "asked"), [(None, 3), (1 / 40, 60)])
 def test_random_loops_balance(spacing, asked):
     asked = int(GIVEN or asked)
     with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("fork")) as pool:
