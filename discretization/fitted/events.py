@@ -33,9 +33,9 @@ _CLOSE = 4e-16  # of the size of depths: depths that close enclose an event
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _AHEAD = 1e-9  # of the size of depths: beyond an event lines that go on smoothly do so that far
-_MOST = 400
+_MOST = 400  # trials: with the next rule three times as many as halvings of a double
 _PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
-_PARTS = 10_000
+_PARTS = 10_000  # places on one way at which lines only come free
 
 
 class Part(NamedTuple):
@@ -162,6 +162,10 @@ class Events:
                 high, involved = tried, self._involved(tried, start) & involved
             else:
                 older, low = low, tried._replace(work=low.work + tried.work)
+        else:
+            raise NotCertifiedError(
+                f"the event near depth = {low.depth!r} is not enclosed; try other depths"
+            )
         return low, high.depth, involved
 
     def _involved(self, tried: _Tried, start: float) -> set[int]:

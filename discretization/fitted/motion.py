@@ -85,32 +85,6 @@ class Motion:
             if x in self.profile.indenter.walls
         )
 
-    def continuous(self, here: Lines, there: Lines) -> bool:
-        """Whether lines move from one state to another over places where they could rest alone.
-
-        D changes one way only on the way of every line, whether its neighbour is where it was or
-        where it is now.
-        """
-        before, after = free(here), free(there)
-        return all(
-            self._monotone(1, a[0], b[0], facing) and self._monotone(-1, a[1], b[1], other)
-            for a, b in zip(before, after, strict=True)
-            for facing, other in ((a[1], a[0]), (b[1], b[0]))
-        )
-
-    def _monotone(self, side: int, old: float, new: float, facing: float) -> bool:
-        """Whether D grows outwards between two positions of a line."""
-        own = self.profile.beyond(old, new)
-        if math.isinf(old) or own.stop == own.start:
-            return True
-        z, f, f1 = (
-            column[own][::side] for column in (self.profile.x, self.profile.f, self.profile.slope)
-        )
-        if not math.isinf(facing) and side * (facing - z[-1]) <= 0:
-            return False
-        rest = self.resting.rest(side, z, f, f1, self.resting.at(facing), 1)
-        return bool((np.diff(rest) >= 0).all())
-
     def first(self) -> Lines:
         """The state at first touch."""
         touch, lowest = self.profile.touch, self.profile.lowest

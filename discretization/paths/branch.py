@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -69,3 +70,10 @@ class Branch(Protocol):
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError unless the state is in equilibrium."""
+
+
+def at_edges(scene: Scene, state: State) -> tuple[str, str]:
+    """Which of the outermost lines are at an edge of the body: "edge", else ""."""
+    left, right = state.ends if state is not None else (math.nan, math.nan)
+    walls = scene.indenter.walls
+    return "edge" if left in walls else "", "edge" if right in walls else ""

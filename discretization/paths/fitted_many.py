@@ -2,8 +2,7 @@
 
 States are the lines at rest (../fitted/motion.py); between events they move continuously with the
 depth. An event is where they do not: a contact begins, two become one, one closes, or a line
-jumps over a part of the profile where it has no rest. It is enclosed by halving the depths until
-they are neighbouring numbers.
+jumps over a part of the profile where it has no rest; see ../fitted/events.py.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.response import chosen
 from discretization.fitted.several import state_of
+from discretization.paths.branch import at_edges
 from discretization.profile import resolve
 from energy import Scene
 
@@ -129,11 +129,7 @@ class FittedMany:
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge" or "" where they are free."""
-        if state is None:
-            return ("", "")
-        walls = self.scene.indenter.walls
-        left, right = ("edge" if x in walls else "" for x in state.ends)
-        return left, right
+        return at_edges(self.scene, state)
 
     def _totals(self, state: Held, depth: float) -> Interval:
         return totals(Contacts(self.motion, state.lines, depth), _EXACT)[1]

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, arc_length, refined
 from discretization.fitted.springs import at_level, below
+from discretization.paths.branch import at_edges
 from discretization.paths.fitted_branch import integral
 from discretization.profile import Resolved, resolve
 from energy import Scene
@@ -98,9 +99,7 @@ class SpringsBranch:
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge" or "" where they are free."""
-        walls = self.scene.indenter.walls
-        left, right = ("edge" if x in walls else "" for x in (state.ends if state else (0.0, 0.0)))
-        return (left, right) if state else ("", "")
+        return at_edges(self.scene, state)
 
     def _totals(self, state: Level, depth: float) -> Interval:
         x = np.array(state.lines).reshape(-1, 2)
