@@ -6,6 +6,7 @@ import warnings
 
 from discretization.equilibrium import AccuracyWarning, Equilibrium
 from discretization.fitted.state import on_fitted_mesh
+from discretization.geometry import check_geometry
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
 from energy import Plane, Scene
 from energy.checks import finite, option
@@ -73,6 +74,7 @@ def minimise(
 def _check(scene: Scene, depth: float, method: str, branch: str, rtol: float) -> None:
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
+    check_geometry(scene)
     _check_path(scene, method, branch)
     finite("depth", depth)
     option("method", method, METHODS)

@@ -24,7 +24,7 @@ Per unit length of the line contact, any consistent units; arrays are float64 of
 
 from energy import cards
 from energy.indenter import Indenter, Profile
-from energy.indenters import FlatPunch, Parabola, Plane, PowerLaw, Wedge
+from energy.indenters import Circle, FlatPunch, Parabola, Plane, PowerLaw, Wedge
 from energy.layer import ElasticLayer
 from energy.pattern import Patches
 from energy.profile_file import read_profile
@@ -35,6 +35,7 @@ from energy.validity import Assumption
 
 __all__ = [
     "Assumption",
+    "Circle",
     "ElasticLayer",
     "FlatPunch",
     "Indenter",

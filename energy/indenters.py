@@ -1,4 +1,4 @@
-"""The built-in shapes: plane, flat punch, wedge, parabola, power law.
+"""The built-in shapes: plane, flat punch, wedge, parabola, circle, power law.
 
 A new indenter is a frozen dataclass here with `height` and `slope`; the optional attributes are
 those of energy.indenter.
@@ -107,6 +107,41 @@ class Parabola(Indenter):
 
     def slope(self, x: ArrayLike) -> Array:
         return floats(x) / self.R
+
+
+@dataclass(frozen=True)
+class Circle(Indenter):
+    """The true arc f = R - √(R² - x²), |x| <= R: a cylinder, or a sphere if turned about its axis.
+
+    The slope grows without limit towards |x| = R, where the body turns over and the profile ends.
+    A line cannot get there with small slopes (l f' is not bounded); with finite slopes a deep
+    contact would climb the upper half, which no f(x) describes: that is refused like the end of
+    measured data. `Parabola` is the same near the lowest point, relative to within x²/(4R²).
+    """
+
+    R: float
+    apex = 0.0
+    symmetric = True
+    convex = True
+    complete = True
+
+    def __post_init__(self) -> None:
+        positive("R", self.R)
+
+    @property
+    def extent(self) -> tuple[float, float]:  # type: ignore[override]
+        return (-self.R, self.R)
+
+    def height(self, x: ArrayLike) -> Array:
+        x = floats(x)
+        rest = (self.R - x) * (self.R + x)
+        with np.errstate(invalid="ignore"):
+            return np.where(rest >= 0, x * x / (self.R + np.sqrt(rest)), math.inf)[()]
+
+    def slope(self, x: ArrayLike) -> Array:
+        x = floats(x)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return x / np.sqrt((self.R - x) * (self.R + x))
 
 
 @dataclass(frozen=True)

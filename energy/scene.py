@@ -6,12 +6,13 @@ import functools
 import math
 from dataclasses import dataclass, replace
 
+from energy.axis import about_axis, check_rings
 from energy.checks import not_a_class, option
 from energy.indenter import Indenter, as_indenter
 from energy.layer import ElasticLayer
 from energy.pattern import Patches
 from energy.surfaces import SurfaceEnergies
-from energy.terms import SLOPES
+from energy.terms import GEOMETRIES, SLOPES
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,13 @@ class Scene:
 
     pattern: factor on the work of adhesion along the surface.
 
-    ValueError for wrong types, an unknown `slopes`, an `opening` that does not fit, and w > 2γ₁
-    with finite slopes (no Young angle: the layer would spread over the whole indenter).
+    geometry: "line", everything per length of the contact, or "axisymmetric", the profile f(r) and
+    the pattern turned about r = 0, with forces and energies in full. `indenter` then is the mirror-
+    symmetric profile, made of the given half if that begins at r = 0.
+
+    ValueError for wrong types, an unknown `slopes` or `geometry`, an `opening` that does not fit,
+    w > 2γ₁ with finite slopes (no Young angle: the layer would spread over the whole indenter), and
+    for rotational symmetry a profile or pattern that is not symmetric about 0, or a plane.
     """
 
     layer: ElasticLayer
@@ -33,6 +39,7 @@ class Scene:
     slopes: str = "small"
     opening: SurfaceEnergies | None = None
     pattern: Patches | None = None
+    geometry: str = "line"
 
     def __post_init__(self) -> None:
         for name in ("layer", "surfaces", "opening", "pattern"):
@@ -48,6 +55,8 @@ class Scene:
             self._check_opening(self.opening)
         if self.pattern is not None and not isinstance(self.pattern, Patches):
             raise ValueError(f"pattern = {self.pattern!r} must be Patches(...) or None")
+        if option("geometry", self.geometry, GEOMETRIES) == "axisymmetric":
+            self._turn()
         w = self.opened.work_of_adhesion
         if self.slopes == "finite" and w > 2 * self.gamma1:
             raise ValueError(
@@ -63,6 +72,17 @@ class Scene:
                 f"opening = {opening!r} must have the gamma1 = {self.gamma1!r} of surfaces and a "
                 f"work of adhesion not below theirs, {self.work_of_adhesion!r}"
             )
+
+    def _turn(self) -> None:
+        length = max(self.elastocapillary_length, self.critical_separation, self.layer.h)
+        object.__setattr__(self, "indenter", about_axis(self.indenter, length))
+        if self.pattern is not None:
+            check_rings(self.pattern)
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether the profile is turned about r = 0."""
+        return self.geometry == "axisymmetric"
 
     @functools.cached_property
     def opened(self) -> Scene:

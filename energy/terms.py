@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 SLOPES = ("small", "finite")
+GEOMETRIES = ("line", "axisymmetric")
 
 
 class Density(NamedTuple):

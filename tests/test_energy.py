@@ -8,6 +8,7 @@ import pytest
 from scenes import adhesive
 
 from energy import (
+    Circle,
     ElasticLayer,
     FlatPunch,
     Parabola,
@@ -57,6 +58,7 @@ SHAPES = [
     FlatPunch(0.7),
     Wedge(0.2),
     Parabola(3.0),
+    Circle(1.3),
     PowerLaw(0.4, 2.6),
     Sampled(np.linspace(-1, 1, 41), np.cos(3 * np.linspace(-1, 1, 41))),
     Sampled(np.linspace(-1, 1, 41), np.cos(3 * np.linspace(-1, 1, 41)), kind="smooth"),

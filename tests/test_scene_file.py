@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scene_files import DEPTH, INDENTER, SURFACES, by_hand, refused, writer
 
-from energy import FlatPunch, Parabola, Plane, PowerLaw, Sampled, SurfaceEnergies, Wedge
+from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Sampled, SurfaceEnergies, Wedge
 from studies.scenes.file import load
 
 ANGLE = 'shape = "wedge"\ndelta = '
@@ -84,6 +84,12 @@ def test_title_source_and_options_may_be_left_out(written):
 def test_finite_slopes_reach_the_scene(written):
     given = load(written(("rtol = 1e-6", 'slopes = "finite"')))
     assert given.scene == by_hand(Parabola(0.017), slopes="finite")
+
+
+def test_rotational_symmetry_and_an_arc_reach_the_scene(written):
+    given = load(written(('"parabola"', '"circle"'), ("rtol = 1e-6", 'geometry = "axisymmetric"')))
+    assert given.scene == by_hand(Circle(0.017), geometry="axisymmetric")
+    assert given.options == {}
     assert given.options == {}
 
 
@@ -92,7 +98,7 @@ LAYER, STEPS = "E, nu, h", "from, to, steps, spacing"
 ENERGIES = "gamma1, gamma2, gamma12, w"
 PARABOLA = "shape, R, shifted, tilted"
 WEDGE = "shape, delta, delta_degrees, shifted, tilted"
-OPTIONS = "slopes, method, branch, spacing, rtol"
+OPTIONS = "slopes, geometry, method, branch, spacing, rtol"
 SHAPE = "indenter.shape = "
 SAMPLED = 'shape = "sampled"\nx = [0, 1]\nz = [0, 1]\nkind = '
 
@@ -122,6 +128,12 @@ BAD = [  # replaced, by, what is told, which keys are called known
     ('"parabola"', "2", f"{SHAPE}2 must be a text in quotes", ""),
     ("[options]\nrtol = 1e-6", "[[options]]", "options = [{}] must be a table", OPTIONS),
     ('"parabola"', '"ball"', f"{SHAPE}'ball' is unknown; known shapes: plane, flat", ""),
+    (
+        "rtol = 1e-6",
+        'geometry = "axi"',
+        "geometry = 'axi' is unknown; choose one of 'line', 'axis",
+        "",
+    ),
     ("rtol = 1e-6", 'slopes = "big"', "slopes = 'big' is unknown; choose one of 'small', 'fin", ""),
     (INDENTER, SAMPLED + '"cubic"', "indenter.kind = 'cubic' is unknown; choose one of", ""),
     (SURFACES, "gamma2 = 1\nw = 1", "surfaces.gamma2 = 1 contradicts w", ENERGIES),

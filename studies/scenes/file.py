@@ -19,8 +19,8 @@
 
     [indenter]
     shape = "parabola"            # plane | flat_punch half_width | wedge delta (rad) or
-    R = 0.1                       # delta_degrees | parabola R | power_law c, n | sampled x, z, kind
-                                  # or file (studies/scenes/measured.py)
+    R = 0.1                       # delta_degrees | parabola R | circle R | power_law c, n |
+                                  # sampled x, z, kind or file (studies/scenes/measured.py)
     tilted = 0.0                  # optional slope, applied first
     shifted = 0.0                 # optional distance in m
 
@@ -31,6 +31,7 @@
 
     [options]                     # optional, as in discretization.minimise and energy.Scene
     slopes = "small"
+    geometry = "line"             # or "axisymmetric": x is the radius r, forces are in N
     method = "auto"
     branch = "adhered"
     spacing = 1e-6                # method = "lattice" only
@@ -57,6 +58,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energy import (
+    Circle,
     ElasticLayer,
     FlatPunch,
     Indenter,
@@ -78,10 +80,18 @@ SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "flat_punch": (FlatPunch, ("half_width",)),
     "wedge": (Wedge, ("delta", "delta_degrees")),
     "parabola": (Parabola, ("R",)),
+    "circle": (Circle, ("R",)),
     "power_law": (PowerLaw, ("c", "n")),
     "sampled": (Sampled, ("x", "z")),
 }
-OPTIONS = {"slopes": str, "method": str, "branch": str, "spacing": float, "rtol": float}
+OPTIONS = {
+    "slopes": str,
+    "geometry": str,
+    "method": str,
+    "branch": str,
+    "spacing": float,
+    "rtol": float,
+}
 CONTROLS = ("depths", "forces", "drives")
 STEPS = 50
 
@@ -132,13 +142,13 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
     """The scene these tables describe; `path` is named in errors."""
     file = Table(path, "file", content, TOP)
     options = _options(path, content.get("options", {}))
-    slopes = options.pop("slopes", "small")
+    slopes, geometry = options.pop("slopes", "small"), options.pop("geometry", "line")
     layer = _layer(path, file.get("layer"))
     surfaces = _surfaces(path, file.get("surfaces"))
     opening = _opening(path, content["opening"], surfaces) if "opening" in content else None
     indenter = _indenter(path, file.get("indenter"))
     try:
-        scene = Scene(layer, surfaces, indenter, slopes, opening)
+        scene = Scene(layer, surfaces, indenter, slopes, opening, geometry=geometry)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     programme = _programme(path, content["path"], options) if "path" in content else None
