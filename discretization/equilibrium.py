@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,24 +34,33 @@ class Tail(Protocol):
 
     Between two contacts (on the lattice with small slopes only): at distances p from the left line
     and q from the right one, where the displacements are `left` and `right`.
+    radius: of the line; infinite for a line contact, and negative where the free surface is on the
+    side of the axis.
     """
 
-    def displacement(self, distance: Array, u_line: float) -> Array:
+    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
         """u at these distances >= 0 from the line."""
 
-    def slope(self, u_line: Array) -> Array:
+    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
         """u' outwards at the line, for several lines."""
 
-    def between(self, p: Array, q: Array, width: float, left: float, right: float) -> Array:
-        """u in a gap of this width (n,)."""
+    def between(
+        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
+    ) -> Array:
+        """u in a gap of this width (n,); radius: of its left line."""
 
-    def slope_between(self, width: Array, own: Array, other: Array) -> Array:
+    def slope_between(
+        self, width: Array, own: Array, other: Array, radius: Any = math.inf
+    ) -> Array:
         """u' towards the other line, at lines with u = own (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
     """State of a scene at one depth, per unit length of the line contact.
+
+    With rotational symmetry force and energy are those of the whole contact, and all positions are
+    radii: contacts are intervals of r >= 0, and one that includes the axis begins at 0.
 
     contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
     themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
@@ -145,8 +154,32 @@ class Equilibrium:
 
     @property
     def half_width(self) -> float:
-        """a: half the total contact length, 0 when detached."""
+        """a: half the total contact length, or `radius`; 0 when detached."""
+        if self.scene.axisymmetric:
+            return self.radius
         return float(np.sum(self.contacts[:, 1] - self.contacts[:, 0])) / 2
+
+    @property
+    def radius(self) -> float:
+        """a: that of the outermost contact line, 0 when detached. ValueError for a line contact."""
+        if not self.scene.axisymmetric:
+            raise ValueError("radius: a line contact has none; use half_width")
+        return float(self.contacts[-1, 1]) if self.contacts.size else 0.0
+
+    @property
+    def contact_area(self) -> float:
+        """2a per unit length, or π Σ (r_out² - r_in²) with rotational symmetry."""
+        ends = self.contacts.T
+        if self.scene.axisymmetric:
+            return math.pi * float(np.sum((ends[1] - ends[0]) * (ends[1] + ends[0])))
+        return 2 * self.half_width
+
+    @property
+    def _radii(self) -> Array:
+        """Radii of the contact lines (m, 2), as the free surface needs them."""
+        if self.scene.axisymmetric:
+            return self.contacts * (-1, 1)
+        return np.full_like(self.contacts, math.inf)
 
     @functools.cached_property
     def line_slopes(self) -> tuple[Array, Array]:
@@ -158,12 +191,12 @@ class Equilibrium:
         width = self.contacts[:, 1:] - self.contacts[:, :1]
         inward = np.where(self.pinned & (width > 0), -sides, np.where(self.pinned, sides, 0.0))
         f1 = self._slopes_beside(np.where(width > 0, width, self._rooms()) * inward)
-        u = self.depth - self.scene.indenter.height(self.contacts)
-        outwards = self.tail.slope(u) if self.scene.gamma1 else np.zeros_like(u)
+        u, radii = self.depth - self.scene.indenter.height(self.contacts), self._radii
+        outwards = self.tail.slope(u, radii) if self.scene.gamma1 else np.zeros_like(u)
         if len(u) > 1:
             width, right, left = self.contacts[1:, 0] - self.contacts[:-1, 1], u[:-1, 1], u[1:, 0]
-            outwards[:-1, 1] = self.tail.slope_between(width, right, left)
-            outwards[1:, 0] = self.tail.slope_between(width, left, right)
+            outwards[:-1, 1] = self.tail.slope_between(width, right, left, radii[:-1, 1])
+            outwards[1:, 0] = self.tail.slope_between(width, left, right, radii[1:, 0])
         return sides * f1, outwards
 
     def _rooms(self) -> Array:
@@ -191,11 +224,20 @@ class Equilibrium:
 
     @property
     def angle_deficits(self) -> Array:
-        """π - θ [rad] at each end, (m, 2): f'(a-0) + u'(a+0), Eq. (12), or with their angles."""
+        """π - θ [rad] at each end, (m, 2): f'(a-0) + u'(a+0), Eq. (12), or with their angles.
+
+        nan at the axis, where a contact ends without a line.
+        """
         if not (self.scene.gamma1 and np.isfinite(self.contacts).all()):
             return np.full_like(self.contacts, math.nan)
         f1, u1 = self.line_slopes
-        return f1 + u1 if self.scene.slopes == "small" else np.arctan(f1) + np.arctan(u1)
+        found = f1 + u1 if self.scene.slopes == "small" else np.arctan(f1) + np.arctan(u1)
+        return np.where(self._at_axis, math.nan, found)
+
+    @property
+    def _at_axis(self) -> NDArray[np.bool_]:
+        """Which ends of contacts (m, 2) are the axis, and no lines."""
+        return (self.contacts == 0) & self.scene.axisymmetric & np.array([True, False])
 
     @property
     def contact_angles(self) -> Array:
@@ -205,7 +247,7 @@ class Equilibrium:
     @property
     def angle_deficit(self) -> float:
         """Mean π - θ [rad] over all contact lines; nan without a contact line."""
-        deficits = self.angle_deficits
+        deficits = self.angle_deficits[~self._at_axis]
         return float(deficits.mean()) if deficits.size else math.nan
 
     @property
@@ -215,19 +257,28 @@ class Equilibrium:
 
     def displacement(self, x: ArrayLike) -> Array:
         """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside."""
-        x = np.asarray(x, float)
+        x = self._measured(x)
         u, inside = np.where(np.isnan(x), math.nan, 0.0), self._inside(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
         if not (self.scene.gamma1 and self.contacts.size):
             return u
-        for side, end in ((-1, self.contacts[0, 0]), (1, self.contacts[-1, 1])):
+        radii = self._radii
+        for side, end, radius in (
+            (-1, self.contacts[0, 0], radii[0, 0]),
+            (1, self.contacts[-1, 1], radii[-1, 1]),
+        ):
             free = side * (x - end) > 0
-            u_end = self.depth - float(self.scene.indenter.height(end))
-            u[free] = self.tail.displacement(side * (x[free] - end), u_end)
+            if free.any():
+                u_end = self.depth - float(self.scene.indenter.height(end))
+                u[free] = self.tail.displacement(side * (x[free] - end), u_end, radius)
         if len(self.contacts) > 1:
             within = (x > self.contacts[0, 0]) & (x < self.contacts[-1, 1]) & ~inside
             u[within] = self._between(x[within])
         return u
+
+    def _measured(self, x: ArrayLike) -> Array:
+        """Positions, or distances from the axis."""
+        return np.abs(np.asarray(x, float)) if self.scene.axisymmetric else np.asarray(x, float)
 
     def _inside(self, x: Array) -> NDArray[np.bool_]:
         """Whether x is in contact."""
@@ -243,8 +294,9 @@ class Equilibrium:
         ends = self.depth - self.scene.indenter.height(lines)
         for i in np.unique(gaps).tolist():
             own, (left, right) = gaps == i, lines[i].tolist()
-            at = x[own]
-            u[own] = self.tail.between(at - left, right - at, right - left, *ends[i].tolist())
+            at, radius = x[own], self._radii[i, 1]
+            heights = ends[i].tolist()
+            u[own] = self.tail.between(at - left, right - at, right - left, *heights, radius)
         return u
 
     def pressure(self, x: ArrayLike) -> Array:
@@ -252,7 +304,7 @@ class Equilibrium:
 
         Zero outside the contact. The surface tension adds line forces at the contact lines (10).
         """
-        x = np.asarray(x, float)
+        x = self._measured(x)
         known = self._inside(x) | np.isnan(x)
         return np.where(known, self.scene.stiffness * self.displacement(x), 0.0)
 

@@ -6,6 +6,9 @@ import functools
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from energy.axis import about_axis, check_rings
 from energy.checks import not_a_class, option
 from energy.indenter import Indenter, as_indenter
@@ -83,6 +86,11 @@ class Scene:
     def axisymmetric(self) -> bool:
         """Whether the profile is turned about r = 0."""
         return self.geometry == "axisymmetric"
+
+    def measure(self, x: ArrayLike) -> NDArray[np.float64]:
+        """What an integral over x counts with: 1, or 2πr for r = x with rotational symmetry."""
+        x = np.asarray(x, float)
+        return 2 * math.pi * x if self.axisymmetric else np.ones_like(x)
 
     @functools.cached_property
     def opened(self) -> Scene:

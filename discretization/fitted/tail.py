@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,26 +23,30 @@ class FittedTail:
     length: float
     response: Response
 
-    def displacement(self, distance: Array, u_line: float) -> Array:
+    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
         """The elements' polynomials, then the far field."""
         if not distance.size:
             return distance
         surface = self.response.surface(u_line / self.length)
         return self.length * surface.displacement(distance / self.length)
 
-    def slope(self, u_line: Array) -> Array:
+    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
         """Derivative of the first element's polynomial at the line."""
         solved = [self.response.surface(float(u) / self.length) for u in np.ravel(u_line)]
         return np.reshape([surface.slope for surface in solved], np.shape(u_line))
 
-    def between(self, p: Array, q: Array, width: float, left: float, right: float) -> Array:
+    def between(
+        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
+    ) -> Array:
         """The elements' polynomials."""
         degree, at = self.response.degree, (p / self.length, q / self.length)
         if self.response.slopes == "finite":
             return self.length * self._finite(width, left, right).at(*at)[0]
         return gap.displacement(degree, *at, width / self.length, left, right)
 
-    def slope_between(self, width: Array, own: Array, other: Array) -> Array:
+    def slope_between(
+        self, width: Array, own: Array, other: Array, radius: Any = math.inf
+    ) -> Array:
         """Derivative of the first element's polynomial at each line."""
         if self.response.slopes == "finite":
             lines = zip(width.tolist(), own.tolist(), other.tolist(), strict=True)

@@ -134,21 +134,25 @@ class LatticeTail:
 
     rate: float
 
-    def displacement(self, distance: Array, u_line: float) -> Array:
+    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
         """u_line exp(-rate·distance)."""
         return u_line * np.exp(-self.rate * distance)
 
-    def slope(self, u_line: Array) -> Array:
+    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
         """-rate·u_line."""
         return -self.rate * u_line
 
-    def between(self, p: Array, q: Array, width: float, left: float, right: float) -> Array:
+    def between(
+        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
+    ) -> Array:
         """[left sinh(rate·q) + right sinh(rate·p)]/sinh(rate·width), small slopes only."""
         both = math.expm1(-2 * self.rate * width)
         near = np.exp(-self.rate * p) * np.expm1(-2 * self.rate * q) / both * left
         return near + np.exp(-self.rate * q) * np.expm1(-2 * self.rate * p) / both * right
 
-    def slope_between(self, width: Array, own: Array, other: Array) -> Array:
+    def slope_between(
+        self, width: Array, own: Array, other: Array, radius: Any = math.inf
+    ) -> Array:
         """Slope of `between` at a line with u = own towards the next one, `width` away."""
         once, twice = np.exp(-self.rate * width), np.expm1(-2 * self.rate * width)
         return self.rate * ((2 + twice) * own - 2 * once * other) / twice
@@ -161,12 +165,12 @@ class FiniteTail(LatticeTail):
     length: float
     response: TailResponse
 
-    def displacement(self, distance: Array, u_line: float) -> Array:
+    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
         """ψ⁻¹(ψ(u_line) exp(-rate·distance)): the nodes and a smooth line through them."""
         decayed = np.exp(-self.rate * distance)
         return self.length * self.response.flow(u_line / self.length, decayed)
 
-    def slope(self, u_line: Array) -> Array:
+    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
         """-rate·ψ/ψ'."""
         return -self.rate * self.length * self.response.steepness(u_line / self.length)
 
