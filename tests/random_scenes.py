@@ -46,21 +46,21 @@ HOUSE_STYLE = re.compile(r" = |\] |has the attributes|exactly one of|have shapes
 
 @contextlib.contextmanager
 def within(seconds):
-    """TimeoutError if the block takes longer."""
-    if not hasattr(signal, "SIGALRM"):
+    """TimeoutError if the block takes more of the processor's time."""
+    if not hasattr(signal, "SIGPROF"):
         yield
         return
 
     def late(*_):
         raise TimeoutError(f"not done after {seconds} s")
 
-    before = signal.signal(signal.SIGALRM, late)
-    signal.alarm(seconds)
+    before = signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def answered(question):

@@ -13,6 +13,7 @@ import pytest
 from random_scenes import ASKED
 
 from discretization import AccuracyWarning, load_path, minimise
+from discretization.fitted import gauss
 from discretization.fitted.height_rounding import height_rounding
 from discretization.fitted.quadrature import along, pressing, refined
 from discretization.fitted.response import chosen
@@ -227,6 +228,19 @@ def test_declared_knots_save_the_halving():
         minimise(scene_of(profile), 0.1, rtol=1e-12)
         counts.append(sum(points))
     assert 3 * counts[0] < counts[1]
+
+
+def test_a_difference_by_rounding_is_not_halved(monkeypatch):
+    """Halves would be rounded as much: weights off by 45 ε stand for a sum that is rounded more."""
+    at, weights = gauss.pair(28, 40)
+    off = np.array([[1.0], [1 + 45 * np.finfo(float).eps]])
+    monkeypatch.setattr(gauss, "pair", lambda few, many: (at, off * weights))
+    points, height = [], Parabola.height
+    monkeypatch.setattr(Parabola, "height", lambda f, x: points.append(np.size(x)) or height(f, x))
+    ends = np.array([[-1.0, 0.0, 1.0]])
+    coarse, fine = refined(scene_of(Parabola(2.0)), 0.3, ends, NONE, 1e-15)
+    assert len(points) == 2  # the panels at once, and each by itself
+    assert 20 * 2.0**-52 <= fine.change(coarse) <= 80 * 2.0**-52
 
 
 def test_the_rounding_of_heights_is_measured():

@@ -143,13 +143,19 @@ def test_a_batch_takes_about_its_time_and_the_last_ones_are_small():
 
 
 def test_no_worker_waits_for_work(tmp_path):
-    seconds, grid = [], {"x": list(range(400)), "y": [1.0]}
-    for jobs in (1, 2):
+    """Both workers are busy for 85 % of the time: 1.7 times as fast as one, on any machine."""
+    busy = []
+
+    def timed(point):
         start = time.perf_counter()
-        with ThreadPoolExecutor(jobs) as executor:
-            sweep(nap, grid, tmp_path / str(jobs), executor=executor, jobs=jobs)
-        seconds.append(time.perf_counter() - start)
-    assert seconds[0] / seconds[1] > 1.7
+        nap(point)
+        busy.append(time.perf_counter() - start)
+        return point
+
+    start = time.perf_counter()
+    with ThreadPoolExecutor(2) as executor:
+        sweep(timed, {"x": list(range(400))}, tmp_path / "a", executor=executor, jobs=2)
+    assert len(busy) == 400 and sum(busy) > 1.7 * (time.perf_counter() - start)
 
 
 def test_results_are_flushed_as_they_come(tmp_path):

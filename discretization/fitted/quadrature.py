@@ -6,6 +6,8 @@ slope or of a higher derivative: there each panel is compared with its halves, t
 disagree are halved, so that they close in on such a jump:
 
     Σ_panels |many - few|, |whole - halves|  <=  max(rtol/10, 16 ε) · scale + rounding of heights.
+
+A sum of n terms is rounded by up to n ε of their sizes: what disagrees by no more is not halved.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ _FEW_PANELS = 50
 _MOST_PANELS = 1 << 12  # beyond those between declared corners and knots
 _PART = 0.1  # of rtol for the quadrature
 _ROUNDING = 16 * float(np.finfo(float).eps)
+_SUMMED = 80 * float(np.finfo(float).eps)  # of the sizes of the 80 terms of a panel's larger sum
 _CHUNK = 1 << 18
 _LUCK = 1 / 8  # of what the whole was off by: at a jump of f'' the halves are no better than that
 
@@ -217,7 +220,8 @@ def _halved(
         lost = rounding * np.array([fine.force_scale, felt])
         limit = allowed * np.array([fine.energy_scale, fine.force_scale]) + lost
         apart, share = panels.errors.sum(axis=1), limit[:, None] / max(1, len(panels.ends))
-        rough = (panels.errors > share).any(axis=0) & panels.divisible
+        rounded = _SUMMED * np.array([panels.sums[:3].sum(axis=0), panels.sums[4]])
+        rough = (panels.errors > np.maximum(share, rounded)).any(axis=0) & panels.divisible
         if (apart <= limit).all() or not rough.any() or len(panels.ends) > most:
             energy, force = (apart + lost).tolist()
             return fine._replace(energy=fine.energy - energy, force=fine.force - force), fine

@@ -156,7 +156,8 @@ def answer(record: Record) -> str:
     worst = max(record.worst("finite"), record.worst("small"))
     if record.passed:
         return (
-            f"Yes: at {lines} contact lines π - θ is that of its law within {worst:.0e} of itself."
+            f"Yes: at {lines} contact lines on the fitted mesh π - θ is that of its law within "
+            f"{worst:.0e} of itself; on the lattice it converges with the order {record.order:.2f}."
         )
     return (
         f"Not as simulated: π - θ differs from its law by up to {worst:.0e} of itself, and on the "
