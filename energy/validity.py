@@ -45,7 +45,8 @@ class Deformation(NamedTuple):
     """What an equilibrium in contact does to the layer.
 
     indentation: depth below first touch, d - min f; displacement: largest |u| anywhere; half_width:
-    of the narrowest contact; slope: steepest |f'| in contact and |u'| beside it.
+    of the narrowest contact, the radius of one around the axis, half the width of a ring; slope:
+    steepest |f'| in contact and |u'| beside it.
     """
 
     indentation: float
@@ -57,7 +58,7 @@ class Deformation(NamedTuple):
 def assumptions(scene: Scene, deformed: Deformation | None) -> tuple[Assumption, ...]:
     """The assumptions that a state of this scene makes; deformed: None without contact.
 
-    Those of Sections 2 and 6: d ≪ h ≪ a, slopes ≪ 1, 2w ≪ γ₁; for a nearly incompressible layer
+    Those of Sections 2 and 6: d ≪ h ≪ a (a radius with rotational symmetry), slopes ≪ 1, 2w ≪ γ₁; for a nearly incompressible layer
     (h/a)² ≪ 1 - 2ν; and with tension |c₂|(h/l)² ≪ 1 and h <= l. "≪" is read as "less than a tenth
     of".
     """

@@ -8,10 +8,15 @@ from card_cases import check
 
 from energy import cards
 
+MODULES = {
+    f"{below}{module}": getattr(package, module)
+    for below, package in (("", cards), ("axisymmetric.", cards.axisymmetric))
+    for module in set(package.__all__) - {"Jump", "PullOff", "axisymmetric"}
+}
 FUNCTIONS = {
     f"{module}.{name}": function
-    for module in set(cards.__all__) - {"Jump", "PullOff"}
-    for name, function in inspect.getmembers(getattr(cards, module), inspect.isfunction)
+    for module, package in MODULES.items()
+    for name, function in inspect.getmembers(package, inspect.isfunction)
     if function.__module__ == f"energy.cards.{module}" and name[0] != "_"
 }
 VALUES = {  # arguments in SI, none of them 1, by the powers of force and length in their units
@@ -20,10 +25,11 @@ VALUES = {  # arguments in SI, none of them 1, by the powers of force and length
     (1, -1): {"gamma1": 0.031, "gamma2": 0.021, "gamma12": 0.047}
     | {"w": 4.3e-3, "w_closing": 1.7e-3},
     (0, -0.5): {"c": 3.3},
-    (0, 0): {"n": 1.5, "nu": 0.4, "delta": 0.2, "beta": 0.05, "theta": 2.9}
-    | {"slope_a": 0.11, "slope_f": 0.07, "slope_u": 0.23},
+    (0, 0): {"n": 1.5, "nu": 0.4, "delta": 0.2, "beta": 0.05, "theta": 2.9, "phi": 0.4}
+    | {"slope_a": 0.11, "slope_b": -0.06, "slope_f": 0.07, "slope_u": 0.23},
     (0, 1): {"R": 0.013, "a": 2.1e-3, "d": 3.4e-5, "x": 2.2e-3, "h": 1.3e-3}
-    | {"f_a": 1.7e-5, "u_a": -2.3e-5, "u": -1.1e-5, "d_min": -7e-6, "d_max": 5.2e-5},
+    | {"f_a": 1.7e-5, "u_a": -2.3e-5, "u": -1.1e-5, "d_min": -7e-6, "d_max": 5.2e-5}
+    | {"b": 2.4e-3, "f_b": 1.2e-5, "u_b": -1.9e-5},
 }
 
 
@@ -70,10 +76,10 @@ def test_refusals_of_every_card(name):
     for s in set(inspect.signature(function).parameters) - {"order"}:
         with pytest.raises(ValueError, match=rf"\b{s}\b.* is not finite: pass finite numbers"):
             call(function, **{s: (lambda x: np.nan * x) if s == "f" else np.nan})
-        if s in ("E", "K", "R", "a", "c", "delta", "gamma1", "h", "k", "n", "w", "w_closing"):
+        if s in ("E", "K", "R", "a", "b", "c", "delta", "gamma1", "h", "k", "n", "w", "w_closing"):
             with pytest.raises(ValueError, match=rf"^{s} = -0.7 must .*: \w+"):
                 call(function, **{s: -0.7})
-        if s == "d" and not residual and name[:6] != "force.":
+        if s == "d" and not residual and ".force." not in f".{name}":
             with pytest.raises(ValueError, match=r"^d = -0.001 is below -?[\d.e-]+: .* pass d >= "):
                 call(function, d=np.array([3.4e-5, -1e-3]))
 

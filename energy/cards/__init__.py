@@ -1,6 +1,6 @@
-"""Closed forms of the line contact, each a pure function with its equation number.
+"""Closed forms, each a pure function with its equation number.
 
-Small slopes, but for `finite`.
+Of the line contact but for `axisymmetric`, with small slopes but for `finite`.
 
 | module | equations | meaning |
 | --- | --- | --- |
@@ -19,6 +19,7 @@ Small slopes, but for `finite`.
 | `machine_control` | | the same under a machine of finite stiffness |
 | `two_works` | | closing and opening works of adhesion: pinned line, loop areas |
 | `finite` | (8), (10), (16) | true surface length: Young's law at any slope |
+| `axisymmetric` | | a package: sphere, cone, flat cylinder, power law, ring |
 
 | symbol | name | meaning | unit | range |
 | --- | --- | --- | --- | --- |
@@ -43,6 +44,7 @@ touched and then moved to its depth; cards of the lowest energy of all say `glob
 """
 
 from energy.cards import (
+    axisymmetric,
     contact_line,
     displacement_control,
     finite,
@@ -64,6 +66,7 @@ from energy.cards._types import Jump, PullOff
 __all__ = [
     "Jump",
     "PullOff",
+    "axisymmetric",
     "contact_line",
     "displacement_control",
     "finite",

@@ -1,0 +1,51 @@
+"""Menisci with finite slopes around a circular line: what the Young-Laplace equation tends to.
+
+γ₁ times twice the mean curvature is k u: the surface of a liquid under gravity, with k for ρg and l
+for its capillary length. It has no first integral; these are its limits, with the inclination φ of
+the surface at the line. The height is counted from the flat surface, |u_a|.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import Array, finite, positive, refuse, unwrap
+from energy.cards._types import Values
+from energy.cards.tail import elastocapillary_length
+
+
+def _angle(phi: ArrayLike) -> Array:
+    angle = finite("phi", phi)
+    bad = (angle <= 0.0) | (angle >= np.pi / 2)
+    refuse("phi", angle, bad, "must lie in (0, π/2): pass the inclination in rad")
+    return angle
+
+
+def height_narrow(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """|u_a| = a sin φ (ln(4l/(a (1 + cos φ))) − γ_E), a ≪ l (Lo 1983); next a³/l² ln²(l/a).
+
+    ValueError for γ₁ = 0 and φ outside (0, π/2).
+    """
+    angle, a = _angle(phi), positive("a", a)
+    ell = elastocapillary_length(k, positive("gamma1", gamma1))
+    far = np.log(4.0 * ell / (a * (1.0 + np.cos(angle)))) - np.euler_gamma
+    return unwrap(a * np.sin(angle) * far)
+
+
+def height_wide(phi: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """|u_a| = 2l sin(φ/2) (1 − l (1 − cos³(φ/2))/(3a sin²(φ/2))), a ≫ l; next (l/a)².
+
+    ValueError for γ₁ = 0 and φ outside (0, π/2).
+    """
+    angle, a = _angle(phi), positive("a", a)
+    ell = elastocapillary_length(k, positive("gamma1", gamma1))
+    s, c = np.sin(0.5 * angle), np.cos(0.5 * angle)
+    bend = (1.0 + c + c * c) / (1.0 + c)  # (1 − c³)/s²
+    return unwrap(2.0 * ell * s * (1.0 - ell * bend / (3.0 * a)))
+
+
+def adhesion_force_small_sphere(*, R: ArrayLike, w: ArrayLike) -> Values:
+    """F_A = πRw of a true sphere, R ≪ l, at any w <= 2γ₁.
+
+    The largest 2πγ₁ R sin β sin(π − θ − β) over the polar angle β of the line, at β = (π − θ)/2.
+    """
+    return np.pi * positive("R", R) * positive("w", w)

@@ -1,0 +1,30 @@
+"""Force on an indenter of any profile that is turned about its axis, Eqs. (9)-(11) with 2πr dr."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import finite, non_negative, positive, unwrap
+from energy.cards._types import Values
+from energy.cards.axisymmetric import surface
+from energy.cards.force import Profile
+
+
+def elastic(d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, order: int = 64) -> Values:
+    """2πk ∫₀ᵃ (d − f) r dr by Gauss-Legendre quadrature; a ring is the difference of two radii."""
+    d, a, k = finite("d", d), non_negative("a", a), positive("k", k)
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    t = 0.5 + 0.5 * nodes
+    gap = np.asarray(d)[..., None] - finite("f(r)", f(np.asarray(a)[..., None] * t))
+    return unwrap(np.pi * k * a**2 * (gap * (t * weights)).sum(axis=-1))
+
+
+def total(
+    d: ArrayLike, a: ArrayLike, *, f: Profile, k: ArrayLike, gamma1: ArrayLike, order: int = 64
+) -> Values:
+    """P = 2πk ∫₀ᵃ (d − f) r dr + 2πkal (d − f(a))/q: one contact around the axis.
+
+    a need not be where the line rests. ValueError for a <= 0, k <= 0, γ₁ < 0.
+    """
+    d, a = finite("d", d), positive("a", a)
+    outside = surface.force(d - finite("f(a)", f(np.asarray(a))), a=a, k=k, gamma1=gamma1)
+    return elastic(d, a, f=f, k=k, order=order) + outside

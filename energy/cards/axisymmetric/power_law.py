@@ -1,0 +1,203 @@
+"""Power law f = c rⁿ, n >= 1, turned about its axis: n = 1 a cone, n = 2 a sphere, R = 1/(2c).
+
+The natural unknown is the radius a of the contact. The line rests at a at the depth
+
+    d = c aⁿ − D q,    D = δ₀ − l n c aⁿ⁻¹,    q = K₀/K₁ at a/l.
+
+Where adhesion pulls (w > 0; for a cone c < α), d(a) falls from a = 0 to the radius at which the
+contact detaches under imposed depth, and rises from there on: the branch that is followed. A cone
+with c >= α does not adhere, and its line is never pinned at the tip: a(d) grows from d = 0 on.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import Array, excess, finite, positive, refuse, unwrap
+from energy.cards._types import Jump, PullOff, Values
+from energy.cards.axisymmetric._bessel import decay, growth, scaled
+from energy.cards.axisymmetric._roots import crossing
+from energy.cards.axisymmetric._surface import joined
+from energy.cards.plane import critical_separation
+from energy.cards.tail import elastocapillary_length
+
+
+class _Shape:
+    """c, n, k, l and δ₀, and what is read off them at a radius."""
+
+    def __init__(
+        self, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+    ) -> None:
+        exponent = finite("n", n)
+        refuse("n", exponent, exponent < 1.0, "must be >= 1: a cusp has no small slopes")
+        if np.ndim(exponent) > 0:
+            raise ValueError(f"n = {n!r} must be one number: loop over exponents")
+        self.c, self.n, self.k = positive("c", c), float(exponent), positive("k", k)
+        self.ell = np.asarray(elastocapillary_length(k, gamma1))[()]
+        self.delta0 = np.asarray(critical_separation(k, w))[()]
+
+    def driven(self, a: Array) -> Array:
+        """D = δ₀ − l f'(a), −u_a/q."""
+        return self.delta0 - self.ell * self.n * self.c * a ** (self.n - 1.0)
+
+    def bend(self, a: Array) -> Array:
+        """l f''(a)."""
+        n = self.n
+        return self.ell * n * (n - 1.0) * self.c * a ** (n - 2.0) if n > 1.0 else 0.0 * a
+
+    def depth(self, a: Array) -> Array:
+        return self.c * a**self.n - self.driven(a) * decay(scaled(a, self.ell))
+
+    def depth_slope(self, a: Array) -> Array:
+        """a² dd/da."""
+        s = scaled(a, self.ell)
+        rise = self.n * self.c * a ** (self.n + 1.0) + a**2 * self.bend(a) * decay(s)
+        return rise - self.driven(a) * self.ell * growth(s)
+
+    def force(self, a: Array) -> Array:
+        """P/(πk)."""
+        n, q = self.n, decay(scaled(a, self.ell))
+        pressed = n * self.c * a ** (n + 2.0) / (n + 2.0)
+        return pressed - a * (a * q + 2.0 * self.ell) * self.driven(a)
+
+    def force_slope(self, a: Array) -> Array:
+        """dP/da/(πk)."""
+        s = scaled(a, self.ell)
+        q = decay(s)
+        steeper = self.ell * growth(s) + 2.0 * a * q + 2.0 * self.ell
+        pressed = self.n * self.c * a ** (self.n + 1.0)
+        return pressed + a * (a * q + 2.0 * self.ell) * self.bend(a) - steeper * self.driven(a)
+
+    def least_radius(self) -> Array:
+        """Where d(a) turns: 0 if it rises from the start."""
+        top = (self.delta0 * self.ell / (self.n * self.c)) ** (1.0 / (self.n + 1.0))
+        return crossing(self.depth_slope, np.zeros_like(top), top)
+
+    def radius(self, d: ArrayLike) -> Array:
+        """The radius at a depth, on the branch where it grows with the depth."""
+        d, least = finite("d", d), self.least_radius()
+        remedy = "the contact has detached, pass d >= that of detachment(...)"
+        start = np.where(self.ell > 0.0, 0.0, -self.delta0)
+        lowest = np.where(least > 0.0, self.depth(least), start)
+        over = excess("d", d, unwrap(lowest), remedy, scale=self.delta0)
+        top = ((np.maximum(d, lowest) + self.delta0) / self.c) ** (1.0 / self.n)
+        a = crossing(lambda r: self.depth(r) - d, np.minimum(least, top), 1.001 * top)
+        return unwrap(np.where(over > 0.0, np.maximum(a, least), least))
+
+
+def radius(
+    d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """a of `depth`, on the branch where it grows with d. ValueError below that of `detachment`."""
+    return _Shape(c, n, k, gamma1, w).radius(d)
+
+
+def depth(
+    a: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """d = c aⁿ − (δ₀ − l n c aⁿ⁻¹) q(a/l), at which a line rests at a > 0, stable or not."""
+    return unwrap(_Shape(c, n, k, gamma1, w).depth(positive("a", a)))
+
+
+def displacement(
+    x: ArrayLike,
+    *,
+    d: ArrayLike,
+    c: ArrayLike,
+    n: float,
+    k: ArrayLike,
+    gamma1: ArrayLike,
+    w: ArrayLike,
+) -> Values:
+    """u = d − c|x|ⁿ in contact, u_a K₀(|x|/l)/K₀(a/l) outside. Errors as `radius`."""
+    shape, x = _Shape(c, n, k, gamma1, w), finite("x", x)
+    a = shape.radius(d)
+    u_a = finite("d", d) - shape.c * a**shape.n
+    return joined(x, a, finite("d", d) - shape.c * np.abs(x) ** shape.n, u_a, shape.ell)
+
+
+def force(
+    d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """P at the depth d: `force_of_radius` at `radius`."""
+    shape = _Shape(c, n, k, gamma1, w)
+    return unwrap(np.pi * shape.k * shape.force(shape.radius(d)))
+
+
+def force_of_radius(
+    a: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = πk (n c aⁿ⁺²/(n + 2) − (a²q + 2al)(δ₀ − l n c aⁿ⁻¹)), a > 0."""
+    shape = _Shape(c, n, k, gamma1, w)
+    return unwrap(np.pi * shape.k * shape.force(positive("a", a)))
+
+
+def energy(
+    d: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """U at the depth d: `energy_of_radius` at `radius`; P = dU/dd."""
+    shape = _Shape(c, n, k, gamma1, w)
+    return _energy(shape, shape.radius(d))
+
+
+def energy_of_radius(
+    a: ArrayLike, *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """U = π ∫₀ᵃ (k(d − f)² + γ₁f'²) r dr + πγ₁ (a/l)(d − f(a))²/q − wπa², d of `depth`, a > 0."""
+    return _energy(_Shape(c, n, k, gamma1, w), positive("a", a))
+
+
+def _energy(shape: _Shape, a: Array) -> Values:
+    """With v = n c aⁿ, r = lv/a, u_a = −D q: πk (u_a v a²/(n + 2) + v²a²/(2(n + 1)(n + 2))
+    + a²r²/(2n) + D²(a²(q² − 1) + 2alq)/2 − a²r(2δ₀ − r)/2), where (q² − 1)a² + alq = l²s²q'.
+    """
+    n, ell, lifted = shape.n, shape.ell, shape.driven(a)
+    s = scaled(a, ell)
+    q, v, r = decay(s), n * shape.c * a**n, shape.delta0 - lifted
+    springs = v * (v / (2.0 * (n + 1.0)) - lifted * q) / (n + 2.0)
+    lines = r * (r / n - (2.0 * shape.delta0 - r)) / 2.0
+    outside = lifted**2 * ell * (ell * growth(s) + a * q) / 2.0
+    return unwrap(np.pi * shape.k * (a**2 * (springs + lines) + outside))
+
+
+def pull_off(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:
+    """(P, d, a) of the most tensile force, dP/da = 0: where a dead load detaches the contact.
+
+    All 0 for a cone with c >= α.
+    """
+    shape = _Shape(c, n, k, gamma1, w)
+    n, steep, delta0 = shape.n, shape.n * shape.c, shape.delta0
+    wide = (4.0 * delta0 / steep) ** (1.0 / n)
+    top = np.maximum(wide, (5.0 * shape.ell * delta0 / steep) ** (1.0 / (n + 1.0)))
+    a = crossing(shape.force_slope, np.zeros_like(top), top)
+    return PullOff(unwrap(np.pi * shape.k * shape.force(a)), unwrap(shape.depth(a)), a)
+
+
+def adhesion_force(
+    *, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """F_A = −P of `pull_off`."""
+    return -pull_off(c=c, n=n, k=k, gamma1=gamma1, w=w).force
+
+
+def detachment(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
+    """(P, d, a, released) at the least depth of the branch, dd/da = 0, under imposed depth.
+
+    With tension always at a > 0; all 0 for a cone with c >= α.
+    """
+    shape = _Shape(c, n, k, gamma1, w)
+    a = shape.least_radius()
+    return Jump.of(np.pi * shape.k * shape.force(a), shape.depth(a), a, _energy(shape, a))
+
+
+def jump_in(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
+    """(P, 0, a, released) with a = `radius` at d = 0, where the contact touches; −U is released."""
+    shape = _Shape(c, n, k, gamma1, w)
+    a = shape.radius(0.0)
+    return Jump.of(np.pi * shape.k * shape.force(a), 0.0, a, -np.asarray(_energy(shape, a)))
+
+
+def loop_area(*, c: ArrayLike, n: float, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """∮P dd under imposed depth, to any depth >= 0 and back: what both jumps release."""
+    first = jump_in(c=c, n=n, k=k, gamma1=gamma1, w=w)
+    last = detachment(c=c, n=n, k=k, gamma1=gamma1, w=w)
+    return first.energy_released + last.energy_released

@@ -1,0 +1,162 @@
+"""Sphere of radius R near its lowest point, f = r²/(2R): the parabola turned about its axis.
+
+With s = a/l, q = K₀/K₁ at s, δ = Rδ₀/l² = 1/Λ²: as Λ = l/√(Rδ₀) grows from springs (Λ → 0) to
+surface tension (Λ → ∞), the pull-off force falls smoothly from 2πRw to πRw. The line contact has a
+kink at Λ = 1 there; a sphere has none, since its line always detaches at a > 0.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import Array, non_negative, positive, unwrap
+from energy.cards._types import Jump, PullOff, Values
+from energy.cards.axisymmetric import power_law
+from energy.cards.axisymmetric._bessel import decay, growth, scaled
+from energy.cards.axisymmetric._roots import crossing
+from energy.cards.plane import critical_separation
+from energy.cards.tail import elastocapillary_length
+
+
+def _lengths(
+    R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> tuple[Array, Array, Array, Array]:
+    """R, l, δ₀ and Rδ₀."""
+    ell, delta0 = elastocapillary_length(k, gamma1), critical_separation(k, w)
+    R = positive("R", R)
+    return R, np.asarray(ell)[()], np.asarray(delta0)[()], R * delta0
+
+
+def _as_power_law(R: ArrayLike) -> dict[str, Any]:
+    return {"c": 0.5 / positive("R", R), "n": 2.0}
+
+
+def radius(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """a of `depth`, on the branch where it grows with d. ValueError below that of `detachment`."""
+    return power_law.radius(d, **_as_power_law(R), k=k, gamma1=gamma1, w=w)
+
+
+def depth(a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """d = a²/(2R) − (δ₀ − la/R) q, at which a line rests at a > 0, stable or not."""
+    R, ell, delta0, _ = _lengths(R, k, gamma1, w)
+    a = positive("a", a)
+    return unwrap(a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell)))
+
+
+def displacement(
+    x: ArrayLike, *, d: ArrayLike, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """u = d − x²/(2R) in contact, (d − a²/(2R)) K₀(|x|/l)/K₀(a/l) outside. Errors as `radius`."""
+    return power_law.displacement(x, d=d, **_as_power_law(R), k=k, gamma1=gamma1, w=w)
+
+
+def force(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """P at the depth d: `force_of_radius` at `radius`."""
+    a = np.asarray(radius(d, R=R, k=k, gamma1=gamma1, w=w))
+    return unwrap(_force(a, *_lengths(R, k, gamma1, w), positive("k", k)))
+
+
+def force_of_radius(
+    a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = (πk/R)(a⁴/4 − (a²q + 2al)(Rδ₀ − la)), a > 0."""
+    return unwrap(_force(positive("a", a), *_lengths(R, k, gamma1, w), positive("k", k)))
+
+
+def _force(a: Array, R: Array, ell: Array, delta0: Array, lift: Array, k: Array) -> Array:
+    q = decay(scaled(a, ell))
+    return np.pi * k / R * (a**4 / 4.0 - a * (a * q + 2.0 * ell) * (lift - ell * a))
+
+
+def energy(d: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """U at the depth d; P = dU/dd. ValueError below the depth of `detachment`."""
+    return power_law.energy(d, **_as_power_law(R), k=k, gamma1=gamma1, w=w)
+
+
+def pull_off(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> PullOff:
+    """The most tensile state (P, d, a), where a dead load detaches the contact:
+
+    s³/δ − (3sq + s²(q² − 1) + 2)(1 − s/δ) + (s²q + 2s)/δ = 0, δ = Rδ₀/l². γ₁ = 0 is allowed.
+    """
+    R, ell, delta0, lift = _lengths(R, k, gamma1, w)
+
+    def slope(a: Array) -> Array:
+        s = scaled(a, ell)
+        q = decay(s)
+        steeper = ell * growth(s) + 2.0 * a * q + 2.0 * ell
+        return a**3 - steeper * (lift - ell * a) + ell * a * (a * q + 2.0 * ell)
+
+    top = np.maximum(2.0 * np.sqrt(lift), (5.0 * ell * lift) ** (1.0 / 3.0))
+    a = crossing(slope, np.zeros_like(top), top)
+    d = a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell))
+    return PullOff(unwrap(_force(a, R, ell, delta0, lift, positive("k", k))), unwrap(d), a)
+
+
+def adhesion_force(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """F_A = −P of `pull_off`: the largest pull the contact bears."""
+    return -pull_off(R=R, k=k, gamma1=gamma1, w=w).force
+
+
+def adhesion_force_stiff(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """2πRw (1 − Λ/√2 − 3Λ²/32), Λ → 0: springs with a little tension. ValueError for w <= 0."""
+    R, ell, _, lift = _lengths(R, k, gamma1, positive("w", w))
+    ratio = ell / np.sqrt(lift)
+    return unwrap(2 * np.pi * R * np.asarray(w) * (1 - ratio / np.sqrt(2) - 3 / 32 * ratio**2))
+
+
+def adhesion_force_liquid(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """πRw (1 + (ln 4Λ² − γ_E − ¼)/(8Λ⁴)), Λ → ∞: a liquid with few springs. γ₁ > 0."""
+    R, ell, _, lift = _lengths(R, k, positive("gamma1", gamma1), positive("w", w))
+    square = ell**2 / lift
+    more = (np.log(4.0 * square) - np.euler_gamma - 0.25) / (8.0 * square**2)
+    return unwrap(np.pi * R * np.asarray(w) * (1.0 + more))
+
+
+def detachment(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
+    """(P, d, a, released) at the least depth, s + q = (δ − s)(q² + q/s − 1), under imposed depth.
+
+    With tension always at a > 0, for γ₁ = 0 at a = 0 and d = −δ₀.
+    """
+    R, ell, delta0, lift = _lengths(R, k, gamma1, w)
+
+    def slope(a: Array) -> Array:
+        s = scaled(a, ell)
+        return a**2 * (a + ell * decay(s)) - ell * (lift - ell * a) * growth(s)
+
+    top = (ell * lift) ** (1.0 / 3.0)
+    a = crossing(slope, np.zeros_like(top), top)
+    d = a**2 / (2.0 * R) - (delta0 - ell * a / R) * decay(scaled(a, ell))
+    same = power_law.detachment(**_as_power_law(R), k=k, gamma1=gamma1, w=w)
+    force = _force(a, R, ell, delta0, lift, positive("k", k))
+    return Jump.of(force, d, a, same.energy_released)
+
+
+def detachment_depth_stiff(
+    *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike
+) -> Values:
+    """d ≈ −δ₀ (1 − ¾ (2Λ²)^(1/3)), Λ → 0, under imposed depth. ValueError for w <= 0."""
+    _, ell, delta0, lift = _lengths(R, k, gamma1, positive("w", w))
+    return -delta0 * (1.0 - 0.75 * np.cbrt(2.0 * ell**2 / lift))
+
+
+def jump_in(*, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Jump:
+    """(P, 0, a, released) on touching at imposed depth."""
+    return power_law.jump_in(**_as_power_law(R), k=k, gamma1=gamma1, w=w)
+
+
+def depth_without_adhesion(
+    a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
+) -> Values:
+    """d = (a² + 2alq)/(2R), w = 0: Eq. (38) with the factor q. ValueError for a < 0."""
+    ell, a = np.asarray(elastocapillary_length(k, gamma1)), non_negative("a", a)
+    return unwrap(a * (a + 2.0 * ell * decay(scaled(a, ell))) / (2.0 * positive("R", R)))
+
+
+def force_without_adhesion(
+    a: ArrayLike, *, R: ArrayLike, k: ArrayLike, gamma1: ArrayLike
+) -> Values:
+    """P = (πk/(4R)) (a⁴ + 4la³q + 8a²l²), w = 0. ValueError for a < 0."""
+    ell, a = np.asarray(elastocapillary_length(k, gamma1)), non_negative("a", a)
+    bracket = a**2 + 4.0 * ell * a * decay(scaled(a, ell)) + 8.0 * ell**2
+    return unwrap(np.pi * positive("k", k) / (4.0 * positive("R", R)) * a**2 * bracket)

@@ -1,0 +1,71 @@
+"""Free surfaces of rotational symmetry: outside a contact of radius a, and a disc in a ring.
+
+γ₁ (u'' + u'/r) = k u holds there. Outside, flat far away, u = u_a K₀(r/l)/K₀(a/l); inside a ring
+of inner radius b, smooth on the axis, u = u_b I₀(r/l)/I₀(b/l).
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import i0e
+
+from energy.cards._checks import excess, finite, non_negative, positive, refuse, unwrap
+from energy.cards._types import Values
+from energy.cards.axisymmetric._bessel import decay, disc, scaled
+from energy.cards.axisymmetric._surface import joined
+from energy.cards.tail import elastocapillary_length
+
+
+def displacement(
+    x: ArrayLike, *, a: ArrayLike, u_a: ArrayLike, k: ArrayLike, gamma1: ArrayLike
+) -> Values:
+    """u = u_a K₀(x/l)/K₀(a/l) at the radius x >= a. ValueError for x < a."""
+    x, a, u_a = finite("x", x), positive("a", a), finite("u_a", u_a)
+    excess("x", x, a, "the surface starts at the contact line, pass x >= a")
+    ell = np.asarray(elastocapillary_length(k, gamma1))
+    return joined(x, a, u_a, u_a, ell)
+
+
+def slope_at_line(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """u'(a + 0) = −u_a/(l q), q = K₀/K₁ of a/l. ValueError for γ₁ = 0: a step has no slope."""
+    ell = elastocapillary_length(k, positive("gamma1", gamma1))
+    return -finite("u_a", u_a) / (ell * decay(positive("a", a) / ell))
+
+
+def energy(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """Energy of the surface outside, πγ₁ (a/l) u_a²/q: half the work of its pull on the line."""
+    tension = non_negative("gamma1", gamma1)
+    ell, u_a = elastocapillary_length(k, tension), finite("u_a", u_a)
+    a = positive("a", a)
+    return unwrap(np.pi * positive("k", k) * ell * a / decay(scaled(a, ell)) * u_a**2)
+
+
+def force(u_a: ArrayLike, *, a: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """−2πa γ₁ u'(a + 0) = 2πkal u_a/q, what the surface outside adds to the force."""
+    ell, a = elastocapillary_length(k, gamma1), positive("a", a)
+    pull = 2.0 * np.pi * positive("k", k) * ell * a / decay(scaled(a, ell))
+    return unwrap(pull * finite("u_a", u_a))
+
+
+def disc_displacement(
+    x: ArrayLike, *, b: ArrayLike, u_b: ArrayLike, k: ArrayLike, gamma1: ArrayLike
+) -> Values:
+    """u = u_b I₀(x/l)/I₀(b/l) at the radius 0 <= x <= b. ValueError outside, and for γ₁ = 0."""
+    x, b = non_negative("x", x), positive("b", b)
+    refuse("x", x, x > b, "is beyond the ring's inner line, pass x <= b")
+    ell = elastocapillary_length(k, positive("gamma1", gamma1))
+    ratio = i0e(x / ell) / i0e(b / ell) * np.exp(-(b - x) / ell)
+    return unwrap(finite("u_b", u_b) * ratio)
+
+
+def disc_energy(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """Energy of the free disc inside a ring, πγ₁ (b/l) u_b² I₁/I₀ at b/l."""
+    ell, b = elastocapillary_length(k, gamma1), positive("b", b)
+    share = disc(scaled(b, ell)) * finite("u_b", u_b) ** 2
+    return unwrap(np.pi * positive("k", k) * ell * b * share)
+
+
+def disc_force(u_b: ArrayLike, *, b: ArrayLike, k: ArrayLike, gamma1: ArrayLike) -> Values:
+    """2πkbl u_b I₁/I₀, what the free disc inside a ring adds to the force on the indenter."""
+    ell, b = elastocapillary_length(k, gamma1), positive("b", b)
+    share = disc(scaled(b, ell)) * finite("u_b", u_b)
+    return unwrap(2.0 * np.pi * positive("k", k) * ell * b * share)
