@@ -319,7 +319,8 @@ class Equilibrium:
         if np.isfinite(self.contacts).all():
             steepest = max(steepest, float(np.max(np.abs(self.line_slopes))))
         farthest = max(abs(self.depth - height) for height in self.range_of_heights)
-        narrowest = float(np.min(self.contacts[:, 1] - self.contacts[:, 0])) / 2
+        widths = self.contacts[:, 1] - self.contacts[:, 0]
+        narrowest = float(np.min(np.where(self._at_axis[:, 0], widths, widths / 2)))
         return Deformation(self.indentation, farthest, narrowest, steepest)
 
     @property

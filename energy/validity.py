@@ -58,9 +58,9 @@ class Deformation(NamedTuple):
 def assumptions(scene: Scene, deformed: Deformation | None) -> tuple[Assumption, ...]:
     """The assumptions that a state of this scene makes; deformed: None without contact.
 
-    Those of Sections 2 and 6: d ≪ h ≪ a (a radius with rotational symmetry), slopes ≪ 1, 2w ≪ γ₁; for a nearly incompressible layer
-    (h/a)² ≪ 1 - 2ν; and with tension |c₂|(h/l)² ≪ 1 and h <= l. "≪" is read as "less than a tenth
-    of".
+    Those of Sections 2 and 6: d ≪ h ≪ a (with rotational symmetry the radius), slopes ≪ 1, 2w ≪ γ₁;
+    for a nearly incompressible layer (h/a)² ≪ 1 - 2ν; and with tension |c₂|(h/l)² ≪ 1 and h <= l.
+    "≪" is read as "less than a tenth of".
     """
     layered = () if deformed is None else _of_layer(scene, deformed)
     return (*layered, *_of_slopes(scene, deformed), *_of_free_surface(scene))
