@@ -295,8 +295,8 @@ class Equilibrium:
         for i in np.unique(gaps).tolist():
             own, (left, right) = gaps == i, lines[i].tolist()
             at, radius = x[own], self._radii[i, 1]
-            heights = ends[i].tolist()
-            u[own] = self.tail.between(at - left, right - at, right - left, *heights, radius)
+            one, other = ends[i].tolist()
+            u[own] = self.tail.between(at - left, right - at, right - left, one, other, radius)
         return u
 
     def pressure(self, x: ArrayLike) -> Array:

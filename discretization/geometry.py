@@ -5,10 +5,15 @@ from __future__ import annotations
 from energy import Scene
 
 
-def check_geometry(scene: Scene) -> None:
-    """ValueError for rotational symmetry, which nothing here minimises yet."""
-    if scene.axisymmetric:
+def check_geometry(scene: Scene, nodes: bool) -> None:
+    """ValueError for rotational symmetry where nothing minimises it; nodes: on the lattice."""
+    if scene.axisymmetric and nodes:
         raise ValueError(
-            f"geometry = {scene.geometry!r} is not implemented by the minimisers yet; use "
-            "geometry='line', or the closed forms for rotational symmetry in energy.cards"
+            f"geometry = {scene.geometry!r} is not implemented on the lattice yet; use "
+            "method='fitted', or geometry='line'"
+        )
+    if scene.axisymmetric and scene.slopes == "finite" and scene.gamma1:
+        raise ValueError(
+            f"geometry = {scene.geometry!r} with slopes = {scene.slopes!r} is not implemented "
+            "yet; use slopes='small'"
         )

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_VALUES = np.polynomial.legendre.legvander(_POINTS, _POINTS.size - 1)
+_DERIVATIVE = np.linalg.solve(
+    _VALUES.T, np.polynomial.legendre.legval(_POINTS, np.polynomial.legendre.legder(np.eye(12)))
+).T  # of the polynomial through values at the points
 _HALVINGS = 9
 _AGREED = 1e-13  # change of the integrals relative to their size: all but rounding
 _GRADED = 2.0 ** np.arange(-3, 6)  # lengths l from a line at which panels in a gap end
@@ -54,17 +58,19 @@ def parts_of(state: Equilibrium) -> Parts:
     springs, surface, adhesion, pressure = _in_contact(state)
     free, pull = np.zeros(2), 0.0
     if state.scene.gamma1:
-        free, pull = _of_tails(state) + _of_gaps(state), _of_lines(state)
+        turned = state.scene.axisymmetric
+        free = _about_axis(state) if turned else _of_tails(state) + _of_gaps(state)
+        pull = _of_lines(state)
     stored = float(springs + free[0]), float(surface + free[1])
     return Parts.of(*stored, float(adhesion), float(pressure), pull)
 
 
 def _of_lines(state: Equilibrium) -> float:
-    """-γ₁ Σ sin β, or -γ₁ Σ u' with small slopes (11)."""
+    """-γ₁ Σ sin β, or -γ₁ Σ u' with small slopes (11); about an axis each times 2πr."""
     beside = state.line_slopes[1]
     if state.scene.slopes == "finite":
         beside = beside / np.hypot(1.0, beside)
-    return -state.scene.gamma1 * float(beside.sum())
+    return -state.scene.gamma1 * float((beside * state.scene.measure(state.contacts)).sum())
 
 
 def _in_contact(state: Equilibrium) -> Array:
@@ -113,7 +119,7 @@ def _summed(state: Equilibrium, ends: Array) -> tuple[Array, Array]:
     if scene.pattern is not None:
         bound = bound * scene.pattern.factor(x)
     stored, pressure, _ = terms.spring(u, k=scene.stiffness)
-    densities = np.array([stored, stretched, bound, pressure])
+    densities = np.array([stored, stretched, bound, pressure]) * scene.measure(x)
     weights = half * _WEIGHTS
     return (densities * weights).sum(axis=(1, 2)), (np.abs(densities) * weights).sum(axis=(1, 2))
 
@@ -133,6 +139,29 @@ def _of_tails(state: Equilibrium) -> Array:
             surface = terms.surface(s, gamma1=scene.gamma1, slopes=scene.slopes)
             total += over @ terms.spring(u, k=scene.stiffness).value, over @ surface.value
     return total
+
+
+def _about_axis(state: Equilibrium) -> Array:
+    """Springs and surface (2,) of all free surfaces about an axis, from u at Gauss points."""
+    scene, ends = state.scene, [0.0, *state.contacts.ravel().tolist()]
+    near = scene.elastocapillary_length * np.append(0.0, 2.0 ** np.arange(-12, 6, 0.5))
+    free = [*zip(ends[::2], ends[1::2], strict=False), (ends[-1], ends[-1] + float(near[-1]))]
+    panels: list[tuple[float, float]] = []
+    for left, right in free:
+        wider = left * 2.0 ** np.arange(0, 60, 0.5) if left else np.zeros(1)
+        cuts = np.unique(np.concatenate([left + near, right - near, [left, right]]))
+        if left and scene.elastocapillary_length > left:  # it varies over its distance to the axis
+            cuts = np.union1d(cuts, wider)
+        panels += itertools.pairwise(cuts[(cuts >= left) & (cuts <= right)].tolist())
+    edges = np.array(panels).reshape(-1, 2)
+    half = (edges[:, 1:] - edges[:, :1]) / 2
+    x = edges[:, :1] + half * (1 + _POINTS)
+    u = state.displacement(x)
+    slope = u @ _DERIVATIVE.T / half
+    surface = terms.surface(slope, gamma1=scene.gamma1, slopes=scene.slopes).value
+    weights = half * _WEIGHTS * scene.measure(x)
+    springs = terms.spring(u, k=scene.stiffness).value
+    return np.array([(springs * weights).sum(), (surface * weights).sum()])
 
 
 def _of_gaps(state: Equilibrium) -> Array:

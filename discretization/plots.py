@@ -77,6 +77,7 @@ def _window(state: Equilibrium) -> tuple[float, float]:
     ends = state.contacts if np.isfinite(state.contacts).all() else state.contacts[:0]
     middle = scene.indenter.apex or 0.0
     lo, hi = (float(ends.min()), float(ends.max())) if ends.size else (middle, middle)
+    lo = -hi if scene.axisymmetric else lo
     margin = max(5 * scene.elastocapillary_length, 0.25 * (hi - lo)) or scene.layer.h
     return lo - margin, hi + margin
 

@@ -37,6 +37,22 @@ _ASIDE = 4 * float(np.finfo(float).eps)  # of |x|, to read a slope beside a corn
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
 _WIDEST = 2.0**40
+_BEFORE = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
+
+
+class Radial(Indenter):
+    """The half r >= 0 of a profile that is mirror-symmetric about the axis, which is its wall."""
+
+    def __init__(self, whole: Indenter) -> None:
+        end = whole.extent[1]
+        self.height, self.slope = whole.height, whole.slope  # type: ignore[method-assign]
+        self.extent, self.walls = (0.0, end), (0.0, *(x for x in whole.walls if x > 0))
+        self.corners, self.knots = (
+            np.asarray([x for x in places if x > 0], float)
+            for places in (whole.corners, whole.knots)
+        )
+        self.apex = 0.0 if whole.apex == 0 else None
+        self.complete, self.convex = whole.complete, whole.convex
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,10 +139,10 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     AccuracyWarning where MOST samples do not resolve it; ValueError for a profile without a lowest
     point, or with heights that are not finite.
     """
-    indenter = scene.indenter
+    indenter = Radial(scene.indenter) if scene.axisymmetric else scene.indenter
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
-    cuts = _cuts(indenter, _window(scene, depth), edges)
-    *samples, resolved = _refined(scene, cuts)
+    cuts = _cuts(indenter, _window(scene, indenter, depth), edges)
+    *samples, resolved = _refined(scene, indenter, cuts)
     if not resolved:
         warnings.warn(_unresolved(samples[0]), AccuracyWarning, stacklevel=4)
     return Resolved(indenter, *_with_extremes(indenter, *samples), resolved, edges)
@@ -146,9 +162,12 @@ def _level(scene: Scene, depth: float, touch: float) -> float:
     return top + lift + _MARGIN * (lift + top - touch)
 
 
-def _window(scene: Scene, depth: float) -> tuple[float, float]:
-    """Where contact is possible: the extent, or as far as the profile is low around x = 0."""
-    lo, hi = scene.indenter.extent
+def _window(scene: Scene, indenter: Indenter, depth: float) -> tuple[float, float]:
+    """Where contact is possible: the extent, or as far as the profile is low around x = 0.
+
+    An end at which the profile turns over is left out.
+    """
+    lo, hi = (_known(indenter, end) for end in indenter.extent)
     if math.isfinite(lo) and math.isfinite(hi):
         return lo, hi
     size = scene.elastocapillary_length or scene.critical_separation or scene.layer.h
@@ -157,7 +176,7 @@ def _window(scene: Scene, depth: float) -> tuple[float, float]:
     while half <= _WIDEST * size:
         ends = max(lo, start - half), min(hi, start + half)
         x = np.linspace(*ends, 2 * _FIRST + 1)
-        f = heights(scene.indenter, x)
+        f = heights(indenter, x)
         low = float(x[int(np.argmin(f))])
         level = _level(scene, depth, float(f.min()))
         clear = all(
@@ -171,6 +190,14 @@ def _window(scene: Scene, depth: float) -> tuple[float, float]:
         f"indenter = {scene.indenter!r} has no lowest point within {half!r} of x = {start!r}; give "
         "Profile(..., extent=(lo, hi))"
     )
+
+
+def _known(indenter: Indenter, end: float) -> float:
+    """An end of the extent, or just before it where the profile turns over."""
+    if math.isinf(end):
+        return end
+    with np.errstate(divide="ignore"):
+        return end * _BEFORE if np.isinf(indenter.slope(end)) else end
 
 
 def heights(indenter: Indenter, x: Array) -> Array:
@@ -194,9 +221,9 @@ def _cuts(indenter: Indenter, window: tuple[float, float], edges: Array) -> Arra
     return np.unique(np.concatenate([window, inner]))
 
 
-def _refined(scene: Scene, cuts: Array) -> tuple[Array, Array, Array, bool]:
+def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, Array, Array, bool]:
     """Samples x, f, f' of the pieces between cuts, corners twice; whether they resolve them."""
-    indenter, corners = scene.indenter, np.asarray(scene.indenter.corners, float)
+    corners = np.asarray(indenter.corners, float)
     count = np.maximum(1, np.ceil(np.diff(cuts) / np.ptp(cuts) * _FIRST)).astype(int)
     t = np.concatenate([np.arange(n) / n for n in count.tolist()])
     lo = np.repeat(cuts[:-1], count) + np.repeat(np.diff(cuts), count) * t

@@ -62,7 +62,7 @@ class Integrals:
         if scene.pattern is not None:
             bound = bound * scene.pattern.factor(x)
         densities = np.array([np.ones_like(f), f, f * f, stretched, bound])
-        return np.asarray((densities * (half * _WEIGHTS)).sum(axis=2))
+        return np.asarray((densities * (half * _WEIGHTS) * scene.measure(x)).sum(axis=2))
 
     def at(self, x: Array) -> Array:
         """The five integrals from the lowest point to x (n,)."""

@@ -142,8 +142,9 @@ def _tension(contacts: Contacts, lift: float) -> float:
         inside = (profile.corners > left) & (profile.corners < right)
         over = (falls - motion.holds(profile.corners))[inside]
         worst = max(worst, scene.gamma1 * float(over.max(initial=0.0)))
-    lone = contacts.x[:, 0] == contacts.x[:, 1]
-    worst = max(worst, float(-contacts.pulls.sum(axis=1)[lone].min(initial=0.0)))
+    lone = (contacts.x[:, 0] == contacts.x[:, 1]) & (scene.measure(contacts.x[:, 0]) > 0)
+    pulls = contacts.pulls.sum(axis=1)[lone] / scene.measure(contacts.x[lone, 0])
+    worst = max(worst, float(-pulls.min(initial=0.0)))
     for left, right in motion.bare(contacts.x):
         worst = max(worst, length * _stretched(contacts, left, right))
     return worst / (scene.stiffness * lift * length)
@@ -194,4 +195,5 @@ def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, fl
 def _push(scene: Scene, depth: float, x: Array) -> Array:
     """A bound of |dP/dq| of lines: k|g| + k l |f'|."""
     g, slope = depth - scene.indenter.height(x), scene.indenter.slope(x)
-    return np.asarray(scene.stiffness * (np.abs(g) + scene.elastocapillary_length * np.abs(slope)))
+    felt = np.abs(g) + scene.elastocapillary_length * np.abs(slope)
+    return np.asarray(scene.stiffness * felt * scene.measure(x))

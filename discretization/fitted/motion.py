@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -20,16 +20,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.fitted.axisymmetric_surfaces import AxisymmetricSurfaces
 from discretization.fitted.finite_surfaces import FiniteSurfaces
 from discretization.fitted.pressed import Lines, Pressed, pairs
 from discretization.fitted.response import Response
 from discretization.fitted.resting import MET, TIE, Pair, Resting
 from discretization.fitted.small_surfaces import SmallSurfaces
+from discretization.fitted.surfaces import Surfaces
 from discretization.profile import Resolved
 from energy import Scene
 
 Array = NDArray[np.float64]
 _MOST = 100_000
+KINDS: dict[tuple[str, str], Callable[[Scene, Response], Surfaces]] = {
+    ("line", "small"): SmallSurfaces,
+    ("line", "finite"): FiniteSurfaces,
+    ("axisymmetric", "small"): AxisymmetricSurfaces,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +51,7 @@ class Motion:
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, response: Response, depth: float) -> Motion:
         """With the free surfaces of a response, for depths up to this one."""
-        kind = SmallSurfaces if scene.slopes == "small" else FiniteSurfaces
+        kind = KINDS[scene.geometry, scene.slopes]
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
         resting = Resting(scene, profile, kind(scene, response), size)
         return cls(scene, profile, response, resting)

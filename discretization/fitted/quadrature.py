@@ -88,6 +88,8 @@ def inside(
         bound = bound * scene.pattern.factor(x)
     spring, pressure, _ = terms.spring(g, k=scene.stiffness)
     densities = np.array([spring, stretch, bound, pressure, np.abs(pressure)])
+    if scene.axisymmetric:
+        densities *= scene.measure(x)
     return np.einsum("rij,dij->rdi", span, densities), g.min(axis=1, initial=0.0)
 
 
@@ -212,6 +214,7 @@ def _halved(
     most = len(panels.ends) + _MOST_PANELS
     rounding = height_rounding(scene.indenter, panels.ends)
     felt = scene.stiffness * (np.diff(panels.ends).sum() + 2 * scene.elastocapillary_length)
+    felt *= float(scene.measure(panels.ends.max(initial=0.0)))
     if not scene.indenter.complete:  # not known until there are halves
         panels.errors[:, panels.divisible] = math.inf
     while True:

@@ -65,19 +65,19 @@ class Response:
             return u0 * self.reactions[0]
         if not isinstance(u0, np.ndarray) and self._alone(u0):
             return u0 * _beyond(self.degree, u0, 0)
-        return u0 * _horner(self.reactions, _along(u0))
+        return u0 * horner(self.reactions, _along(u0))
 
     def energy(self, u0: float) -> float:
         """F [γ₁ l]."""
         if self._alone(u0):
             return u0 * u0 * _beyond(self.degree, u0, 1)
-        return u0 * u0 * _horner(self.energies, _along(u0))
+        return u0 * u0 * horner(self.energies, _along(u0))
 
     def area(self, u0: float) -> float:
         """∫u dx [l²]."""
         if self._alone(u0):
             return u0 * _beyond(self.degree, u0, 2)
-        return u0 * _horner(self.areas, _along(u0))
+        return u0 * horner(self.areas, _along(u0))
 
     def tail(self, u0: float) -> Tail:
         """What a line feels, and what the surface's free nodes and its reaction are off by."""
@@ -85,10 +85,10 @@ class Response:
         apart = max(solved.residual, abs(solved.reaction - self.reaction(u0)))
         return Tail(self.energy(u0), self.reaction(u0), self.area(u0), apart / (abs(u0) or 1.0))
 
-    def surface(self, u0: float) -> FreeSurface:
-        """The surface itself, relaxed from what was read."""
+    def surface(self, u0: float, radius: float = math.inf) -> FreeSurface:
+        """The surface itself, relaxed from what was read; beside a line of this radius."""
         if self.slopes == "small":
-            return linear(self.degree).scaled(u0)
+            return linear(self.degree, radius).scaled(u0)
         if self._alone(u0):
             return steep(u0, self.degree)
         return _mild(self, u0)
@@ -109,7 +109,7 @@ def _along(u0: Any) -> Any:
     return 2 * u0 * u0 / STEEP**2 - 1
 
 
-def _horner(powers: Powers, t: Any) -> Any:
+def horner(powers: Powers, t: Any) -> Any:
     total = 0.0
     for power in powers:
         total = total * t + power
@@ -121,7 +121,7 @@ def _beyond(degree: int, u0: float, which: int) -> float:
     if abs(u0) >= OVERHANG:
         steep(u0, degree)  # says why there is none
     t = 2 * (u0 * u0 - STEEP**2) / (OVERHANG**2 - STEEP**2) - 1
-    return _horner(_steepest(degree)[which], t)
+    return horner(_steepest(degree)[which], t)
 
 
 @functools.lru_cache(maxsize=16)
@@ -130,7 +130,7 @@ def _steepest(degree: int) -> tuple[Powers, ...]:
     t = np.sort(np.cos(np.pi * (np.arange(_STEEP_POINTS) + 0.5) / _STEEP_POINTS))
     u0 = np.sqrt(STEEP**2 + (OVERHANG**2 - STEEP**2) * (t + 1) / 2).tolist()
     rows = np.array([_read(steep(u, degree), u) for u in u0])
-    return tuple(tuple(column) for column in _powers(t, rows).T.tolist())
+    return tuple(tuple(column) for column in powers(t, rows).T.tolist())
 
 
 ABSENT = Response("small", 0, np.empty((0, 0)), (0.0,), (0.0,), (0.0,), 0.0, 0.0)  # γ₁ = 0
@@ -161,7 +161,7 @@ def response(slopes: str, degree: int) -> Response:
         table = np.array([[*_read(surface, 1.0), *surface.u]])
     else:
         t = np.sort(np.cos(np.pi * (np.arange(_POINTS) + 0.5) / _POINTS))
-        table = _powers(t, _family(STEEP * np.sqrt((t + 1) / 2), degree))
+        table = powers(t, _family(STEEP * np.sqrt((t + 1) / 2), degree))
     reactions, energies, areas = (tuple(column) for column in table[:, :3].T.tolist())
     return Response(
         slopes, degree, table[:, 3:], reactions, energies, areas, *_errors(slopes, degree)
@@ -179,7 +179,7 @@ def _family(displaced: Array, degree: int) -> Array:
     return np.array(rows)
 
 
-def _powers(t: Array, values: Array) -> Array:
+def powers(t: Array, values: Array) -> Array:
     """Coefficients of falling powers of the polynomials (columns) through Chebyshev points t."""
     series = chebyshev.chebfit(t, values, t.size - 1)
     convert = np.zeros((t.size, t.size))

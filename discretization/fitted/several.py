@@ -40,6 +40,7 @@ _BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
 _MOST_NODES = 400_000
 _SAME = 1e-9  # of the energy's scale: energies of the same state
 _ROUNDING = 16 * float(np.finfo(float).eps)
+_EXACT = 1e-15  # of surfaces about an axis: there is one family of them, read from a table
 _UNKNOWN = Certificate(*5 * (math.nan,))
 
 
@@ -53,7 +54,7 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
     if not scene.gamma1:
         return on_springs(scene, profile, depth, branch=branch, rtol=rtol)
     _refuse(scene, branch)
-    response = chosen(scene.slopes, rtol)
+    response = chosen(scene.slopes, _EXACT if scene.axisymmetric else rtol)
     while True:
         motion = Motion.of(scene, profile, response, depth)
         state = _found(motion, depth, branch, rtol)

@@ -55,7 +55,7 @@ def at_level(
         return replace(detached(scene, depth, branch, tail, apart), method="fitted")
     lines = below(profile, max(level, touch))
     coarse, fine = refined(scene, depth, panels(scene.indenter, lines), (0.0,) * 4, rtol)
-    pinned = np.isin(lines, scene.indenter.walls)
+    pinned = np.isin(lines, profile.indenter.walls)
     return _passed(
         Equilibrium(
             scene=scene,
@@ -146,7 +146,8 @@ def _errors(
     with np.errstate(divide="ignore", invalid="ignore"):
         moves = np.minimum((_ROUNDING * size + fine.rounding) / np.abs(slope), width)
     moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
-    pull = float((moves * scene.stiffness * np.abs(depth - height)).sum())
+    push = scene.stiffness * np.abs(depth - height) * scene.measure(lines)
+    pull = float((moves * push).sum())
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
     found = (
         float(moves.sum()) / width + _ROUNDING if width else 0.0,

@@ -43,7 +43,8 @@ def on_fitted_mesh(
     pattern the state is the end of a path (several.py).
     """
     indenter = scene.indenter
-    if not indenter.convex or scene.opening is not None or scene.pattern is not None:
+    ended = scene.opening is not None or scene.pattern is not None
+    if not indenter.convex or ended or scene.axisymmetric:
         return on_several(scene, depth, branch=branch, rtol=rtol)
     response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
     apex = indenter.apex

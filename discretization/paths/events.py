@@ -16,6 +16,8 @@ class Snapshot(NamedTuple):
     """A state beside an event: depth, force P, energy U, contact lines (nan when detached).
 
     left, right: the outermost lines; inner: those in between, where there are several contacts.
+    With rotational symmetry (axisymmetric) they are radii, and left is 0 for a contact that
+    includes the axis.
     """
 
     depth: float
@@ -24,6 +26,7 @@ class Snapshot(NamedTuple):
     left: float
     right: float
     inner: tuple[float, ...] = ()
+    axisymmetric: bool = False
 
     @property
     def lines(self) -> tuple[float, ...]:
@@ -32,8 +35,10 @@ class Snapshot(NamedTuple):
 
     @property
     def half_width(self) -> float:
-        """Half the total contact length a, 0 when detached."""
-        return 0.0 if math.isnan(self.left) else half_length(self.lines)
+        """Half the total contact length a, or the radius of the outermost line; 0 if detached."""
+        if math.isnan(self.left):
+            return 0.0
+        return self.right if self.axisymmetric else half_length(self.lines)
 
 
 class Event(NamedTuple):

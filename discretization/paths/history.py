@@ -29,7 +29,7 @@ from energy.description import alike, described, rebuilt
 Array = NDArray[np.float64]
 _TITLE = "elastocap load path"
 _NOTES = (
-    "per unit length of the line contact, in the units of the scene: control [length or force],",
+    "in the units of the scene, of a line contact per its unit length: control [length or force],",
     "depth d [length] > 0 into the layer, force P [force] > 0 compressive, energy U [energy],",
     "lines left, right [length], nan: detached. event: kind, control, before, after (depth,",
     "force, energy, left, right, inner lines), energy released, step",
@@ -40,6 +40,8 @@ _COLUMNS = ("control", "depth", "force", "energy", "left", "right", "inner")
 @dataclass(frozen=True, eq=False)
 class History:
     """A load path of n steps, per unit length of the line contact.
+
+    With rotational symmetry force and energy are those of the whole contact, and lines are radii.
 
     control: "depth", "force" or "drive"; values (n,): the programme; machine_stiffness K of a
     drive. depth, force (P > 0 compressive), half_width, energy U (n,); contacts (n, 2): lines, nan
@@ -109,7 +111,9 @@ class History:
 
     @property
     def half_width(self) -> Array:
-        """Half the total contact length a (n,), 0 when detached."""
+        """Half the total contact length a (n,), or the outermost radius; 0 when detached."""
+        if self.scene.axisymmetric:
+            return np.nan_to_num(self.contacts[:, 1])
         width = self.contacts[:, 1] - self.contacts[:, 0]
         gaps = [-half_length(lines) if lines else 0.0 for lines in self.inner]
         return np.where(np.isnan(width), 0.0, width / 2 + np.array(gaps))
@@ -138,7 +142,8 @@ class History:
         """The state at a step."""
         columns = (self.depth, self.force, self.energy, *self.contacts.T)
         depth, force, energy, left, right = (float(column[step]) for column in columns)
-        return Snapshot(depth, force, energy, left, right, self.inner[step])
+        turned = self.scene.axisymmetric
+        return Snapshot(depth, force, energy, left, right, self.inner[step], turned)
 
     def work(self) -> float:
         """∫P dd of the path from the forces alone, where the state jumps that of the applied load.
@@ -238,7 +243,7 @@ class History:
 
 def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
     """The fitted mesh's branch: of one contact where there can be no other, else of many."""
-    if scene.indenter.convex and scene.pattern is None:
+    if scene.indenter.convex and scene.pattern is None and not scene.axisymmetric:
         return FittedBranch.of(scene, rtol)
     if not scene.gamma1:
         return SpringsBranch.of(scene, rtol, deepest)
@@ -271,5 +276,5 @@ def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:
 
 
 def _snapshot(parts: list[Any]) -> Snapshot:
-    depth, force, energy, left, right, inner = parts
-    return Snapshot(depth, force, energy, left, right, tuple(inner))
+    depth, force, energy, left, right, inner, *turned = parts
+    return Snapshot(depth, force, energy, left, right, tuple(inner), *turned)

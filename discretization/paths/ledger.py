@@ -79,4 +79,5 @@ def _snapshot(branch: Branch, point: Point) -> Snapshot:
     """A state between the steps; its energy is not asked for."""
     depth, state = point
     lines = (math.nan, math.nan) if state is None else state.ends
-    return Snapshot(depth, branch.force(state, depth), math.nan, *lines)
+    force, turned = branch.force(state, depth), branch.scene.axisymmetric
+    return Snapshot(depth, force, math.nan, lines[0], lines[1], axisymmetric=turned)

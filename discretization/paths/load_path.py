@@ -235,7 +235,8 @@ class LoadPath:
         depth, state = point
         left, right = (math.nan, math.nan) if state is None else state.ends
         force, energy = self.branch.force(state, depth), self.branch.energy(state, depth)
-        return Snapshot(depth, force, energy, left, right, inner_lines(state))
+        turned = self.branch.scene.axisymmetric
+        return Snapshot(depth, force, energy, left, right, inner_lines(state), turned)
 
 
 def inner_lines(state: State) -> tuple[float, ...]:
