@@ -46,7 +46,7 @@ class Case:
     @property
     def angle_deficit(self) -> float:
         """π - θ [rad] by Young's law, (15) or (8); nan where the line is pinned to an edge."""
-        if self.shape not in ("wedge", "parabola", "power"):
+        if self.shape == "flat":
             return math.nan
         card = cards.contact_line
         law = card.angle_deficit_small if self.scene.slopes == "small" else card.angle_deficit

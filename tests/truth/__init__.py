@@ -1,4 +1,4 @@
-"""Reference solutions for profiles that are not convex, independent of the minimisers.
+"""Reference solutions where there is no closed form, independent of the minimisers.
 
 They know the scene and nothing of `discretization`. Slow, and meant to be obviously right:
 
@@ -11,6 +11,8 @@ springs.py      γ₁ = 0: every spring by itself
 sets.py         the state of least energy, by a dynamic programme over contact nodes
 totals.py       lines polished by Newton's method, force and energy
 penetration.py  how far a state of `minimise` goes through the indenter
+
+meniscus.py     rotational symmetry with finite slopes: Young-Laplace, integrated from far away
 
 scenes.py draws random scenes; compare.py says what `minimise` makes of them, and
 

@@ -1,0 +1,147 @@
+"""Finite slopes with rotational symmetry: the Young-Laplace equation integrated from far away.
+
+In units of l, with h = |u|/l and S the sine of the surface's inclination, the surface outside a
+line is the solution of
+
+    dh/dr = −S/√(1 − S²),    d(rS)/dr = −r h,
+
+that decays. It is followed inwards from where it is as small as 1e-8, and the linear one, h ∝ K₀(r)
+to rounding; its amplitude there is chosen such that S = sin φ at the line. A free disc begins on
+the axis instead. Energies are over 2πγ₁l².
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+from scipy.special import k0e, k1e
+
+FAINT = 1e-8
+RTOL = 3e-14
+
+
+class Surface(NamedTuple):
+    """A free surface from its line: |u_a|/l, energy over 2πγ₁l², and the solution h, S over r."""
+
+    height: float
+    energy: float
+    inclination: float
+    solution: object
+
+
+def outside(radius, phi):
+    """The surface outside a line of this radius (over l), inclined there by 0 < φ < π/2."""
+    most = phi / k1e(radius)  # φ > sin φ bounds the amplitude from above, but for some curvature
+    far = radius + brentq(lambda x: np.log(most * k1e(radius + x) / FAINT) - x, 0.0, 60.0)
+
+    def followed(amplitude):
+        return _integrated(far, radius, _faint(amplitude, far, radius))
+
+    def excess(log_amplitude):
+        run = followed(np.exp(log_amplitude))
+        return 1.0 if run.status == 1 else run.y[1, -1] - np.sin(phi)
+
+    start = np.log(most)
+    root = brentq(excess, start - 3.0, start + 0.5, xtol=1e-15, rtol=1e-15)
+    run = followed(np.exp(root))
+    return Surface(float(run.y[0, -1]), float(run.y[2, -1]), phi, run)
+
+
+def _faint(amplitude, far, radius):
+    """h, S and energy of A K₀(r) beyond `far`: ½ r h S."""
+    fall = amplitude * np.exp(radius - far)
+    h, s = fall * k0e(far), fall * k1e(far)
+    return [h, s, far * h * s / 2]
+
+
+def _integrated(far, radius, start):
+    """From far to the line, in ln r where the line is narrow; the event: it would overhang."""
+    narrow = radius < 1
+
+    def slopes(x, y):
+        r = np.exp(x) if narrow else radius + x
+        h, s = y[0], y[1]
+        c = np.sqrt(max(1 - s * s, 1e-6))
+        rise = np.array([-s / c, -(h + s / r), -r * (h * h / 2 + s * s / (1 + c) / c)])
+        return rise * r if narrow else rise
+
+    def overhangs(x, y):
+        return 0.9999 - abs(y[1])
+
+    overhangs.terminal = True
+    span = (np.log(far), np.log(radius)) if narrow else (far - radius, 0.0)
+    return solve_ivp(slopes, span, start, method="DOP853", rtol=RTOL, atol=1e-30, events=overhangs)
+
+
+def disc(radius, phi):
+    """The surface of a free disc on the axis, inclined by φ at its rim of this radius (over l)."""
+    first = 1e-5 * radius
+
+    def followed(top):
+        start = [top * (1 + first**2 / 4), top * first / 2 * (1 + first**2 / 8)]
+        start.append(top**2 * first**2 / 4)
+
+        def slopes(r, y):
+            h, s = y[0], y[1]
+            c = np.sqrt(max(1 - s * s, 1e-6))
+            return [s / c, h - s / r, r * (h * h / 2 + s * s / (1 + c) / c)]
+
+        def overhangs(r, y):
+            return 0.9999 - abs(y[1])
+
+        overhangs.terminal = True
+        span = (first, radius)
+        return solve_ivp(
+            slopes, span, start, method="DOP853", rtol=RTOL, atol=1e-30, events=overhangs
+        )
+
+    def excess(log_top):
+        run = followed(np.exp(log_top))
+        return 1.0 if run.status == 1 else run.y[1, -1] - np.sin(phi)
+
+    likely = np.log(2 * phi / radius) - radius
+    root = brentq(excess, likely - 3.0, likely + radius + 3.0, xtol=1e-15, rtol=1e-15)
+    run = followed(np.exp(root))
+    return Surface(float(run.y[0, -1]), float(run.y[2, -1]), phi, run)
+
+
+class State(NamedTuple):
+    """An equilibrium with one contact around the axis."""
+
+    depth: float
+    force: float
+    energy: float
+
+
+def state(scene, a):
+    """The state of a scene with finite slopes whose contact line rests at the radius a.
+
+    Young's law gives the inclination of the surface, φ = π − θ − atan f'(a), upwards to the line
+    where it is positive; ValueError where that is no graph.
+    """
+    k, gamma1, w, f = scene.stiffness, scene.gamma1, scene.work_of_adhesion, scene.indenter
+    ell = scene.elastocapillary_length
+    phi = scene.surfaces.angle_deficit - np.arctan(float(f.slope(a)))
+    if abs(phi) >= np.pi / 2:
+        raise ValueError(f"a = {a!r}: the surface would overhang, φ = {phi!r}")
+    free = outside(a / ell, abs(phi))
+    u_a = -np.sign(phi) * free.height * ell
+    d = float(f.height(a)) + u_a
+
+    def integral(density):
+        cuts = [0.0, *sorted(float(x) for x in (*f.corners, *f.knots) if 0 < x < a), a]
+        return sum(
+            quad(lambda r: density(r) * r, *ends, epsrel=1e-13, epsabs=0, limit=400)[0]
+            for ends in itertools.pairwise(cuts)
+        )
+
+    def stored(r):
+        arc = np.hypot(1, float(f.slope(r)))
+        return k / 2 * (d - float(f.height(r))) ** 2 + (gamma1 - w) * arc - gamma1
+
+    pressed = integral(lambda r: k * (d - float(f.height(r))))
+    force = 2 * np.pi * (pressed - a * gamma1 * np.sin(phi))
+    energy = 2 * np.pi * (integral(stored) + gamma1 * ell**2 * free.energy)
+    return State(d, force, energy)
