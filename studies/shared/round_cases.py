@@ -43,6 +43,7 @@ def _cosh(a: float, rise: float, n: float) -> Indenter:
     return Profile(
         lambda x: a * steep * (np.cosh(np.asarray(x) / a) - 1),
         lambda x: steep * np.sinh(np.asarray(x) / a),
+        extent=(0.0, 4 * a),
         convex=True,
     )
 
@@ -105,10 +106,11 @@ def totals(scene: Scene, d: float, a: float) -> tuple[float, float]:
 
 
 def _quadrature(f: Indenter, a: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss points on [0, a], graded towards the axis, with weights; between corners and knots."""
+    """Gauss points on [0, a], graded towards both ends, with weights; between corners and knots."""
     known = np.concatenate([np.asarray(f.corners, float), np.asarray(f.knots, float)])
-    cuts = np.unique(np.concatenate([[0.0, a], known[(known > 0) & (known < a)]]))
+    steep = a * (1 - 0.5 ** np.arange(1.0, 10.0))  # an arc is steep next to the line
+    cuts = np.unique(np.concatenate([[0.0, a], known[(known > 0) & (known < a)], steep]))
     first = cuts[1]
-    points = [first * _T**4] + [lo + (hi - lo) * _T for lo, hi in itertools.pairwise(cuts)]
+    points = [first * _T**4] + [lo + (hi - lo) * _T for lo, hi in itertools.pairwise(cuts[1:])]
     weights = [4 * first * _T**3 * _DT] + [width * _DT for width in np.diff(cuts[1:])]
     return np.concatenate(points), np.concatenate(weights)
