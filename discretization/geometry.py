@@ -12,8 +12,3 @@ def check_geometry(scene: Scene, nodes: bool) -> None:
             f"geometry = {scene.geometry!r} is not implemented on the lattice yet; use "
             "method='fitted', or geometry='line'"
         )
-    if scene.axisymmetric and scene.slopes == "finite" and scene.gamma1:
-        raise ValueError(
-            f"geometry = {scene.geometry!r} with slopes = {scene.slopes!r} is not implemented "
-            "yet; use slopes='small'"
-        )

@@ -109,7 +109,9 @@ def test_both_studies_run_from_the_command_line(tmp_path, monkeypatch, capsys):
     small = replace(PRESET, ratios=(0.1,), widths=(2.0,), path=(0.1,), steps=2, offsets=(0.0,))
     monkeypatch.setattr(contact_angle, "QUICK", small)
     assert studies.main(["contact_angle", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
-    assert "\nanswer: Yes: at 36 contact lines on the fitted mesh π - θ is" in capsys.readouterr().out
+    assert (
+        "\nanswer: Yes: at 36 contact lines on the fitted mesh π - θ is" in capsys.readouterr().out
+    )
     written = {path.suffix for path in tmp_path.glob("contact_angle.*")}
     assert written == {".png", ".pdf", ".csv"}
     assert {"applicability", "contact_angle"} <= set(studies.STUDIES)

@@ -29,7 +29,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _BESIDE = 2.0**-40  # l: a line at the axis is asked for at this radius
-_ANY = -1e200  # below every depth
+ANY = -1e200  # below every depth
 _STEP = 1e-5  # of a radius, or of the width of a ring: differences of energies are good to 1e-10
 
 
@@ -50,7 +50,7 @@ class AxisymmetricSurfaces:
         s = np.maximum(s, _BESIDE)
         if facing is None:
             rest = f + excess / stiffness(degree, side, s)
-            return np.where((side < 0) & np.equal(x, 0), _ANY, rest)[()]
+            return np.where((side < 0) & np.equal(x, 0), ANY, rest)[()]
         apart = np.maximum(side * (facing.x - x) / length, MET)
         q, p = (s, s + apart) if side > 0 else (s - apart, s)
         found = ring(degree, q, p)

@@ -81,8 +81,23 @@ class FreeSurface:
             lo += length
         far = x >= lo
         result[far] = self.u[-1] * decayed(self.radius, lo, x[far])
-        if self.slopes == "finite":
+        if self.slopes == "finite" and math.isinf(self.radius):
             result[far] = _bent(result[far], float(self.u[-1]))
+        return result
+
+    def slopes_at(self, x: ArrayLike) -> Array:
+        """u' at distances x >= 0 from the line, likewise."""
+        x, degree = np.asarray(x, float), self.degree
+        result, lo = np.empty_like(x), 0.0
+        d = rounded(degree)[2]
+        for e, length in enumerate(self.lengths):
+            inside = (x >= lo) & (x < lo + length)
+            own, at = self.u[e * degree : (e + 1) * degree + 1], 2 * (x[inside] - lo) / length - 1
+            result[inside] = polynomial(degree, at, d @ own) * 2 / length
+            lo += length
+        far = x >= lo
+        step = 1e-6 * (1 + x[far])
+        result[far] = (self.displacement(x[far] + step) - self.displacement(x[far])) / step
         return result
 
 

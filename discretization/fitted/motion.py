@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.axisymmetric_surfaces import AxisymmetricSurfaces
 from discretization.fitted.finite_surfaces import FiniteSurfaces
+from discretization.fitted.meniscus_surfaces import MeniscusSurfaces
 from discretization.fitted.pressed import Lines, Pressed, pairs
 from discretization.fitted.response import Response
 from discretization.fitted.resting import MET, TIE, Pair, Resting
@@ -36,6 +37,7 @@ KINDS: dict[tuple[str, str], Callable[[Scene, Response], Surfaces]] = {
     ("line", "small"): SmallSurfaces,
     ("line", "finite"): FiniteSurfaces,
     ("axisymmetric", "small"): AxisymmetricSurfaces,
+    ("axisymmetric", "finite"): MeniscusSurfaces,
 }
 
 

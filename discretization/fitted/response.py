@@ -25,6 +25,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from discretization.fitted import menisci
 from discretization.fitted.free_surface import OVERHANG, FreeSurface, graded, linear, relaxed, steep
 from discretization.fitted.spectral import nodes
 
@@ -89,6 +90,8 @@ class Response:
         """The surface itself, relaxed from what was read; beside a line of this radius."""
         if self.slopes == "small":
             return linear(self.degree, radius).scaled(u0)
+        if math.isfinite(radius):
+            return menisci.surface(radius, u0)
         if self._alone(u0):
             return steep(u0, self.degree)
         return _mild(self, u0)

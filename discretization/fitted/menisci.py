@@ -1,0 +1,233 @@
+"""Free surfaces about an axis with finite slopes: a family with two parameters, solved on a mesh.
+
+In units of l and γ₁ the surface beside a line of radius s minimises, per length of the line,
+
+    ∫ [u²/2 + √(1+u'²) - 1] (1 ± x/s) dx - S u₀,    S = sin φ,
+
+over its nodal displacements, x the distance from the line (a meniscus with k for ρg). φ is the
+inclination at the line. Displacement and energy are smooth in log s and sin²(φ/2),
+
+    u₀ = sin(φ/2) g,    F = sin²(φ/2) e,
+
+and are kept as Chebyshev polynomials of both on pieces of the family. Beyond 8 l the surface is so
+flat that small slopes are exact to rounding.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from discretization.fitted.free_surface import FreeSurface, far_stiffness
+from discretization.fitted.spectral import band, nodes, rounded
+
+Array = NDArray[np.float64]
+DEGREE = 16
+STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind resolves them
+LEAST = 2.0**-20  # l: smaller radii are not asked for
+_MILD = math.radians(60)
+_RANGE = 3.0  # octaves of radii in a piece
+_RADII, _INCLINATIONS = 20, 14  # points of a piece
+_FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each over the one before
+_HALVINGS = {False: 2, True: 7}  # of the first element, next to mild and to steep lines
+_INSIDE = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # of a disc, or of 8 l of it
+_ROUNDS = 60
+_STEP = 1e-6  # of φ, for a derivative that need not be exact
+_STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
+_SHARPER = 4.0
+_FOUND = 1e-15  # of φ
+
+
+class Solved(NamedTuple):
+    """Surfaces (n,) on a mesh: elements (n, m), nodal u (n, nodes), energies, residuals (n,)."""
+
+    lengths: Array
+    u: Array
+    energy: Array
+    residual: Array
+
+
+def elements(side: int, s: Array, halvings: int) -> Array:
+    """Lengths (n, m) of the elements beside lines of radii s (n,)."""
+    if side < 0:
+        lengths = np.minimum(s, _FAR)[:, None] * _INSIDE
+    else:
+        own = [np.minimum(s, 1.0) * (_WIDER - 1)]
+        while (sum(own) < _FAR).any():
+            own.append(np.minimum(own[-1] * _WIDER, _LONGEST))
+        lengths = np.stack(own, axis=1)
+    first = lengths[:, :1]
+    parts = [first / 2**halvings, *(first / 2**i for i in range(halvings, 0, -1))]
+    return np.hstack([*parts, lengths[:, 1:]]) if halvings else lengths
+
+
+def solve(side: int, s: Array, sines: Array, halvings: int) -> Solved:
+    """Surfaces that are pulled by S = sines (n,) at lines of radii s (n,), by Newton's method.
+
+    The energy is convex, and the steps are halved while they are too long.
+    """
+    lengths = elements(side, s, halvings)
+    ends = np.cumsum(np.hstack([np.zeros((s.size, 1)), lengths]), axis=1)
+    points, weights, _ = rounded(DEGREE)
+    half = lengths[:, :, None] / 2
+    x = ends[:, :-1, None] + half * (points + 1)
+    measure = weights * half * (1 + side * x / s[:, None, None])
+    far = np.array(
+        [_beyond(side, one, end) for one, end in zip(s.tolist(), ends[:, -1].tolist(), strict=True)]
+    )
+    mesh = _Mesh(half, np.maximum(measure, 0.0), far, sines)
+    u = np.zeros((s.size, lengths.shape[1] * DEGREE + 1))
+    state, rough, last = mesh.nodal(u), np.ones(s.size, bool), np.full(s.size, math.inf)
+    for _ in range(_ROUNDS):
+        step = np.zeros_like(u)
+        for i in np.flatnonzero(rough).tolist():
+            _, solution, info = lapack.dpbsv(state.hessian[i], state.gradient[i], lower=1)
+            step[i] = -solution if info == 0 else 0.0
+        decrease = -(state.gradient * step).sum(axis=1)
+        trial, factor = mesh.nodal(u + step), np.ones(s.size)
+        long = rough & (decrease > 1e-8 * np.abs(state.energy))
+        while (over := long & (trial.energy > state.energy - 1e-3 * factor * decrease)).any():
+            factor[over] /= 2
+            trial = mesh.nodal(u + factor[:, None] * step)
+        u, state = u + factor[:, None] * step, trial
+        rough &= (decrease > _STILL * np.abs(state.energy)) | (_SHARPER * decrease < last)
+        if not rough.any():
+            break
+        last = decrease
+    residual = np.abs(state.gradient).max(axis=1)
+    return Solved(lengths, u, state.energy + sines * u[:, 0], residual)
+
+
+def _beyond(side: int, s: float, distance: float) -> float:
+    """The far field's stiffness, none at the axis."""
+    return 0.0 if side < 0 and distance >= s * (1 - 1e-9) else far_stiffness(side * s, distance)
+
+
+class _Nodal(NamedTuple):
+    """Energy less what the pull does (n,), gradient (n, nodes), Hessians in lower banded form."""
+
+    energy: Array
+    gradient: Array
+    hessian: list[Array]
+
+
+class _Mesh(NamedTuple):
+    half: Array
+    measure: Array
+    far: Array
+    sines: Array
+
+    def nodal(self, u: Array) -> _Nodal:
+        """At nodal displacements (n, nodes)."""
+        d = rounded(DEGREE)[2]
+        count = self.half.shape[1]
+        index = np.arange(count)[:, None] * DEGREE + np.arange(DEGREE + 1)
+        own = u[:, index]
+        slope = (own @ d.T) / self.half
+        root = np.sqrt(1 + slope * slope)
+        density = own * own / 2 + slope * slope / (1 + root)
+        end = u[:, -1]
+        energy = (self.measure * density).sum(axis=(1, 2)) + self.far * end * end / 2
+        pull = self.measure * own + (self.measure * slope / root / self.half) @ d
+        gradient = np.zeros_like(u)
+        gradient[:, :-1] = pull[:, :, :-1].reshape(u.shape[0], -1)
+        gradient[:, DEGREE::DEGREE] += pull[:, :, -1]
+        gradient[:, -1] += self.far * end
+        gradient[:, 0] -= self.sines
+        bend = self.measure / root**3 / self.half**2
+        blocks = np.matmul(d.T[None, None] * bend[:, :, None, :], d)
+        blocks[:, :, np.arange(DEGREE + 1), np.arange(DEGREE + 1)] += self.measure
+        hessian = [band(each) for each in blocks]
+        for rows, far in zip(hessian, self.far.tolist(), strict=True):
+            rows[0, -1] += far
+        return _Nodal(energy - self.sines * u[:, 0], gradient, hessian)
+
+
+@functools.lru_cache(maxsize=64)
+def _piece(side: int, piece: int, steep: bool) -> tuple[Array, Array]:
+    """Coefficients of g and of e (radii, inclinations) on a piece of the family."""
+    at, over = chebyshev.chebpts1(_RADII), chebyshev.chebpts1(_INCLINATIONS)
+    s = 2.0 ** (_RANGE * (piece + (at + 1) / 2))
+    low, high = _bounds(steep)
+    half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
+    radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
+    found = solve(side, radii, 2 * halves * np.sqrt(1 - halves * halves), _HALVINGS[steep])
+    values = np.array([found.u[:, 0] / halves, found.energy / halves**2]) / _scale(side, radii)
+    left, right = (np.linalg.inv(chebyshev.chebvander(part, part.size - 1)) for part in (at, over))
+    g, e = left @ values.reshape(2, s.size, half.size) @ right.T
+    return g, e
+
+
+def _scale(side: int, s: Any) -> Any:
+    """Displacement for a given pull, roughly: s log(1/s) beside small radii, 1 beside great ones."""
+    if side < 0:
+        return (2 + s) / s
+    return s / (1 + s) * (1 - np.log(s / (1 + s)))
+
+
+def _bounds(steep: bool) -> tuple[float, float]:
+    """sin²(φ/2) at the ends of a piece."""
+    mild, most = math.sin(_MILD / 2) ** 2, math.sin(STEEPEST / 2) ** 2
+    return (mild, most) if steep else (0.0, mild)
+
+
+def read(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
+    """u₀ and F beside lines of radii s (n,) at which the surface is inclined by φ (n,)."""
+    u, energy = np.zeros((2, *s.shape))
+    half = np.sin(np.minimum(np.abs(phi), STEEPEST) / 2)
+    pieces, steep = np.floor(np.log2(s) / _RANGE), np.abs(phi) > _MILD
+    for piece, is_steep in set(zip(pieces.tolist(), steep.tolist(), strict=True)):
+        own = (pieces == piece) & (steep == is_steep)
+        low, high = _bounds(is_steep)
+        t = 2 * (np.log2(s[own]) / _RANGE - piece) - 1
+        z = 2 * (half[own] ** 2 - low) / (high - low) - 1
+        one, other = chebyshev.chebvander(t, _RADII - 1), chebyshev.chebvander(z, _INCLINATIONS - 1)
+        g, e = ((one @ c * other).sum(axis=1) for c in _piece(side, int(piece), is_steep))
+        size = half[own] * _scale(side, s[own])
+        u[own], energy[own] = g * size, e * size * half[own]
+    return np.copysign(u, phi), energy
+
+
+def inclination(side: int, s: Array, u0: Array) -> Array:
+    """φ at lines of radii s (n,) displaced by u₀ (n,), by Newton's method; at most STEEPEST."""
+    phi = np.clip(u0 / _scale(side, s), -STEEPEST, STEEPEST)
+    for _ in range(_ROUNDS):
+        step = _STEP * np.where(phi > 0, -1, 1)
+        value, beside = read(side, s, phi)[0], read(side, s, phi + step)[0]
+        new = np.clip(phi - (value - u0) * step / (beside - value), -STEEPEST, STEEPEST)
+        still = np.abs(new - phi) <= _FOUND * (_STEP + np.abs(new))
+        phi = new
+        if still.all():
+            break
+    return phi
+
+
+@functools.lru_cache(maxsize=256)
+def surface(radius: float, u0: float) -> FreeSurface:
+    """The surface beside a line of this radius, inside it where that is negative, solved."""
+    side, s = (1 if radius > 0 else -1), abs(radius)
+    phi = float(inclination(side, np.array([s]), np.array([u0]))[0])
+    solved = solve(side, np.array([s]), np.array([math.sin(phi)]), _HALVINGS[abs(phi) > _MILD])
+    lengths, u = tuple(solved.lengths[0].tolist()), solved.u[0]
+    x = nodes(lengths, DEGREE)
+    first, mass = rounded(DEGREE)[2][0] @ u[: DEGREE + 1], np.zeros_like(u)
+    for e, length in enumerate(lengths):
+        mass[e * DEGREE : (e + 1) * DEGREE + 1] += rounded(DEGREE)[1] * length / 2
+    area = float(mass * (1 + x / radius) @ u) + _beyond(side, s, float(x[-1])) * float(u[-1])
+    return FreeSurface(
+        lengths=lengths,
+        u=u,
+        energy=float(solved.energy[0]),
+        reaction=math.sin(phi),
+        slope=float(first) * 2 / lengths[0],
+        area=area,
+        residual=max(float(solved.residual[0]), abs(float(u[0]) - u0)),
+        slopes="finite",
+        radius=radius,
+    )

@@ -1,0 +1,125 @@
+"""Free surfaces with rotational symmetry and finite slopes.
+
+D = f + u₀ of the surface that is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line, tan β = f', of
+the family of menisci.py. ∂U/∂x = 2πx [2γ₁ sin²((β-φ)/2) - w]/cos β as for a line contact, because
+
+    d(s F)/ds = ±s (1 - cos φ - u₀²/2)   at a given u₀
+
+on the mesh to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.fitted import menisci
+from discretization.fitted.axisymmetric_surfaces import ANY
+from discretization.fitted.free_surface import FreeSurface
+from discretization.fitted.response import Response
+from discretization.fitted.surfaces import At, Free, alone
+from energy import Scene
+
+Array = NDArray[np.float64]
+_STEP = 1e-4  # of a radius: differences of energies are then good to 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class MeniscusSurfaces:
+    """Free surfaces of a scene."""
+
+    scene: Scene
+    response: Response
+
+    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        """D: the inclination at rest is known, and the displacement that has it is read.
+
+        Inclinations beyond those of the family are cut. At the axis as for small slopes.
+        """
+        if facing is not None:
+            raise ValueError(_rings(facing))
+        length = self.scene.elastocapillary_length
+        deficit = 2 * np.arcsin(np.sqrt(w / (2 * self.scene.gamma1)))
+        s, phi, x, f = np.broadcast_arrays(
+            np.maximum(x / length, menisci.LEAST), np.arctan(side * f1) - deficit, x, f
+        )
+        u, _ = menisci.read(side, s.ravel(), phi.ravel())
+        rest = f + length * u.reshape(s.shape)
+        return np.where((side < 0) & (x == 0), ANY, rest)[()]
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """From the mesh; the slope by differences of its polynomials."""
+        if left is not None and right is not None:
+            raise ValueError(_rings(right))
+        line, side = left if right is None else right, 1 if right is None else -1
+        if line is None or not line.x:
+            return np.zeros_like(z), np.zeros_like(z)
+        length = self.scene.elastocapillary_length
+        found, distance = self._solved(side, line, depth), side * (z - line.x) / length
+        u, u1 = found.displacement(distance), found.slopes_at(distance)
+        return length * u, side * u1
+
+    def _solved(self, side: int, line: At, depth: float) -> FreeSurface:
+        """The surface beside a line, as steep as the family goes."""
+        length = self.scene.elastocapillary_length
+        s, u = np.array([line.x / length]), np.array([(depth - line.f) / length])
+        steepest = menisci.read(side, s, np.copysign(menisci.STEEPEST, u))[0]
+        u = np.where(np.abs(u) < np.abs(steepest), u, steepest)
+        return menisci.surface(side * float(s[0]), float(u[0]))
+
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F and S, read from the family."""
+        length, line = self.scene.elastocapillary_length, alone(left, right)
+        side, unit = 1 if right is None else -1, 2 * math.pi * self.scene.gamma1 * length
+        s = np.maximum(line.x / length, menisci.LEAST)
+        phi = menisci.inclination(side, s, (depth - line.f) / length)
+        energy = np.where(line.x > 0, s * menisci.read(side, s, phi)[1], 0.0)
+        return unit * length * energy, unit * np.where(line.x > 0, s * np.sin(phi), 0.0)
+
+    def free(self, left: At | None, right: At | None, depth: float) -> Free:
+        """One free surface. ValueError if it would be too steep."""
+        line, side = alone(left, right), 1 if right is None else -1
+        if not line.x:
+            return Free(0.0, (0.0, 0.0), 0.0, 0.0)
+        length, s = self.scene.elastocapillary_length, line.x / self.scene.elastocapillary_length
+        self._refuse(side, line, depth)
+        u, unit = (depth - line.f) / length, 2 * math.pi * self.scene.gamma1 * length * s
+        found = menisci.surface(side * s, u)
+        pulls = (unit * found.reaction, 0.0) if side > 0 else (0.0, unit * found.reaction)
+        apart = max(found.residual, self._imbalance(side, s, u, found.reaction)) / (abs(u) or 1.0)
+        return Free(unit * length * found.energy, pulls, unit * found.area, apart)
+
+    def _refuse(self, side: int, line: At, depth: float) -> None:
+        s = line.x / self.scene.elastocapillary_length
+        u = (depth - line.f) / self.scene.elastocapillary_length
+        steepest = float(menisci.read(side, np.array([s]), np.array([menisci.STEEPEST]))[0][0])
+        if s < menisci.LEAST or abs(u) >= steepest:
+            raise ValueError(
+                f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
+                f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a "
+                "millionth of l, and is not resolved; use a smaller |depth|, a smaller w or a "
+                "blunter indenter"
+            )
+
+    def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
+        """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over u₀."""
+        radii, held = np.array([s * (1 + _STEP), s * (1 - _STEP)]), np.array([u, u])
+        energy = menisci.read(side, radii, menisci.inclination(side, radii, held))[1]
+        rate = float(np.diff(radii * energy)[0] / np.diff(radii)[0]) / s
+        cos = math.sqrt(1 - pull * pull)
+        off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
+        return off * abs(u) / (pull * pull + u * u or 1.0)
+
+
+def _rings(line: At) -> str:
+    return (
+        f"slopes = 'finite' with geometry = 'axisymmetric': there is another contact at r = "
+        f"{float(np.ravel(line.x)[0])!r}, and the ring of free surface between two is not "
+        "implemented with finite slopes; use slopes='small', or a profile with one contact"
+    )
