@@ -59,7 +59,7 @@ def elements(side: int, s: Array, halvings: int) -> Array:
         lengths = np.minimum(s, _FAR)[:, None] * _INSIDE
     else:
         own = [np.minimum(s, 1.0) * (_WIDER - 1)]
-        while (sum(own) < _FAR).any():
+        while float(np.min(sum(own))) < _FAR:
             own.append(np.minimum(own[-1] * _WIDER, _LONGEST))
         lengths = np.stack(own, axis=1)
     first = lengths[:, :1]
@@ -165,7 +165,7 @@ def _piece(side: int, piece: int, steep: bool) -> tuple[Array, Array]:
 
 
 def _scale(side: int, s: Any) -> Any:
-    """Displacement for a given pull, roughly: s log(1/s) beside small radii, 1 beside great ones."""
+    """u₀ for a given pull, roughly: s log(1/s) beside small radii, 1 beside great ones."""
     if side < 0:
         return (2 + s) / s
     return s / (1 + s) * (1 - np.log(s / (1 + s)))
