@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,10 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from discretization import display, plots
 from discretization.certificate import Certificate
 from discretization.label import label
-from discretization.lattice.shortest_path import Proof
 from discretization.parts import Parts, parts_of
 from energy import Assumption, Scene
 from energy.validity import Deformation, assumptions
+
+if TYPE_CHECKING:
+    from discretization.lattice.shortest_path import Proof
 
 Array = NDArray[np.float64]
 _SAMPLES = 257  # of each contact

@@ -14,3 +14,9 @@ something happens (rules.py, waiting.py), how free parts and contacts change wit
 states of several contacts on the path from first touch on (path_state.py) and all load paths
 (../paths/lattice_branch.py).
 """
+
+from discretization.lattice.finite_nodes import FiniteLattice
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.radial import RadialLattice
+
+__all__ = ["FiniteLattice", "Lattice", "RadialLattice"]  # `Lattice.of` chooses among them

@@ -3,14 +3,14 @@
 With e a relative error of the state's a, P or U as the docstring of `Equilibrium.error_estimate`
 has it, and Q_c that of the same question on every other node, errors are O(Δx²), so that
 
-    e <= 3/2 |Q - Q_c|/3.
+    e <= 3/2 |Q - Q_c|/3,     3 = c² - 1 for a spacing c = 2 times larger.
 
 Two errors of this order may happen to be equal. Of U a second estimate therefore counts beside it,
 3/2 of what its parts (parts.py) differ by: quadrature between the lines found, of the profile as it
 is between nodes, too. With fewer than SPARSE nodes per l or NARROW links, and for a profile that is
-not convex, so it does of P. With fewer than NARROW links every other node is taken in three ways.
-If f is not convex the energy decides where there are contacts, and a is held to be no more certain
-than U.
+not convex, so it does of P. With fewer than NARROW links every other node is taken in three ways;
+around an axis c is. If f is not convex the energy decides where there are contacts, and a is held
+to be no more certain than U.
 
 The state is not resolved, and all errors are infinite, where
 
@@ -43,6 +43,7 @@ UNEVEN = 0.02
 FINER = (2, 8, 64)
 MOST = 200_000  # nodes, of a lattice that only looks for contacts
 _SAFETY = 1.5
+_FACTORS = (2.0, 1.7, 1.4)
 _ROUNDING = 4 * float(np.finfo(float).eps)
 UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
 EXACT = dict.fromkeys(QUANTITIES, 0.0)
@@ -56,18 +57,26 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return EXACT
     if _too_coarse(fine) or _tied(fine) or _other_contacts(solve, fine):
         return UNRESOLVED
-    found = [_asked(solve, fine, 2 * fine.spacing, origin) for origin in _origins(fine)]
-    coarse = [state for state in found if state is not None and state.contacts.size]
-    if len(coarse) < len(found):
-        return UNRESOLVED
-    bounds = [_from_coarse(fine, state) for state in coarse]
+    bounds = []
+    for coarser, origin in _coarser(fine):
+        state = _asked(solve, fine, coarser * fine.spacing, origin)
+        if state is None or not state.contacts.size:
+            return UNRESOLVED
+        bounds.append(_from_coarse(fine, state, coarser))
     return {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
 
 
-def _origins(fine: Equilibrium) -> list[float | None]:
-    """A node of each coarse lattice; None: as the profile has it."""
+def _coarser(fine: Equilibrium) -> list[tuple[float, float | None]]:
+    """Coarse lattices: how much coarser, and a node; None: as the profile has it.
+
+    Nodes around an axis cannot be moved: there they are coarser by other factors.
+    """
+    if not _narrow(fine):
+        return [(2.0, None)]
+    if fine.scene.axisymmetric:
+        return [(factor, None) for factor in _FACTORS]
     first = float(fine.nodes[0, 0])
-    return [None, first, first + fine.spacing] if _narrow(fine) else [None]
+    return [(2.0, None), (2.0, first), (2.0, first + fine.spacing)]
 
 
 def _sparse(state: Equilibrium) -> bool:
@@ -125,8 +134,8 @@ def _uneven(state: Equilibrium) -> bool:
     return departs > UNEVEN * lift
 
 
-def _from_coarse(fine: Equilibrium, coarse: Equilibrium) -> dict[str, float]:
-    """The estimates of the module from one coarse state.
+def _from_coarse(fine: Equilibrium, coarse: Equilibrium, coarser: float) -> dict[str, float]:
+    """The estimates of the module from one coarse state, of a spacing larger by this factor.
 
     Where the coarse state has another number of contacts all of the change counts.
     """
@@ -139,7 +148,7 @@ def _from_coarse(fine: Equilibrium, coarse: Equilibrium) -> dict[str, float]:
     for name, scale in scales.items():
         values = getattr(fine, name), getattr(coarse, name)
         size = scale or max(map(abs, values))  # touching without adhesion: nothing is deformed
-        change = abs(values[0] - values[1]) / (3 if alike else 1)
+        change = abs(values[0] - values[1]) / (coarser**2 - 1 if alike else 1)
         if name in parts:
             change = max(change, abs(sum(parts[name].values()) - values[0]))
         errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING

@@ -183,8 +183,8 @@ def adhered(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -
     touch = height(lattice, indenter, lowest)
     pressed = max(depth, touch)
     mirror = mirror_axis(lattice, indenter, lowest, lowest) is not None
-    right = _advance(lattice, indenter, pressed, lowest, last)
-    left = 2 * lowest - right if mirror else _advance(lattice, indenter, pressed, lowest, first)
+    right = _advance(lattice, indenter, pressed, lowest, last, 1)
+    left = 2 * lowest - right if mirror else _advance(lattice, indenter, pressed, lowest, first, -1)
     reach = lattice.critical_gap
     if not lattice.gamma1:
         reach = min(reach, pressed - depth)
@@ -204,21 +204,26 @@ def held(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -> C
     reach, lowest = lattice.critical_gap, where.lowest
     if height(lattice, indenter, lowest) > depth + reach:
         return None
-    ends = [_advance(lattice, indenter, depth + reach, lowest, end) for end in where[:2]]
-    return Contact(ends[0], ends[1], reach)
+    first, last = (
+        _advance(lattice, indenter, depth + reach, lowest, end, side)
+        for end, side in zip(where[:2], (-1, 1), strict=True)
+    )
+    return Contact(first, last, reach)
 
 
-def _advance(lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int) -> int:
+def _advance(
+    lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int, side: int
+) -> int:
     """Outwards from node start to the first link whose adhesion does not pay for its gap."""
     reach = lattice.critical_gap * (1 + _TIE) if lattice.gamma1 else 0.0
-    side = 1 if limit >= start else -1
     if indenter.convex:
         stop = _bracketed(lattice, indenter, depth, start, limit, reach)
         if stop != limit:
             return stop
     else:
         for node, f in blocks(lattice, indenter, start, limit):
-            holds = lattice.holds(f[:-1], f[1:], depth, reach)
+            place = lattice.at(range(node, node + side * (f.size - 1), side), side)
+            holds = place.holds(f[:-1], f[1:], depth, reach)
             if not holds.all():
                 return node + side * int(np.argmin(holds))
     end = indenter.extent[0 if side < 0 else 1]
@@ -235,7 +240,8 @@ def _bracketed(
 
     def gap(links: Array) -> Array:
         f, f_next = _linked(lattice, indenter, start, side, links)
-        return np.asarray(lattice.gap(f, f_next, depth))
+        place = lattice.at(start + side * links, side)
+        return np.asarray(place.gap(f, f_next, depth))
 
     return start + side * first_above(reach, gap, abs(limit - start))
 
@@ -273,7 +279,8 @@ def _recede(
     if indenter.convex:
         return _bracketed(lattice, indenter, depth, stop, end, reach)
     for node, f in blocks(lattice, indenter, end, stop):
-        holds = lattice.holds(f[1:], f[:-1], depth, reach)
+        place = lattice.at(range(node - side, node - side * f.size, -side), side)
+        holds = place.holds(f[1:], f[:-1], depth, reach)
         if holds.any():
             return node - side * int(np.argmax(holds))
     return stop

@@ -64,13 +64,12 @@ def judged(
     if delta == 0:  # touching in one point, nothing deformed
         return Certificate.undeformed()
     penetration = stationarity = 0.0
-    distances = lat.spacing * _TAIL
     for end, u in zip(ends, u_ends, strict=True):
-        tail = np.concatenate([[u], lat.tail.displacement(distances, u)])
+        tail = np.concatenate([[u], lat.beyond(end.node, end.side, _TAIL, u)])
         penetration = max(penetration, _penetration(lat, indenter, depth, end, u, tail) / delta)
-        excess = _imbalance(lat, tail) - rounding(lat, delta)
+        excess = _imbalance(lat, end, tail) - rounding(lat, delta)
         stationarity = max(stationarity, excess / (lat.spring * delta))
-    apart = abs(sums.force - sums.force_by_reactions) - _summed_rounding(lat, sums)
+    apart = abs(sums.force - sums.force_by_reactions) - _summed_rounding(lat, contact, sums)
     force = max(0.0, apart) / (sums.force_scale or 1.0)
     return Certificate(
         penetration,
@@ -95,7 +94,7 @@ def _penetration(
     for start, f in itertools.chain([(end.node, end.f)], rest):
         if start != end.node:
             steps = np.arange(float(f.size)) + abs(start - end.node)
-            tail = lat.tail.displacement(lat.spacing * steps, u)
+            tail = lat.beyond(end.node, end.side, steps, u)
         through = depth - f[1:]
         through -= tail[1 : f.size]
         if through.size:
@@ -105,14 +104,15 @@ def _penetration(
     return deepest
 
 
-def _imbalance(lat: Lattice, tail: Array) -> float:
-    """max |∂U/∂u_i| over the free nodes of a tail, all but its first."""
-    tension = lat.tension(tail[1:] - tail[:-1])
-    force = lat.spring * tail[1:]
+def _imbalance(lat: Lattice, end: End, tail: Array) -> float:
+    """max |∂U/∂u_i| per weight over the free nodes of a tail, all but its first."""
+    nodes = np.arange(end.node, end.node + end.side * tail.size, end.side)
+    tension = lat.on_links(lat.tension(tail[1:] - tail[:-1]), nodes)
+    force = lat.spring * lat.on_nodes(tail[1:], nodes[1:])
     force += tension
     force[:-1] -= tension[1:]
-    force[-1] += lat.tail_reaction(tail[-1])
-    size = np.abs(force)
+    force[-1] += lat.at(nodes[-1], end.side).tail_reaction(tail[-1])
+    size = np.abs(lat.per_weight(force, nodes[1:]))
     return float(size[size.argmax()])
 
 
@@ -121,9 +121,9 @@ def rounding(lat: Lattice, delta: float) -> float:
     return 32 * _EPSILON * (lat.spring + 4 * lat.link) * delta
 
 
-def _summed_rounding(lat: Lattice, sums: Sums) -> float:
+def _summed_rounding(lat: Lattice, contact: Contact, sums: Sums) -> float:
     """What the nodal forces' sum can be off by: every link's tension T enters twice, 4 ε √ΣT²."""
-    return 4 * _EPSILON * math.sqrt(2 * sums.surface * lat.link)
+    return 4 * _EPSILON * math.sqrt(2 * sums.surface * lat.link * lat.on_nodes(1.0, contact.last))
 
 
 def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:
@@ -133,7 +133,7 @@ def _opening(lat: Lattice, contact: Contact, sums: Sums, delta: float) -> float:
     adhesive = 2 if lat.gamma1 else 1
     if lone and lat.gamma1:
         adhesive = 0
-    held = math.sqrt(2 * (lat.spring + 2 * sums.stiffness) * adhesive * lat.w * lat.spacing)
+    held = math.sqrt(2 * (lat.spring + 2 * sums.stiffness) * adhesive * lat.w * lat.cell)
     return max(0.0, -weakest - held - rounding(lat, delta)) / (lat.spring * delta)
 
 

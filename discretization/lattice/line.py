@@ -80,10 +80,13 @@ def raw(lattice: Lattice, indenter: Indenter, node: int) -> Line:
 def ends_of(
     lattice: Lattice, indenter: Indenter, depth: float, where: Region, contact: Contact
 ) -> list[End]:
-    """Both ends of a single contact, the right one first; of a mirrored contact that one alone."""
+    """Both ends of a single contact, the right one first.
+
+    That one alone of a mirrored contact, and of one that includes the axis.
+    """
     (first, last, _), room = contact, where[:2]
     right = _end(lattice, indenter, depth, room, last, 1, FIRST_BLOCK)
-    if mirror_axis(lattice, indenter, first, last) is not None:
+    if lattice.x(first) == lattice.axis or mirror_axis(lattice, indenter, first, last) is not None:
         return [right]
     return [right, _end(lattice, indenter, depth, room, first, -1, FIRST_BLOCK)]
 
@@ -93,6 +96,8 @@ def outer(lattice: Lattice, indenter: Indenter, reach: float, ends: list[End]) -
     right = _line(lattice, indenter, ends[0], reach)
     if len(ends) > 1:
         return _line(lattice, indenter, ends[1], reach), right
+    if not math.isnan(lattice.axis):
+        return Line(lattice.axis, 0.0, 0.0, False), right
     x = max(2 * (indenter.apex or 0.0) - right.x, indenter.extent[0])
     return Line(x, right.force, right.energy, right.pinned), right
 
@@ -153,7 +158,8 @@ def _end(
     f = heights(lattice, indenter, nodes)
     near = f[: _OUTWARDS + 1 - start]
     if facing is None:
-        gap, energy, force = lattice.advance(near[:-1], near[1:], depth)
+        place = lattice.at(nodes[: near.size - 1], side)
+        gap, energy, force = place.advance(near[:-1], near[1:], depth)
     else:
         gap, energy, force = _facing(lattice, indenter, depth, nodes, near, facing)
     limit, changes = node + side * beyond, (gap.tolist(), energy.tolist(), force.tolist())

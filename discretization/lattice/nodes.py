@@ -20,23 +20,34 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.bracket import falling_root
-from discretization.lattice.tails import (
-    TURNING,
-    FiniteTail,
-    LatticeTail,
-    TailResponse,
-    tail_response,
-)
+from discretization.lattice.tails import LatticeTail
 from energy import Indenter, Scene
 from energy.checks import positive
 
 Array = NDArray[Any]
+
+
+class Place(Protocol):
+    """What contact lines at some nodes, all facing the same way, need to know of a lattice."""
+
+    def gap(self, f: Any, f_next: Any, depth: Any) -> Any: ...
+
+    def holds(self, f: Array, f_next: Array, depth: float, reach: float) -> Array: ...
+
+    def rest_depth(self, f: Any, f_next: Any, work: Any) -> Any: ...
+
+    def advance(self, f: Any, f_next: Any, depth: float) -> tuple[Any, Any, Any]: ...
+
+    def tail_energy(self, u: Any) -> Any: ...
+
+    def tail_reaction(self, u: Any) -> Any: ...
+
+    def tail_force(self, u: Any) -> Any: ...
 
 
 @dataclass(frozen=True)
@@ -44,16 +55,19 @@ class Lattice:
     """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
 
     spring: kΔx; link: t; log_decay: -ln λ; decay: λ, the factor by which a free tail decays per
-    node; loss: 1 - λ without cancellation; end_stiffness: t(1-λ), what a half-infinite free tail
+    node; cell: Δx, what a link covers; loss: 1 - λ without cancellation; end_stiffness: t(1-λ), what a half-infinite free tail
     does to its first node; link_over_decay: t/λ.
 
     Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
     shape; energies [energy/length] and forces [force/length] per length of the contact line.
 
-    Small slopes; `FiniteLattice` answers the same questions for finite ones.
+    Small slopes of a line contact; its subclasses answer the same questions for what they describe:
+    finite slopes (finite_nodes.py), rotational symmetry (radial.py). There nodes and links have
+    weights, and a free surface depends on where it is held: `at`, `on_nodes`, `on_links`.
     """
 
     slopes: ClassVar[str] = "small"
+    axis: ClassVar[float] = math.nan
     spacing: float
     origin: float
     k: float
@@ -66,6 +80,12 @@ class Lattice:
     loss: float = field(init=False)
     end_stiffness: float = field(init=False)
     link_over_decay: float = field(init=False)
+    cell: float = field(init=False)
+
+    @classmethod
+    def describes(cls, scene: Scene) -> bool:
+        """Whether this is the lattice for a scene."""
+        return not scene.axisymmetric and (scene.slopes == "small" or not scene.gamma1)
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
@@ -73,12 +93,19 @@ class Lattice:
 
         By default that is the indenter's `apex`, which may be a tip, or x = 0 where it is not
         known; a body between two edges without other corners is centred, so that the outermost
-        nodes are at most Δx/2 inside them. ValueError unless spacing > 0.
+        nodes are at most Δx/2 inside them; with rotational symmetry it is the axis. ValueError
+        unless spacing > 0, and for a scene that no lattice describes.
         """
         spacing = positive("spacing", spacing)
         if origin is None:
-            origin = _origin(scene.indenter, spacing)
-        kind = FiniteLattice if scene.slopes == "finite" and scene.gamma1 else Lattice
+            origin = 0.0 if scene.axisymmetric else _origin(scene.indenter, spacing)
+        kinds = (kind for kind in (Lattice, *Lattice.__subclasses__()) if kind.describes(scene))
+        kind = next(kinds, None)
+        if kind is None:
+            raise ValueError(
+                f"slopes = {scene.slopes!r} with geometry = {scene.geometry!r} is not known on the "
+                "lattice; use slopes='small', or method='fitted'"
+            )
         return kind(spacing, origin, scene.stiffness, scene.gamma1, scene.work_of_adhesion)
 
     def __post_init__(self) -> None:
@@ -97,7 +124,36 @@ class Lattice:
             loss=loss,
             end_stiffness=link * loss,
             link_over_decay=link_over_decay,
+            cell=dx,
         )
+
+    def seen(self, scene: Scene) -> Scene:
+        """The scene as far as it has nodes."""
+        return scene
+
+    def at(self, nodes: Any, side: int) -> Place:
+        """What contact lines need that end at these nodes, facing this side: the same anywhere."""
+        return self
+
+    def on_nodes(self, values: Any, nodes: Any) -> Any:
+        """Values per node times the nodes' weights: 1."""
+        return values
+
+    def per_weight(self, values: Any, nodes: Any) -> Any:
+        """Values per node over the nodes' weights."""
+        return values
+
+    def on_links(self, values: Array, nodes: Any) -> Array:
+        """Values per link, between successive ones of these nodes, times the links' weights: 1."""
+        return values
+
+    def bound(self, first: int, last: int) -> float:
+        """Weights of what adheres in a contact of these nodes: links, or nodes where γ₁ = 0."""
+        return last - first if self.gamma1 else last - first + 1
+
+    def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
+        """Displacements of a tail so many nodes from the one it is held at, by u."""
+        return self.tail.displacement(self.spacing * steps, u)
 
     @property
     def critical_gap(self) -> float:
@@ -105,7 +161,7 @@ class Lattice:
 
         Root of `advance_cost`; for independent springs it is δ₀.
         """
-        return math.sqrt(2 * self.w * self.spacing / self.link_over_decay)
+        return math.sqrt(2 * self.w * self.cell / self.link_over_decay)
 
     @property
     def edge(self) -> float:
@@ -147,17 +203,17 @@ class Lattice:
         """Vertical force of links over which u changes by `steps`."""
         return self.link * steps
 
-    def surface_energy(self, steps: Array) -> float:
-        """Energy of links over which u changes by `steps`, of the free surface."""
-        return self.link / 2 * float(steps.dot(steps))
+    def surface_energy(self, steps: Array, nodes: Any) -> float:
+        """Energy of the links between these nodes, u changing by `steps`, as free surface."""
+        return self.link / 2 * float(self.on_links(steps, nodes).dot(steps))
 
     def link_energies(self, steps: Array) -> Array:
         """Energy of each of these links, of the free surface."""
         return self.link / 2 * steps * steps
 
-    def adhesion(self, links: int, surface: float) -> float:
+    def adhesion(self, links: float, surface: float) -> float:
         """Adhesion of contact links whose energy as free surface would be `surface`."""
-        return -self.w * self.spacing * links
+        return -self.w * self.cell * links
 
     def least_stiffness(self, steps: Array) -> float:
         """Smallest stiffness of links over which u changes by `steps`."""
@@ -194,7 +250,7 @@ class Lattice:
 
         g = g_m, g' = g_{m+1}.
         """
-        return self.link_over_decay / 2 * gap * gap - self.w * self.spacing
+        return self.link_over_decay / 2 * gap * gap - self.w * self.cell
 
     def advance(self, f, f_next, depth):
         """Gap, ΔE and ΔP of a line's advance over links at the heights f, f_next.
@@ -207,103 +263,6 @@ class Lattice:
     def x(self, node):
         """Position of a node (or an array of nodes)."""
         return self.origin + self.spacing * node
-
-
-@dataclass(frozen=True)
-class FiniteLattice(Lattice):
-    """The lattice with finite slopes.
-
-    Its `gap` is scaled so that with the same `advance_cost` as for small slopes
-
-        ΔE = kΔx g'²/2 + contact link + F(g') - F(g) = √(1+s²) advance_cost(gap),  s = (f'-f)/Δx,
-
-    and has the sign of g_{m+1} below the resting tail: the line advances by the same rule.
-    """
-
-    slopes: ClassVar[str] = "finite"
-    length: float = field(init=False)
-    response: TailResponse = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        length = math.sqrt(self.gamma1 / self.k)
-        object.__setattr__(self, "length", length)
-        object.__setattr__(self, "response", tail_response(self.spacing / length))
-
-    @property
-    def contact_tension(self) -> float:
-        """γ₁ - w."""
-        return self.gamma1 - self.w
-
-    @property
-    def greatest_displacement(self) -> float:
-        """1.3 l, near √2 l where the surface turns over, and Δx, to which it is resolved."""
-        return TURNING * self.length + self.spacing
-
-    @property
-    def tail(self) -> LatticeTail:
-        return FiniteTail(self.log_decay / self.spacing, self.length, self.response)
-
-    def tail_energy(self, u):
-        return self.gamma1 * self.length * self.response.energy(u / self.length)
-
-    def tail_reaction(self, u):
-        return self.gamma1 * self.response.reaction(u / self.length)
-
-    def tail_force(self, u):
-        after = self.response.after(u / self.length)
-        return self.spring * self.length * after + self.gamma1 * self.response.reaction(after)
-
-    def tail_stiffness(self, u):
-        return self.gamma1 / self.length * self.response.stiffness(u / self.length)
-
-    def tension(self, steps):
-        slope = steps / self.spacing
-        return self.gamma1 * slope / np.sqrt(1 + slope * slope)
-
-    def surface_energy(self, steps: Array) -> float:
-        squares = (steps / self.spacing) ** 2
-        return self.gamma1 * self.spacing * float(np.sum(squares / (1 + np.sqrt(1 + squares))))
-
-    def link_energies(self, steps: Array) -> Array:
-        squares = (steps / self.spacing) ** 2
-        return self.gamma1 * self.spacing * squares / (1 + np.sqrt(1 + squares))
-
-    def adhesion(self, links: int, surface: float) -> float:
-        return super().adhesion(links, surface) - self.w / self.gamma1 * surface
-
-    def least_stiffness(self, steps: Array) -> float:
-        steepest = float(np.max(np.abs(steps), initial=0.0)) / self.spacing
-        return self.link / (1 + steepest**2) ** 1.5
-
-    def arc(self, rise):
-        return np.hypot(1, rise / self.spacing)
-
-    def gap(self, f, f_next, depth):
-        u, rise = (depth - f) / self.length, (f_next - f) / self.spacing
-        whole = self.link_over_decay / self.link * np.hypot(1, rise)
-        return self.spacing * self.response.parting(u, rise) / np.sqrt(whole)
-
-    def holds(self, f, f_next, depth, reach):
-        u = (depth - f) / self.length
-        parting = f_next - f - self.spacing * self.response.fall(u)  # never less than the gap
-        holds = (parting <= 0) | ((parting <= reach) & (np.abs(u) <= self.response.reach))
-        rest = ~holds
-        holds[rest] = self.gap(f[rest], f_next[rest], depth) <= reach
-        return holds
-
-    def rest_depth(self, f, f_next, work):
-        """The same by root finding, as the gap falls with d; where the tail is described."""
-        reach = np.sqrt(2 * work / self.link_over_decay)
-        guess = super().rest_depth(f, f_next, work)
-        width = 1e-3 * (self.length + np.abs(guess - f))
-        return falling_root(lambda d: self.gap(f, f_next, d) - reach, guess, width)
-
-    def advance(self, f, f_next, depth):
-        gap, g, g_next = self.gap(f, f_next, depth), depth - f, depth - f_next
-        energy = self.arc(f_next - f) * self.advance_cost(gap)
-        pull = self.tail_reaction(g_next) - self.tail_reaction(g)
-        return gap, energy, self.spring * g_next + pull
 
 
 def _origin(indenter: Indenter, spacing: float) -> float:

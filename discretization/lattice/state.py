@@ -53,11 +53,12 @@ def on_lattice(
         if method != "lattice":
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
-    where = fronts.region(lattice, scene.indenter, depth)
-    state = _several(scene, depth, branch, lattice, where, method, margin)
+    seen = lattice.seen(scene)
+    where = fronts.region(lattice, seen.indenter, depth)
+    state = _several(seen, depth, branch, lattice, where, method, margin)
     if state is None:
-        state = _one_contact(scene, depth, branch, lattice, where)
-    return replace(state, errors=functools.partial(estimated, on_lattice))
+        state = _one_contact(seen, depth, branch, lattice, where)
+    return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 
 
 def looked_at_on_lattice(
@@ -162,7 +163,7 @@ def _indifferent(lattice: Lattice, contact: fronts.Contact, end: End) -> bool:
     """Whether moving a line by several links costs nothing: any contact width is an equilibrium."""
     if contact.last - contact.first < 3 or not lattice.w:
         return False
-    most = 1e-10 * lattice.w * lattice.spacing
+    most = 1e-10 * lattice.w * lattice.cell
     inside = range(-end.start)
     return all(end.gap[link] > 0 and abs(end.energy[link]) <= most for link in inside)
 

@@ -19,7 +19,10 @@ from energy import Indenter
 
 
 class Sums(NamedTuple):
-    """Totals over one contact set: energy terms, force by two routes, weakest node and link."""
+    """Totals over one contact set: energy terms, force by two routes, weakest node and link.
+
+    weakest: the least pull per weight of an inner node, of `Lattice.on_nodes`.
+    """
 
     springs: float
     surface: float
@@ -67,18 +70,18 @@ def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contac
     right = _half(lat, indenter, depth, middle, last)
     mirror = mirror_axis(lat, indenter, first, last) is not None
     left = right if mirror else _half(lat, indenter, depth, middle, first)
-    ends = left.end, right.end
-    outside = [float(lat.tail_force(u)) for u in ends]
+    ends = (lat.at(first, -1), left.end), (lat.at(last, 1), right.end)
+    outside = [float(end.tail_force(u)) for end, u in ends]
     surface = left.surface + right.surface
-    adhesive = last - first if lat.gamma1 else last - first + 1
     weakest = min(left.weakest, right.weakest)
     if first < middle < last:
-        weakest = min(weakest, left.middle_pull + right.middle_pull)
+        pull = left.middle_pull + right.middle_pull
+        weakest = min(weakest, float(lat.per_weight(pull, middle)))
     return Sums(
         springs=lat.spring / 2 * (left.squares + right.squares),
         surface=surface,
-        adhesion=lat.adhesion(adhesive, surface),
-        tails=sum(float(lat.tail_energy(u)) for u in ends),
+        adhesion=lat.adhesion(lat.bound(first, last), surface),
+        tails=sum(float(end.tail_energy(u)) for end, u in ends),
         force=lat.spring * (left.total + right.total) + sum(outside),
         force_by_reactions=left.reactions + right.reactions,
         weakest=weakest,
@@ -93,26 +96,31 @@ def _half(lat: Lattice, indenter: Indenter, depth: float, middle: int, end: int)
     weakest, stiffness = math.inf, lat.link
     for start in range(0, max(links - 1, 1), BLOCK):  # blocks share two nodes, a link and its ends
         stop = middle + side * min(start + BLOCK + 1, links)
-        f = heights(lat, indenter, np.arange(middle + side * start, stop + side, side, dtype=float))
+        nodes = np.arange(middle + side * start, stop + side, side, dtype=float)
+        f, inner = heights(lat, indenter, nodes), nodes[1:-1]
         g, step = depth - f, f[:-1] - f[1:]
-        tension, own = lat.tension(step), g[1:-1]
+        tension, own = lat.on_links(lat.tension(step), nodes), g[1:-1]
+        weighted = lat.on_nodes(own, inner)
         if start == 0:
-            half = float(g[0]) / 2
-            squares, total, size = 2 * half * half, half, abs(half)
+            half = float(lat.on_nodes(g[0], middle)) / 2
+            squares, total, size = half * float(g[0]), half, abs(half)
             middle_pull = lat.spring * half - (float(tension[0]) if links else 0.0)
-        squares += float(own.dot(own))
-        surface += lat.surface_energy(step if stop == end else step[:-1])
-        total += float(own.sum())
-        size += dasum(own) if own.size else 0.0
-        pull = lat.spring * own
+        squares += float(weighted.dot(own))
+        whole = slice(None if stop == end else -1)
+        surface += lat.surface_energy(step[whole], nodes[whole])
+        total += float(weighted.sum())
+        size += dasum(weighted) if own.size else 0.0
+        pull = lat.spring * weighted
         pull -= tension[1:]
         pull += tension[:-1]
         reactions += float(pull.sum())
+        pull = lat.per_weight(pull, inner)
         weakest = min(weakest, float(pull[pull.argmin()]) if links > 1 else math.inf)
         stiffness = min(stiffness, lat.least_stiffness(step))
     u = float(g[-1])
-    reactions += middle_pull + float(lat.tail_reaction(u))
+    reactions += middle_pull + float(lat.at(end, side).tail_reaction(u))
     if links:
-        squares, total, size = squares + u * u, total + u, size + abs(u)
-        reactions += lat.spring * u + float(tension[-1])
+        own_u = float(lat.on_nodes(u, end))
+        squares, total, size = squares + own_u * u, total + own_u, size + abs(own_u)
+        reactions += lat.spring * own_u + float(tension[-1])
     return _Half(squares, surface, total, size, reactions, middle_pull, weakest, stiffness, u)

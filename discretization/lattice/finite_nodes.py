@@ -1,0 +1,124 @@
+"""The lattice with finite slopes: true lengths of its links, and a tail that is not a power."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice.bracket import falling_root
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.tails import (
+    TURNING,
+    FiniteTail,
+    LatticeTail,
+    TailResponse,
+    tail_response,
+)
+from energy import Scene
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class FiniteLattice(Lattice):
+    """The lattice with finite slopes.
+
+    Its `gap` is scaled so that with the same `advance_cost` as for small slopes
+
+        ΔE = kΔx g'²/2 + contact link + F(g') - F(g) = √(1+s²) advance_cost(gap),  s = (f'-f)/Δx,
+
+    and has the sign of g_{m+1} below the resting tail: the line advances by the same rule.
+    """
+
+    slopes: ClassVar[str] = "finite"
+    length: float = field(init=False)
+    response: TailResponse = field(init=False, repr=False)
+
+    @classmethod
+    def describes(cls, scene: Scene) -> bool:
+        return not scene.axisymmetric and scene.slopes == "finite" and scene.gamma1 > 0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        length = math.sqrt(self.gamma1 / self.k)
+        object.__setattr__(self, "length", length)
+        object.__setattr__(self, "response", tail_response(self.spacing / length))
+
+    @property
+    def contact_tension(self) -> float:
+        """γ₁ - w."""
+        return self.gamma1 - self.w
+
+    @property
+    def greatest_displacement(self) -> float:
+        """1.3 l, near √2 l where the surface turns over, and Δx, to which it is resolved."""
+        return TURNING * self.length + self.spacing
+
+    @property
+    def tail(self) -> LatticeTail:
+        return FiniteTail(self.log_decay / self.spacing, self.length, self.response)
+
+    def tail_energy(self, u):
+        return self.gamma1 * self.length * self.response.energy(u / self.length)
+
+    def tail_reaction(self, u):
+        return self.gamma1 * self.response.reaction(u / self.length)
+
+    def tail_force(self, u):
+        after = self.response.after(u / self.length)
+        return self.spring * self.length * after + self.gamma1 * self.response.reaction(after)
+
+    def tail_stiffness(self, u):
+        return self.gamma1 / self.length * self.response.stiffness(u / self.length)
+
+    def tension(self, steps):
+        slope = steps / self.spacing
+        return self.gamma1 * slope / np.sqrt(1 + slope * slope)
+
+    def surface_energy(self, steps: Array, nodes: Any) -> float:
+        squares = (steps / self.spacing) ** 2
+        return self.gamma1 * self.spacing * float(np.sum(squares / (1 + np.sqrt(1 + squares))))
+
+    def link_energies(self, steps: Array) -> Array:
+        squares = (steps / self.spacing) ** 2
+        return self.gamma1 * self.spacing * squares / (1 + np.sqrt(1 + squares))
+
+    def adhesion(self, links: float, surface: float) -> float:
+        return super().adhesion(links, surface) - self.w / self.gamma1 * surface
+
+    def least_stiffness(self, steps: Array) -> float:
+        steepest = float(np.max(np.abs(steps), initial=0.0)) / self.spacing
+        return self.link / (1 + steepest**2) ** 1.5
+
+    def arc(self, rise):
+        return np.hypot(1, rise / self.spacing)
+
+    def gap(self, f, f_next, depth):
+        u, rise = (depth - f) / self.length, (f_next - f) / self.spacing
+        whole = self.link_over_decay / self.link * np.hypot(1, rise)
+        return self.spacing * self.response.parting(u, rise) / np.sqrt(whole)
+
+    def holds(self, f, f_next, depth, reach):
+        u = (depth - f) / self.length
+        parting = f_next - f - self.spacing * self.response.fall(u)  # never less than the gap
+        holds = (parting <= 0) | ((parting <= reach) & (np.abs(u) <= self.response.reach))
+        rest = ~holds
+        holds[rest] = self.gap(f[rest], f_next[rest], depth) <= reach
+        return holds
+
+    def rest_depth(self, f, f_next, work):
+        """The same by root finding, as the gap falls with d; where the tail is described."""
+        reach = np.sqrt(2 * work / self.link_over_decay)
+        guess = super().rest_depth(f, f_next, work)
+        width = 1e-3 * (self.length + np.abs(guess - f))
+        return falling_root(lambda d: self.gap(f, f_next, d) - reach, guess, width)
+
+    def advance(self, f, f_next, depth):
+        gap, g, g_next = self.gap(f, f_next, depth), depth - f, depth - f_next
+        energy = self.arc(f_next - f) * self.advance_cost(gap)
+        pull = self.tail_reaction(g_next) - self.tail_reaction(g)
+        return gap, energy, self.spring * g_next + pull

@@ -1,0 +1,179 @@
+"""Rotational symmetry on nodes r_i = iΔr: node areas, link weights and ratios λ_m.
+
+    U[u] = Σ_i kA_i u_i²/2 + Σ_m t_m (u_{m+1} - u_m)²/2 - w Σ_{m in C} 2πr_{m+½}Δr    s.t. u_i >= g_i,
+
+A_0 = π(Δr/2)², A_i = 2πr_iΔr, t_m = 2πγ₁r_{m+½}/Δr. Nodes and links are those of a line contact
+times a weight, i of node i (1/8 on the axis) and m + ½ of link m; but free surfaces decay by a ratio
+λ_m that depends on the place (rings.py). From end node m to m + 1, with the outer surface
+re-equilibrated before and after,
+
+    ΔE = t_m/(2λ_m) (λ_m g_m - g_{m+1})² - w 2πr_{m+½}Δr,
+
+a square again, so that the line stops at λ_m g_m - g_{m+1} = Δr√(2wλ_m/γ₁): the rule of the line
+contact with λ_m for λ. A line that faces the axis moves by the same rule with m - 1 for m + 1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import i0e, i1e, k0e, k1e
+
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.rings import Rings, rings
+from discretization.lattice.tails import LatticeTail
+from discretization.profile import Radial
+from energy import Scene
+
+Array = NDArray[Any]
+_AXIS = 1 / 8  # weight of the node on the axis
+
+
+@dataclass(frozen=True)
+class RadialLattice(Lattice):
+    """The constants of `Lattice` for weight 1: spring 2πkΔr², link 2πγ₁, cell 2πΔr²."""
+
+    axis: ClassVar[float] = 0.0
+
+    @classmethod
+    def describes(cls, scene: Scene) -> bool:
+        return scene.axisymmetric and (scene.slopes == "small" or not scene.gamma1)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.origin:
+            raise ValueError(f"origin = {self.origin!r}: with rotational symmetry it is the axis")
+        cell, link = 2 * math.pi * self.spacing**2, 2 * math.pi * self.gamma1
+        vars(self).update(cell=cell, spring=self.k * cell, link=link)
+        vars(self).update(link_over_decay=link or self.spring)
+
+    @property
+    def surfaces(self) -> Rings:
+        """What free surfaces pull with."""
+        return rings(self.spring / self.link)
+
+    @property
+    def tail(self) -> LatticeTail:
+        return RadialTail(self.log_decay / self.spacing)
+
+    def seen(self, scene: Scene) -> Scene:
+        """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
+        return replace(scene, indenter=Radial(scene.indenter), geometry="line")
+
+    def at(self, nodes: Any, side: int) -> Around:
+        return Around.of(self, np.asarray(nodes, float), side)
+
+    def on_nodes(self, values: Any, nodes: Any) -> Any:
+        return values * _weights(nodes)
+
+    def per_weight(self, values: Any, nodes: Any) -> Any:
+        return values / _weights(nodes)
+
+    def on_links(self, values: Array, nodes: Any) -> Array:
+        nodes = np.asarray(nodes, float)
+        return values * ((nodes[1:] + nodes[:-1]) / 2)
+
+    def bound(self, first: int, last: int) -> float:
+        if self.gamma1:
+            return (last - first) * (last + first) / 2
+        return (last * (last + 1) - first * (first - 1)) / 2 + (0 if first else _AXIS)
+
+    def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
+        """Node by node from the line outwards."""
+        if not self.gamma1:
+            return np.where(steps > 0, 0.0, u)
+        decay = self.at(node + side * np.arange(float(steps[-1])), side).decay
+        return u * np.concatenate([[1.0], np.cumprod(decay)])[np.asarray(steps, int)]
+
+
+@dataclass(frozen=True)
+class Around:
+    """Contact lines at some nodes, all facing outwards (side 1) or the axis (-1).
+
+    weight: of the links they meet next; pull: σ of the free surfaces, of the weight 1; loss, decay:
+    1 - λ and λ. gap is scaled by 1/√λ, so that the line advances where it does not exceed the same
+    reach anywhere: ΔE = weight·`Lattice.advance_cost`.
+    """
+
+    lattice: RadialLattice
+    weight: Array
+    pull: Array
+    loss: Array
+    decay: Array
+
+    @classmethod
+    def of(cls, lattice: RadialLattice, nodes: Array, side: int) -> Around:
+        after = _weights(nodes + side)
+        if not lattice.gamma1:
+            zero = np.zeros_like(after)
+            return cls(lattice, after, zero, zero + 1, zero)
+        weight, surfaces = np.maximum(nodes + side / 2, 0.0), lattice.surfaces  # none at the axis
+        beyond = surfaces.kappa * after + surfaces.pull(nodes + side, side)
+        whole = weight + beyond
+        return cls(lattice, weight, surfaces.pull(nodes, side), beyond / whole, weight / whole)
+
+    @property
+    def _scale(self) -> Array:
+        """√λ; without links 1."""
+        return np.sqrt(self.decay) if self.lattice.gamma1 else self.loss
+
+    def gap(self, f, f_next, depth):
+        return (f_next - f - self.loss * (depth - f)) / self._scale
+
+    def holds(self, f, f_next, depth, reach):
+        return self.gap(f, f_next, depth) <= reach
+
+    def rest_depth(self, f, f_next, work):
+        """work: of a link of weight 1."""
+        reach = np.sqrt(2 * work / self.lattice.link_over_decay) * self._scale
+        return f + (f_next - f - reach) / self.loss
+
+    def advance(self, f, f_next, depth):
+        gap, unit = self.gap(f, f_next, depth), self.lattice.link_over_decay
+        rate = -unit * self.weight * self.loss / self._scale
+        return gap, self.weight * self.lattice.advance_cost(gap), rate * gap
+
+    def tail_energy(self, u):
+        return self.lattice.link * self.pull / 2 * u * u
+
+    def tail_reaction(self, u):
+        return self.lattice.link * self.pull * u
+
+    def tail_force(self, u):
+        """The same from the ratio: what is left of a link's tension at its far end."""
+        return self.lattice.link * self.weight * self.loss * u
+
+
+@dataclass(frozen=True)
+class RadialTail(LatticeTail):
+    """Free surfaces around the axis as functions of r, in between the nodes, too.
+
+    K₀ outside, I₀ inside, both of them between rings; rate: as far from the axis. Radii are negative
+    where the free surface is on the side of the axis.
+    """
+
+    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
+        """u_line K₀(rate r)/K₀(rate a), or I₀."""
+        if not (distance.size and radius):
+            return np.zeros_like(distance)
+        own, x = self.rate * abs(radius), self.rate * distance
+        if radius > 0:
+            return np.asarray(u_line * k0e(own + x) / k0e(own) * np.exp(-x))
+        return np.asarray(u_line * i0e(own - x) / i0e(own) * np.exp(-x))
+
+    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
+        """-rate u_line K₁/K₀, or I₁/I₀."""
+        own = self.rate * np.abs(radius)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            outside = np.where(own > 0, k1e(own) / k0e(own), 0.0)
+        return np.asarray(-self.rate * u_line * np.where(radius > 0, outside, i1e(own) / i0e(own)))
+
+
+def _weights(nodes: Any) -> Array:
+    """Weights of nodes."""
+    nodes = np.asarray(nodes, float)
+    return np.where(nodes > 0, nodes, _AXIS)

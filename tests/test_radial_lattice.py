@@ -1,0 +1,159 @@
+"""Rotational symmetry on nodes: exact ends, the line's rule, and closed forms written here.
+
+d = f(a) - (δ₀ - l f'(a)) q,  P = πk∫₀ᵃ r² f' dr - πk(a²q + 2al)(δ₀ - l f'(a)),
+U = π∫₀ᵃ (k(d-f)² + γ₁f'²) r dr + πγ₁(s/q)(d-f(a))² - wπa²,  s = a/l,  q = K₀(s)/K₁(s).
+"""
+
+import math
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+from scenes import ALPHA, DELTA0, SCENE, L, adhesive, steep
+from scipy.integrate import quad
+from scipy.special import k0e, k1e
+
+from discretization import minimise
+from discretization.lattice.fronts import Contact, region
+from discretization.lattice.judgement import certify
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.rings import rings
+from discretization.lattice.sums import measured
+from energy import Circle, FlatPunch, Parabola, PowerLaw, Profile, Sampled, Wedge
+
+K, GAMMA1, W = SCENE.stiffness, SCENE.gamma1, SCENE.work_of_adhesion
+A = 1.7 * L
+BODIES = {
+    "parabola": Parabola(A / (0.9 * ALPHA)),
+    "cone": Wedge(math.atan(0.6 * ALPHA)),
+    "power": PowerLaw(0.3 * ALPHA / A**2, 3.0),
+    "circle": Circle(A / (0.9 * ALPHA)),
+}
+
+
+def turned(body, **options):
+    return replace(adhesive(body, **options), geometry="axisymmetric")
+
+
+def expected(scene, a):
+    """Depth, force and energy of a contact of radius a."""
+    k, gamma1, w, ell = (
+        scene.stiffness,
+        scene.gamma1,
+        scene.work_of_adhesion,
+        scene.elastocapillary_length,
+    )
+    f, slope = scene.indenter.height, scene.indenter.slope
+    q, pull = k0e(a / ell) / k1e(a / ell), scene.critical_separation - ell * float(slope(a))
+    d = float(f(a)) - pull * q
+
+    def integral(density):
+        return quad(density, 0, a, epsabs=0, epsrel=1e-13)[0]
+
+    force = math.pi * k * integral(lambda r: r * r * float(slope(r)))
+    force -= math.pi * k * (a * a * q + 2 * a * ell) * pull
+    inside = integral(lambda r: r * (k * (d - float(f(r))) ** 2 + gamma1 * float(slope(r)) ** 2))
+    tail = gamma1 * a / (ell * q) * (d - float(f(a))) ** 2
+    return d, force, math.pi * (inside + tail - w * a * a)
+
+
+def on_nodes(scene, depth, spacing, **options):
+    return minimise(scene, depth, method="lattice", spacing=spacing, **options)
+
+
+@pytest.mark.parametrize("kappa", [1e-18, 1e-6, 3e-3, 0.4, 2.0, 1e3, 1e9])
+@pytest.mark.parametrize("node", [0, 1, 7, 1023, 1024, 5000])
+def test_the_outer_surface_is_a_legendre_function(kappa, node):
+    with mpmath.workdps(40):
+        nu, decay = mpmath.mpf(node) - 0.5, mpmath.exp(-4 * mpmath.asinh(mpmath.sqrt(kappa) / 2))
+        ratio = (nu + 1) / (nu + 1.5) * mpmath.sqrt(decay)
+        ratio *= mpmath.hyp2f1(0.5, nu + 2, nu + 2.5, decay) / mpmath.hyp2f1(
+            0.5, nu + 1, nu + 1.5, decay
+        )
+        exact = float((node + 0.5) * (1 - ratio))
+    assert float(rings(kappa).pull(node, 1)) == pytest.approx(exact, rel=2e-14, abs=0)
+
+
+@pytest.mark.parametrize("kappa", [1e-12, 1e-6, 3e-3, 0.4, 1e3])
+def test_the_inner_surface_is_that_of_all_nodes_to_the_axis(kappa):
+    with mpmath.workdps(30):
+        spring, pull, exact = mpmath.mpf(kappa) / 8, mpmath.mpf(0), []
+        for node in range(1, 3001):
+            link, beyond = node - mpmath.mpf(0.5), spring + pull
+            pull, spring = link * beyond / (link + beyond), mpmath.mpf(kappa) * node
+            exact.append(float(pull))
+    found = rings(kappa).pull(np.arange(1, 3001), -1)
+    assert found == pytest.approx(np.array(exact), rel=2e-14, abs=0)
+
+
+def least_energy(scene, spacing, held, g, nodes):
+    """The energy of nodes 0..held at g with as many free ones beyond, by elimination."""
+    i = np.arange(nodes + 1.0)
+    area = 2 * math.pi * spacing**2 * np.where(i > 0, i, 1 / 8)
+    link = 2 * math.pi * scene.gamma1 * (i[:-1] + 0.5)
+    u = g[: held + 1]
+    value = scene.stiffness / 2 * (area[: held + 1] @ u**2) + link[:held] @ np.diff(u) ** 2 / 2
+    end = 0.0
+    for m in range(nodes - 1, held - 1, -1):
+        beyond = scene.stiffness * area[m + 1] + end
+        end = link[m] * beyond / (link[m] + beyond)
+    return value + end / 2 * u[-1] ** 2 - scene.work_of_adhesion * math.pi * (held * spacing) ** 2
+
+
+@pytest.mark.parametrize("per_length", [0.7, 5.0, 40.0])
+def test_the_advance_of_a_link_is_a_perfect_square(per_length):
+    scene, spacing = turned(BODIES["cone"]), L / per_length
+    lattice, depth = Lattice.of(scene, spacing), 0.3 * DELTA0
+    g = depth - scene.indenter.height(spacing * np.arange(60.0))
+    beyond = 60 + math.ceil(25 * per_length)
+    for m in (0, 1, 5, 40):
+        energies = [least_energy(scene, spacing, held, g, beyond) for held in (m, m + 1)]
+        _, change, _ = lattice.at(np.array([m]), 1).advance(
+            *(np.array([depth - each]) for each in g[m : m + 2]), depth
+        )
+        size = max(map(abs, energies)) + W * math.pi * ((m + 1) * spacing) ** 2
+        assert energies[1] - energies[0] == pytest.approx(change[0], rel=0, abs=2e-14 * size)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_second_order_at_the_worst_of_16_offsets(name):
+    scene = turned(BODIES[name])
+    d, force, energy = expected(scene, A)
+    links, worst = np.array([25, 50, 100, 200]), []
+    for n in links:
+        errors = []
+        for offset in np.arange(16) / 16 + 0.02:
+            state = on_nodes(scene, d, A / (n + offset))
+            assert state.contacts[0, 0] == 0
+            assert state.contacts[0, 1] == state.radius
+            found = (state.radius / A - 1, state.contact_angle - math.pi + ALPHA)
+            errors.append((*found, state.force / force - 1, state.energy / energy - 1))
+        worst.append(np.abs(errors).max(axis=0))
+    orders = -np.polyfit(np.log(links), np.log(worst), 1)[0]
+    assert orders == pytest.approx(np.full(4, 2.0), rel=0, abs=0.2)
+    assert (worst[-1] < 3e-5).all()
+
+
+def test_random_scenes_stay_within_their_own_estimate():
+    rng, missed = np.random.default_rng(18), []
+    for _ in range(120):
+        rise, a = ALPHA * 10 ** rng.uniform(-1, 0.3), L * 10 ** rng.uniform(-1.5, 1.5)
+        body = (
+            Parabola(a / rise),
+            Circle(max(a / rise, 1.5 * a)),
+            Wedge(math.atan(rise)),
+            PowerLaw(rise / (3 * a * a), 3.0),
+        )[rng.integers(4)]
+        scene = turned(body, w=W if rng.random() < 0.8 else 0.0)
+        d, force, energy = expected(scene, a)
+        state = on_nodes(scene, d, a / 10 ** rng.uniform(1.5, 2.5))
+        if not state.contacts.size:
+            continue  # another, narrower state of this depth, or none
+        off = dict(half_width=state.radius - a, force=state.force - force)
+        off["energy"] = state.energy - energy
+        if abs(off["half_width"]) < 0.1 * a:
+            missed.append(max(abs(off[name]) / state.uncertainty[name] for name in off))
+    assert len(missed) > 60
+    assert np.mean(np.array(missed) <= 1) > 0.95
+    assert max(missed) < 3
