@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from energy import Scene
 
+NODES = ("lattice", "shortest_path", "oracle")
 
-def check_geometry(scene: Scene, nodes: bool) -> None:
-    """ValueError for rotational symmetry where nothing minimises it; nodes: on the lattice."""
-    if scene.axisymmetric and nodes:
+
+def check_geometry(scene: Scene, method: str, *, path: bool = False) -> None:
+    """ValueError for rotational symmetry where nodes do not know it; path: on a load path."""
+    if not scene.axisymmetric or method not in NODES:
+        return
+    alone = scene.indenter.convex and scene.pattern is None and scene.opening is None
+    steep = scene.slopes == "finite" and scene.gamma1 > 0
+    if method != "lattice" or path or steep or not alone:
         raise ValueError(
-            f"geometry = {scene.geometry!r} is not implemented on the lattice yet; use "
-            "method='fitted', or geometry='line'"
+            f"geometry = {scene.geometry!r}: on nodes there are single states of one contact of a "
+            "convex profile with slopes = 'small' only, without opening or pattern, and no load "
+            "paths; use method='fitted'"
         )

@@ -127,14 +127,9 @@ def test_an_unknown_geometry_is_refused():
         Scene(LAYER, SURFACES, Parabola(0.02), geometry="round")
 
 
-def test_minimisers_refuse_what_they_do_not_know_yet():
-    scene, nodes = turned(Parabola(0.02)), {"method": "lattice", "spacing": 1e-6}
-    for ask in (
-        lambda: minimise(scene, 1e-7, **nodes),
-        lambda: load_path(scene, depths=[1e-7], **nodes),
-    ):
-        with pytest.raises(ValueError, match="geometry = 'axisymmetric' is not implemented on"):
-            ask()
+def test_load_paths_refuse_what_they_do_not_know_yet():
+    with pytest.raises(ValueError, match="geometry = 'axisymmetric': on nodes there are"):
+        load_path(turned(Parabola(0.02)), depths=[1e-7], method="lattice", spacing=1e-6)
 
 
 def test_the_circle_is_an_arc():

@@ -10,8 +10,8 @@ a sum over links and moving one line by one link changes it by `Lattice.advance_
 (small slopes; for finite ones `Lattice.gap` is scaled so that the same rule holds). Raising d
 lowers every gap, so the state at depth d is found without stepping through the path: from the
 touching node outwards to the first link that resists; after a retraction, from there inwards to the
-first link that holds. Where the profile is convex the gap grows outwards, too, and the line is
-bracketed with O(log n) heights; else it takes one pass over the contact, in blocks.
+first link that holds. Where the profile of a line contact is convex the gap grows outwards, too,
+and the line is bracketed with O(log n) heights; else it takes one pass over the contact, in blocks.
 
 γ₁ = 0: springs are independent. One attaches when touched, not before, and lets go at u = -δ₀.
 """
@@ -216,7 +216,7 @@ def _advance(
 ) -> int:
     """Outwards from node start to the first link whose adhesion does not pay for its gap."""
     reach = lattice.critical_gap * (1 + _TIE) if lattice.gamma1 else 0.0
-    if indenter.convex:
+    if lattice.gap_grows(indenter):
         stop = _bracketed(lattice, indenter, depth, start, limit, reach)
         if stop != limit:
             return stop
@@ -276,7 +276,7 @@ def _recede(
 ) -> int:
     """Inwards from the contact's end to the first link that holds; `stop` if none does."""
     side, reach = (1 if end >= stop else -1), reach * (1 + _TIE)
-    if indenter.convex:
+    if lattice.gap_grows(indenter):
         return _bracketed(lattice, indenter, depth, stop, end, reach)
     for node, f in blocks(lattice, indenter, end, stop):
         place = lattice.at(range(node - side, node - side * f.size, -side), side)

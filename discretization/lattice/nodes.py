@@ -55,8 +55,8 @@ class Lattice:
     """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
 
     spring: kΔx; link: t; log_decay: -ln λ; decay: λ, the factor by which a free tail decays per
-    node; cell: Δx, what a link covers; loss: 1 - λ without cancellation; end_stiffness: t(1-λ), what a half-infinite free tail
-    does to its first node; link_over_decay: t/λ.
+    node; loss: 1 - λ without cancellation; end_stiffness: t(1-λ), what a half-infinite free tail
+    does to its first node; link_over_decay: t/λ; cell: Δx, what a link covers.
 
     Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
     shape; energies [energy/length] and forces [force/length] per length of the contact line.
@@ -99,14 +99,14 @@ class Lattice:
         spacing = positive("spacing", spacing)
         if origin is None:
             origin = 0.0 if scene.axisymmetric else _origin(scene.indenter, spacing)
-        kinds = (kind for kind in (Lattice, *Lattice.__subclasses__()) if kind.describes(scene))
-        kind = next(kinds, None)
-        if kind is None:
+        every: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
+        kinds = [kind for kind in every if kind.describes(scene)]
+        if not kinds:
             raise ValueError(
                 f"slopes = {scene.slopes!r} with geometry = {scene.geometry!r} is not known on the "
                 "lattice; use slopes='small', or method='fitted'"
             )
-        return kind(spacing, origin, scene.stiffness, scene.gamma1, scene.work_of_adhesion)
+        return kinds[0](spacing, origin, scene.stiffness, scene.gamma1, scene.work_of_adhesion)
 
     def __post_init__(self) -> None:
         dx, k, gamma1 = self.spacing, self.k, self.gamma1
@@ -130,6 +130,10 @@ class Lattice:
     def seen(self, scene: Scene) -> Scene:
         """The scene as far as it has nodes."""
         return scene
+
+    def gap_grows(self, indenter: Indenter) -> bool:
+        """Whether the gap at a contact line only grows the further out the line is."""
+        return indenter.convex
 
     def at(self, nodes: Any, side: int) -> Place:
         """What contact lines need that end at these nodes, facing this side: the same anywhere."""

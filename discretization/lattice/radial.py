@@ -1,10 +1,10 @@
 """Rotational symmetry on nodes r_i = iΔr: node areas, link weights and ratios λ_m.
 
-    U[u] = Σ_i kA_i u_i²/2 + Σ_m t_m (u_{m+1} - u_m)²/2 - w Σ_{m in C} 2πr_{m+½}Δr    s.t. u_i >= g_i,
+    U[u] = Σ_i kA_i u_i²/2 + Σ_m t_m (u_{m+1} - u_m)²/2 - w Σ_{m in C} 2πr_{m+½}Δr,   u_i >= g_i,
 
 A_0 = π(Δr/2)², A_i = 2πr_iΔr, t_m = 2πγ₁r_{m+½}/Δr. Nodes and links are those of a line contact
-times a weight, i of node i (1/8 on the axis) and m + ½ of link m; but free surfaces decay by a ratio
-λ_m that depends on the place (rings.py). From end node m to m + 1, with the outer surface
+times a weight, i of node i (1/8 on the axis) and m + ½ of link m; but free surfaces decay by a
+ratio λ_m that depends on the place (rings.py). From end node m to m + 1, with the outer surface
 re-equilibrated before and after,
 
     ΔE = t_m/(2λ_m) (λ_m g_m - g_{m+1})² - w 2πr_{m+½}Δr,
@@ -27,7 +27,7 @@ from discretization.lattice.nodes import Lattice
 from discretization.lattice.rings import Rings, rings
 from discretization.lattice.tails import LatticeTail
 from discretization.profile import Radial
-from energy import Scene
+from energy import Indenter, Scene
 
 Array = NDArray[Any]
 _AXIS = 1 / 8  # weight of the node on the axis
@@ -63,6 +63,10 @@ class RadialLattice(Lattice):
     def seen(self, scene: Scene) -> Scene:
         """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
         return replace(scene, indenter=Radial(scene.indenter), geometry="line")
+
+    def gap_grows(self, indenter: Indenter) -> bool:
+        """No: near the axis a free surface is stiff, and lines there are unstable."""
+        return False
 
     def at(self, nodes: Any, side: int) -> Around:
         return Around.of(self, np.asarray(nodes, float), side)
@@ -152,8 +156,8 @@ class Around:
 class RadialTail(LatticeTail):
     """Free surfaces around the axis as functions of r, in between the nodes, too.
 
-    K₀ outside, I₀ inside, both of them between rings; rate: as far from the axis. Radii are negative
-    where the free surface is on the side of the axis.
+    K₀ outside, I₀ inside; rate: as far from the axis. Radii are negative where the free surface is
+    on the side of the axis.
     """
 
     def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:

@@ -67,9 +67,9 @@ def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contac
     """
     lat, (first, last) = lattice, contact[:2]
     middle = (first + last) // 2
-    right = _half(lat, indenter, depth, middle, last)
+    right = _half(lat, indenter, depth, middle, last, 1)
     mirror = mirror_axis(lat, indenter, first, last) is not None
-    left = right if mirror else _half(lat, indenter, depth, middle, first)
+    left = right if mirror else _half(lat, indenter, depth, middle, first, -1)
     ends = (lat.at(first, -1), left.end), (lat.at(last, 1), right.end)
     outside = [float(end.tail_force(u)) for end, u in ends]
     surface = left.surface + right.surface
@@ -90,8 +90,10 @@ def measured(lattice: Lattice, indenter: Indenter, depth: float, contact: Contac
     )
 
 
-def _half(lat: Lattice, indenter: Indenter, depth: float, middle: int, end: int) -> _Half:
-    side, links = (1 if end >= middle else -1), abs(end - middle)
+def _half(
+    lat: Lattice, indenter: Indenter, depth: float, middle: int, end: int, side: int
+) -> _Half:
+    links = abs(end - middle)
     squares = surface = total = size = reactions = middle_pull = 0.0
     weakest, stiffness = math.inf, lat.link
     for start in range(0, max(links - 1, 1), BLOCK):  # blocks share two nodes, a link and its ends
