@@ -209,6 +209,14 @@ def test_springs_alone_let_go_at_the_critical_separation():
         assert state.energy == pytest.approx(energy, rel=1e-4, abs=0)
 
 
+def test_springs_adhere_over_the_area_of_their_nodes():
+    lattice = Lattice.of(turned(Parabola(0.02), gamma1=0.0), 0.1)
+    for first, last, area in ((0, 0, 0.05**2), (0, 3, 0.35**2), (2, 3, 0.35**2 - 0.15**2)):
+        assert lattice.adhesion(lattice.bound(first, last), 0.0) == pytest.approx(
+            -W * math.pi * area, rel=1e-14, abs=0
+        )
+
+
 def test_lengths_and_stresses_have_no_unit():
     unit, stress = 2.0**-21, 2.0**7
     states = []
