@@ -6,6 +6,7 @@ in energy at once. Every step is cut at the events it meets, each located by roo
 
 from __future__ import annotations
 
+import functools
 import math
 from pathlib import Path
 
@@ -119,11 +120,13 @@ def _branch(
     option("method", method, METHODS)
     if (method == "lattice") != (spacing is not None):
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
-    if spacing is None and control.stiffness is not None:
-        return pressed_by(scene, rtol, lambda depth: control.load(depth, deepest))
     if spacing is None:
-        return on_mesh(scene, rtol, deepest)
-    return on_nodes(scene, positive("spacing", spacing), deepest)
+        made = functools.partial(on_mesh, scene, rtol)
+    else:
+        made = functools.partial(on_nodes, scene, positive("spacing", spacing))
+    if control.stiffness is None:
+        return made(deepest)
+    return pressed_by(scene, made, lambda depth: control.load(depth, deepest))
 
 
 def _begun(saved: History, values: Array, save: str | Path) -> History:

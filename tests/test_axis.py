@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from discretization import load_path, minimise
+from discretization import minimise
 from energy import (
     Circle,
     ElasticLayer,
@@ -125,11 +125,6 @@ def test_a_pattern_is_one_of_rings():
 def test_an_unknown_geometry_is_refused():
     with pytest.raises(ValueError, match="geometry = 'round' is unknown; choose one of 'line', 'a"):
         Scene(LAYER, SURFACES, Parabola(0.02), geometry="round")
-
-
-def test_load_paths_refuse_what_they_do_not_know_yet():
-    with pytest.raises(ValueError, match="geometry = 'axisymmetric': on nodes there are"):
-        load_path(turned(Parabola(0.02)), depths=[1e-7], method="lattice", spacing=1e-6)
 
 
 def test_the_circle_is_an_arc():

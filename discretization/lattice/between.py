@@ -28,7 +28,8 @@ def interpolated(
     """Lines (s, 2m), P and U (s,) of s states with m contacts each, between these nodes (s, 2m)."""
     offset = offsets(row, indenter, nodes, depth)
     ways = np.resize([-1, 1], nodes.shape[1])
-    x = row.lattice.x(row.first + nodes + ways * np.clip(offset, -_INTERIOR, _INTERIOR))
+    inside = np.where(offset > 0.5, offset, np.clip(offset, -_INTERIOR, _INTERIOR))
+    x = row.lattice.x(row.first + nodes + ways * inside)
     force, energy = (
         at_offsets(row, nodes, offset, depth, part) for part in (row.forces, row.energies)
     )
@@ -36,7 +37,10 @@ def interpolated(
 
 
 def offsets(row: Row, indenter: Indenter, nodes: Nodes, depth: Array) -> Array:
-    """How far the lines are from their nodes (s, 2m), in links outwards: -1/2..1/2."""
+    """How far the lines are from their nodes (s, 2m), in links outwards: -1/2..1/2.
+
+    A line at an edge is there, up to one link beyond the last node.
+    """
     offset = np.zeros(nodes.shape)
     for column, side in ((0, -1), (-1, 1)):
         node = nodes[:, column]
@@ -64,8 +68,10 @@ def at_offsets(row: Row, nodes: Nodes, offset: Array, depth: Array, parts: Parts
     for column, side in ((0, -1), (-1, 1)):
         node = nodes[:, column]
         own = tail(node, side, depth)
-        beside = np.clip(node + side * steps[:, column], 0, row.f.size - 1)
-        more = share[:, column] * (tail(beside, side, depth) - own)
+        beside = node + side * steps[:, column]
+        past = beside > row.f.size - 1  # as far from the last node as the one before
+        other = tail(np.clip(np.where(past, node - 1, beside), 0, row.f.size - 1), side, depth)
+        more = share[:, column] * np.where(past, own - other, other - own)
         total = total + own + more  # with all digits of the sums
     if nodes.shape[1] == 2:
         return np.asarray(total, float)
@@ -87,7 +93,9 @@ def _outer_offset(row: Row, indenter: Indenter, node: Nodes, side: int, depth: A
     tip = (node == row.touch) & np.isin(touch, indenter.corners)
     free = (at > 0) & ~tip & np.isfinite(outer) & (outer > inner)
     width = np.where(free, outer - inner, 1.0)
-    return np.clip(np.where(free, (depth - inner) / width - 0.5, 0.0), -0.5, 0.5)
+    edge = row.overhang if side > 0 else 0.0
+    found = np.clip(np.where(free, (depth - inner) / width - 0.5, 0.0), -0.5, 0.5)
+    return np.where(node == row.f.size - 1, edge, found) if edge else found
 
 
 def _facing_offsets(

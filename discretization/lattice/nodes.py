@@ -33,13 +33,21 @@ Array = NDArray[Any]
 
 
 class Place(Protocol):
-    """What contact lines at some nodes, all facing the same way, need to know of a lattice."""
+    """What contact lines at some nodes, all facing the same way, need to know of a lattice.
+
+    loss: 1 - λ there.
+    """
+
+    @property
+    def loss(self) -> Any: ...
 
     def gap(self, f: Any, f_next: Any, depth: Any) -> Any: ...
 
     def holds(self, f: Array, f_next: Array, depth: float, reach: float) -> Array: ...
 
     def rest_depth(self, f: Any, f_next: Any, work: Any) -> Any: ...
+
+    def stored(self, gap: Any) -> Any: ...
 
     def advance(self, f: Any, f_next: Any, depth: float) -> tuple[Any, Any, Any]: ...
 
@@ -245,6 +253,10 @@ class Lattice:
         """
         return f + (f_next - f - np.sqrt(2 * work / self.link_over_decay)) / self.loss
 
+    def stored(self, gap):
+        """Energy that a line's advance over links of this gap takes, without their adhesion."""
+        return self.link_over_decay / 2 * gap * gap
+
     def advance_cost(self, gap):
         """Energy by which a line's advance over one link changes the re-equilibrated energy.
 
@@ -254,7 +266,7 @@ class Lattice:
 
         g = g_m, g' = g_{m+1}.
         """
-        return self.link_over_decay / 2 * gap * gap - self.w * self.cell
+        return self.stored(gap) - self.w * self.cell
 
     def advance(self, f, f_next, depth):
         """Gap, ΔE and ΔP of a line's advance over links at the heights f, f_next.

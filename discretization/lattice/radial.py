@@ -132,9 +132,11 @@ class Around:
         return self.gap(f, f_next, depth) <= reach
 
     def rest_depth(self, f, f_next, work):
-        """work: of a link of weight 1."""
-        reach = np.sqrt(2 * work / self.lattice.link_over_decay) * self._scale
+        reach = np.sqrt(2 * work / (self.lattice.link_over_decay * self.weight)) * self._scale
         return f + (f_next - f - reach) / self.loss
+
+    def stored(self, gap):
+        return self.lattice.link_over_decay * self.weight / 2 * gap * gap
 
     def advance(self, f, f_next, depth):
         gap, unit = self.gap(f, f_next, depth), self.lattice.link_over_decay

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,9 +32,9 @@ MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
 class Sums(NamedTuple):
     """From the node that touches first, that one included, up to each of n + 1 node ends.
 
-    Number of nodes, of their heights above it, of the squares of these (n + 1,); from that node to
-    each node, of the squared rises of the links and of their lengths times the pattern's factor on
-    the work of adhesion (n,).
+    Number of nodes, of their heights above it, of the squares of these (n + 1,), with the nodes'
+    weights; from that node to each node, of the energies of the links as free surface, and of their
+    lengths or areas times the pattern's factor on the work of adhesion (n,).
     """
 
     nodes: Array
@@ -49,9 +49,10 @@ class Row:
     """n nodes in a row.
 
     first: the lattice's number of node 0; touch: the node that touches first; f (n,): heights;
-    bonds (n - 1,): length of each link times the pattern's factor on the work of adhesion; works:
-    of adhesion of a contact that is being closed, and of one that is being opened; clear: whether
-    an outer free surface can touch no node but the next.
+    bonds (n - 1,): length or area of each link times the pattern's factor on the work of adhesion;
+    works: of adhesion of a contact that is being closed, and of one that is being opened; clear:
+    whether an outer free surface can touch no node but the next; overhang: links from the last node
+    to an edge of the body, with rotational symmetry, where nodes cannot be moved to be near it.
     """
 
     lattice: Lattice
@@ -61,6 +62,7 @@ class Row:
     bonds: Array
     works: tuple[float, float]
     clear: bool
+    overhang: float = 0.0
 
     @classmethod
     def of(cls, scene: Scene, lattice: Lattice, where: Region, deepest: float) -> Row:
@@ -75,27 +77,33 @@ class Row:
         else:
             f, first = _all(scene, lattice, where), where.first
         x = lattice.x(first + np.arange(f.size))
-        bonds = factors(scene, (x[1:] + x[:-1]) / 2) * lattice.spacing
+        bonds = factors(scene, (x[1:] + x[:-1]) / 2) * lattice.cell
+        bonds = lattice.on_links(bonds, first + np.arange(f.size))
         works = scene.work_of_adhesion, scene.opened.work_of_adhesion
         clear = scene.indenter.convex and scene.pattern is None
-        return cls(lattice, first, where.lowest - first, f, bonds, works, clear)
+        end, beyond = scene.indenter.extent[1], 0.0
+        if lattice.axis == 0 and end in scene.indenter.walls and first + f.size > where.last:
+            beyond = float(end - x[-1]) / lattice.spacing
+        return cls(lattice, first, where.lowest - first, f, bonds, works, clear, beyond)
 
     @functools.cached_property
     def rules(self) -> tuple[Rules, Rules]:
         """The rules of contacts that are being closed, and of those that are being opened."""
         closing, opening = self.works
-        first = Rules(self.lattice, self.f, closing * self.bonds, self.clear)
+        first = Rules(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
         if opening == closing:
             return first, first
-        return first, Rules(self.lattice, self.f, opening * self.bonds, self.clear)
+        return first, replace(first, work=opening * self.bonds)
 
     @functools.cached_property
     def sums(self) -> Sums:
         """The running sums."""
         h, touch = self.f - self.f[self.touch], self.touch
-        steps = np.diff(self.f)
-        stretch, bonds = self.lattice.link_energies(steps), self.bonds * self.lattice.arc(steps)
-        whole = (_running(part, touch) for part in (np.ones_like(h), h, h * h))
+        steps, nodes = np.diff(self.f), self.first + np.arange(h.size)
+        stretch = self.lattice.on_links(self.lattice.link_energies(steps), nodes)
+        bonds = self.bonds * self.lattice.arc(steps)
+        parts = (self.lattice.on_nodes(part, nodes) for part in (np.ones_like(h), h, h * h))
+        whole = (_running(part, touch) for part in parts)
         return Sums(*whole, *(_running(part, touch) for part in (stretch, bonds)))
 
     @property
@@ -133,12 +141,14 @@ class Row:
     def tail_force(self, node: Nodes, side: int, depth: Array) -> Array:
         """What the outermost line at these nodes adds to P, with the surface beyond it."""
         springs, _ = self._springs(node + (side > 0), depth)
-        return side * springs + self.lattice.tail_reaction(depth - self.f[node])
+        place = self.lattice.at(self.first + node, side)
+        return side * springs + place.tail_reaction(depth - self.f[node])
 
     def tail_energy(self, node: Nodes, side: int, depth: Array) -> Array:
         """What the outermost line at these nodes adds to U, with the surface beyond it."""
         _, springs = self._springs(node + (side > 0), depth)
-        return side * (springs + self._links(node)) + self.lattice.tail_energy(depth - self.f[node])
+        place = self.lattice.at(self.first + node, side)
+        return side * (springs + self._links(node)) + place.tail_energy(depth - self.f[node])
 
     def gap_force(self, left: Nodes, right: Nodes, depth: Array) -> Array:
         """What the two lines of a free surface between contacts add to P, with that surface."""
@@ -186,12 +196,15 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, deepest: 
     """Heights from the node that touches first to the link that resists, and three links more."""
     limit = where.first if way < 0 else where.last
     strongest = max(scene.pattern.factors) if scene.pattern else 1.0
-    work = strongest * scene.work_of_adhesion * lattice.spacing
+    work = strongest * scene.work_of_adhesion * lattice.cell
     parts: list[Array] = []
     for _, f in blocks(lattice, scene.indenter, where.lowest, limit):
         parts.append(f if not parts else f[1:])
         whole = np.concatenate(parts)
-        resists = np.flatnonzero(lattice.rest_depth(whole[:-1], whole[1:], work) > deepest)
+        nodes = where.lowest + way * np.arange(whole.size)
+        works = lattice.on_links(np.full(whole.size - 1, work), nodes)
+        rests = lattice.at(nodes[:-1], way).rest_depth(whole[:-1], whole[1:], works)
+        resists = np.flatnonzero(rests > deepest)
         if resists.size and resists[0] + _SPARE < whole.size - 1:
             return np.asarray(whole[: resists[0] + 1 + _SPARE])
     end = scene.indenter.extent[0 if way < 0 else 1]

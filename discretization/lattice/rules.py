@@ -46,13 +46,14 @@ class Rules:
     """The depths of changes for nodes of heights f (n,).
 
     work (n - 1,): adhesion [energy/length] of each link; clear: whether the surface beyond an
-    outermost line can touch no node but the next.
+    outermost line can touch no node but the next; first: the lattice's number of the first node.
     """
 
     lattice: Lattice
     f: Array
     work: Array
     clear: bool = False
+    first: int = 0
 
     @functools.cached_property
     def _heights(self) -> list[float]:
@@ -72,14 +73,23 @@ class Rules:
         found = {}
         for side in (1, -1):
             f, work = self.f[::side], self.work[::side]
-            found[side] = np.append(self.lattice.rest_depth(f[:-1], f[1:], work), math.inf)
+            place = self.lattice.at(self.nodes[::side][:-1], side)
+            found[side] = np.append(place.rest_depth(f[:-1], f[1:], work), math.inf)
         return found
+
+    @property
+    def nodes(self) -> range:
+        """The lattice's numbers of the nodes."""
+        return range(self.first, self.first + self.f.size)
 
     @functools.cached_property
     def meets(self) -> dict[int, Array]:
         """Depths at which the surface beyond an outermost line touches the next node (n - 1,)."""
-        ends = ((side, self.f[::side]) for side in (1, -1))
-        return {side: self.lattice.rest_depth(f[:-1], f[1:], 0.0) for side, f in ends}
+        found = {}
+        for side in (1, -1):
+            f, place = self.f[::side], self.lattice.at(self.nodes[::side][:-1], side)
+            found[side] = place.rest_depth(f[:-1], f[1:], 0.0)
+        return found
 
     @functools.cached_property
     def torn(self) -> Array:
@@ -213,10 +223,11 @@ class Rules:
         lat, f = self.lattice, self.f[::side]
         at = np.arange(links.start, links.stop, links.step)
         work, near, far = self.work[::side][at], f[at], f[at + 1]
-        gap = lat.gap(near, far, when)
-        gain = np.abs(lat.link_over_decay / 2 * gap * gap - work) * lat.arc(far - near)
+        place = lat.at(self.nodes[::side].start + side * at, side)
+        gap = place.gap(near, far, when)
+        gain = np.abs(place.stored(gap) - work) * lat.arc(far - near)
         rounding = _TIE * (np.abs(self.f).max() + np.abs(own) + np.abs(when))
-        return np.where(np.abs(lat.loss * (own - when)) > rounding, gain, 0.0)
+        return np.where(np.abs(place.loss * (own - when)) > rounding, gain, 0.0)
 
     def first_touch(self, node: int, side: int) -> float:
         """Depth at which the surface beyond an outermost line at `node` touches another node."""

@@ -250,24 +250,27 @@ def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
     return FittedMany.of(scene, rtol, deepest)
 
 
-def pressed_by(scene: Scene, rtol: float, load: Callable[[float], float]) -> Branch:
-    """`on_mesh`, for depths down to one at which the contact resists this load L(d).
+def pressed_by(
+    scene: Scene, made: Callable[[float], Branch], load: Callable[[float], float]
+) -> Branch:
+    """The branch `made` for depths down to one at which the contact resists this load L(d).
 
     Or to one at which it has left the known profile: the programme may end before that.
     """
     depth, size = 0.0, scene.opened.critical_separation or scene.layer.h
     while True:
-        branch = on_mesh(scene, rtol, depth)
+        branch = made(depth)
         if isinstance(branch, FittedBranch):
             return branch
         depth = max(depth, branch.touch)
         try:
             force = branch.force(branch.follow(None, depth), depth)
+            deeper = branch.touch + (2 * (depth - branch.touch) or size)
+            if force >= load(depth):
+                return made(deeper + size) if isinstance(branch, LatticeBranch) else branch
         except ValueError:
             return branch
-        if force >= load(depth):
-            return branch
-        depth = branch.touch + (2 * (depth - branch.touch) or size)
+        depth = deeper
 
 
 def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:

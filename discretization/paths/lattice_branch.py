@@ -61,9 +61,13 @@ State = Held | None
 
 @dataclass(frozen=True, eq=False)
 class LatticeBranch:
-    """States of any number of contacts on fixed nodes under a prescribed depth; None: detached."""
+    """States of any number of contacts on fixed nodes under a prescribed depth; None: detached.
+
+    seen: the scene as far as it has nodes.
+    """
 
     scene: Scene
+    seen: Scene
     row: Row
     closing: Rules
     opening: Rules
@@ -84,13 +88,14 @@ class LatticeBranch:
                 "use method='fitted'"
             )
         lattice = Lattice.of(scene, spacing)
-        row = Row.of(scene, lattice, region(lattice, scene.indenter, deepest), deepest)
-        return cls(scene, row, *row.rules, deepest)
+        seen = lattice.seen(scene)
+        row = Row.of(seen, lattice, region(lattice, seen.indenter, deepest), deepest)
+        return cls(scene, seen, row, *row.rules, deepest)
 
     @functools.cached_property
     def hidden(self) -> Unseen:
         """What the nodes do not see of the profile."""
-        return unseen(self.scene, self.deepest, self.row.lattice)
+        return unseen(self.seen, self.deepest, self.row.lattice)
 
     @functools.cached_property
     def touch(self) -> float:
@@ -110,7 +115,7 @@ class LatticeBranch:
     def _state(self, nodes: Contacts) -> State:
         if not nodes:
             return None
-        (lo, hi), lattice, first = self.scene.indenter.extent, self.row.lattice, self.row.first
+        (lo, hi), lattice, first = self.seen.indenter.extent, self.row.lattice, self.row.first
         x = (lattice.x(first + node) for pair in nodes for node in pair)
         return Held(nodes, tuple(min(max(at, lo), hi) for at in x))
 
@@ -176,11 +181,12 @@ class LatticeBranch:
                 )
 
     def _inside(self, nodes: Contacts, depth: float) -> None:
-        lo, hi = self.scene.indenter.extent
+        body = self.seen.indenter
+        lo, hi = body.extent
         for node, end, last in (
             ((nodes[0][0], lo, 0), (nodes[-1][1], hi, self.row.f.size - 1)) if nodes else ()
         ):
-            if node == last and end not in self.scene.indenter.walls:
+            if node == last and end not in body.walls:
                 raise ValueError(
                     f"depth = {depth!r} spreads the contact over the whole known profile; give a "
                     "wider profile or smaller depths"
@@ -190,9 +196,12 @@ class LatticeBranch:
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
         if state is None:
             return ("", "")
-        body, row, held = self.scene.indenter, self.row, []
+        body, row, held = self.seen.indenter, self.row, []
         ends = (state.nodes[0][0], 0, body.extent[0]), (state.nodes[-1][1], -1, body.extent[1])
         for (node, last, end), x in zip(ends, state.ends, strict=True):
+            if end == row.lattice.axis and node == 0:
+                held.append("")
+                continue
             edge = node == last % row.f.size and end in body.walls
             tip = body.convex and node == row.touch and x in body.corners
             held.append("edge" if edge else "tip" if tip else "")
@@ -203,7 +212,7 @@ class LatticeBranch:
         if state is None:
             return 0.0
         row, (nodes, depths) = self.row, _one(state, depth)
-        offset = offsets(row, self.scene.indenter, nodes, depths)
+        offset = offsets(row, self.seen.indenter, nodes, depths)
         return float(at_offsets(row, nodes, offset, depths, row.forces)[0])
 
     def energy(self, state: State, depth: float) -> float:
@@ -239,7 +248,7 @@ class LatticeBranch:
 
         AccuracyWarning where the surfaces miss what the nodes do not see.
         """
-        scene, row = self.scene, self.row
+        scene, row = self.seen, self.row
         whole = [state.lines for state in states]
         looked_between(scene, row.lattice, self.hidden, depths, whole, stacklevel=4)
         x, force, energy = np.empty((depths.size, 2)), np.empty(depths.size), np.empty(depths.size)
@@ -265,15 +274,20 @@ class LatticeBranch:
             )
         self._judge(nodes, depth)
 
+    @property
+    def _one_only(self) -> bool:
+        """Whether states are judged as ones of a single contact of one work of adhesion."""
+        return self.scene.slopes != "small" or self.scene.axisymmetric
+
     def _judge(self, nodes: Contacts, depth: float) -> None:
         """NotCertifiedError unless the surface over these contacts passes its certificate."""
-        if self.scene.slopes == "small":
+        if not self._one_only:
             contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
             certificate = judged(contacts, totals(contacts))
         else:
             certificate = self._alone(nodes, depth)
         failures = certificate.failures
-        if self.scene.slopes != "small" and self.scene.opening is not None:
+        if self._one_only and self.scene.opening is not None:
             failures = tuple(name for name in failures if name not in _OF_ADHESION)
         if failures:
             raise NotCertifiedError(
@@ -283,7 +297,7 @@ class LatticeBranch:
 
     def _alone(self, nodes: Contacts, depth: float) -> Certificate:
         """The certificate of one contact with finite slopes, of one work of adhesion."""
-        lattice, body, first = self.row.lattice, self.scene.indenter, self.row.first
+        lattice, body, first = self.row.lattice, self.seen.indenter, self.row.first
         ((left, right),) = nodes
         contact = Contact(left + first, right + first, lattice.critical_gap)
         sums = measured(lattice, body, depth, contact)
