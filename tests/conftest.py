@@ -1,4 +1,9 @@
-"""Every figure that a test has a study write is looked at: nothing clipped, and a title."""
+"""One BLAS thread per process; every figure that a test has a study write is looked at."""
+
+import os
+
+# tests run on all cores: threads of one would wait for those of another
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy when it is imported
 
 import numpy as np
 import pytest

@@ -160,7 +160,7 @@ def test_force_is_the_derivative_of_the_energy(kind):
 @pytest.mark.parametrize("kind", ["small", "finite"])
 def test_every_line_rests_and_nothing_penetrates(kind):
     several = 0
-    for seed in range(40):
+    for seed in range(100, 140):
         case = case_of(kind, seed)
         one = Walk(case.scene, case.feature)
         found = adhered(one, case.depth)
@@ -179,10 +179,10 @@ def test_every_line_rests_and_nothing_penetrates(kind):
 
 @pytest.mark.parametrize("kind", ["small", "finite"])
 def test_the_walk_does_not_depend_on_its_steps(kind, monkeypatch):
-    seeds = [seed for seed in range(30) if case_of(kind, seed).above > 0][:12]
+    seeds = [seed for seed in range(100, 140) if case_of(kind, seed).above > 0][:12]
     usual = [REFERENCE[kind](case, [case.depth])[0] for case in map(case_of, [kind] * 12, seeds)]
-    monkeypatch.setattr(walk, "SINK", 1 / 29)
-    monkeypatch.setattr(walk, "MOVE", 1 / 23)
+    monkeypatch.setattr(walk, "SINK", 1 / 13)
+    monkeypatch.setattr(walk, "MOVE", 1 / 11)
     for seed, before in zip(seeds, usual, strict=True):
         case = case_of(kind, seed)
         (after,) = REFERENCE[kind](case, [case.depth])

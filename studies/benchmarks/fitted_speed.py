@@ -35,7 +35,7 @@ from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import BLUE, COLOURS, MARKERS, ORANGE, Figure, canvas
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
-from studies.shared.table import aligned
+from studies.shared.table import Columns
 from studies.shared.timing import tridiagonal_seconds
 from studies.shared.types import Table
 
@@ -183,13 +183,9 @@ def _errors(case: Case, state: Equilibrium) -> tuple[float, float, float, float]
 
 def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:
     """Measure every indenter; `show` gets a line for each."""
-    show(aligned(WIDTHS, HEADER.split("|")))
-    rows = []
+    show(COLUMNS.head)
     cases = [(slopes, shape) for slopes, makers in MAKERS.items() for shape in makers]
-    for row in each(partial(_row, parameters), cases, 1):
-        rows.append(row)
-        show(line(row))
-    return rows
+    return list(each(partial(_row, parameters), cases, 1, say=lambda row: show(line(row))))
 
 
 def _row(parameters: Parameters, case: tuple[str, str]) -> Row:
@@ -201,27 +197,18 @@ def _row(parameters: Parameters, case: tuple[str, str]) -> Row:
     return Row(slopes, shape, tuple(measure(make(rng), parameters.unknowns) for _ in range(count)))
 
 
-HEADER = "slopes|indenter|scenes|dptsv|95 %|limit|time|err a|err P|err U|err θ|limit|errors"
-WIDTHS = (-6, -18, 6, 6, 6, 4, 6, 6, 6, 6, 6, 6, 6)
+COLUMNS = Columns(
+    "slopes -6|indenter -18|scenes 6|dptsv 6.2f|95 % 6.2f|limit 5g|time 6|err a 6.0e|err P 6.0e|"
+    "err U 6.0e|err θ 6.0e|limit 6.0e|errors 6"
+)
 
 
 def line(row: Row) -> str:
     """One line of the table."""
-    errors = ("—" if math.isnan(e) else f"{e:.0e}" for e in row.worst)
     failures = [trial.failure for trial in row.trials if trial.failure]
-    cells = [
-        row.slopes,
-        row.shape,
-        str(len(row.trials)),
-        f"{row.ratio(50):.2f}",
-        f"{row.ratio(95):.2f}",
-        f"{row.bar.ratio:g}",
-        "ok" if row.fast else "MISSED",
-        *errors,
-        f"{row.bar.error:.0e}",
-        "ok" if row.accurate else "FAIL",
-    ]
-    text = aligned(WIDTHS, cells)
+    times = row.ratio(50), row.ratio(95), row.bar.ratio, "ok" if row.fast else "MISSED"
+    errors = *row.worst.tolist(), row.bar.error, "ok" if row.accurate else "FAIL"
+    text = COLUMNS.line(row.slopes, row.shape, len(row.trials), *times, *errors)
     return text + (f"\n  {len(failures)} not solved, first: {failures[0]}" if failures else "")
 
 

@@ -25,7 +25,7 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.figures import BLUE, GREEN, ORANGE, Figure, canvas
-from studies.shared.table import aligned
+from studies.shared.table import Columns
 from studies.shared.timing import interpreter_seconds, middle, seconds, tridiagonal_seconds
 
 K, GAMMA1, W, RADIUS, DEPTH = 1.3e6, 0.04, 2e-4, 0.02, 6e-6
@@ -95,27 +95,24 @@ def import_ratio() -> float:
     return statistics.median(ours / floor for ours, floor in pairs)
 
 
-HEADER = "nodes|alone ms|× dptsv|±|estimated ms|× dptsv|±|err a|err P|arrays"
-WIDTHS = (9, 9, 8, 5, 13, 8, 5, 8, 8, 7)
+COLUMNS = Columns(
+    "nodes 9|alone ms 9.2f|× dptsv 8.2f|± 5.0%|estimated ms 13.2f|× dptsv 8.2f|± 5.0%|err a 8.1e|"
+    "err P 8.1e|arrays 7.2f"
+)
 
 
 def run(sizes: Sequence[int] = SIZES) -> list[Row]:
     """Measure each size, printing as they come."""
-    print(aligned(WIDTHS, HEADER.split("|")))
-    rows = []
-    for row in each(measure, sizes, 1):
-        rows.append(row)
-        command.say(line(row))
-    return rows
+    command.say(COLUMNS.head)
+    return list(each(measure, sizes, 1, say=lambda row: command.say(line(row))))
 
 
 def line(row: Row) -> str:
     """One line of the table; ±: half the interquartile range."""
-    cells = [str(row.nodes)]
-    for time, ratio, spread in (row[1:4], row[4:7]):
-        cells += [f"{1e3 * time:.2f}", f"{ratio:.2f}", f"{spread / 2:.0%}"]
-    errors = f"{row.error_half_width:.1e}", f"{row.error_force:.1e}", f"{row.arrays:.2f}"
-    return aligned(WIDTHS, [*cells, *errors]) + ("" if row.certified else "  FAILED")
+    alone, estimated = ((1e3 * time, ratio, s / 2) for time, ratio, s in (row[1:4], row[4:7]))
+    errors = row.error_half_width, row.error_force, row.arrays
+    told = COLUMNS.line(row.nodes, *alone, *estimated, *errors)
+    return told + ("" if row.certified else "  FAILED")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -30,7 +30,7 @@ from studies.benchmarks import rough_loop
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
-from studies.shared.table import aligned
+from studies.shared.table import Columns
 from studies.shared.timing import middle, seconds, tridiagonal_seconds
 
 TIME_BAR = 150.0
@@ -129,12 +129,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     quick = options.preset == "quick"
     params = Parameters(steps=100, nodes=10**4, repeats=3) if quick else Parameters()
     rows = run(params)
-    widths = (-24, 14, 5, 18, 7, 6)
-    head = [f"{params.steps} steps", f"dptsv({params.unknowns:.0e})", "±", "error of the area"]
-    print(aligned(widths, [*head, "balance", ""]))
+    shown = Columns(
+        f"{params.steps} steps -24|dptsv({params.unknowns:.0e}) 14.1f|± 5.0%|"
+        "error of the area 18.1e|balance 7.1e| 6"
+    )
+    print(shown.head)
     for row in rows:
-        errors = f"{row.error:.1e}", f"{row.ledger:.1e}", "ok" if row.accurate else "MISSED"
-        print(aligned(widths, [row.name, f"{row.ratio:.1f}", f"{row.spread / 2:.0%}", *errors]))
+        word = "ok" if row.accurate else "MISSED"
+        print(shown.line(row.name, row.ratio, row.spread / 2, row.error, row.ledger, word))
     methods, sizes = (("lattice",), (10, 30)) if quick else (("lattice", "fitted"), (10, 30, 100))
     rough = [rough_loop.measured(method, size) for method in methods for size in sizes]
     print("\n".join(map(rough_loop.line, rough)))

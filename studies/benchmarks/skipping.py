@@ -23,7 +23,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import BLUE, GREY, Figure, canvas
-from studies.shared.table import aligned
+from studies.shared.table import Columns
 from studies.shared.timing import interpreter_seconds, seconds
 
 ROUNDING = 1e-12
@@ -97,23 +97,20 @@ def imports(pairs: int) -> Row:
 
 def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:
     """All rows; `show` gets a line for each."""
-    show(aligned(WIDTHS, HEADER.split("|")))
-    rows = []
-    for row in each(partial(measure, parameters), [*ROUTES, IMPORTS], 1):
-        rows.append(row)
-        show(line(row))
-    return rows
+    show(COLUMNS.head)
+    names = [*ROUTES, IMPORTS]
+    return list(each(partial(measure, parameters), names, 1, say=lambda row: show(line(row))))
 
 
-HEADER = "not needed|skipped|general|factor|quartiles|difference"
-WIDTHS = (-21, 11, 11, 8, 13, 11)
+COLUMNS = Columns(
+    "not needed -21|skipped ms 11.3g|general ms 11.3g|factor 8.3g|quartiles 13|difference 11.0e"
+)
 
 
 def line(row: Row) -> str:
     """One row on the screen."""
-    changed = "" if np.isnan(row.difference) else f"{row.difference:.0e}"
-    times = (f"{1e3 * row.seconds:.3g} ms", f"{1e3 * row.general:.3g} ms", f"{row.factor:.3g}")
-    return aligned(WIDTHS, [row.name, *times, f"{row.low:.3g}..{row.high:.3g}", changed])
+    times, spread = (1e3 * row.seconds, 1e3 * row.general), f"{row.low:.3g}..{row.high:.3g}"
+    return COLUMNS.line(row.name, *times, row.factor, spread, row.difference)
 
 
 def plot(rows: Sequence[Row]) -> Figure:

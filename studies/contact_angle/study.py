@@ -29,6 +29,7 @@ from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.small_slopes import depth_by_16, detachment, scene, simulated
 from studies.shared.types import Table
+from studies.verify.mesh import Grid
 
 INDENTERS: dict[str, Indenter] = {
     "wedge": Wedge(math.atan(0.1)),
@@ -90,17 +91,16 @@ def on_lattices(p: Parameters, case: tuple[int, str]) -> list[Angle]:
     body = SHAPES[shape]
     for ratio in p.path:
         depth = depth_by_16(scene(body, 1.0, ratio), (body.apex or 0.0) + 1.0)
-        for offset in p.offsets:
-            given = scene(body.shifted(offset / cells), 1.0, ratio, "small")
-            found.append(lattice_angle(shape, given, depth, 1 / cells))
+        given = scene(body, 1.0, ratio, "small")
+        found += [lattice_angle(shape, given, depth, Grid(cells, shift)) for shift in p.offsets]
     return found
 
 
-def lattice_angle(shape: str, given: Scene, depth: float, spacing: float) -> Angle:
+def lattice_angle(shape: str, given: Scene, depth: float, grid: Grid) -> Angle:
     """The worst angle of a state; its error is about half its change from twice the spacing."""
     fine, coarse = (
-        list(measured("lattice", shape, minimise(given, depth, method="lattice", spacing=h)))
-        for h in (spacing, 2 * spacing)
+        list(measured("lattice", shape, one.solve(given, depth)))
+        for one in (grid, Grid(grid.cells / 2, grid.offset / 2))
     )
     worst = max(range(len(fine)), key=lambda i: fine[i].residual)
     return fine[worst]._replace(estimate=abs(fine[worst].deficit - coarse[worst].deficit) / 2)

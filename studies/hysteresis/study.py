@@ -33,16 +33,18 @@ from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
-from studies.shared.table import aligned
+from studies.shared.table import Columns
 from studies.shared.types import Array, Table
 
 _NIL = 1e-8  # of the scale, printed as 0
+LENGTHS = ("jump-in half-width", "pull-off depth", "pull-off half-width")
+SHOWN = dict.fromkeys(LENGTHS, 1e6) | {"pull-off force": 1.0, "loop area": 1.0}
 _COARSE = 18  # steps of a loop of the map
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """Follow all loops in `jobs` processes; `show` gets a line for each."""
-    show(aligned(WIDTHS, HEADER.split("|")))
+    show(COLUMNS.head)
     found, maps = [], []
     scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
     for own in each(partial(_controls, parameters), scenes, jobs):
@@ -79,28 +81,23 @@ def _map_column(up: Sequence[float], case: tuple[str, float]) -> Array:
     return np.transpose(found)
 
 
-HEADER = "indenter|γ₁ N/m|w N/m|control|jump-in a µm|pull-off N/m|d µm|a µm|area J/m|error|balance"
-WIDTHS = (-10, 6, 6, -12, 12, 14, 9, 9, 12, 6, 7)
+COLUMNS = Columns(
+    "indenter -10|γ₁ N/m 6.3g|w N/m 6.3g|control -12|jump-in a µm 12.6g|pull-off N/m 14.6g|"
+    "d µm 9.6g|a µm 9.6g|area J/m 12.6g|error 6.0e|balance 7.0e"
+)
 
 
 def line(loop: Loop) -> str:
     """One line of the table."""
     scene = loop.history.scene
-    values = {f.name: f.simulated if abs(f.simulated) > _NIL * f.scale else 0 for f in loop.forms}
-    cells = [
-        loop.shape,
-        f"{scene.gamma1:.3g}",
-        f"{scene.work_of_adhesion:.3g}",
-        loop.control,
-        f"{values['jump-in half-width'] * 1e6:.6g}",
-        f"{values['pull-off force']:.6g}",
-        f"{values['pull-off depth'] * 1e6:.6g}",
-        f"{values['pull-off half-width'] * 1e6:.6g}",
-        f"{values['loop area']:.6g}",
-        f"{loop.error:.0e}",
-        f"{loop.imbalance:.0e}",
+    numbers = [
+        f.simulated * SHOWN[f.name] if abs(f.simulated) > _NIL * f.scale else 0.0
+        for f in loop.forms
+        if f.name in SHOWN
     ]
-    return aligned(WIDTHS, cells) + ("" if loop.passed else "  FAIL")
+    given = loop.shape, scene.gamma1, scene.work_of_adhesion, loop.control
+    told = COLUMNS.line(*given, *numbers, loop.error, loop.imbalance)
+    return told + ("" if loop.passed else "  FAIL")
 
 
 def summary(record: Record) -> str:

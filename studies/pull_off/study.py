@@ -35,7 +35,7 @@ from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE
-from studies.shared.table import aligned
+from studies.shared.table import Columns
 from studies.shared.types import Table
 
 BAR = 1e-8
@@ -54,7 +54,7 @@ QUICK = Parameters(ratios=(0.03, 0.3, 0.8, 1.7, 4.0))
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Curve, ...]:
     """Pull every scene off in `jobs` processes; `show` gets a line for each."""
-    show(aligned(WIDTHS, HEADER.split("|")))
+    show(COLUMNS.head)
     cases = list(product(INDENTERS, (0.0, *sorted(parameters.ratios))))
     pulls: dict[str, list[Pull]] = {shape: [] for shape in INDENTERS}
     for (shape, _), pull in zip(cases, each(pulled, cases, jobs), strict=True):
@@ -101,8 +101,10 @@ def balanced_card(scene: Scene) -> State:
     return State(-force, depth, a)
 
 
-HEADER = "indenter|l/b|γ₁ N/m|F_A N/m|closed form|d µm|a µm|global F_A|error"
-WIDTHS = (-10, 8, 9, 14, 14, 9, 9, 14, 6)
+COLUMNS = Columns(
+    "indenter -10|l/b 8.3g|γ₁ N/m 9.3g|F_A N/m 14.9g|closed form 14.9g|d µm 9.5g|a µm 9.5g|"
+    "global F_A 14.9g|error 6.0e"
+)
 
 
 def line(shape: str, pull: Pull) -> str:
@@ -110,18 +112,8 @@ def line(shape: str, pull: Pull) -> str:
     scene, state = pull.scene, pull.simulated
     depth = state.depth if abs(state.depth) > BAR * scene.critical_separation else 0.0
     a = state.half_width if state.half_width > BAR * loops.size(scene) else 0.0
-    cells = [
-        shape,
-        f"{pull.ratio:.3g}",
-        f"{scene.gamma1:.3g}",
-        f"{state.force:.9g}",
-        f"{pull.closed_form.force:.9g}",
-        f"{1e6 * depth:.5g}",
-        f"{1e6 * a:.5g}",
-        "" if pull.balanced is None else f"{pull.balanced.force:.9g}",
-        f"{pull.error:.0e}",
-    ]
-    return aligned(WIDTHS, cells)
+    numbers = pull.ratio, scene.gamma1, state.force, pull.closed_form.force, 1e6 * depth, 1e6 * a
+    return COLUMNS.line(shape, *numbers, pull.balanced and pull.balanced.force, pull.error)
 
 
 def plot(curves: Sequence[Curve]) -> dict[str, Figure]:

@@ -105,15 +105,17 @@ def each(
     cases: Sequence[Case],
     jobs: int,
     show: Callable[[Progress], object] = tell,
+    say: Callable[[Result], object] = lambda result: None,
 ) -> Iterator[Result]:
     """function(case) of every case, in their order, from `jobs` processes (1: this one).
 
-    The function is of module level, or a functools.partial of one.
+    The function is of module level, or a functools.partial of one; say: called with each result.
     """
     clock = Clock(0, len(cases), 0, show)
     with processes(min(jobs, max(1, len(cases)))) as pool:
         for result in map(function, cases) if pool is None else pool.map(function, cases):
             clock.tick()
+            say(result)
             yield result
 
 

@@ -6,6 +6,7 @@ import csv
 import functools
 import importlib.metadata
 import platform
+import re
 import subprocess
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -53,10 +54,25 @@ def header(command: str, parameters: object) -> list[str]:
     return [*lines, f"commit: {commit()}"]
 
 
-def aligned(widths: Sequence[int], cells: Iterable[str]) -> str:
-    """A line of the table on the screen; a cell of negative width begins at its left."""
-    texts = (c.ljust(-w) if w < 0 else c.rjust(w) for c, w in zip(cells, widths, strict=True))
-    return " ".join(texts).rstrip()
+class Columns:
+    """A table on the screen, its columns as "indenter -10|l/b 8.3g": name, width, digits.
+
+    A negative width begins at the left; texts are taken as they are, None is blank, nan a dash.
+    """
+
+    def __init__(self, columns: str) -> None:
+        found = re.findall(r"([^|]*) (-?\d+)([^|]*)", columns)
+        self.forms = [(int(width), digits) for _, width, digits in found]
+        self.head = self.line(*(name for name, _, _ in found))
+
+    def line(self, *cells: Any) -> str:
+        """A line of the table."""
+        texts = []
+        for cell, (width, digits) in zip(cells, self.forms, strict=True):
+            text = "" if cell is None else "—" if cell != cell else cell
+            text = text if isinstance(text, str) else format(text, digits)
+            texts.append(text.rjust(width) if width > 0 else text.ljust(-width))
+        return " ".join(texts).rstrip()
 
 
 def write(

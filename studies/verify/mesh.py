@@ -22,7 +22,7 @@ class Mesh(ABC):
     cells: links per reference length; a limit that is taken in the scene itself divides by it.
     """
 
-    cells: int
+    cells: float
 
     @abstractmethod
     def solve(
@@ -40,7 +40,7 @@ class Mesh(ABC):
 class Grid(Mesh):
     """A lattice: links per reference length, and its sideways shift in links."""
 
-    cells: int
+    cells: float
     offset: float = 0.0
 
     def solve(
@@ -60,7 +60,7 @@ class Fitted(Mesh):
     It has nothing to refine, so `cells` is large: a scene's own limit is taken at once.
     """
 
-    cells: int = 10**12
+    cells: float = 1e12
 
     def solve(
         self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"

@@ -25,7 +25,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
-from studies.shared.table import aligned
+from studies.shared.table import Columns
 from studies.shared.types import Table
 from studies.verify import curves
 from studies.verify import figures as verify_figures
@@ -67,13 +67,11 @@ def run(
     jobs: int = 1,
 ) -> Record:
     """Run the checks (all by default) in `jobs` processes; `show` gets a line for each."""
-    show(aligned(WIDTHS, HEADER.split("|")))
+    show(SCREEN.head)
     work = partial(refine, cells=parameters.cells, offsets=parameters.offsets)
-    results = []
-    for result in each(work, CHECKS if checks is None else checks, jobs):
-        results.append(result)
-        show(line(result))
-    return Record(parameters, tuple(results), curves.simulate(parameters.points))
+    chosen = CHECKS if checks is None else checks
+    results = tuple(each(work, chosen, jobs, say=lambda result: show(line(result))))
+    return Record(parameters, results, curves.simulate(parameters.points))
 
 
 def plot(record: Record) -> dict[str, Figure]:
@@ -103,26 +101,19 @@ def label(equations: Sequence[int]) -> str:
     return ", ".join(f"({n})" for n in equations) or "-"
 
 
-HEADER = "Eq.|what|simulated|closed form|unit|lattice|order|fitted||s"
-WIDTHS = (6, -57, 13, 13, -4, 8, 6, 8, 5, 5)
+SCREEN = Columns(
+    "Eq. 6|what -57|simulated 13.6g|closed form 13.6g|unit -4|lattice 8.1e|order 6|fitted 8| 5|"
+    "s 5.1f"
+)
 
 
 def line(result: Result) -> str:
     """One line of the table on the screen."""
-    item = result.check
-    cells = [
-        label(item.equations),
-        item.what,
-        f"{result.simulated:.6g}",
-        f"{result.closed_form:.6g}",
-        item.unit,
-        f"{result.error:.1e}",
-        order(result),
-        fitted(result),
-        "ok" if result.passed else "FAIL",
-        f"{result.seconds:.1f}",
-    ]
-    return aligned(WIDTHS, cells) + (f"\n       {result.note}" if result.note else "")
+    item, word = result.check, "ok" if result.passed else "FAIL"
+    values = result.simulated, result.closed_form, item.unit, result.error
+    judged = order(result), fitted(result), word, result.seconds
+    told = SCREEN.line(label(item.equations), item.what, *values, *judged)
+    return told + (f"\n       {result.note}" if result.note else "")
 
 
 def order(result: Result) -> str:

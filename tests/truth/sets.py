@@ -36,12 +36,13 @@ def lowest(scene, feature, depth):
     if dips(lines, depth, ground, surface, scene):
         raise Outside("the lowest contact set on nodes misses a tip between them")
     found = state_of(lines, depth, ground, surface, scene)
-    return found if found.energy < 0 or penetrated(scene, ground, surface, depth) else NOTHING
+    return found if found.energy < 0 or penetrated(scene, ground, depth) else NOTHING
 
 
-def penetrated(scene, ground, surface, depth):
+def penetrated(scene, ground, depth):
     """Whether the flat surface would penetrate."""
-    return depth > ground.heights.min() + TIE * scene.critical_separation
+    tie = TIE * scene.critical_separation
+    return depth > ground.lowest(tie)[0] + tie
 
 
 def best_lines(scene, ground, surface, depth):

@@ -130,6 +130,8 @@ class Finite:
         for _ in range(8):
             off = passed[at] + _across(left, right, T, ends[at], tau) - x
             tau = tau - off / _rate(_p(left, right, T, tau))
+            if np.abs(off).max(initial=0.0) <= 1e-9 * passed[-1]:  # the next would be rounding
+                break
         return self.length * Small.gap_shape(_Unit, tau, T, left, right)
 
     def tail_area(self, g):
@@ -182,9 +184,9 @@ def _panels(T):
 
 def _p(left, right, T, tau):
     """p = du/dτ of the u with these ends; without cancellation for a small T, or overflow."""
-    one = np.exp(tau - T) * (1 + np.exp(-2 * tau)) / -np.expm1(-2 * T)  # cosh τ / sinh T
-    other = (np.exp(tau - T) - np.exp(-tau)) / (1 + np.exp(-T))  # sinh(τ - T/2) / cosh(T/2)
-    return (right - left) * one + left * other
+    up, down = np.exp(tau - T), np.exp(-tau)
+    one = up * (1 + down * down) * ((right - left) / -np.expm1(-2 * T))  # cosh τ / sinh T
+    return one + (up - down) * (left / (1 + np.exp(-T)))  # sinh(τ - T/2) / cosh(T/2)
 
 
 def _rate(p):
