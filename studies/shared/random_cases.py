@@ -45,8 +45,8 @@ class Case:
 
     @property
     def angle_deficit(self) -> float:
-        """π - θ [rad] by Young's law, (15) or (8); nan where the line is pinned to an edge."""
-        if self.shape == "flat":
+        """π - θ [rad] by Young's law, (15) or (8); nan for a line at an edge, or none."""
+        if self.shape in ("flat", "plane"):
             return math.nan
         card = cards.contact_line
         law = card.angle_deficit_small if self.scene.slopes == "small" else card.angle_deficit
