@@ -16,7 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from discretization import AccuracyWarning, Equilibrium, Lattice, NodalEnergy, minimise
+from discretization import (
+    AccuracyWarning,
+    Equilibrium,
+    Lattice,
+    NodalEnergy,
+    load_path,
+    minimise,
+)
 from discretization.fitted import free_surface, response
 from discretization.fitted.quadrature import totals
 from discretization.lattice import fronts
@@ -34,6 +41,7 @@ Pair = tuple[Route, Route]
 LAYER = ElasticLayer(3e3, 0.45, 50e-6)  # Pa, 1, m
 GAMMA1, W, RADIUS, DEPTH = 0.07, 3e-4, 0.1, 2e-6  # N/m, J/m², m, m
 STEEP = 0.035  # J/m²
+STEPS = np.linspace(DEPTH, 1.1 * DEPTH, 50)  # of a load path
 FAR, POINTS = 40, 10_000  # elastocapillary lengths, of fields
 
 
@@ -216,13 +224,9 @@ def known_surfaces() -> Pair:
     return work, _forgetting(work)
 
 
-def _branch() -> tuple[FittedBranch, list[float]]:
-    return FittedBranch.of(scene(), 1e-8), np.linspace(DEPTH, 1.1 * DEPTH, 50).tolist()
-
-
 def force_alone() -> Pair:
     """The force of 50 load steps, against all integrals."""
-    branch, depths = _branch()
+    branch, depths = FittedBranch.of(scene(), 1e-8), STEPS.tolist()
     states = [branch.follow(None, d) for d in depths]
     assert all(states)
 
@@ -261,20 +265,12 @@ def estimate() -> Pair:
 
 
 def warm_start() -> Pair:
-    """Lines of 50 load steps, each from the last, against each from the apex."""
-    branch, depths = _branch()
-
-    def lines(warm: bool) -> Route:
-        def route() -> Numbers:
-            state, found = None, list[float]()
-            for depth in depths:
-                state = branch.follow(state if warm else None, depth)
-                found += state.ends if state else ()
-            return found
-
-        return route
-
-    return lines(True), lines(False)
+    """Lines of 50 load steps, each from the last, against each by itself."""
+    own = scene()
+    return (
+        lambda: load_path(own, depths=STEPS).half_width,
+        lambda: [minimise(own, depth).half_width for depth in STEPS.tolist()],
+    )
 
 
 ROUTES: dict[str, Callable[[], Pair]] = {

@@ -153,7 +153,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     total = sum(len(curve.pulls) for curve in curves)
     judged = f"worst relative error {error:.1e} (limit {BAR:.0e})"
     print(f"{total} scenes, {judged}; written: {out.folder}")
-    gains = ", ".join(f"{curve.gain[-1]:.3g} times for the {curve.shape}" for curve in curves)
+    gains = ", ".join(f"{curve.gain[-1]:.3g} for the {curve.shape}" for curve in curves)
     last = curves[0].ratios[-1]
-    command.answer(f"Both: at l = {last:.3g} b the pull-off force is that without tension {gains}.")
+    over = "the pull-off force over that without tension is"
+    command.answer(f"Both: at l = {last:.3g} b {over} {gains}.")
     return 0 if error <= BAR else 1

@@ -53,7 +53,8 @@ def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
     figure.colorbar(drawn, cax=where, label=label, extend="min", orientation="horizontal")
     bad = sum(t.verdict not in ("ok", "refused") for t in trials)
     figure.suptitle(
-        f"Digits at the ends of the range: of {len(trials)} points {bad} are lost or failed"
+        f"Digits at the ends of the range: of {len(trials)} points {bad} lose more than the "
+        "problem itself does"
     )
     return figure
 
