@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization import History
 from discretization.paths.events import Event, Snapshot
 from discretization.paths.plots import draw, mark, units
-from energy.units import prefixed
-from studies.shared.figures import BLUE, ORANGE, RIGID, SOFT
+from energy.units import Unit, prefixed
+from studies.shared.figures import BLUE, ORANGE, RIGID, SOFT, canvas
 from studies.shared.table import naming
 from studies.shared.types import Array
 
@@ -84,67 +83,36 @@ def surface(history: History, state: Snapshot, x: Array) -> tuple[Array, Array]:
     return u, body
 
 
-class _Stage:
-    """The two panels: what stands still is drawn once, what moves over it for every frame."""
+def _window(axes: Any, history: History, shown: list[Frame]) -> tuple[Array, Unit, Unit]:
+    """Frame the surface, the same for all states: the x drawn, and the units of both axes."""
+    scene = history.scene
+    lines = np.array([(one.state.left, one.state.right) for one in shown])
+    depth = np.array([one.state.depth for one in shown])[~np.isnan(lines[:, 0])]
+    ends, lift = (np.nanmin(lines), np.nanmax(lines)), scene.opened.critical_separation
+    margin = min(_BESIDE * scene.elastocapillary_length, 1.5 * (ends[1] - ends[0]))
+    margin = margin or 0.3 * (ends[1] - ends[0])
+    x = np.linspace(ends[0] - margin, ends[1] + margin, _POINTS)
+    height = np.array([-float(depth.max()) - lift, 2.2 * max(-float(depth.min()), lift)])
+    across, up = prefixed(x, "m"), prefixed(height, "m")
+    axes.set(xlim=x[[0, -1]] / across.size, ylim=height / up.size)
+    axes.set(xlabel=f"position x in {across.symbol}")
+    axes.set_ylabel(f"height in {up.symbol} (stretched)")
+    axes.axhline(0, color="black", lw=0.6, ls=":")
+    return x, across, up
 
-    def __init__(self, history: History, shown: list[Frame]) -> None:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
 
-        self.history = history
-        self.figure = Figure(figsize=FIGSIZE, dpi=DPI, layout="constrained")
-        self.canvas = FigureCanvasAgg(self.figure)
-        self.left, self.right = self.figure.subplots(1, 2)
-        self.scale = units([history], "force")
-        draw(self.right, history, "force", self.scale)
-        mark(self.right, history, "force", self.scale)
-        self.right.axhline(0, color="black", lw=0.6, ls=":")
-        self.right.set_title("force over depth")
-        self.right.grid(alpha=0.25)
-        self.right.legend(fontsize=9)
-        self._window(shown)
-        self.canvas.draw()
-        self.still = self.canvas.copy_from_bbox(self.figure.bbox)
-
-    def _window(self, shown: list[Frame]) -> None:
-        """What the left panel shows, the same for all frames."""
-        scene = self.history.scene
-        lines = np.array([(one.state.left, one.state.right) for one in shown])
-        depth = np.array([one.state.depth for one in shown])[~np.isnan(lines[:, 0])]
-        ends, lift = (np.nanmin(lines), np.nanmax(lines)), scene.opened.critical_separation
-        margin = min(_BESIDE * scene.elastocapillary_length, 1.5 * (ends[1] - ends[0]))
-        margin = margin or 0.3 * (ends[1] - ends[0])
-        self.x = np.linspace(ends[0] - margin, ends[1] + margin, _POINTS)
-        low, high = -float(depth.max()) - lift, 2.2 * max(-float(depth.min()), lift)
-        across, self.up = prefixed(self.x, "m"), prefixed([low, high], "m")
-        self.across, self.low, self.high = across, low / self.up.size, high / self.up.size
-        self.left.set(xlabel=f"position x in {across.symbol}", title=" ")
-        self.left.set(ylabel=f"height in {self.up.symbol} (stretched)")
-        self.left.set(xlim=self.x[[0, -1]] / across.size, ylim=(self.low, self.high))
-
-    def picture(self, frame: Frame) -> NDArray[np.uint8]:
-        """One frame as pixels (height, width, 4)."""
-        self.canvas.restore_region(self.still)
-        axes, x = self.left, self.x / self.across.size
-        u, body = (-y / self.up.size for y in surface(self.history, frame.state, self.x))
-        body = np.where(np.isfinite(body), body, np.nan)
-        depth, force = self.scale
-        at = [frame.state.depth / depth.size], [frame.state.force / force.size]
-        moving = [
-            axes.fill_between(x, u, self.low, color=SOFT, lw=0),
-            axes.fill_between(x, body, np.maximum(body, self.high), color=RIGID, lw=0),
-            *axes.plot(x, body, color="black", lw=0.8),
-            *axes.plot(x, u, color=BLUE, lw=2),
-            axes.axhline(0, color="black", lw=0.6, ls=":"),
-            axes.set_title(frame.caption or _said(frame.state)),
-            *self.right.plot(*at, "o", ms=11, color=ORANGE, mec="black", zorder=9),
-        ]
-        for artist in moving:
-            (self.right if artist is moving[-1] else axes).draw_artist(artist)
-        for artist in (*moving[:-2], moving[-1]):
-            artist.remove()
-        axes.set_title(" ")
-        return np.array(self.canvas.buffer_rgba())
+def _moving(axes: Any, history: History, frame: Frame, window: tuple[Array, Unit, Unit]) -> Any:
+    """Draw the layer and the indenter of one frame; what was drawn."""
+    (x, across, up), (low, high) = window, axes.get_ylim()
+    u, body = (-y / up.size for y in surface(history, frame.state, x))
+    body, s = np.where(np.isfinite(body), body, np.nan), x / across.size
+    axes.set_title(frame.caption or _said(frame.state))
+    return [
+        axes.fill_between(s, u, low, color=SOFT, lw=0),
+        axes.fill_between(s, body, np.maximum(body, high), color=RIGID, lw=0),
+        *axes.plot(s, body, color="black", lw=0.8),
+        *axes.plot(s, u, color=BLUE, lw=2),
+    ]
 
 
 def _said(state: Snapshot) -> str:
@@ -160,16 +128,26 @@ def animate(history: History, path: Path, count: int = 60) -> int:
     (What stands still for several frames is stored as one that lasts longer.)
     """
     from matplotlib.animation import PillowWriter
-    from matplotlib.figure import Figure
 
     shown = frames(history, count)
     if all(math.isnan(one.state.left) for one in shown):
         raise ValueError("history has no contact: there is nothing to animate; load it further")
-    stage = _Stage(history, shown)
-    screen = Figure(figsize=FIGSIZE, dpi=DPI)
-    image, writer = screen.figimage(stage.picture(shown[0])), PillowWriter(fps=PER_SECOND)
-    with naming(path), writer.saving(screen, str(path), DPI):
+    figure, (left, right) = canvas(*FIGSIZE, 1, 2)
+    depth, force = scale = units([history], "force")
+    draw(right, history, "force", scale)
+    mark(right, history, "force", scale)
+    right.axhline(0, color="black", lw=0.6, ls=":")
+    right.set_title("force over depth")
+    right.grid(alpha=0.25)
+    right.legend(fontsize=9)
+    window, writer = _window(left, history, shown), PillowWriter(fps=PER_SECOND)
+    with naming(path), writer.saving(figure, str(path), DPI):
         for frame in shown:
-            image.set_data(stage.picture(frame))
+            at = [frame.state.depth / depth.size], [frame.state.force / force.size]
+            point = right.plot(*at, "o", ms=11, color=ORANGE, mec="black", zorder=9)
+            moving = [*_moving(left, history, frame, window), *point]
             writer.grab_frame()
+            figure.set_layout_engine("none")  # as just laid out
+            for artist in moving:
+                artist.remove()
     return len(shown)
