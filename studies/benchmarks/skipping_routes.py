@@ -268,7 +268,7 @@ def warm_start() -> Pair:
     """Lines of 50 load steps, each from the last, against each by itself."""
     own = scene()
     return (
-        lambda: load_path(own, depths=STEPS).half_width,
+        lambda: load_path(own, depths=STEPS).half_width.tolist(),
         lambda: [minimise(own, depth).half_width for depth in STEPS.tolist()],
     )
 
