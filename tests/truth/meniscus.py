@@ -10,11 +10,10 @@ to rounding; its amplitude there is chosen such that S = sin φ at the line. A f
 the axis instead. Energies are over 2πγ₁l².
 """
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import k0e, k1e
 
@@ -107,6 +106,16 @@ def disc(radius, phi):
     return Surface(float(run.y[0, -1]), float(run.y[2, -1]), phi, run)
 
 
+def quadrature(f, a):
+    """Gauss points and weights on [0, a], between corners and knots, graded towards both ends."""
+    halves = 0.5 ** np.arange(1, 20)
+    inner = [x for x in (*f.corners, *f.knots) if 0 < x < a]
+    cuts = np.unique(np.concatenate([[0, a], a * halves, a * (1 - halves), inner]))
+    t, dt = np.polynomial.legendre.leggauss(30)
+    half = np.diff(cuts)[:, None] / 2
+    return (cuts[:-1, None] + half * (1 + t)).ravel(), (half * dt).ravel()
+
+
 class State(NamedTuple):
     """An equilibrium with one contact around the axis."""
 
@@ -130,18 +139,10 @@ def state(scene, a):
     u_a = -np.sign(phi) * free.height * ell
     d = float(f.height(a)) + u_a
 
-    def integral(density):
-        cuts = [0.0, *sorted(float(x) for x in (*f.corners, *f.knots) if 0 < x < a), a]
-        return sum(
-            quad(lambda r: density(r) * r, *ends, epsrel=1e-13, epsabs=0, limit=400)[0]
-            for ends in itertools.pairwise(cuts)
-        )
-
-    def stored(r):
-        arc = np.hypot(1, float(f.slope(r)))
-        return k / 2 * (d - float(f.height(r))) ** 2 + (gamma1 - w) * arc - gamma1
-
-    pressed = integral(lambda r: k * (d - float(f.height(r))))
+    r, dr = quadrature(f, a)
+    g, arc = d - f.height(r), np.hypot(1, f.slope(r))
+    pressed = k * g @ (r * dr)
+    stored = (k / 2 * g**2 + (gamma1 - w) * arc - gamma1) @ (r * dr)
     force = 2 * np.pi * (pressed - a * gamma1 * np.sin(phi))
-    energy = 2 * np.pi * (integral(stored) + gamma1 * ell**2 * free.energy)
+    energy = 2 * np.pi * (stored + gamma1 * ell**2 * free.energy)
     return State(d, force, energy)
