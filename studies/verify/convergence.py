@@ -1,6 +1,7 @@
 """The engine: one measured number, refined, held against a closed form and an order of convergence.
 
-A check measures something on a `Grid` and says what it should be. `refine` repeats it with the
+A check measures something on a `Grid` and says what it should be, once or, as a generator, several
+times. `refine` repeats it with the
 spacing halved again and again, and at every spacing with the grid shifted sideways by fractions of
 it: the lattice error is a sawtooth in the position of the contact line between two nodes, so the
 error of a level is the worst over the shifts. The check passes if
@@ -18,7 +19,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
@@ -62,21 +63,15 @@ class Comparison:
         return float(errors[at]), float(simulated[at]), float(closed[at])
 
 
-def residual(values: Numbers, scale: Numbers) -> Comparison:
-    """A residual that should vanish, relative to `scale`."""
-    return Comparison(values, np.zeros_like(np.asarray(values, float)), scale)
+Found = Iterator[Comparison]  # what a check finds that compares several times
 
 
 def swept(
     mesh: Mesh, cases: Iterable[Case], name: str, card: Callable[..., Any], **options: Any
-) -> Comparison:
+) -> Found:
     """The attribute `name` of the states of each case against card(depths, ...)."""
-    pairs = [
-        (mesh.sweep(scene, depths, name, **options), card(depths, **given))
-        for scene, depths, given in cases
-    ]
-    measured, expected = zip(*pairs, strict=True)
-    return Comparison(measured, expected)
+    for scene, depths, given in cases:
+        yield Comparison(mesh.sweep(scene, depths, name, **options), card(depths, **given))
 
 
 @dataclass(frozen=True)
@@ -88,7 +83,7 @@ class Check:
 
     equations: tuple[int, ...]
     what: str
-    measure: Callable[[Any], Comparison]
+    measure: Callable[[Any], Comparison | Iterable[Comparison]]
     order: Band | None
     bar: float
     unit: str
@@ -115,8 +110,8 @@ def check(
     anchored: bool = False,
     fitted_bar: float = ROUNDING,
     lattice_only: str = "",
-) -> Callable[[Callable[[Any], Comparison]], Check]:
-    """Decorator: turns a function Mesh -> Comparison into a Check.
+) -> Callable[[Callable[[Any], Comparison | Iterable[Comparison]]], Check]:
+    """Decorator: turns a function Mesh -> Comparison, or a generator of several, into a Check.
 
     bar: largest relative error on the finest grid; fitted_bar: on the fitted mesh. anchored: not
     repeated on shifted grids, for a quantity that is of second order only with the tip of the
@@ -205,11 +200,15 @@ def refine(item: Check, cells: Sequence[int], offsets: Sequence[float]) -> Resul
     )
 
 
+def _worst_of(found: Comparison | Iterable[Comparison]) -> tuple[float, float, float]:
+    return max(one.worst() for one in ([found] if isinstance(found, Comparison) else found))
+
+
 def _worst(
     item: Check, levels: Sequence[Sequence[Mesh]]
 ) -> tuple[list[tuple[float, float, float]], str]:
     """Of each level, the largest error and its two values; none, and why, if one cannot be had."""
     try:
-        return [max(item.measure(mesh).worst() for mesh in level) for level in levels], ""
+        return [max(_worst_of(item.measure(mesh)) for mesh in level) for level in levels], ""
     except (ValueError, ArithmeticError, RuntimeError) as problem:
         return [], f"{type(problem).__name__}: {problem}"

@@ -13,8 +13,8 @@
 | beyond | none | what the paper leaves open |
 
 convergence.py is the engine, mesh.py the two discretisations, scenes.py the scenes, observe.py how
-a field or a branch is measured. A new check is a function Mesh -> Comparison with the decorator
-`check(number, what=...)`; it is run on lattices and on the fitted mesh.
+a field or a branch is measured. A new check is a function Mesh -> Comparison, or a generator of
+several, with the decorator `check(number, what=...)`; it is run on lattices and on the fitted mesh.
 """
 
 from studies.verify.checks import (

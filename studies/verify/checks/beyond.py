@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from energy import FlatPunch, Scene, cards
-from studies.verify.convergence import FIRST, Comparison, check, swept
+from studies.verify.convergence import FIRST, Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
 from studies.verify.observe import last_contact, least_force
 from studies.verify.scenes import (
@@ -26,29 +26,25 @@ LEVELS = np.array([-0.45, 0.2, 1.1])  # depths over δ₀
 
 
 @check(what="energy U(d) of punch, wedge, parabola, |x|ⁿ", unit="N", anchored=True)
-def energies(mesh: Mesh) -> Comparison:
+def energies(mesh: Mesh) -> Found:
     known = (PUNCH, cards.flat_punch), (WEDGE, cards.wedge), (PARABOLA, cards.parabola)
-    pairs = *known, *((p, cards.power_law) for p in POWER_LAWS)
-    found = [swept(mesh, [case(shape, LEVELS)], "energy", card.energy) for shape, card in pairs]
-    return Comparison([c.simulated for c in found], [c.closed_form for c in found])
+    for shape, card in *known, *((p, cards.power_law) for p in POWER_LAWS):
+        yield from swept(mesh, [case(shape, LEVELS)], "energy", card.energy)
 
 
 @check(what="half-width a(d) of |x|ⁿ, n = 1.5, 3, 4", unit="m")
-def power_law_half_width(mesh: Mesh) -> Comparison:
+def power_law_half_width(mesh: Mesh) -> Found:
     cases = [case(shape, LEVELS) for shape in POWER_LAWS]
     return swept(mesh, cases, "half_width", cards.power_law.half_width)
 
 
 @check(what="parabola: pull-off force, Λ = 0.2, 0.5, 0.8", unit="N/m")
-def smooth_pull_off(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def smooth_pull_off(mesh: Mesh) -> Found:
     for Lambda in (0.2, 0.5, 0.8):
         shape = pulled_parabola(Lambda)
         scene = gel(shape)
-        delta0 = scene.critical_separation
-        measured.append(least_force(mesh, scene, -0.95 * delta0, 0.0))
-        expected.append(cards.parabola.pull_off(R=shape.R, **constants(scene)).force)
-    return Comparison(measured, expected)
+        least = least_force(mesh, scene, -0.95 * scene.critical_separation, 0.0)
+        yield Comparison(least, cards.parabola.pull_off(R=shape.R, **constants(scene)).force)
 
 
 @check(
@@ -59,23 +55,21 @@ def smooth_pull_off(mesh: Mesh) -> Comparison:
     anchored=True,
     fitted_bar=1e-8,
 )
-def abrupt_pull_off(mesh: Mesh) -> Comparison:
+def abrupt_pull_off(mesh: Mesh) -> Found:
     """The most tensile state is a = 0, which a lattice leaves one link early: first order.
 
     The fitted mesh leaves it at a = 1e-9 l, the distance at which it probes the slope outside.
     """
-    measured, expected = [], []
     for Lambda in (1.3, 2.1):
         shape = pulled_parabola(Lambda)
         scene = gel(shape)
         depths = np.linspace(last_contact(mesh, scene), 0.0, 9)
-        measured.append(mesh.sweep(scene, depths, "force").min())
-        expected.append(cards.parabola.pull_off(R=shape.R, **constants(scene)).force)
-    return Comparison(measured, expected)
+        least = mesh.sweep(scene, depths, "force").min()
+        yield Comparison(least, cards.parabola.pull_off(R=shape.R, **constants(scene)).force)
 
 
 @check(what="sharp wedge held at its tip: P = 2kld", unit="N/m", anchored=True)
-def tip_pinned_force(mesh: Mesh) -> Comparison:
+def tip_pinned_force(mesh: Mesh) -> Found:
     shape = sharp_wedge(1.7)
     scene, _, given = case(shape, LEVELS)
     depths = np.array([0.2, 0.5, 0.8]) * cards.wedge.tip_pinned_depths(**given)[1]
@@ -83,8 +77,7 @@ def tip_pinned_force(mesh: Mesh) -> Comparison:
 
 
 @check(what="flat punch: depth where detached has less energy", unit="m")
-def global_pull_off(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def global_pull_off(mesh: Mesh) -> Found:
     for a in (3.1e-5, 1.1e-4, 4.7e-4):
         scene = gel(FlatPunch(a))
         deep = -0.999 * scene.critical_separation
@@ -92,6 +85,5 @@ def global_pull_off(mesh: Mesh) -> Comparison:
         def energy(d: float, scene: Scene = scene) -> float:
             return mesh.solve(scene, d).energy
 
-        measured.append(brentq(energy, deep, 0.0, xtol=1e-18))
-        expected.append(cards.flat_punch.global_pull_off_depth(a=a, **constants(scene)))
-    return Comparison(measured, expected)
+        found = brentq(energy, deep, 0.0, xtol=1e-18)
+        yield Comparison(found, cards.flat_punch.global_pull_off_depth(a=a, **constants(scene)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from discretization import Equilibrium
 from energy import Indenter, Parabola, Scene, SurfaceEnergies, cards
-from studies.verify.convergence import DIFFERENCED, EXACT, FIRST, Comparison, check, residual
+from studies.verify.convergence import DIFFERENCED, EXACT, FIRST, Comparison, Found, check
 from studies.verify.mesh import Array, Mesh
 from studies.verify.observe import punch_difference, slopes_at_line, tail
 from studies.verify.scenes import (
@@ -40,16 +40,14 @@ def _lines(scene: Scene) -> tuple[Array, Array]:
 
 
 @check(8, what="Young's angle π-θ, w/γ₁ = 1e-6 and 4e-7", unit="rad", fitted_bar=1e-7)
-def young_angle(mesh: Mesh) -> Comparison:
+def young_angle(mesh: Mesh) -> Found:
     """The small-slope energy gives (15), which is below Young's angle by w/12γ₁ < 1e-7."""
-    measured, expected = [], []
     for w in (1e-6 * GAMMA1, 4e-7 * GAMMA1):
         surfaces = SurfaceEnergies(GAMMA1, GAMMA2, GAMMA1 + GAMMA2 - w)
         scene = Scene(LAYER, surfaces, Parabola(R=0.6))
-        measured.append([state.angle_deficit for state in _states(mesh, scene)])
         gammas = (surfaces.gamma1, surfaces.gamma2, surfaces.gamma12)
-        expected.append([np.pi - cards.contact_line.angle(*gammas)])
-    return Comparison(measured, expected)
+        deficits = [state.angle_deficit for state in _states(mesh, scene)]
+        yield Comparison(deficits, np.pi - cards.contact_line.angle(*gammas))
 
 
 @check(
@@ -78,65 +76,54 @@ def amplitude(mesh: Mesh) -> Comparison:
 
 
 @check(13, what="step of u at the line: the surface is continuous", order=EXACT, unit="m")
-def continuity(mesh: Mesh) -> Comparison:
+def continuity(mesh: Mesh) -> Found:
     scene = gel(PARABOLA)
-    steps = []
     for state in _states(mesh, scene):
         a = float(state.contacts[0, 1])
-        steps.append(np.diff(state.displacement([a, np.nextafter(a, 1)])))
-    return residual(steps, scene.critical_separation)
+        step = np.diff(state.displacement([a, np.nextafter(a, 1)]))
+        yield Comparison(step, 0.0, scene.critical_separation)
 
 
 @check(14, what="f'(a) + (C/l)exp(-a/l) + θ - π, C, l from the field", unit="rad")
-def boundary_residual(mesh: Mesh) -> Comparison:
+def boundary_residual(mesh: Mesh) -> Found:
     scene = gel(PARABOLA)
     k, gamma1, w = constants(scene).values()
     alpha = cards.contact_line.angle_deficit_small(w, gamma1)
-    misfits = []
     for state in _states(mesh, scene):
         far, a = tail(state), state.half_width
         u_a = -far.amplitude * np.exp(-a / far.decay_length)
-        misfits.append(
-            cards.contact_line.boundary_residual(
-                PARABOLA.slope(a), u_a, np.pi - alpha, k=k, gamma1=gamma1
-            )
-        )
-    return residual(misfits, alpha)
+        given = PARABOLA.slope(a), u_a, np.pi - alpha
+        misfit = cards.contact_line.boundary_residual(*given, k=k, gamma1=gamma1)
+        yield Comparison(misfit, 0.0, alpha)
 
 
 @check(15, what="π-θ = √(2w/γ₁), three tensions, two w", unit="rad")
-def small_slope_angle(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def small_slope_angle(mesh: Mesh) -> Found:
     for gamma1 in TENSIONS:
         for w in (WORK, 0.3 * WORK):
-            scene = gel(PARABOLA, gamma1=gamma1, w=w)
-            measured.append([state.angle_deficit for state in _states(mesh, scene)])
-            expected.append([cards.contact_line.angle_deficit_small(w, gamma1)])
-    return Comparison(measured, expected)
+            states = _states(mesh, gel(PARABOLA, gamma1=gamma1, w=w))
+            law = cards.contact_line.angle_deficit_small(w, gamma1)
+            yield Comparison([state.angle_deficit for state in states], law)
 
 
-def _line_residuals(mesh: Mesh, indenters: Iterable[Indenter]) -> Comparison:
+def _line_residuals(mesh: Mesh, indenters: Iterable[Indenter]) -> Found:
     """f(a) - d - δ₀ + lf'(a) at both measured ends of the contact."""
-    misfits, outward = [], np.array([-1.0, 1.0])
     for indenter in indenters:
         scene = gel(indenter)
         for state in _states(mesh, scene):
             f, slope = indenter.height(state.contacts[0]), indenter.slope(state.contacts[0])
-            misfits.append(
-                cards.contact_line.line_residual(
-                    state.depth, f, outward * slope, **constants(scene)
-                )
-            )
-    return residual(misfits, scene.critical_separation)
+            given = state.depth, f, np.array([-1.0, 1.0]) * slope
+            misfit = cards.contact_line.line_residual(*given, **constants(scene))
+            yield Comparison(misfit, 0.0, scene.critical_separation)
 
 
 @check(16, what="f(a) - d - δ₀ + lf'(a), |x|ⁿ, n = 1, 1.5, 2, 3, 4", unit="m")
-def place_of_the_line(mesh: Mesh) -> Comparison:
+def place_of_the_line(mesh: Mesh) -> Found:
     return _line_residuals(mesh, (WEDGE, PARABOLA, *POWER_LAWS))
 
 
 @check(16, what="the same at both ends of four lopsided profiles", unit="m")
-def place_of_both_lines(mesh: Mesh) -> Comparison:
+def place_of_both_lines(mesh: Mesh) -> Found:
     return _line_residuals(mesh, uneven_profiles())
 
 
@@ -149,15 +136,13 @@ def raw_half_width(mesh: Mesh) -> Comparison:
 
 
 @check(18, what="γ₁ = 0, lowest energy: f(a) = d + δ₀", order=EXACT, unit="m")
-def no_tension(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def no_tension(mesh: Mesh) -> Found:
     for indenter in (WEDGE, PARABOLA, POWER_LAWS[1]):
         scene = gel(indenter, gamma1=0.0)
         depths = LEVELS * scene.critical_separation
         options = {"length": 3e-5, "branch": "global"}
-        measured.append(indenter.height(mesh.sweep(scene, depths, "half_width", **options)))
-        expected.append(cards.contact_line.cut_level(depths, k=scene.stiffness, w=WORK))
-    return Comparison(measured, expected)
+        f = indenter.height(mesh.sweep(scene, depths, "half_width", **options))
+        yield Comparison(f, cards.contact_line.cut_level(depths, k=scene.stiffness, w=WORK))
 
 
 @check(
@@ -175,29 +160,24 @@ def vanishing_tension(mesh: Mesh) -> Comparison:
 
 
 @check(34, what="γ₁₂ - γ₂ = γ₁ for w = 0, from measured k, l and w", unit="N/m")
-def neutral_surfaces(mesh: Mesh) -> Comparison:
-    measured = []
+def neutral_surfaces(mesh: Mesh) -> Found:
     for gamma1 in TENSIONS:
         surfaces = _neutral(gamma1)
         scene = Scene(LAYER, surfaces, PARABOLA)
         wider = punch_difference(mesh, LAYER, surfaces, 4e-7)
         w = wider.force * 4e-7 / 2 - wider.energy
         ell = tail(mesh.solve(scene, 4e-7)).decay_length
-        measured.append(wider.force / 4e-7 * ell**2 - w)
-    gamma12 = cards.nonadhesive.interfacial_energy(np.array(TENSIONS), GAMMA2)
-    return Comparison(measured, np.asarray(gamma12) - GAMMA2)
+        gamma12 = cards.nonadhesive.interfacial_energy(gamma1, GAMMA2)
+        yield Comparison(wider.force / 4e-7 * ell**2 - w, gamma12 - GAMMA2)
 
 
 @check(35, what="θ = π without adhesion, three tensions", unit="rad", fitted_bar=DIFFERENCED)
-def no_kink(mesh: Mesh) -> Comparison:
-    kinks, slopes = [], []
+def no_kink(mesh: Mesh) -> Found:
     for gamma1 in TENSIONS:
         scene = Scene(LAYER, _neutral(gamma1), PARABOLA)
         for d in (2e-7, 5e-7, 9e-7):
             inner, outer = slopes_at_line(mesh.solve(scene, d))
-            kinks.append(np.pi - (outer - inner))
-            slopes.append(-inner)
-    return Comparison(kinks, np.full(len(kinks), cards.nonadhesive.contact_angle()), slopes)
+            yield Comparison(np.pi - (outer - inner), cards.nonadhesive.contact_angle(), -inner)
 
 
 def _neutral(gamma1: float) -> SurfaceEnergies:

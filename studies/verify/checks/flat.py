@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from energy import FlatPunch, Plane, Scene, cards
-from studies.verify.convergence import EXACT, Comparison, check, residual
+from studies.verify.convergence import EXACT, Comparison, Found, check
 from studies.verify.mesh import Array, Mesh
 from studies.verify.observe import brink, last_contact
 from studies.verify.scenes import GAMMA1, LAYER, PUNCH, WORK, constants, gel
@@ -21,18 +21,16 @@ def neutral_width(mesh: Mesh) -> Comparison:
     states = [mesh.solve(scene, d_c) for scene in scenes]
     energies = [state.energy if state.contacts.size else np.nan for state in states]
     widths = [2 * scene.indenter.extent[1] for scene in scenes]
-    return residual(np.diff(energies) / np.diff(widths), WORK)
+    return Comparison(np.diff(energies) / np.diff(widths), 0.0, WORK)
 
 
 @check(20, what="separation at which a plane detaches, by bisection", order=EXACT, unit="m")
-def critical_separation(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def critical_separation(mesh: Mesh) -> Found:
     for gamma1 in TENSIONS:
         for w in (WORK, 0.3 * WORK):
             scene = gel(Plane(), gamma1=gamma1, w=w)
-            measured.append(-last_contact(mesh, scene))
-            expected.append(cards.plane.critical_separation(scene.stiffness, w))
-    return Comparison(measured, expected)
+            delta0 = cards.plane.critical_separation(scene.stiffness, w)
+            yield Comparison(-last_contact(mesh, scene), delta0)
 
 
 @check(21, what="surface beside a flat punch about to detach", unit="m", fitted_bar=SHORT)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from energy import Indenter, Parabola, Scene, cards
-from studies.verify.convergence import Comparison, check
+from studies.verify.convergence import Comparison, Found, check
 from studies.verify.mesh import Array, Mesh
 from studies.verify.observe import (
     contact_pressure,
@@ -35,19 +35,12 @@ def _cases() -> list[tuple[Scene, Array, Array]]:
     return [_case(WEDGE, cards.wedge), _case(PARABOLA, cards.parabola), *power_laws]
 
 
-def _totals(scene: Scene, depths: Array, widths: Array) -> Array:
-    f, k = scene.indenter.height, scene.stiffness
-    return np.array(cards.force.total(depths, widths, f=f, k=k, gamma1=scene.gamma1))
-
-
 @check(9, what="∫ pressure dx over the contact, five shapes", unit="N/m")
-def elastic_force(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def elastic_force(mesh: Mesh) -> Found:
     for scene, depths, widths in _cases():
-        measured.append([contact_pressure(mesh.solve(scene, d)) for d in depths])
+        force = [contact_pressure(mesh.solve(scene, d)) for d in depths]
         f, k = scene.indenter.height, scene.stiffness
-        expected.append(cards.force.elastic(depths, widths, f=f, k=k))
-    return Comparison(measured, expected)
+        yield Comparison(force, cards.force.elastic(depths, widths, f=f, k=k))
 
 
 @check(10, what="-2γ₁u' from the field's slope, slopes of 3e-4", unit="N/m", fitted_bar=1e-7)
@@ -73,20 +66,21 @@ def _faint() -> tuple[Scene, Array, Array]:
     return scene, depths, np.array(cards.force.surface(np.arctan(slope), gamma1=GAMMA1))
 
 
-def _compared(measure: Callable[[Scene, Array], Any]) -> Comparison:
+def _compared(measure: Callable[[Scene, Array], Any]) -> Found:
     """What is measured of each scene at its depths, against (11)."""
-    cases = _cases()
-    measured = [measure(scene, depths) for scene, depths, _ in cases]
-    return Comparison(measured, [_totals(*one) for one in cases])
+    for scene, depths, widths in _cases():
+        f, k, gamma1 = scene.indenter.height, scene.stiffness, scene.gamma1
+        total = cards.force.total(depths, widths, f=f, k=k, gamma1=gamma1)
+        yield Comparison(measure(scene, depths), total)
 
 
 @check(11, what="total force, five shapes", unit="N/m", fitted_bar=QUADRATURE)
-def total_force(mesh: Mesh) -> Comparison:
+def total_force(mesh: Mesh) -> Found:
     return _compared(lambda scene, depths: mesh.sweep(scene, depths, "force"))
 
 
 @check(11, what="total force as k∫u dx over the whole line", unit="N/m")
-def total_force_from_field(mesh: Mesh) -> Comparison:
+def total_force_from_field(mesh: Mesh) -> Found:
     return _compared(lambda scene, ds: [whole_line_force(mesh.solve(scene, d)) for d in ds])
 
 
@@ -97,5 +91,5 @@ def total_force_from_field(mesh: Mesh) -> Comparison:
     anchored=True,
     fitted_bar=QUADRATURE,
 )
-def total_force_from_energy(mesh: Mesh) -> Comparison:
+def total_force_from_energy(mesh: Mesh) -> Found:
     return _compared(lambda scene, ds: [energy_derivative(mesh, scene, d) for d in ds])

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
+from itertools import product
 
 from energy import ElasticLayer, Plane, Scene, SurfaceEnergies, cards
-from studies.verify.convergence import EXACT, Comparison, check
+from studies.verify.convergence import EXACT, Comparison, Found, check
 from studies.verify.mesh import Mesh
 from studies.verify.observe import last_contact, punch_difference, tail
 from studies.verify.scenes import GAMMA1, GAMMA2, LAYER, PARABOLA, PUNCH, WORK, gel
@@ -18,54 +18,46 @@ SURFACES = tuple(
 
 
 @check(1, what="w from the energies of two punch widths", order=EXACT, unit="N/m")
-def work_from_energy(mesh: Mesh) -> Comparison:
-    measured = []
+def work_from_energy(mesh: Mesh) -> Found:
     for surfaces in SURFACES:
         d = -0.6 * Scene(LAYER, surfaces, PUNCH).critical_separation
         wider = punch_difference(mesh, LAYER, surfaces, d)
-        measured.append(wider.force * d / 2 - wider.energy)
-    energies = np.array([(s.gamma1, s.gamma2, s.gamma12) for s in SURFACES]).T
-    return Comparison(measured, cards.contact_line.work_of_adhesion(*energies))
+        yield Comparison(wider.force * d / 2 - wider.energy, _work(surfaces))
 
 
 @check(17, what="w = kd²/2 at the depth d where a plane detaches", order=EXACT, unit="N/m")
-def work_from_separation(mesh: Mesh) -> Comparison:
-    measured = []
+def work_from_separation(mesh: Mesh) -> Found:
     for surfaces in SURFACES:
         scene = Scene(LAYER, surfaces, Plane())
         k = punch_difference(mesh, LAYER, surfaces, 4e-7).force / 4e-7
-        d_c = last_contact(mesh, scene)
-        measured.append(k * d_c**2 / 2)
-    energies = np.array([(s.gamma1, s.gamma2, s.gamma12) for s in SURFACES]).T
-    return Comparison(measured, cards.contact_line.work_of_adhesion(*energies))
+        yield Comparison(k * last_contact(mesh, scene) ** 2 / 2, _work(surfaces))
+
+
+def _work(s: SurfaceEnergies) -> float:
+    return float(cards.contact_line.work_of_adhesion(s.gamma1, s.gamma2, s.gamma12))
 
 
 @check(2, what="modulus Ẽ from the forces of two punch widths", order=EXACT, unit="Pa")
-def modulus(mesh: Mesh) -> Comparison:
-    d, measured = 5.3e-7, []
+def modulus(mesh: Mesh) -> Found:
+    d = 5.3e-7
     for layer in LAYERS:
         wider = punch_difference(mesh, layer, SURFACES[0], d)
-        measured.append(layer.h * wider.force / d)
-    E, nu = np.array([(layer.E, layer.nu) for layer in LAYERS]).T
-    return Comparison(measured, cards.foundation.modulus(E, nu))
+        yield Comparison(layer.h * wider.force / d, cards.foundation.modulus(layer.E, layer.nu))
 
 
 @check(3, what="stiffness ẼA/h of an area A, pushed and pulled", order=EXACT, unit="N/m")
-def stiffness(mesh: Mesh) -> Comparison:
-    area, depths = 7.7e-9, np.array([-5e-7, 2e-7, 9e-7])
-    measured = [
-        [area * punch_difference(mesh, layer, SURFACES[0], d).force / d for d in depths]
-        for layer in LAYERS
-    ]
-    E, nu, h = np.array([(layer.E, layer.nu, layer.h) for layer in LAYERS]).T
-    expected = area * np.asarray(cards.foundation.stiffness(E, nu, h))
-    return Comparison(measured, expected[:, None])
+def stiffness(mesh: Mesh) -> Found:
+    area = 7.7e-9
+    for layer, d in product(LAYERS, (-5e-7, 2e-7, 9e-7)):
+        force = punch_difference(mesh, layer, SURFACES[0], d).force
+        k = cards.foundation.stiffness(layer.E, layer.nu, layer.h)
+        yield Comparison(area * force / d, area * k)
 
 
 @check(7, what="elastocapillary length l, logarithm of the field", unit="m")
-def elastocapillary_length(mesh: Mesh) -> Comparison:
+def elastocapillary_length(mesh: Mesh) -> Found:
     scenes = [gel(PARABOLA, gamma1=gamma1) for gamma1 in (0.011, GAMMA1, 0.19)]
     scenes += [gel(PARABOLA, layer=layer) for layer in LAYERS[1:]]
-    measured = [tail(mesh.solve(s, 0.3 * s.critical_separation)).decay_length for s in scenes]
-    k, gamma1 = np.array([(s.stiffness, s.gamma1) for s in scenes]).T
-    return Comparison(measured, cards.tail.elastocapillary_length(k, gamma1))
+    for s in scenes:
+        length = tail(mesh.solve(s, 0.3 * s.critical_separation)).decay_length
+        yield Comparison(length, cards.tail.elastocapillary_length(s.stiffness, s.gamma1))

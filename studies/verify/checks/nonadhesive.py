@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from energy import Scene, cards
-from studies.verify.convergence import Comparison, check, residual, swept
+from studies.verify.convergence import Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
 from studies.verify.observe import tail
 from studies.verify.scenes import GAMMA1, PARABOLA, POWER_LAWS, Case, gel
@@ -19,36 +19,33 @@ def _scenes() -> list[Scene]:
 
 
 @check(36, what="no adhesion: f'(a) + (C/l)exp(-a/l), C, l from the field", unit="rad")
-def slope_jump(mesh: Mesh) -> Comparison:
-    jumps, slopes = [], []
+def slope_jump(mesh: Mesh) -> Found:
     for scene in _scenes():
         k, gamma1 = scene.stiffness, scene.gamma1
         for d in DEPTHS:
             state = mesh.solve(scene, d)
             far, a = tail(state), state.half_width
             u_a = -far.amplitude * np.exp(-a / far.decay_length)
-            slopes.append(float(scene.indenter.slope(a)))
-            jumps.append(cards.nonadhesive.slope_jump(slopes[-1], u_a, k=k, gamma1=gamma1))
-    return residual(jumps, slopes)
+            slope = float(scene.indenter.slope(a))
+            jump = cards.nonadhesive.slope_jump(slope, u_a, k=k, gamma1=gamma1)
+            yield Comparison(jump, 0.0, slope)
 
 
 @check(37, what="no adhesion: f(a) - d + lf'(a), |x|ⁿ, n = 1.5, 2, 3, 4", unit="m")
-def line_condition(mesh: Mesh) -> Comparison:
-    misfits = []
+def line_condition(mesh: Mesh) -> Found:
     for scene in _scenes():
         a, f = mesh.sweep(scene, DEPTHS, "half_width"), scene.indenter
         spring = {"k": scene.stiffness, "gamma1": scene.gamma1}
-        misfits.append(cards.nonadhesive.line_residual(DEPTHS, f.height(a), f.slope(a), **spring))
-    return residual(misfits, DEPTHS)
+        misfit = cards.nonadhesive.line_residual(DEPTHS, f.height(a), f.slope(a), **spring)
+        yield Comparison(misfit, 0.0, DEPTHS)
 
 
 @check(38, what="no adhesion: a² + 2al - 2Rd, three tensions", unit="m²")
-def quadratic(mesh: Mesh) -> Comparison:
-    misfits = []
+def quadratic(mesh: Mesh) -> Found:
     for scene, depths, given in _cases():
         a = mesh.sweep(scene, depths, "half_width")
-        misfits.append(cards.nonadhesive.parabola_residual(a, depths, **given))
-    return residual(misfits, 2 * PARABOLA.R * DEPTHS)
+        misfit = cards.nonadhesive.parabola_residual(a, depths, **given)
+        yield Comparison(misfit, 0.0, 2 * PARABOLA.R * DEPTHS)
 
 
 def _cases() -> list[Case]:
@@ -59,10 +56,10 @@ def _cases() -> list[Case]:
 
 
 @check(39, what="no adhesion: half-width a(d), three tensions", unit="m")
-def half_width(mesh: Mesh) -> Comparison:
+def half_width(mesh: Mesh) -> Found:
     return swept(mesh, _cases(), "half_width", cards.nonadhesive.parabola_half_width)
 
 
 @check(40, what="no adhesion: force P(d), three tensions", unit="N/m")
-def force(mesh: Mesh) -> Comparison:
+def force(mesh: Mesh) -> Found:
     return swept(mesh, _cases(), "force", cards.nonadhesive.parabola_force)

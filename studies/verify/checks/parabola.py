@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from energy import Parabola, cards
-from studies.verify.convergence import EXACT, Comparison, check, swept
+from studies.verify.convergence import EXACT, Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
 from studies.verify.observe import curvature, depth_at_width
 from studies.verify.scenes import PARABOLA, Case, case
@@ -26,12 +26,12 @@ def _cases(**options: float) -> list[Case]:
     unit="m",
     fitted_bar=1e-8,
 )
-def radius(mesh: Mesh) -> Comparison:
+def radius(mesh: Mesh) -> Found:
     """The limits are the rounding of a difference quotient of second order."""
-    x, measured = np.array([-2.1e-5, 0.0, 1.7e-5]), []
-    for scene, depths, _ in _cases():
-        measured.append([-1 / curvature(mesh.solve(scene, d), x) for d in depths[1:]])
-    return Comparison(measured, np.array([shape.R for shape in SHAPES])[:, None, None])
+    x = np.array([-2.1e-5, 0.0, 1.7e-5])
+    for scene, depths, given in _cases():
+        radii = [-1 / curvature(mesh.solve(scene, d), x) for d in depths[1:]]
+        yield Comparison(radii, given["R"])
 
 
 @check(32, what="parabola: depth d(a) of a chosen half-width, by roots", unit="m")
@@ -43,11 +43,11 @@ def depth(mesh: Mesh) -> Comparison:
 
 
 @check(33, what="parabola: half-width a(d)", unit="m")
-def half_width(mesh: Mesh) -> Comparison:
+def half_width(mesh: Mesh) -> Found:
     return swept(mesh, _cases(), "half_width", cards.parabola.half_width)
 
 
 @check(33, what="parabola: half-width a(d) for γ₁ = 0, lowest energy", order=EXACT, unit="m")
-def half_width_without_tension(mesh: Mesh) -> Comparison:
+def half_width_without_tension(mesh: Mesh) -> Found:
     card, options = cards.parabola.half_width, {"length": 3e-5, "branch": "global"}
     return swept(mesh, _cases(gamma1=0.0), "half_width", card, **options)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from energy import Indenter, cards
-from studies.verify.convergence import DIFFERENCED, EXACT, Comparison, check
+from studies.verify.convergence import DIFFERENCED, EXACT, Comparison, Found, check
 from studies.verify.mesh import Grid, Mesh
 from studies.verify.observe import curvature, membrane
 from studies.verify.scenes import PARABOLA, POWER_LAWS, PUNCH, WEDGE, case, gel, uneven_profiles
@@ -16,16 +16,14 @@ LEVELS = np.array([-0.55, 0.2, 1.1])  # depths over δ₀
 
 
 @check(4, what="u = d - f across the contact, eight profiles", order=EXACT, unit="m")
-def contact_field(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def contact_field(mesh: Mesh) -> Found:
     for indenter in (PUNCH, WEDGE, PARABOLA, POWER_LAWS[0], *uneven_profiles()):
         scene = gel(indenter)
         state = mesh.solve(scene, 0.4 * scene.critical_separation)
         left, right = state.contacts[0]
         x = np.linspace(left, right, 41)[1:-1]
-        measured.append(state.displacement(x))
-        expected.append(state.depth - indenter.height(x))
-    return Comparison(measured, expected, scene.critical_separation)
+        g = state.depth - indenter.height(x)
+        yield Comparison(state.displacement(x), g, scene.critical_separation)
 
 
 @check(
@@ -51,40 +49,37 @@ def contact_field_by_programme(grid: Grid) -> Comparison:
     unit="Pa",
     fitted_bar=DIFFERENCED,
 )
-def surface_equation(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def surface_equation(mesh: Mesh) -> Found:
     for indenter in (PUNCH, WEDGE, PARABOLA, POWER_LAWS[1]):
         scene = gel(indenter)
         state = mesh.solve(scene, -0.4 * scene.critical_separation)
         x = state.contacts[0, 1] + scene.elastocapillary_length * np.array([0.1, 0.7, 1.9])
-        measured.append(scene.gamma1 * curvature(state, x))
-        expected.append(scene.stiffness * state.displacement(x))
-    return Comparison(measured, expected)
+        bent = scene.gamma1 * curvature(state, x)
+        yield Comparison(bent, scene.stiffness * state.displacement(x))
 
 
-def _outside(mesh: Mesh, shape: Indenter, card: Any) -> Comparison:
+def _outside(mesh: Mesh, shape: Indenter, card: Any) -> Found:
     """Free surface up to three decay lengths from the closed form's contact line."""
-    (scene, depths, given), measured, expected = case(shape, LEVELS), [], []
+    scene, depths, given = case(shape, LEVELS)
     spring = {"k": scene.stiffness, "gamma1": scene.gamma1}
     widths = np.asarray(card.half_width(depths, **given))
     ends = depths - shape.height(widths)
     for d, a, u_a in zip(depths, widths, ends, strict=True):
         x = a + scene.elastocapillary_length * np.linspace(0, 3, 7)
-        measured.append(mesh.solve(scene, d).displacement(x))
-        expected.append(cards.tail.displacement(x, a=a, u_a=u_a, **spring))
-    return Comparison(measured, expected, np.abs(ends)[:, None])
+        u = cards.tail.displacement(x, a=a, u_a=u_a, **spring)
+        yield Comparison(mesh.solve(scene, d).displacement(x), u, abs(u_a))
 
 
 @check(6, what="free surface -C exp(-x/l) beside a wedge", unit="m")
-def outside_wedge(mesh: Mesh) -> Comparison:
+def outside_wedge(mesh: Mesh) -> Found:
     return _outside(mesh, WEDGE, cards.wedge)
 
 
 @check(6, what="free surface -C exp(-x/l) beside a parabola", unit="m")
-def outside_parabola(mesh: Mesh) -> Comparison:
+def outside_parabola(mesh: Mesh) -> Found:
     return _outside(mesh, PARABOLA, cards.parabola)
 
 
 @check(6, what="free surface -C exp(-x/l) beside |x|³", unit="m")
-def outside_power_law(mesh: Mesh) -> Comparison:
+def outside_power_law(mesh: Mesh) -> Found:
     return _outside(mesh, POWER_LAWS[1], cards.power_law)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from energy import Scene, cards
-from studies.verify.convergence import Comparison, check, residual, swept
+from studies.verify.convergence import Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
 from studies.verify.observe import depth_at_width, least_force
 from studies.verify.scenes import WEDGE, Case, case, constants, sharp_wedge
@@ -22,34 +22,33 @@ def _cases() -> list[Case]:
 
 
 @check(24, what="wedge: a tan δ - d - δ₀ + l tan δ", unit="m")
-def line_condition(mesh: Mesh) -> Comparison:
-    misfits = []
+def line_condition(mesh: Mesh) -> Found:
     for shape in SHAPES:
         scene, depths, _ = case(shape, LEVELS)
         a, slope = mesh.sweep(scene, depths, "half_width"), math.tan(shape.delta)
-        misfits.append(
-            cards.contact_line.line_residual(depths, a * slope, slope, **constants(scene))
-        )
-    return residual(misfits, scene.critical_separation)
+        misfit = cards.contact_line.line_residual(depths, a * slope, slope, **constants(scene))
+        yield Comparison(misfit, 0.0, scene.critical_separation)
 
 
 @check(25, what="wedge: half-width a(d)", unit="m")
-def half_width(mesh: Mesh) -> Comparison:
+def half_width(mesh: Mesh) -> Found:
     return swept(mesh, _cases(), "half_width", cards.wedge.half_width)
 
 
 @check(26, what="wedge: whole surface u(x), contact and outside", unit="m")
-def surface(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def surface(mesh: Mesh) -> Found:
+    x = np.linspace(-4e-4, 4e-4, 37)
     for scene, depths, given in _cases():
-        x = np.linspace(-4e-4, 4e-4, 37)
-        measured.append([mesh.solve(scene, d).displacement(x) for d in depths])
-        expected.append([cards.wedge.displacement(x, d=d, **given) for d in depths])
-    return Comparison(measured, expected, scene.critical_separation)
+        for d in depths:
+            u, card = (
+                mesh.solve(scene, d).displacement(x),
+                cards.wedge.displacement(x, d=d, **given),
+            )
+            yield Comparison(u, card, scene.critical_separation)
 
 
 @check(27, what="wedge: force P(d)", unit="N/m")
-def force(mesh: Mesh) -> Comparison:
+def force(mesh: Mesh) -> Found:
     return swept(mesh, _cases(), "force", cards.wedge.force)
 
 
@@ -73,11 +72,9 @@ def force_of_width(mesh: Mesh) -> Comparison:
 
 
 @check(30, what="wedge: largest pull, tan δ = 0.15, 0.4, 0.7 √(2w/γ₁)", unit="N/m")
-def adhesion_force(mesh: Mesh) -> Comparison:
-    measured, expected = [], []
+def adhesion_force(mesh: Mesh) -> Found:
     for shape in (*SHAPES, sharp_wedge(0.7)):
         scene, _, given = case(shape, LEVELS)
         delta0 = scene.critical_separation
-        measured.append(-least_force(mesh, scene, -0.2 * delta0, 0.4 * delta0))
-        expected.append(cards.wedge.adhesion_force(**given))
-    return Comparison(measured, expected)
+        pull = -least_force(mesh, scene, -0.2 * delta0, 0.4 * delta0)
+        yield Comparison(pull, cards.wedge.adhesion_force(**given))
