@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 from discretization.fitted.free_surface import ELEMENTS, far_stiffness, linear
-from discretization.fitted.response import horner, powers
+from discretization.fitted.polynomials import horner, powers
 from discretization.fitted.spectral import band, polynomials, rounded
 
 Array = NDArray[np.float64]

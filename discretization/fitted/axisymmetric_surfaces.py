@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.axisymmetric import FAR, Ring, ring, ring_surface, stiffness
-from discretization.fitted.free_surface import decayed, linear
+from discretization.fitted.free_surface import decayed
 from discretization.fitted.response import Response
 from discretization.fitted.surfaces import MET, At, Free, alone
 from energy import Scene
@@ -58,6 +58,12 @@ class AxisymmetricSurfaces:
         rest = f + (s * excess - found.tie * (facing.f - f)) / ground
         return rest if np.ndim(x) else float(rest[0])
 
+    def pull(self, side: int, line: At, depth: float) -> float:
+        """2πa S of a tail or a disc."""
+        s = line.x / self.scene.elastocapillary_length
+        S = stiffness(self.response.degree, side, s) if s else 0.0
+        return float(2 * math.pi * self.scene.gamma1 * s * S * (depth - line.f))
+
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
@@ -85,7 +91,7 @@ class AxisymmetricSurfaces:
         if left is None or right is None:
             line, side = alone(left, right), 1 if right is None else -1
             u, s = (depth - line.f) / length, line.x / length
-            pull = np.where(s > 0, s * stiffness(degree, side, s), 0.0) * u
+            pull = s * stiffness(degree, side, np.maximum(s, _BESIDE)) * u
             return unit * length * u * pull / 2, unit * pull
         found = self._ring(left, right)
         one, other = (depth - left.f) / length, (depth - right.f) / length
@@ -94,7 +100,10 @@ class AxisymmetricSurfaces:
         )
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
-        """One free surface, with what its energies are off by."""
+        """One free surface, with what its energies are off by.
+
+        As all its nodes are balanced, k∫u over a tail or a disc is what it pulls.
+        """
         length, degree = self.scene.elastocapillary_length, self.response.degree
         unit = 2 * math.pi * self.scene.gamma1 * length
         if left is None or right is None:
@@ -102,13 +111,9 @@ class AxisymmetricSurfaces:
             u, s = (depth - line.f) / length, line.x / length
             if not s:
                 return Free(0.0, (0.0, 0.0), 0.0, 0.0)
-            S, solved = stiffness(degree, side, s), linear(degree, side * s)
-            apart = max(abs(solved.reaction - S) / S, _imbalance(degree, side, s))
-            pulls = (unit * s * S * u, 0.0) if side > 0 else (0.0, unit * s * S * u)
-            residual = max(apart, solved.residual / (1 + S))
-            return Free(
-                unit * length * s * S * u * u / 2, pulls, unit * s * solved.area * u, residual
-            )
+            pull = unit * s * stiffness(degree, side, s) * u
+            pulls = (pull, 0.0) if side > 0 else (0.0, pull)
+            return Free(length * pull * u / 2, pulls, pull, _imbalance(degree, side, s))
         found, one, other = self._ring(left, right), depth - left.f, depth - right.f
         one, other = one / length, other / length
         tied = found.tie * (one - other)

@@ -22,6 +22,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _NEWTON = 3
+_EXACT = 1e-15  # of an inclination [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +37,11 @@ class FiniteSurfaces:
 
         The inclination is cut at ±π/2, where the surface would turn over.
         """
-        length = self.scene.elastocapillary_length
-        deficit = 2 * np.arcsin(np.sqrt(w / (2 * self.scene.gamma1)))
+        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
+        if facing is None and isinstance(f1, float):  # one line is looked for by many such calls
+            steep = math.atan(side * f1) - 2 * math.asin(math.sqrt(w / (2 * gamma1)))
+            return f + length * self._displaced_by(max(steep, -math.pi / 2))
+        deficit = 2 * np.arcsin(np.sqrt(w / (2 * gamma1)))
         phi = np.maximum(np.arctan(side * f1) - deficit, -math.pi / 2)
         if facing is None:
             return f + length * self._displaced(phi)
@@ -54,6 +58,17 @@ class FiniteSurfaces:
             u = np.clip(u, -limit, limit)
         return u
 
+    def _displaced_by(self, phi: float) -> float:
+        """The same of one inclination; u = 2 sin(φ/2) on the mesh but for its error."""
+        limit = OVERHANG * (1 - UPRIGHT)
+        u = min(max(2 * math.sin(phi / 2), -limit), limit)
+        for _ in range(_NEWTON):
+            off = math.atan2(self.response.reaction(u), 1 - u * u / 2) - phi
+            u = min(max(u - off * math.sqrt(max(1 - u * u / 4, 0.25)), -limit), limit)
+            if abs(off) <= _EXACT:
+                break
+        return u
+
     def _reaction(self, u: Any) -> Any:
         if not np.ndim(u):
             return self.response.reaction(float(u))
@@ -62,6 +77,11 @@ class FiniteSurfaces:
         pull[mild] = self.response.reaction(u[mild])
         pull[~mild] = [self.response.reaction(one) for one in u[~mild].tolist()]
         return pull
+
+    def pull(self, side: int, line: At, depth: float) -> float:
+        """S of a tail."""
+        u = (depth - line.f) / self.scene.elastocapillary_length
+        return float(self.scene.gamma1 * self.response.reaction(u))
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float

@@ -11,12 +11,10 @@ rounding of f. Corners nobody declared fall on few of the steps, whose differenc
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from energy import Indenter, Scene
+from energy import Indenter
 
 Array = NDArray[np.float64]
 _STEPS = 32
@@ -41,8 +39,3 @@ def height_rounding(indenter: Indenter, ends: Array) -> float:
     rise = (np.asarray(indenter.slope(x), float) @ _WEIGHTS) * ((stop - start) / 2)
     step = np.asarray(indenter.height(stop), float) - np.asarray(indenter.height(start), float)
     return float(np.sort(np.abs(step - rise))[-1 - _LEFT_OUT])
-
-
-def felt(scene: Scene, rounding: float) -> float:
-    """What the drive of a contact line (lines.py) is off by where heights are by `rounding`."""
-    return rounding * math.sqrt(scene.stiffness / 2) if scene.gamma1 else rounding

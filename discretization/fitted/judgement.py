@@ -172,7 +172,7 @@ def _stretched(contacts: Contacts, left: float, right: float) -> float:
 def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, float]:
     """Errors of surfaces and rounding times the condition of the lines, and of the quadrature."""
     motion, scene = contacts.motion, contacts.motion.scene
-    surface, move, push = _ROUNDING + motion.response.error, 0.0, 0.0
+    surface, move, push = _ROUNDING + motion.surfaces.response.error, 0.0, 0.0
     off = surface * motion.resting.size + fine.rounding
     for lines, loose, rates in _rates(contacts):
         for row, own, rate in zip(lines, loose, rates, strict=True):

@@ -1,22 +1,15 @@
-"""A mesh anchored at the contact lines: their positions are unknowns like the displacements.
+"""The lines of one contact of a convex indenter: sign changes of D - d, found by bracketing.
 
-    U(p, q, u) = ∫_p^q [k/2 g² + γ₁/2 f'² - w] dx + F(u left of p) + F(u right of q)
+A line advances where the depth D at which it would be at rest (surfaces.py) is less than the depth
+d, and recedes where it is greater. Of a convex indenter D grows outwards of a line contact, so that
+there is one place where it rests; at a corner D may jump past d and pin the line.
+About an axis D falls from the depth of touching to its least value and grows from there on, for the
+shapes of `SINGLE`: where the depth is less than that of touching, the line rests in the growing
+part. There D = f + l f' q - δ₀ q with q = 1/S, S(s) the stiffness beside a radius of s = a/l, and
 
-over the lines p <= q and the free surfaces u with u(p) = g(p), u(q) = g(q). Elimination of u leaves
-F(g), the energy of the spectral free surface (response.py), with the reaction S = dF/dg, and
+    dD/ds = (q' / l) {[l f' + l² f'' q]/q' + l f' - δ₀}    (f', f'' by x),
 
-    dU/dq = k/2 g² + γ₁/2 f'² - w - S f' = γ₁/2 r² - w,    r = f' - S/γ₁   (small slopes),
-
-a square because the free surface obeys S² = kγ₁ g² on the mesh to rounding. r is the jump of the
-slope at the line; where it is negative the surface would pass through the indenter and the line
-must advance. With finite slopes, tan β = f', sin φ = S/γ₁ and cos φ = 1 - k g²/(2γ₁), likewise
-
-    dU/dq = k/2 g² + (γ₁-w)√(1+f'²) - γ₁ - S f' = [2γ₁ sin²((β-φ)/2) - w]/cos β,
-
-as sin² φ + cos² φ = 1 on the mesh to rounding.
-
-The line is the sign change of dU/dq, found by bracketing, between corners only: at a corner dU/dq
-may change sign by a jump and pin the line.
+in which f', f'' q and 1/q' grow with s, so that the brace changes sign once.
 """
 
 from __future__ import annotations
@@ -32,16 +25,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.free_surface import OVERHANG
-from discretization.fitted.response import Response
 from discretization.fitted.roots import bracketed
-from energy import Indenter, Scene
+from discretization.fitted.surfaces import At, Surfaces
+from energy import Circle, FlatPunch, Indenter, Parabola, PowerLaw, Scene, Wedge
 
 Array = NDArray[np.float64]
+SINGLE = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 _TIE = 16 * float(np.finfo(float).eps)  # a line's drive where moving it costs nothing
 _COARSE = 1e-12
 _UPRIGHT = 2e-8  # so close to turning over no double resolves the slope
 _FEW_CORNERS = 8
 _HALVINGS = 64
+_ASIDE = 1e-13  # of the room beside a line, to read a slope on one side of it
+_STEP = 1e-4  # of l and of the position: the difference for a rate is good to its square
+_GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 class FittedLine(NamedTuple):
@@ -52,9 +49,12 @@ class FittedLine(NamedTuple):
     neutral: bool
 
 
+AXIS = FittedLine(0.0, True, False)  # where a contact about an axis ends on its other side
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A scene at a depth with the response of its free surfaces.
+    """A scene at a depth with its free surfaces.
 
     touch: depth at which contact begins; reach: separation up to which springs without tension
     stay attached.
@@ -64,17 +64,17 @@ class Problem:
     depth: float
     touch: float
     reach: float
-    response: Response
+    surfaces: Surfaces
 
     @classmethod
     def of(
-        cls, scene: Scene, depth: float, touch: float, branch: str, response: Response
+        cls, scene: Scene, depth: float, touch: float, branch: str, surfaces: Surfaces
     ) -> Problem:
         """The problem of one branch."""
         reach = scene.critical_separation
         if branch == "adhered":
             reach = min(reach, max(depth, touch) - depth)
-        return cls(scene, depth, touch, reach, response)
+        return cls(scene, depth, touch, reach, surfaces)
 
     @property
     def lift(self) -> float:
@@ -87,41 +87,27 @@ class Problem:
 
     def refuse_overhang(self, x: float) -> None:
         """ValueError if a line at x would incline the surface by more than π/2."""
-        limit = OVERHANG * (1 - _UPRIGHT) * self.scene.elastocapillary_length
-        if limit and self.scene.slopes == "finite" and abs(self.displaced(x)) >= limit:
+        scene, limit = self.scene, OVERHANG * (1 - _UPRIGHT) * self.scene.elastocapillary_length
+        straight = scene.slopes == "finite" and not scene.axisymmetric
+        if limit and straight and abs(self.displaced(x)) >= limit:
             raise ValueError(
                 f"depth = {self.depth!r}: at the contact line x = {x!r} the surface is displaced "
                 f"by {self.displaced(x)!r}, more than √2 l = {limit!r}; it would turn over and is "
                 "no graph u(x); use a smaller |depth|, a smaller w or a blunter indenter"
             )
 
-    def jump(self, side: int, x: float, aside: float) -> float:
-        """r = f' - S/γ₁, or 2 sin((β-φ)/2): the kink of the surface at a line at x.
+    def drive(self, side: int, x: float, aside: float, adhesive: bool = True) -> float:
+        """D - d of a line at x, or D₀ - d without adhesion; where it is negative it advances.
 
         The indenter's slope is read `aside` of x outwards, to choose the side of a corner.
         """
-        scene = self.scene
+        scene, indenter = self.scene, self.scene.indenter
+        f = float(indenter.height(x))
         if not scene.gamma1:
-            return 0.0
-        f1 = side * float(scene.indenter.slope(x + side * aside))
-        g = self.displaced(x) / scene.elastocapillary_length
-        if scene.slopes == "small":
-            return f1 - self.response.reaction(g)
-        if abs(g) < OVERHANG * (1 - _UPRIGHT):
-            pull = math.atan2(self.response.reaction(g), 1 - g * g / 2)
-        else:  # would turn over; such a state is refused once found
-            pull = math.copysign(math.pi / 2, g)
-        return 2 * math.sin((math.atan(f1) - pull) / 2)
-
-    def drive(self, side: int, x: float, aside: float) -> float:
-        """√(γ₁/2) r - √w: has the sign of dU/dq, or is negative where r is; the line advances.
-
-        γ₁ = 0: f(x) - d - reach, the springs beyond are not attached.
-        """
-        scene = self.scene
-        if not scene.gamma1:
-            return -self.displaced(x) - self.reach
-        return math.sqrt(scene.gamma1 / 2) * self.jump(side, x, aside) - self.held
+            return f - (self.reach if adhesive else 0.0) - self.depth
+        f1, w = float(indenter.slope(x + side * aside)), scene.work_of_adhesion
+        rest = self.surfaces.rest_depth(side, x, f, f1, None, w if adhesive else 0.0)
+        return float(rest) - self.depth
 
     @property
     def lets_go(self) -> bool:
@@ -131,51 +117,86 @@ class Problem:
         return scene.work_of_adhesion > 0 and spent
 
     @property
-    def held(self) -> float:
-        """What the adhesion holds in `drive`: √w, or the reach of springs without tension."""
-        return math.sqrt(self.scene.work_of_adhesion) if self.scene.gamma1 else self.reach
-
-    @property
     def tie(self) -> float:
         """Relative error of `drive`: rounding, and what a coarse surface's reaction is off by."""
-        return _TIE + min(self.response.error, _COARSE)
+        return _TIE + min(self.surfaces.response.error, _COARSE)
 
     def distinct(
         self, ends: tuple[FittedLine, FittedLine]
     ) -> tuple[tuple[int, FittedLine, int], ...]:
         """(side, line, how many like it): of a mirrored contact one line speaks for both."""
         indenter, (left, right) = self.scene.indenter, ends
+        if self.scene.axisymmetric:
+            return ((1, right, 1),)
         if indenter.symmetric and left.x == mirrored(indenter, right.x):
             return ((1, right, 2),)
         return (-1, left, 1), (1, right, 1)
 
     def scale(self, ends: tuple[FittedLine, FittedLine]) -> float:
-        """Size of the terms that cancel in `drive`."""
+        """Size of the terms that cancel in `drive`: |d|, δ₀ and l |f'|."""
         scene, lines = self.scene, self.distinct(ends)
         g = max(abs(self.displaced(end.x)) for _, end, _ in lines)
-        if not scene.gamma1:
-            return abs(self.depth) + g or 1.0
-        slope = max(abs(self.jump(side, end.x, -1e-9 * g)) for side, end, _ in lines)
-        slope += 2 * max(g, abs(self.depth)) / scene.elastocapillary_length
-        return math.sqrt(scene.gamma1 / 2) * slope + self.held or 1.0
+        steepest = 0.0
+        for side, end, _ in lines if scene.gamma1 else ():
+            slope = float(scene.indenter.slope(end.x - side * _aside(end.x, abs(end.x) or g)))
+            steepest = max(steepest, abs(slope))
+        if scene.slopes == "finite":
+            steepest /= math.hypot(1.0, steepest)
+        return self.lift + g + scene.elastocapillary_length * steepest
 
-    def imbalance(self, x: float) -> float:
-        """Residual of the free surface at a line, and how far its reaction is from the response."""
-        u0 = self.displaced(x) / self.scene.elastocapillary_length
-        surface = self.response.surface(u0)
-        apart = max(surface.residual, abs(surface.reaction - self.response.reaction(u0)))
-        return apart / (abs(u0) or 1.0)
+    def imbalance(self, side: int, x: float) -> float:
+        """Residual of the free surface beyond a line."""
+        line = At(x, float(self.scene.indenter.height(x)))
+        left, right = (line, None) if side > 0 else (None, line)
+        return self.surfaces.free(left, right, self.depth).residual
 
     def force_rate(self, side: int, x: float) -> float:
-        """dP/dq of one line at fixed depth, k g - γ₁ S'(g) f'."""
-        scene = self.scene
-        f1, g = side * float(scene.indenter.slope(x)), self.displaced(x)
+        """dP/dq of one line at fixed depth: k g, and the change of the free surface's pull."""
+        scene, g = self.scene, self.displaced(x)
+        pressed = scene.stiffness * g * float(scene.measure(x))
         if not scene.gamma1:
-            return scene.stiffness * g
-        at = g / scene.elastocapillary_length
-        step = 1e-4 if scene.slopes == "small" else min(1e-4, (OVERHANG - abs(at)) / 2)
-        stiffer = self.response.reaction(at + step) - self.response.reaction(at - step)
-        return scene.stiffness * (g - scene.elastocapillary_length * stiffer / (2 * step) * f1)
+            return pressed
+        h = _STEP * min(scene.elastocapillary_length, abs(x) or math.inf)
+        lines = (At(z, float(scene.indenter.height(z))) for z in (x - side * h, x + side * h))
+        before, after = (self.surfaces.pull(side, line, self.depth) for line in lines)
+        return pressed + (after - before) / (2 * h)
+
+
+def outer_line(problem: Problem, start: float) -> FittedLine | None:
+    """The line of a contact about an axis, whose D is unimodal; None where it is not held.
+
+    Below the depth of touching it is looked for between the least D and where it rests at touching.
+    """
+    if problem.depth >= problem.touch:
+        return find_line(problem, 1, start)
+    touching = Problem(problem.scene, problem.touch, problem.touch, problem.reach, problem.surfaces)
+    outer = find_line(touching, 1, start)
+    inner = _dip(problem, outer.x)
+    return None if inner is None else find_line(problem, 1, inner)
+
+
+def _dip(problem: Problem, outer: float) -> float | None:
+    """A radius up to `outer` at which D <= d; None if D is greater everywhere."""
+    if not outer:
+        return None
+    lo, hi = 0.0, outer
+    inside = _aside(outer, outer) if outer in problem.scene.indenter.walls else 0.0
+    if problem.drive(1, outer, -inside) <= 0:
+        return outer
+    one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
+    low, high = problem.drive(1, one, 0.0), problem.drive(1, other, 0.0)
+    for _ in range(_HALVINGS):
+        if min(low, high) <= 0:
+            return one if low <= high else other
+        if low <= high:
+            hi, other, high = other, one, low
+            one = hi - _GOLDEN * (hi - lo)
+            low = problem.drive(1, one, 0.0)
+        else:
+            lo, one, low = one, other, high
+            other = lo + _GOLDEN * (hi - lo)
+            high = problem.drive(1, other, 0.0)
+    return None
 
 
 def find_line(problem: Problem, side: int, start: float) -> FittedLine:
@@ -195,9 +216,9 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     for corner in [*map(float, outwards), None]:
         aside = 0.0
         if start in corners:
-            aside = 1e-9 * (abs(corner - start) if corner is not None else size)
+            aside = _aside(start, abs(corner - start) if corner is not None else size)
         first = h(start, aside)
-        tie = problem.tie * (abs(first) + problem.held)
+        tie = problem.tie * (abs(first) + problem.lift)
         if first > tie or (corner is None and first >= 0):
             return FittedLine(start, True, False)
         if corner is None:
@@ -212,6 +233,11 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     return FittedLine(bracketed(lambda x: h(x, 0.0), inside, outside), False, False)
 
 
+def _aside(x: float, room: float) -> float:
+    """How far from a corner the slope on one side of it is read."""
+    return max(_ASIDE * room, 4 * math.ulp(x))
+
+
 def _skipped(
     problem: Problem, side: int, start: float, corners: Sequence[float] | Array
 ) -> tuple[float, Sequence[float] | Array]:
@@ -220,7 +246,7 @@ def _skipped(
     while passed < stops:
         middle = (passed + stops) // 2
         corner = float(corners[middle])
-        beyond = problem.drive(side, corner, 1e-9 * abs(corner - start))
+        beyond = problem.drive(side, corner, _aside(corner, abs(corner - start)))
         if beyond < 0:
             passed = middle + 1
         else:

@@ -20,10 +20,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from discretization.fitted.axisymmetric import stiffness
 from discretization.fitted.free_surface import FreeSurface, far_stiffness
 from discretization.fitted.spectral import band, nodes, rounded
 
@@ -38,6 +38,7 @@ _FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each ov
 _HALVINGS = {False: 2, True: 7}  # of the first element, next to mild and to steep lines
 _INSIDE = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # of a disc, or of 8 l of it
 _ROUNDS = 60
+_DEGREE = 12  # of the surfaces with small slopes, from which φ is looked for
 _STEP = 1e-6  # of φ, for a derivative that need not be exact
 _STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
 _SHARPER = 4.0
@@ -150,18 +151,27 @@ class _Mesh(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def _piece(side: int, piece: int, steep: bool) -> tuple[Array, Array]:
-    """Coefficients of g and of e (radii, inclinations) on a piece of the family."""
-    at, over = chebyshev.chebpts1(_RADII), chebyshev.chebpts1(_INCLINATIONS)
+def _piece(side: int, piece: int, steep: bool) -> Array:
+    """Chebyshev coefficients of g and of e (2, radii, inclinations) on a piece of the family."""
+    at, over = _points(_RADII), _points(_INCLINATIONS)
     s = 2.0 ** (_RANGE * (piece + (at + 1) / 2))
     low, high = _bounds(steep)
     half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
     radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
     found = solve(side, radii, 2 * halves * np.sqrt(1 - halves * halves), _HALVINGS[steep])
     values = np.array([found.u[:, 0] / halves, found.energy / halves**2]) / _scale(side, radii)
-    left, right = (np.linalg.inv(chebyshev.chebvander(part, part.size - 1)) for part in (at, over))
-    g, e = left @ values.reshape(2, s.size, half.size) @ right.T
-    return g, e
+    left, right = (np.linalg.inv(_chebyshev(part, part.size)) for part in (at, over))
+    return np.asarray(left @ values.reshape(2, s.size, half.size) @ right.T)
+
+
+def _points(count: int) -> Array:
+    """Chebyshev points in increasing order."""
+    return np.asarray(np.sin(np.pi * (np.arange(count) - (count - 1) / 2) / count))
+
+
+def _chebyshev(t: Array, count: int) -> Array:
+    """The first Chebyshev polynomials at t (n, count)."""
+    return np.asarray(np.cos(np.arccos(np.clip(t, -1, 1))[:, None] * np.arange(count)))
 
 
 def _scale(side: int, s: Any) -> Any:
@@ -187,8 +197,8 @@ def read(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
         low, high = _bounds(is_steep)
         t = 2 * (np.log2(s[own]) / _RANGE - piece) - 1
         z = 2 * (half[own] ** 2 - low) / (high - low) - 1
-        one, other = chebyshev.chebvander(t, _RADII - 1), chebyshev.chebvander(z, _INCLINATIONS - 1)
-        g, e = ((one @ c * other).sum(axis=1) for c in _piece(side, int(piece), is_steep))
+        over = _chebyshev(z, _INCLINATIONS) @ _piece(side, int(piece), is_steep).transpose(0, 2, 1)
+        g, e = (_chebyshev(t, _RADII) * over).sum(axis=2)
         size = half[own] * _scale(side, s[own])
         u[own], energy[own] = g * size, e * size * half[own]
     return np.copysign(u, phi), energy
@@ -196,10 +206,12 @@ def read(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
 
 def inclination(side: int, s: Array, u0: Array) -> Array:
     """φ at lines of radii s (n,) displaced by u₀ (n,), by Newton's method; at most STEEPEST."""
-    phi = np.clip(u0 / _scale(side, s), -STEEPEST, STEEPEST)
+    flat = stiffness(_DEGREE, side, s) * u0
+    phi = np.clip(flat / np.sqrt(1 + flat * flat / 4), -STEEPEST, STEEPEST)
+    twice = np.tile(s, 2)
     for _ in range(_ROUNDS):
         step = _STEP * np.where(phi > 0, -1, 1)
-        value, beside = read(side, s, phi)[0], read(side, s, phi + step)[0]
+        value, beside = read(side, twice, np.append(phi, phi + step))[0].reshape(2, -1)
         new = np.clip(phi - (value - u0) * step / (beside - value), -STEEPEST, STEEPEST)
         still = np.abs(new - phi) <= _FOUND * (_STEP + np.abs(new))
         phi = new

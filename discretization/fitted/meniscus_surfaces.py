@@ -52,6 +52,12 @@ class MeniscusSurfaces:
         rest = f + length * u.reshape(s.shape)
         return np.where((side < 0) & (x == 0), ANY, rest)[()]
 
+    def pull(self, side: int, line: At, depth: float) -> float:
+        """2πa sin φ of a tail or a disc."""
+        at = At(np.array([line.x]), np.array([line.f]))
+        left, right = (at, None) if side > 0 else (None, at)
+        return float(self.stored(left, right, np.array([depth]))[1][0])
+
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
@@ -84,17 +90,21 @@ class MeniscusSurfaces:
         return unit * length * energy, unit * np.where(line.x > 0, s * np.sin(phi), 0.0)
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
-        """One free surface. ValueError if it would be too steep."""
+        """One free surface, read from the family. ValueError if it would be too steep.
+
+        As all its nodes are balanced, k∫u over it is what it pulls.
+        """
         line, side = alone(left, right), 1 if right is None else -1
         if not line.x:
             return Free(0.0, (0.0, 0.0), 0.0, 0.0)
         length, s = self.scene.elastocapillary_length, line.x / self.scene.elastocapillary_length
         self._refuse(side, line, depth)
         u, unit = (depth - line.f) / length, 2 * math.pi * self.scene.gamma1 * length * s
-        found = menisci.surface(side * s, u)
-        pulls = (unit * found.reaction, 0.0) if side > 0 else (0.0, unit * found.reaction)
-        apart = max(found.residual, self._imbalance(side, s, u, found.reaction)) / (abs(u) or 1.0)
-        return Free(unit * length * found.energy, pulls, unit * found.area, apart)
+        at = np.array([s])
+        phi = menisci.inclination(side, at, np.array([u]))
+        pull, energy = math.sin(float(phi[0])), float(menisci.read(side, at, phi)[1][0])
+        pulls = (unit * pull, 0.0) if side > 0 else (0.0, unit * pull)
+        return Free(unit * length * energy, pulls, unit * pull, self._imbalance(side, s, u, pull))
 
     def _refuse(self, side: int, line: At, depth: float) -> None:
         s = line.x / self.scene.elastocapillary_length
@@ -109,14 +119,14 @@ class MeniscusSurfaces:
             )
 
     def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
-        """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over u₀."""
+        """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms."""
         steps, rule = _DIFFERENCES
         radii = s * (1 + _STEP * steps)
         phi = menisci.inclination(side, radii, np.full_like(radii, u))
         rate = float(rule @ (radii * menisci.read(side, radii, phi)[1])) / (_STEP * s * s)
         cos = math.sqrt(1 - pull * pull)
         off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
-        return off * abs(u) / (pull * pull + u * u or 1.0)
+        return off / (pull * pull + u * u or 1.0)
 
 
 def _rings(line: At) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -20,25 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.axisymmetric_surfaces import AxisymmetricSurfaces
-from discretization.fitted.finite_surfaces import FiniteSurfaces
-from discretization.fitted.meniscus_surfaces import MeniscusSurfaces
 from discretization.fitted.pressed import Lines, Pressed, pairs
-from discretization.fitted.response import Response
 from discretization.fitted.resting import MET, TIE, Pair, Resting
-from discretization.fitted.small_surfaces import SmallSurfaces
 from discretization.fitted.surfaces import Surfaces
 from discretization.profile import Resolved
 from energy import Scene
 
 Array = NDArray[np.float64]
 _MOST = 100_000
-KINDS: dict[tuple[str, str], Callable[[Scene, Response], Surfaces]] = {
-    ("line", "small"): SmallSurfaces,
-    ("line", "finite"): FiniteSurfaces,
-    ("axisymmetric", "small"): AxisymmetricSurfaces,
-    ("axisymmetric", "finite"): MeniscusSurfaces,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +36,14 @@ class Motion:
 
     scene: Scene
     profile: Resolved
-    response: Response
+    surfaces: Surfaces
     resting: Resting
 
     @classmethod
-    def of(cls, scene: Scene, profile: Resolved, response: Response, depth: float) -> Motion:
-        """With the free surfaces of a response, for depths up to this one."""
-        kind = KINDS[scene.geometry, scene.slopes]
+    def of(cls, scene: Scene, profile: Resolved, surfaces: Surfaces, depth: float) -> Motion:
+        """With these free surfaces, for depths up to this one."""
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
-        resting = Resting(scene, profile, kind(scene, response), size)
-        return cls(scene, profile, response, resting)
+        return cls(scene, profile, surfaces, Resting(scene, profile, surfaces, size))
 
     @functools.cached_property
     def surface(self) -> Pressed:

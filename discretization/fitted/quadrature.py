@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from discretization.fitted import gauss
 from discretization.fitted.height_rounding import height_rounding
-from discretization.fitted.response import Response
+from discretization.fitted.surfaces import At, Surfaces
 from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
@@ -93,17 +93,15 @@ def inside(
     return np.einsum("rij,dij->rdi", span, densities), g.min(axis=1, initial=0.0)
 
 
-def surfaces(
-    scene: Scene, response: Response, displaced: Iterable[float]
+def beside(
+    surfaces: Surfaces, depth: float, left: float, right: float
 ) -> tuple[float, float, float, float]:
-    """Energy, reaction, area (times k) and |reaction|, summed over free surfaces beyond lines."""
-    gamma1, length = scene.gamma1, scene.elastocapillary_length
-    if not gamma1:
-        return 0.0, 0.0, 0.0, 0.0
-    u0 = [u / length for u in displaced]
-    pulls = [gamma1 * response.reaction(u) for u in u0]
-    energy, area = sum(map(response.energy, u0)), sum(map(response.area, u0))
-    return gamma1 * length * energy, sum(pulls), gamma1 * area, sum(map(abs, pulls))
+    """Energy, reaction, area (times k) and |reaction|, summed over the surfaces beyond lines."""
+    one, other = (At(x, float(surfaces.scene.indenter.height(x))) for x in (left, right))
+    free = surfaces.free(None, one, depth), surfaces.free(other, None, depth)
+    pulls = free[0].pulls[1], free[1].pulls[0]
+    energy, area = free[0].energy + free[1].energy, free[0].area + free[1].area
+    return energy, sum(pulls), area, sum(map(abs, pulls))
 
 
 def _summed(sums: Iterable[Any], free: Iterable[Any]) -> tuple[Any, Any, Any, Any, Any]:
@@ -128,13 +126,11 @@ def _orders(ends: Array) -> tuple[int, int]:
 
 
 def totals(
-    scene: Scene, response: Response, depth: float, left: float, right: float, rtol: float
+    surfaces: Surfaces, depth: float, left: float, right: float, rtol: float
 ) -> tuple[Interval, Interval]:
     """`refined` for one contact between two lines."""
-    indenter = scene.indenter
-    displaced = [depth - float(indenter.height(x)) for x in (left, right)]
-    free = surfaces(scene, response, displaced)
-    return refined(scene, depth, _panels(indenter, left, right), free, rtol)
+    scene, free = surfaces.scene, beside(surfaces, depth, left, right)
+    return refined(scene, depth, _panels(scene.indenter, left, right), free, rtol)
 
 
 def refined(
@@ -236,12 +232,17 @@ def _halves(ends: Array) -> Array:
     return np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2]))
 
 
-def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple[Intervals, float]:
+def along(surfaces: Surfaces, depth: Array, lines: Array) -> tuple[Intervals, float]:
     """Energy and force at depths (n,) between lines (n, 2), and their change from fewer points."""
+    scene = surfaces.scene
     ends, parts, change = _ends(scene.indenter, lines), [], 0.0
     grids = [ends] if scene.indenter.complete else [ends, _halves(ends)]
-    displaced = (depth[:, None] - scene.indenter.height(lines)).tolist()
-    free = np.array([surfaces(scene, response, pair) for pair in displaced])
+    left, right = (At(x, np.asarray(scene.indenter.height(x), float)) for x in lines.T)
+    stored = surfaces.stored(None, left, depth), surfaces.stored(right, None, depth)
+    pulls = np.array([part[1] for part in stored])
+    free = np.column_stack(
+        [stored[0][0] + stored[1][0], *2 * [pulls.sum(axis=0)], np.abs(pulls).sum(axis=0)]
+    )
     step = max(1, _CHUNK // (40 * 2 * grids[-1].shape[1]))
     for start in range(0, len(depth), step):
         own, found = slice(start, start + step), []
@@ -254,29 +255,33 @@ def along(scene: Scene, response: Response, depth: Array, lines: Array) -> tuple
     return Intervals(*(np.concatenate(part) for part in zip(*parts, strict=True))), change
 
 
-def pressing(
-    scene: Scene, response: Response, depth: float, left: float, right: float, rtol: float
-) -> float:
+def pressing(surfaces: Surfaces, depth: float, left: float, right: float, rtol: float) -> float:
     """The force alone: P = k∫(d - f) dx + S(left) + S(right); panels halved only where needed."""
-    indenter, k, length = scene.indenter, scene.stiffness, scene.elastocapillary_length
-    x, span = _contact(indenter, left, right)
-    sums = (span @ indenter.height(x)).tolist()
-    press = k * (depth * (right - left) - sums[-1])
-    pull = 0.0
-    for end in (left, right) if scene.gamma1 else ():
-        pull += scene.gamma1 * response.reaction((depth - float(indenter.height(end))) / length)
+    scene, k = surfaces.scene, surfaces.scene.stiffness
+    x, span = _contact(scene.indenter, left, right)
+    if scene.axisymmetric:
+        span = span * scene.measure(x)
+    sums = (span @ scene.indenter.height(x)).tolist()
+    width = math.pi * (right - left) * (right + left) if scene.axisymmetric else right - left
+    press = k * (depth * width - sums[-1])
+    lines = (At(x, float(scene.indenter.height(x))) for x in (left, right))
+    pull = sum(surfaces.pull(side, line, depth) for side, line in zip((-1, 1), lines, strict=True))
     if k * (max(sums) - min(sums)) > _PART * rtol * (abs(press) + abs(pull)):
-        return totals(scene, response, depth, left, right, rtol)[1].force
+        return totals(surfaces, depth, left, right, rtol)[1].force
     return press + pull
 
 
 def arc_length(scene: Scene, left: float, right: float) -> float:
-    """Length of the indenter between two positions: |right - left| for small slopes."""
-    if scene.slopes == "small" or left == right:
+    """Length of the indenter between two positions: |right - left| for small slopes.
+
+    About an axis the area of the ring between two radii.
+    """
+    straight = scene.slopes == "small"
+    if left == right or (straight and not scene.axisymmetric):
         return abs(right - left)
     x, span = _contact(scene.indenter, min(left, right), max(left, right))
-    slope = scene.indenter.slope(x)
-    return float(span[-1] @ np.sqrt(1 + slope * slope))
+    stretch = np.ones_like(x) if straight else np.sqrt(1 + scene.indenter.slope(x) ** 2)
+    return float(span[-1] @ (stretch * scene.measure(x)))
 
 
 def _panels(indenter: Indenter, left: float, right: float) -> Array:

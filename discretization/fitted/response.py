@@ -22,11 +22,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from discretization.fitted import menisci
 from discretization.fitted.free_surface import OVERHANG, FreeSurface, graded, linear, relaxed, steep
+from discretization.fitted.polynomials import Powers, horner, powers
 from discretization.fitted.spectral import nodes
 
 Array = NDArray[np.float64]
@@ -35,7 +34,6 @@ STEEP = 1.3
 _POINTS = 18
 _STEEP_POINTS = 12
 _ANGLE = 1e-4  # part of rtol that the contact angle [rad] may be off by per u₀
-Powers = tuple[float, ...]
 
 
 class Tail(NamedTuple):
@@ -86,12 +84,10 @@ class Response:
         apart = max(solved.residual, abs(solved.reaction - self.reaction(u0)))
         return Tail(self.energy(u0), self.reaction(u0), self.area(u0), apart / (abs(u0) or 1.0))
 
-    def surface(self, u0: float, radius: float = math.inf) -> FreeSurface:
-        """The surface itself, relaxed from what was read; beside a line of this radius."""
+    def surface(self, u0: float) -> FreeSurface:
+        """The surface itself, relaxed from what was read."""
         if self.slopes == "small":
-            return linear(self.degree, radius).scaled(u0)
-        if math.isfinite(radius):
-            return menisci.surface(radius, u0)
+            return linear(self.degree).scaled(u0)
         if self._alone(u0):
             return steep(u0, self.degree)
         return _mild(self, u0)
@@ -110,13 +106,6 @@ def _mild(response: Response, u0: float) -> FreeSurface:
 def _along(u0: Any) -> Any:
     """t, which runs from -1 to 1 up to STEEP."""
     return 2 * u0 * u0 / STEEP**2 - 1
-
-
-def horner(powers: Powers, t: Any) -> Any:
-    total = 0.0
-    for power in powers:
-        total = total * t + power
-    return total
 
 
 def _beyond(degree: int, u0: float, which: int) -> float:
@@ -180,15 +169,6 @@ def _family(displaced: Array, degree: int) -> Array:
         u = surface.u
         rows.append([*_read(surface, u0), *(u / u0)])
     return np.array(rows)
-
-
-def powers(t: Array, values: Array) -> Array:
-    """Coefficients of falling powers of the polynomials (columns) through Chebyshev points t."""
-    series = chebyshev.chebfit(t, values, t.size - 1)
-    convert = np.zeros((t.size, t.size))
-    for order in range(t.size):
-        convert[: order + 1, order] = chebyshev.cheb2poly(np.eye(t.size)[order])[: order + 1]
-    return np.asarray((convert @ series)[::-1])
 
 
 def _read(surface: FreeSurface, u0: float) -> tuple[float, float, float]:

@@ -22,8 +22,8 @@ from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors
+from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.motion import Lines, Motion
-from discretization.fitted.response import chosen, finer
 from discretization.fitted.springs import on_springs
 from discretization.fitted.tail import FittedTail
 from discretization.lattice.lowest import lowest_contacts
@@ -40,7 +40,6 @@ _BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
 _MOST_NODES = 400_000
 _SAME = 1e-9  # of the energy's scale: energies of the same state
 _ROUNDING = 16 * float(np.finfo(float).eps)
-_EXACT = 1e-15  # of surfaces about an axis: there is one family of them, read from a table
 _UNKNOWN = Certificate(*5 * (math.nan,))
 
 
@@ -54,15 +53,15 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
     if not scene.gamma1:
         return on_springs(scene, profile, depth, branch=branch, rtol=rtol)
     _refuse(scene, branch)
-    response = chosen(scene.slopes, _EXACT if scene.axisymmetric else rtol)
+    surfaces = surfaces_of(scene, rtol)
     while True:
-        motion = Motion.of(scene, profile, response, depth)
+        motion = Motion.of(scene, profile, surfaces, depth)
         state = _found(motion, depth, branch, rtol)
-        better = finer(response)
-        met = max(state.error_estimate.values()) <= rtol or response.error <= _ROUNDING
+        better = finer_surfaces(surfaces)
+        met = max(state.error_estimate.values()) <= rtol or surfaces.response.error <= _ROUNDING
         if met or better is None:
             return state
-        response = better
+        surfaces = better
 
 
 def _refuse(scene: Scene, branch: str) -> None:
@@ -154,7 +153,8 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
 
     NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
     """
-    scene, tail = motion.scene, FittedTail(motion.scene.elastocapillary_length, motion.response)
+    scene = motion.scene
+    tail = FittedTail(scene.elastocapillary_length, motion.surfaces.response)
     if not lines:
         flat = replace(detached(scene, depth, branch, tail, _UNKNOWN), method="fitted")
         lift = max(abs(depth), scene.opened.critical_separation) or 1.0

@@ -41,6 +41,11 @@ class SmallSurfaces:
         rise = (facing.f - f) / 2
         return f + rise + (excess - rise * odd) / even
 
+    def pull(self, side: int, line: At, depth: float) -> float:
+        """S of a tail."""
+        u = (depth - line.f) / self.scene.elastocapillary_length
+        return float(self.scene.gamma1 * self.response.reaction(u))
+
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:

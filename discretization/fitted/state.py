@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.height_rounding import felt
+from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.lines import (
+    AXIS,
+    SINGLE,
     FittedLine,
     Problem,
     find_line,
     lowest_point,
     mirrored,
+    outer_line,
 )
 from discretization.fitted.quadrature import Interval, totals
-from discretization.fitted.response import ABSENT, chosen, finer
 from discretization.fitted.several import on_several
 from discretization.fitted.tail import FittedTail
 from energy import Scene
@@ -44,28 +46,29 @@ def on_fitted_mesh(
     """
     indenter = scene.indenter
     ended = scene.opening is not None or scene.pattern is not None
-    if not indenter.convex or ended or scene.axisymmetric:
+    turned = scene.axisymmetric and not isinstance(indenter, SINGLE)
+    if not indenter.convex or ended or turned:
         return on_several(scene, depth, branch=branch, rtol=rtol)
-    response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
+    surfaces = surfaces_of(scene, rtol)
     apex = indenter.apex
     if apex is None:
         apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
     starts, touch = (apex, apex), float(indenter.height(apex))
-    state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
-    while max(state.error_estimate.values()) > rtol and response.error > _ROUNDING:
-        better = finer(response)
+    state = _state(Problem.of(scene, depth, touch, branch, surfaces), starts, branch, rtol)
+    while max(state.error_estimate.values()) > rtol and surfaces.response.error > _ROUNDING:
+        better = finer_surfaces(surfaces)
         if better is None:
             break
-        response = better
-        state = _state(Problem.of(scene, depth, touch, branch, response), starts, branch, rtol)
+        surfaces = better
+        state = _state(Problem.of(scene, depth, touch, branch, surfaces), starts, branch, rtol)
     if branch == "global" and state.energy > 0 and depth <= touch:
-        return _detached(Problem.of(scene, depth, touch, branch, response), branch)
+        return _detached(Problem.of(scene, depth, touch, branch, surfaces), branch)
     return state
 
 
 def _detached(problem: Problem, branch: str) -> Equilibrium:
     """The flat surface without contact."""
-    tail = FittedTail(problem.scene.elastocapillary_length or 1.0, problem.response)
+    tail = FittedTail(problem.scene.elastocapillary_length or 1.0, problem.surfaces.response)
     pressed = max(0.0, problem.depth - problem.touch) / problem.lift
     certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
     state = detached(problem.scene, problem.depth, branch, tail, certificate)
@@ -75,15 +78,15 @@ def _detached(problem: Problem, branch: str) -> Equilibrium:
 def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: float) -> Equilibrium:
     """The certified state of a problem whose contact contains `starts`."""
     scene, depth = problem.scene, problem.depth
-    tail = FittedTail(scene.elastocapillary_length or 1.0, problem.response)
+    tail = FittedTail(scene.elastocapillary_length or 1.0, problem.surfaces.response)
     ends = _lines(problem, starts)
     if ends is None:
-        if abs(problem.drive(1, starts[1], 0.0)) <= _UNDECIDED * problem.held:
+        if abs(problem.drive(1, starts[1], 0.0)) <= _UNDECIDED * problem.lift:
             problem.refuse_overhang(starts[1])
         return _detached(problem, branch)
     for end in ends:
         problem.refuse_overhang(end.x)
-    coarse, fine = totals(scene, problem.response, depth, ends[0].x, ends[1].x, rtol)
+    coarse, fine = totals(problem.surfaces, depth, ends[0].x, ends[1].x, rtol)
     certificate = certify_lines(problem, ends, fine)
     if not certificate.ok:
         raise NotCertifiedError(
@@ -113,6 +116,10 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
 def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, FittedLine] | None:
     """Both contact lines, found outwards from inside the contact; None if it has let go."""
     indenter = problem.scene.indenter
+    if problem.scene.axisymmetric:
+        line = outer_line(problem, starts[1])
+        lost = line is None or (not line.x and problem.depth < problem.touch)
+        return None if line is None or lost else (AXIS, line)
     right = find_line(problem, 1, starts[1])
     if indenter.symmetric and starts[0] == starts[1] == indenter.apex:
         left = FittedLine(mirrored(indenter, right.x), right.pinned, right.neutral)
@@ -140,11 +147,10 @@ def certify_lines(
             inner = (opening or problem).drive(side, end.x - side * step, 0.0)
             neighbours = max(neighbours, inner / scale)
         if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
-            outer = problem.drive(side, end.x + side * step, 0.0)
-            neighbours = max(neighbours, -outer / scale)
-            penetration = max(penetration, -(outer + problem.held) / scale)
-        if problem.scene.gamma1:
-            stationarity = max(stationarity, problem.imbalance(end.x))
+            beyond = end.x + side * step
+            neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)
+            penetration = max(penetration, -problem.drive(side, beyond, 0.0, False) / scale)
+        stationarity = max(stationarity, problem.imbalance(side, end.x))
     force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
     held = (opening or problem).scene.work_of_adhesion
     pulled = 0.0 if held else max(0.0, -found.weakest)
@@ -165,8 +171,8 @@ def _errors(
 ) -> dict[str, float]:
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
-    surface = _ROUNDING + problem.response.error
-    scale, rounding = problem.scale(ends), felt(problem.scene, fine.rounding)
+    surface = _ROUNDING + problem.surfaces.response.error
+    scale, rounding = problem.scale(ends), fine.rounding
     for side, end, count in problem.distinct(ends):
         if end.pinned or not width:
             continue

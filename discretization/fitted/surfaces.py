@@ -14,10 +14,14 @@ the questions below (small_surfaces.py, finite_surfaces.py), and nowhere else.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from discretization.fitted.response import Response
+from energy import Scene
 
 Array = NDArray[np.float64]
 MET = 1e-13  # elastocapillary lengths: lines that have met are no closer than that
@@ -52,11 +56,20 @@ class Free(NamedTuple):
 class Surfaces(Protocol):
     """Free surfaces beside contacts; a line that is None is infinitely far away."""
 
+    @property
+    def scene(self) -> Scene: ...
+
+    @property
+    def response(self) -> Response: ...
+
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D at x, numbers or arrays, with the height f and the slope f' there.
 
         side: +1 for a line whose contact is on its left; facing: the line beyond the free surface.
         """
+
+    def pull(self, side: int, line: At, depth: float) -> float:
+        """What a free surface without another line pulls at its own one, ∂F/∂g."""
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
@@ -68,3 +81,29 @@ class Surfaces(Protocol):
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
         """One free surface. ValueError if it would turn over."""
+
+
+@dataclass(frozen=True, eq=False)
+class NoTension:
+    """Springs without tension: what is free of the indenter is flat, and a line is at rest where
+    they let go, D = f - √(2w/k)."""
+
+    scene: Scene
+    response: Response
+
+    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        return f - np.sqrt(2 * w / self.scene.stiffness)
+
+    def pull(self, side: int, line: At, depth: float) -> float:
+        return 0.0
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        return np.zeros_like(z), np.zeros_like(z)
+
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        return np.zeros_like(depth), np.zeros_like(depth)
+
+    def free(self, left: At | None, right: At | None, depth: float) -> Free:
+        return Free(0.0, (0.0, 0.0), 0.0, 0.0)

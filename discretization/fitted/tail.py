@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import gap
+from discretization.fitted import gap, menisci
 from discretization.fitted.axisymmetric import ring_surface
 from discretization.fitted.finite_gap import FiniteGap, solved
+from discretization.fitted.free_surface import FreeSurface, linear
 from discretization.fitted.response import Response
 
 Array = NDArray[np.float64]
@@ -28,16 +29,22 @@ class FittedTail:
         """The elements' polynomials, then the far field."""
         if not distance.size or not radius:  # a point without extent holds nothing
             return np.zeros_like(distance)
-        surface = self.response.surface(u_line / self.length, radius / self.length)
+        surface = self._beyond(float(u_line) / self.length, radius / self.length)
         return self.length * surface.displacement(distance / self.length)
+
+    def _beyond(self, u0: float, radius: float) -> FreeSurface:
+        """The surface beyond a line, in units of l."""
+        if math.isinf(radius):
+            return self.response.surface(u0)
+        if self.response.slopes == "finite":
+            return menisci.surface(radius, u0)
+        return linear(self.response.degree, radius).scaled(u0)
 
     def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
         """Derivative of the first element's polynomial at the line."""
         u, radii = np.broadcast_arrays(u_line, radius)
         solved = [
-            self.response.surface(float(u) / self.length, float(r) / self.length).slope
-            if r
-            else 0.0
+            self._beyond(float(u) / self.length, float(r) / self.length).slope if r else 0.0
             for u, r in zip(u.ravel(), radii.ravel(), strict=True)
         ]
         return np.reshape(solved, np.shape(u_line))

@@ -8,6 +8,7 @@ stays. With one work of adhesion both change sign at the same place. Springs wit
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,13 +16,22 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.lines import FittedLine, Problem, find_line, lowest_point, mirrored
+from discretization.fitted.kinds import surfaces_of
+from discretization.fitted.lines import (
+    AXIS,
+    FittedLine,
+    Problem,
+    find_line,
+    lowest_point,
+    mirrored,
+)
 from discretization.fitted.quadrature import along, arc_length, pressing, totals
-from discretization.fitted.response import ABSENT, Response, chosen
 from discretization.fitted.spectral import rounded
 from discretization.fitted.state import certify_lines
+from discretization.fitted.surfaces import Surfaces
 from energy import Plane, Scene
 
 Array = NDArray[np.float64]
@@ -34,6 +44,8 @@ _LOCAL = 1e-3
 _REDUCED = 1e-10
 _FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
 _WORK = 1e-12
+_INSIDE = 1e-9  # of a radius: beside an edge
+_LEAST = 1e-9  # of a radius, to which the least D is found: D is then exact
 
 
 class Contact(NamedTuple):
@@ -53,10 +65,13 @@ State = Contact | None
 
 @dataclass(frozen=True, eq=False)
 class FittedBranch:
-    """States of one contact of a convex indenter under a prescribed depth; None: detached."""
+    """States of one contact of a convex indenter under a prescribed depth; None: detached.
+
+    About an axis the left line is the axis, and below a least depth the right one is not held.
+    """
 
     scene: Scene
-    response: Response
+    surfaces: Surfaces
     apex: float
     touch: float
     rtol: float
@@ -73,8 +88,7 @@ class FittedBranch:
         apex = indenter.apex
         if apex is None:
             apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
-        response = chosen(scene.slopes, rtol) if scene.gamma1 else ABSENT
-        return cls(scene, response, apex, float(indenter.height(apex)), rtol)
+        return cls(scene, surfaces_of(scene, rtol), apex, float(indenter.height(apex)), rtol)
 
     @property
     def smooth(self) -> bool:
@@ -88,11 +102,11 @@ class FittedBranch:
 
     def _problems(self, depth: float) -> tuple[Problem, Problem]:
         """That of a contact that closes, and that of one that opens."""
-        closing = Problem(self.scene, depth, self.touch, 0.0, self.response)
+        closing = Problem(self.scene, depth, self.touch, 0.0, self.surfaces)
         if self.scene.gamma1 and self.scene.opening is None:
             return closing, closing
         opened = self.scene.opened
-        return closing, Problem(opened, depth, self.touch, self.lift, self.response)
+        return closing, Problem(opened, depth, self.touch, self.lift, self.surfaces)
 
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
@@ -102,6 +116,8 @@ class FittedBranch:
             seed = FittedLine(self.apex, True, False)
             before = Contact(seed, seed)
         problems = self._problems(depth)
+        if self.scene.axisymmetric:
+            return self._turned(problems, before.right)
         right = self._moved(problems, 1, before.right)
         if self.scene.indenter.symmetric and self.apex == self.scene.indenter.apex:
             left = right._replace(x=mirrored(self.scene.indenter, right.x))
@@ -124,6 +140,41 @@ class FittedBranch:
         inner = find_line(opening, side, self.apex)
         return inner if side * (inner.x - line.x) <= 0 else line
 
+    def _turned(self, problems: tuple[Problem, Problem], line: FittedLine) -> State:
+        """The state of a contact about an axis; None below the fold of its line."""
+        closing, opening = problems
+        inside = _INSIDE * line.x if line.pinned else 0.0
+        if closing.drive(1, line.x, inside) < 0:
+            found = find_line(closing, 1, line.x)
+        elif opening.drive(1, line.x, -inside) <= 0:
+            found = line
+        elif opening.depth < self._fold[1]:
+            return None
+        else:
+            near = closing is opening and _near(opening, 1, line, self._fold[0])
+            found = near or find_line(opening, 1, self._fold[0])
+        if not found.x and closing.depth < self.touch:
+            return None
+        return Contact(AXIS, found)
+
+    @functools.cached_property
+    def _fold(self) -> tuple[float, float]:
+        """The radius at which D of a line that recedes about an axis is least, and that depth."""
+        opening = self._problems(self.touch)[1]
+        outer = find_line(opening, 1, self.apex).x
+        if not outer:
+            return 0.0, self.touch
+        inside = _INSIDE * outer if outer in self.scene.indenter.walls else 0.0
+        found = minimize_scalar(
+            lambda x: opening.drive(1, x, 0.0),
+            bounds=(0.0, outer * (1 - _INSIDE)),
+            method="bounded",
+            options={"xatol": _LEAST * outer},
+        )
+        at_end = opening.drive(1, outer, -inside), outer
+        least, x = min((float(found.fun), float(found.x)), at_end)
+        return x, self.touch + least
+
     def contact(self, depth: float, *lines: float) -> State:
         """The state with lines at these positions; nan: detached."""
         if math.isnan(lines[0]):
@@ -132,8 +183,14 @@ class FittedBranch:
         ends = (FittedLine(x, bool(np.any(np.equal(corners, x))), False) for x in lines)
         return Contact(*ends)
 
-    def jump(self, state: State, start: float, end: float) -> None:
-        """A convex profile has no jumps."""
+    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
+        """A line contact of a convex profile has no jumps; one about an axis ends at a fold."""
+        if not self.scene.axisymmetric or state is None or not self.scene.gamma1:
+            return None
+        x, least = self._fold
+        if not x or end >= least:
+            return None
+        return least, self.follow(state, least), None
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds each line: "edge", "tip" or "" where it is free."""
@@ -150,13 +207,13 @@ class FittedBranch:
         """P."""
         if state is None:
             return 0.0
-        return pressing(self.scene, self.response, depth, *state.ends, self.rtol)
+        return pressing(self.surfaces, depth, *state.ends, self.rtol)
 
     def energy(self, state: State, depth: float) -> float:
         """U, with the work of adhesion of `surfaces`."""
         if state is None:
             return 0.0
-        return totals(self.scene, self.response, depth, *state.ends, 1e-15)[1].energy
+        return totals(self.surfaces, depth, *state.ends, 1e-15)[1].energy
 
     def friction(self, before: State, after: State) -> float:
         """Lost to adhesion hysteresis as the lines move without a jump.
@@ -178,16 +235,24 @@ class FittedBranch:
         """∫P dd from one depth to another without a jump on the way, by adaptive Lobatto rules."""
         if before is None:
             return 0.0
-        return integral(lambda depth: self.force(self.follow(before, depth), depth), start, end)
+
+        def force(depth: float) -> float:
+            return self.force(self.follow(before, depth), depth)
+
+        if not self.scene.axisymmetric or not self._fold[0]:
+            return integral(force, start, end)
+        least = self._fold[1]  # where P ends like a root of d - least
+        ends = (math.sqrt(max(depth - least, 0.0)) for depth in (start, end))
+        return integral(lambda t: 2 * t * force(least + t * t), *ends)
 
     def observed(self, depths: Array, states: Sequence[Contact]) -> tuple[Array, Array, Array]:
         """Lines (n, 2), P and U (n,)."""
         lines = np.array([state.ends for state in states])
-        found, change = along(self.scene, self.response, depths, lines)
+        found, change = along(self.surfaces, depths, lines)
         if change <= self.rtol / 10:
             return lines, found.force, found.energy
         finer = [
-            totals(self.scene, self.response, depth, left, right, self.rtol)[1]
+            totals(self.surfaces, depth, left, right, self.rtol)[1]
             for depth, (left, right) in zip(depths.tolist(), lines.tolist(), strict=True)
         ]
         return lines, *np.array([(one.force, one.energy) for one in finer]).T
@@ -197,7 +262,7 @@ class FittedBranch:
         if state is None:
             return
         closing, opening = self._problems(depth)
-        found = totals(self.scene, self.response, depth, *state.ends, 1e-15)[1]
+        found = totals(self.surfaces, depth, *state.ends, 1e-15)[1]
         certificate = certify_lines(closing, state, found, opening)
         if not certificate.ok:
             raise NotCertifiedError(

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.events import Events, Part
+from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
-from discretization.fitted.response import chosen
 from discretization.fitted.several import state_of
 from discretization.paths.branch import at_edges
 from discretization.profile import resolve
@@ -59,8 +59,8 @@ class FittedMany:
     @classmethod
     def of(cls, scene: Scene, rtol: float, deepest: float) -> FittedMany:
         """deepest: the largest depth of the programme."""
-        response = chosen(scene.slopes, _EXACT)
-        motion = Motion.of(scene, resolve(scene, deepest), response, deepest)
+        surfaces = surfaces_of(scene, _EXACT)
+        motion = Motion.of(scene, resolve(scene, deepest), surfaces, deepest)
         return cls(scene, motion, rtol)
 
     @functools.cached_property

@@ -231,9 +231,8 @@ def force_alone() -> Pair:
     assert all(states)
 
     def general() -> Numbers:
-        rest = branch.scene, branch.response
         pairs = zip(depths, states, strict=True)
-        return [totals(*rest, d, *s.ends, branch.rtol)[1].force for d, s in pairs if s]
+        return [totals(branch.surfaces, d, *s.ends, branch.rtol)[1].force for d, s in pairs if s]
 
     return lambda: [branch.force(s, d) for d, s in zip(depths, states, strict=True)], general
 
