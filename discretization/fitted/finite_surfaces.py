@@ -35,36 +35,39 @@ class FiniteSurfaces:
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: the inclination at rest is known, and the displacement that has it is solved for.
 
-        The inclination is cut at ±π/2, where the surface would turn over.
+        Where a gap would turn over its inclination is cut at ±π/2.
         """
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
         if facing is None and isinstance(f1, float):  # one line is looked for by many such calls
             steep = math.atan(side * f1) - 2 * math.asin(math.sqrt(w / (2 * gamma1)))
-            return f + length * self._displaced_by(max(steep, -math.pi / 2))
+            return f + length * self._displaced_by(steep)
         deficit = 2 * np.arcsin(np.sqrt(w / (2 * gamma1)))
-        phi = np.maximum(np.arctan(side * f1) - deficit, -math.pi / 2)
+        phi = np.arctan(side * f1) - deficit
         if facing is None:
             return f + length * self._displaced(phi)
+        phi = np.maximum(phi, -math.pi / 2)
         apart, rise = np.maximum(side * (facing.x - x) / length, MET), (f - facing.f) / length
         return f + length * rest_displacement(-2 * np.sin(phi / 2), rise, apart)
 
     def _displaced(self, phi: Any) -> Any:
         """u₀ with S(u₀) = sin φ and 1 - u₀²/2 = cos φ on the mesh, by Newton's method."""
         limit = OVERHANG * (1 - UPRIGHT)
-        u = np.clip(np.sign(phi) * np.sqrt(2 - 2 * np.cos(phi)), -limit, limit)
+        upright = 2 * np.sin(phi / 2)  # beyond the limit refused if a line is at rest there
+        u = np.clip(upright, -limit, limit)
         for _ in range(_NEWTON):
             pull, cos = self._reaction(u), 1 - u * u / 2
             u = u - (np.arctan2(pull, cos) - phi) * np.sqrt(np.maximum(1 - u * u / 4, 0.25))
             u = np.clip(u, -limit, limit)
-        return u
+        return np.where(np.abs(upright) < limit, u, upright)[()]
 
     def _displaced_by(self, phi: float) -> float:
         """The same of one inclination; u = 2 sin(φ/2) on the mesh but for its error."""
-        limit = OVERHANG * (1 - UPRIGHT)
-        u = min(max(2 * math.sin(phi / 2), -limit), limit)
+        u = 2 * math.sin(phi / 2)
+        if abs(u) >= OVERHANG * (1 - UPRIGHT):  # refused if a line is at rest there
+            return u
         for _ in range(_NEWTON):
             off = math.atan2(self.response.reaction(u), 1 - u * u / 2) - phi
-            u = min(max(u - off * math.sqrt(max(1 - u * u / 4, 0.25)), -limit), limit)
+            u -= off * math.sqrt(1 - u * u / 4)
             if abs(off) <= _EXACT:
                 break
         return u

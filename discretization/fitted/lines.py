@@ -170,24 +170,24 @@ def outer_line(problem: Problem, start: float) -> FittedLine | None:
     if problem.depth >= problem.touch:
         return find_line(problem, 1, start)
     touching = Problem(problem.scene, problem.touch, problem.touch, problem.reach, problem.surfaces)
-    outer = find_line(touching, 1, start)
-    inner = _dip(problem, outer.x)
-    return None if inner is None else find_line(problem, 1, inner)
+    x, over = least_drive(problem, find_line(touching, 1, start).x, 0.0)
+    return find_line(problem, 1, x) if over <= 0 else None
 
 
-def _dip(problem: Problem, outer: float) -> float | None:
-    """A radius up to `outer` at which D <= d; None if D is greater everywhere."""
-    if not outer:
-        return None
+def least_drive(problem: Problem, outer: float, enough: float) -> tuple[float, float]:
+    """Where D - d is least at radii up to `outer`, by golden sections, and how much it is.
+
+    Or a place where it is not more than `enough`.
+    """
     lo, hi = 0.0, outer
     inside = _aside(outer, outer) if outer in problem.scene.indenter.walls else 0.0
-    if problem.drive(1, outer, -inside) <= 0:
-        return outer
+    if not outer or problem.drive(1, outer, -inside) <= enough:
+        return outer, problem.drive(1, outer, -inside)
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
     low, high = problem.drive(1, one, 0.0), problem.drive(1, other, 0.0)
     for _ in range(_HALVINGS):
-        if min(low, high) <= 0:
-            return one if low <= high else other
+        if min(low, high) <= enough:
+            break
         if low <= high:
             hi, other, high = other, one, low
             one = hi - _GOLDEN * (hi - lo)
@@ -196,7 +196,7 @@ def _dip(problem: Problem, outer: float) -> float | None:
             lo, one, low = one, other, high
             other = lo + _GOLDEN * (hi - lo)
             high = problem.drive(1, other, 0.0)
-    return None
+    return min((low, one), (high, other), (problem.drive(1, outer, -inside), outer))[::-1]
 
 
 def find_line(problem: Problem, side: int, start: float) -> FittedLine:

@@ -39,7 +39,7 @@ class MeniscusSurfaces:
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: the inclination at rest is known, and the displacement that has it is read.
 
-        Inclinations beyond those of the family are cut. At the axis as for small slopes.
+        Beyond the steepest of the family it only has to grow: a line that rests there is refused.
         """
         if facing is not None:
             raise ValueError(_rings(facing))
@@ -49,7 +49,8 @@ class MeniscusSurfaces:
             np.maximum(x / length, menisci.LEAST), np.arctan(side * f1) - deficit, x, f
         )
         u, _ = menisci.read(side, s.ravel(), phi.ravel())
-        rest = f + length * u.reshape(s.shape)
+        beyond = np.maximum(np.abs(np.sin(phi / 2)) / math.sin(menisci.STEEPEST / 2), 1.0)
+        rest = f + length * u.reshape(s.shape) * beyond
         return np.where((side < 0) & (x == 0), ANY, rest)[()]
 
     def pull(self, side: int, line: At, depth: float) -> float:

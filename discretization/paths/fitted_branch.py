@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.kinds import surfaces_of
@@ -25,6 +24,7 @@ from discretization.fitted.lines import (
     FittedLine,
     Problem,
     find_line,
+    least_drive,
     lowest_point,
     mirrored,
 )
@@ -45,7 +45,6 @@ _REDUCED = 1e-10
 _FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
 _WORK = 1e-12
 _INSIDE = 1e-9  # of a radius: beside an edge
-_LEAST = 1e-9  # of a radius, to which the least D is found: D is then exact
 
 
 class Contact(NamedTuple):
@@ -164,15 +163,7 @@ class FittedBranch:
         outer = find_line(opening, 1, self.apex).x
         if not outer:
             return 0.0, self.touch
-        inside = _INSIDE * outer if outer in self.scene.indenter.walls else 0.0
-        found = minimize_scalar(
-            lambda x: opening.drive(1, x, 0.0),
-            bounds=(0.0, outer * (1 - _INSIDE)),
-            method="bounded",
-            options={"xatol": _LEAST * outer},
-        )
-        at_end = opening.drive(1, outer, -inside), outer
-        least, x = min((float(found.fun), float(found.x)), at_end)
+        x, least = least_drive(opening, outer, -math.inf)
         return x, self.touch + least
 
     def contact(self, depth: float, *lines: float) -> State:
