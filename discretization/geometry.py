@@ -7,15 +7,16 @@ from energy import Scene
 NODES = ("lattice", "shortest_path", "oracle")
 
 
-def check_geometry(scene: Scene, method: str, *, path: bool = False) -> None:
-    """ValueError for rotational symmetry where nodes do not know it; path: on a load path."""
+def check_geometry(scene: Scene, method: str, branch: str = "adhered") -> None:
+    """ValueError for rotational symmetry where nodes do not know it."""
     if not scene.axisymmetric or method not in NODES:
         return
-    alone = scene.indenter.convex and scene.pattern is None and (path or scene.opening is None)
+    alone = scene.indenter.convex and scene.pattern is None
     steep = scene.slopes == "finite" and scene.gamma1 > 0
-    if method != "lattice" or steep or not alone:
+    several = not alone and (branch == "global" or not scene.gamma1)
+    if method != "lattice" or steep or several:
         raise ValueError(
-            f"geometry = {scene.geometry!r}: on nodes there are single states of one contact of a "
-            "convex profile with slopes = 'small' only, without opening or pattern, and no load "
-            "paths; use method='fitted'"
+            f"geometry = {scene.geometry!r}: on nodes there are states and load paths with slopes "
+            "= 'small' only, and of several contacts those with gamma1 > 0 that touch first and "
+            "then move there, branch = 'adhered', by method = 'lattice'; use method='fitted'"
         )

@@ -70,7 +70,7 @@ def load_path(
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
-    check_geometry(scene, method, path=True)
+    check_geometry(scene, method)
     name, values = _programme(depths=depths, forces=forces, drives=drives)
     control = _control(name, machine_stiffness)
     if not 0 < finite("rtol", rtol) < 1:

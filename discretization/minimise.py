@@ -74,7 +74,7 @@ def minimise(
 def _check(scene: Scene, depth: float, method: str, branch: str, rtol: float) -> None:
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
-    check_geometry(scene, method)
+    check_geometry(scene, method, branch)
     _check_path(scene, method, branch)
     finite("depth", depth)
     option("method", method, METHODS)

@@ -101,8 +101,9 @@ def _tied(state: Equilibrium) -> bool:
     if scene.indenter.convex or state.branch != "adhered" or not scene.work_of_adhesion:
         return False
     lattice = Lattice.of(scene, state.spacing)
-    where = region(lattice, scene.indenter, state.depth)
-    touch, profile = height(lattice, scene.indenter, where.lowest), resolve(scene, state.depth)
+    body = lattice.seen(scene).indenter
+    where = region(lattice, body, state.depth)
+    touch, profile = height(lattice, body, where.lowest), resolve(scene, state.depth)
     summits = profile.x[profile.f <= touch]
     left = np.searchsorted(state.contacts[:, 0], summits + 2 * state.spacing) - 1
     near = state.contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits

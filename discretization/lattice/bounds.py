@@ -117,7 +117,7 @@ def deepest_contact(lattice: Lattice) -> float:
     """D [length]: contact deeper below ū never pays; at nearly the best r. γ₁ = 0: δ₀."""
     if not lattice.gamma1:
         return lattice.critical_gap
-    mu, wdx = lattice.log_decay, lattice.w * lattice.spacing
+    mu, wdx = lattice.log_decay, lattice.w * lattice.cell
     r = max(1, round(2.4 / mu))
     rise = 1 - 1 / math.cosh(min(mu * r, span.FAR))
     return math.sqrt(2 * r * wdx * math.tanh(mu * r) / (span.unit(lattice))) / rise

@@ -45,7 +45,8 @@ class ContactSet:
 
     g (n,): d - f, -inf where there is no indenter; ends (m, 2), m >= 1: first and last node of each
     contact, counted from the first of the row; depth d; closing, opening (n - 1,): adhesion
-    [energy/length] of each link when a contact is closed over it and opened.
+    [energy/length] of each link when a contact is closed over it and opened; first: the lattice's
+    number of the first node.
     """
 
     lattice: Lattice
@@ -54,6 +55,7 @@ class ContactSet:
     depth: float
     closing: Array
     opening: Array
+    first: int = 0
 
     @classmethod
     def of(
@@ -65,13 +67,15 @@ class ContactSet:
         """
         first, g = window(lattice, indenter, depth)
         lo = min(first, int(nodes[0, 0])) - _BEYOND
+        lo = lo if math.isnan(lattice.axis) else 0
         hi = max(first + g.size - 1, int(nodes[-1, 1])) + _BEYOND
         known = np.arange(max(lo, where.first), min(hi, where.last) + 1)
         g = depth - fronts.heights(lattice, indenter, known.astype(float))
         beyond = int(known[0]) - lo, hi - int(known[-1])
         g = np.pad(g, beyond, constant_values=-math.inf)
-        work = np.full(g.size - 1, lattice.w * lattice.spacing)
-        return cls(lattice, g, np.asarray(nodes, np.int64) - lo, depth, work, work)
+        work = np.full(g.size - 1, lattice.w * lattice.cell)
+        work = lattice.on_links(work, np.arange(lo, hi + 1))
+        return cls(lattice, g, np.asarray(nodes, np.int64) - lo, depth, work, work, lo)
 
     @classmethod
     def on_row(cls, row: Row, depth: float, nodes: Nodes) -> ContactSet:
@@ -83,9 +87,12 @@ class ContactSet:
         if row.clear:
             start, stop = max(int(nodes[0, 0]) - _BEYOND, 0), int(nodes[-1, 1]) + _BEYOND
         f = row.f[start:stop]
-        works = (np.pad(one.work[start : start + f.size - 1], _BEYOND) for one in row.rules)
-        g = np.pad(depth - f, _BEYOND, constant_values=-math.inf)
-        return cls(row.lattice, g, np.asarray(nodes) - start + _BEYOND, depth, *works)
+        before = _BEYOND if math.isnan(row.lattice.axis) else min(_BEYOND, row.first + start)
+        pad = before, _BEYOND
+        closing, opening = (np.pad(one.work[start : start + f.size - 1], pad) for one in row.rules)
+        g = np.pad(depth - f, pad, constant_values=-math.inf)
+        ends, first = np.asarray(nodes) - start + before, row.first + start - before
+        return cls(row.lattice, g, ends, depth, closing, opening, first)
 
     @functools.cached_property
     def mask(self) -> Mask:
@@ -95,34 +102,47 @@ class ContactSet:
     @functools.cached_property
     def u(self) -> Array:
         """Displacements (n,)."""
-        return span.displacement(self.lattice, self.g, self.mask)
+        return self.lattice.relaxed(self.g, self.mask, self.first)
 
     @functools.cached_property
     def force(self) -> Array:
         """∂U/∂u_i (n,): of the indenter on contact nodes, imbalance on free ones."""
-        return NodalEnergy(self.lattice, self.mask).gradient(self.u)
+        return self.model.gradient(self.u)
+
+    @functools.cached_property
+    def model(self) -> NodalEnergy:
+        """The energy of these nodes."""
+        return NodalEnergy(self.lattice, self.mask, self.first)
+
+    @functools.cached_property
+    def per_weight(self) -> Array:
+        """`force` over the nodes' weights (n,)."""
+        return np.asarray(self.lattice.per_weight(self.force, self.model.nodes))
 
     @property
     def scale(self) -> float:
         """δ: the largest of |d|, |u| and δ₀."""
-        lift = math.sqrt(2 * float(self.opening.max()) / self.lattice.spring)
+        nodes, lattice = self.model.nodes, self.lattice
+        heaviest = lattice.on_links(np.ones(nodes.size - 1), nodes)
+        lift = math.sqrt(2 * float((self.opening / heaviest).max()) / lattice.spring)
         return max(abs(self.depth), float(np.abs(self.u).max()), lift)
 
 
 def totals(contacts: ContactSet) -> Sums:
     """Energy and force of a contact set."""
     lat, u = contacts.lattice, contacts.u
-    terms = NodalEnergy(lat, contacts.mask).terms(u)
+    terms, (left, right) = contacts.model.terms(u), contacts.model.ends
     if lat.gamma1:
         bound = contacts.mask[1:] & contacts.mask[:-1]
         terms["adhesion"] = -float(contacts.closing[bound].sum())
-    outside = [float(lat.tail_force(u[i])) for i in (0, -1)]
+    outside = [float(left.tail_force(u[0])), float(right.tail_force(u[-1]))]
+    weighted = lat.on_nodes(u, contacts.model.nodes)
     return Sums(
         **terms,
-        force=lat.spring * float(u.sum()) + sum(outside),
+        force=lat.spring * float(weighted.sum()) + sum(outside),
         force_by_reactions=float(contacts.force[contacts.mask].sum()),
-        weakest=float(contacts.force[contacts.mask].min()),
-        force_scale=lat.spring * float(np.abs(u).sum()) + sum(map(abs, outside)),
+        weakest=float(contacts.per_weight[contacts.mask].min()),
+        force_scale=lat.spring * float(np.abs(weighted).sum()) + sum(map(abs, outside)),
         stiffness=lat.link,
     )
 
@@ -133,8 +153,8 @@ def judged(contacts: ContactSet, sums: Sums) -> Certificate:
     if delta == 0:  # touching, nothing deformed
         return Certificate.undeformed()
     unit, noise = lat.spring * delta, rounding(lat, delta)
-    imbalance = float(np.abs(contacts.force[~contacts.mask]).max()) - noise
-    gain = float(_moves(contacts).max())
+    imbalance = float(np.abs(contacts.per_weight[~contacts.mask]).max()) - noise
+    gain = float(_moves(contacts).max()) if math.isnan(lat.axis) else gained(contacts, sums)
     return Certificate(
         penetration=max(0.0, float((contacts.g - contacts.u).max()) / delta),
         stationarity=max(0.0, imbalance / unit),
@@ -144,13 +164,38 @@ def judged(contacts: ContactSet, sums: Sums) -> Certificate:
     )
 
 
+def gained(contacts: ContactSet, sums: Sums) -> float:
+    """Largest energy gained by a line that moves by one link, over that of the state's terms.
+
+    With every surface relaxed anew; not counted where it would not stay above the indenter then.
+    """
+    lat, g, mask = contacts.lattice, contacts.g, contacts.mask
+    own, best = sums.springs + sums.surface + sums.tails, 0.0
+    noise = 32 * float(np.finfo(float).eps) * contacts.scale
+    sides = ((first, -1) for first in contacts.ends[:, 0].tolist())
+    for line, side in (*sides, *((last, 1) for last in contacts.ends[:, 1].tolist())):
+        for node, work in ((line + side, contacts.closing), (line, contacts.opening)):
+            if not 0 <= node < g.size or not np.isfinite(g[node]):
+                continue
+            moved = mask.copy()
+            moved[node] ^= True
+            u = lat.relaxed(g, moved, contacts.first)
+            links = (moved[1:] & moved[:-1]) != (mask[1:] & mask[:-1])
+            if moved.any() and links.any() and not (g - u > noise).any():
+                terms = NodalEnergy(lat, moved, contacts.first).terms(u)
+                stored = terms["springs"] + terms["surface"] + terms["tails"]
+                adhesion = float(work[links].sum())
+                best = max(best, own - stored + (adhesion if moved[node] else -adhesion))
+    return best / (sums.energy_scale or 1.0)
+
+
 def _pulled(contacts: ContactSet) -> float:
     """Largest tension on a contact node beyond what holds it; the end of a contact is a line."""
     lat, mask = contacts.lattice, contacts.mask
     links = mask[1:-1] * (mask[:-2].astype(int) + mask[2:])
-    work = contacts.opening[1:] + contacts.opening[:-1]
+    work = lat.per_weight(contacts.opening[1:] + contacts.opening[:-1], contacts.model.nodes[1:-1])
     held = np.sqrt(2 * (lat.spring + 2 * lat.link) * work)
-    pull = -contacts.force[1:-1] - np.where(links == 2, held, 0.0)
+    pull = -contacts.per_weight[1:-1] - np.where(links == 2, held, 0.0)
     return float(pull[mask[1:-1] & (links != 1)].max(initial=0.0))
 
 

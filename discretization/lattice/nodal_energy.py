@@ -17,27 +17,32 @@ _ROUNDING = 1e-14
 class NodalEnergy:
     """The energy of n nodes in a row, with exact tails beyond both ends, as a function of u.
 
-    contact: (n,) bool, the nodes held to be in contact (they carry the adhesion).
+    contact: (n,) bool, the nodes held to be in contact (they carry the adhesion); first: the
+    lattice's number of the first node.
     """
 
-    def __init__(self, lattice: Lattice, contact: ArrayLike) -> None:
+    def __init__(self, lattice: Lattice, contact: ArrayLike, first: int = 0) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
+        self.nodes = first + np.arange(self.contact.size)
+        self.ends = lattice.at(first, -1), lattice.at(self.nodes[-1], 1)
         self.bound = self.contact[1:] & self.contact[:-1]
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
         lat, u = self.lattice, np.asarray(u, float)
-        dx, steps = lat.spacing, np.diff(u)
-        free = terms.surface(steps / dx, gamma1=lat.gamma1, slopes=lat.slopes)
-        adhesive = np.sum(lat.arc(steps) * self.bound)
+        cell, steps, nodes = lat.cell, np.diff(u), self.nodes
+        free = terms.surface(steps / lat.spacing, gamma1=lat.gamma1, slopes=lat.slopes).value
+        adhesive = np.sum(lat.on_links(lat.arc(steps) * self.bound, nodes))
         if not lat.gamma1:
-            adhesive = np.count_nonzero(self.contact)
+            adhesive = np.sum(lat.on_nodes(self.contact.astype(float), nodes))
+        stored = lat.on_nodes(terms.spring(u, k=lat.k).value, nodes)
+        left, right = self.ends
         return {
-            "springs": dx * float(terms.spring(u, k=lat.k).value.sum()),
-            "surface": dx * float(free.value.sum()),
-            "adhesion": -lat.w * dx * float(adhesive),
-            "tails": float(lat.tail_energy(u[0]) + lat.tail_energy(u[-1])),
+            "springs": cell * float(stored.sum()),
+            "surface": cell * float(lat.on_links(free, nodes).sum()),
+            "adhesion": -lat.w * cell * float(adhesive),
+            "tails": float(left.tail_energy(u[0]) + right.tail_energy(u[-1])),
         }
 
     def value(self, u: ArrayLike) -> float:
@@ -47,12 +52,12 @@ class NodalEnergy:
     def gradient(self, u: ArrayLike) -> Array:
         """∂U/∂u_i [force/length] (n,) at fixed contact: on contact nodes the indenter's force."""
         lat, u = self.lattice, np.asarray(u, float)
-        tension = self._links(u)[0]
-        force = lat.spacing * terms.spring(u, k=lat.k).first
+        tension, (left, right) = self._links(u)[0], self.ends
+        force = lat.cell * lat.on_nodes(terms.spring(u, k=lat.k).first, self.nodes)
         force[:-1] -= tension
         force[1:] += tension
-        force[0] += lat.tail_reaction(u[0])
-        force[-1] += lat.tail_reaction(u[-1])
+        force[0] += left.tail_reaction(u[0])
+        force[-1] += right.tail_reaction(u[-1])
         return force
 
     def hessian(self, u: ArrayLike = 0.0) -> Array:
@@ -62,11 +67,12 @@ class NodalEnergy:
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         stiffness = self._links(u)[1]
-        band = np.full((2, u.size), lat.spring)
+        left, right = self.ends
+        band = lat.on_nodes(np.full((2, u.size), lat.spring), self.nodes)
         band[0, :-1] += stiffness
         band[0, 1:] += stiffness
-        band[0, 0] += lat.tail_stiffness(u[0])
-        band[0, -1] += lat.tail_stiffness(u[-1])
+        band[0, 0] += left.tail_stiffness(u[0])
+        band[0, -1] += right.tail_stiffness(u[-1])
         band[1, :-1] = -stiffness
         return band
 
@@ -97,7 +103,8 @@ class NodalEnergy:
         """Tension and stiffness of the links; with finite slopes those in contact have γ₁ - w."""
         lat = self.lattice
         unit = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
-        tension = np.where(self.bound, lat.contact_tension, lat.gamma1)
+        tension = np.where(self.bound, lat.contact_tension, lat.gamma1) * (lat.cell / lat.spacing)
+        tension = lat.on_links(tension, self.nodes)
         return tension * unit.first, tension / lat.spacing * unit.second
 
     def _step(self, u: Array, band: Array) -> Array:

@@ -25,6 +25,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.lattice import span
 from discretization.lattice.tails import LatticeTail
 from energy import Indenter, Scene
 from energy.checks import positive
@@ -56,6 +57,8 @@ class Place(Protocol):
     def tail_reaction(self, u: Any) -> Any: ...
 
     def tail_force(self, u: Any) -> Any: ...
+
+    def tail_stiffness(self, u: Any) -> Any: ...
 
 
 @dataclass(frozen=True)
@@ -163,6 +166,10 @@ class Lattice:
         """Weights of what adheres in a contact of these nodes: links, or nodes where γ₁ = 0."""
         return last - first if self.gamma1 else last - first + 1
 
+    def relaxed(self, g: Array, contact: Any, first: int) -> Array:
+        """Displacements (n,): g on the contact nodes, spans between and tails beyond them."""
+        return span.displacement(self, g, contact)
+
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Displacements of a tail so many nodes from the one it is held at, by u."""
         return self.tail.displacement(self.spacing * steps, u)
@@ -210,6 +217,23 @@ class Lattice:
     def tail_stiffness(self, u):
         """F''(u)."""
         return self.end_stiffness
+
+    def gap_force(self, left, right, f, g, depth):
+        """Pull of free surfaces between two contact nodes each, at these heights of the profile."""
+        _, both = self._gap(right - left)
+        return self.link * both * (2 * depth - (f + g))
+
+    def gap_energy(self, left, right, f, g, depth):
+        """Energy of the same surfaces."""
+        far, both = self._gap(right - left)
+        pulls = both * ((depth - f) ** 2 + (depth - g) ** 2) + far * (g - f) ** 2
+        return self.link / 2 * pulls
+
+    def _gap(self, links: Array) -> tuple[Array, Array]:
+        """B and 1 - A - B of the node next to a line, the other line so many links away."""
+        one = np.ones(np.shape(links))
+        _, far, both = span.shares(self.log_decay, one, np.asarray(links - 1.0))
+        return far, both
 
     def tension(self, steps):
         """Vertical force of links over which u changes by `steps`."""

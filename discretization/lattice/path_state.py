@@ -34,7 +34,7 @@ def on_path(
 
     NotCertifiedError and ValueError as `of_contacts`.
     """
-    if scene.pattern is not None or scene.opening is not None:
+    if lattice.axis == 0 or scene.pattern is not None or scene.opening is not None:
         return _held(scene, depth, lattice, where)
     nodes = contacts_on_path(scene, depth, lattice, where)
     if nodes is None:
@@ -43,7 +43,10 @@ def on_path(
 
 
 def _held(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) -> Equilibrium:
-    """The state with adhesion that differs from link to link, or when a contact is opened."""
+    """The state with adhesion that differs from link to link, or when a contact is opened.
+
+    Also any with rotational symmetry.
+    """
     row, nodes = _followed(scene, depth, lattice, where)
     if not nodes.size:
         return without_contact(scene, depth, "adhered", lattice, where)

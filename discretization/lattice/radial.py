@@ -23,7 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import i0e, i1e, k0e, k1e
 
+from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.radial_spans import RingSpans, ring_spans
 from discretization.lattice.rings import Rings, rings
 from discretization.lattice.tails import LatticeTail
 from discretization.profile import Radial
@@ -85,6 +87,31 @@ class RadialLattice(Lattice):
         if self.gamma1:
             return (last - first) * (last + first) / 2
         return (last * (last + 1) - first * (first - 1)) / 2 + (0 if first else _AXIS)
+
+    def gap_force(self, left, right, f, g, depth):
+        _, one, other = self._rings(right).pair(left, right)
+        return self.link * (one * (depth - f) + other * (depth - g))
+
+    def gap_energy(self, left, right, f, g, depth):
+        tie, one, other = self._rings(right).pair(left, right)
+        pulls = one * (depth - f) ** 2 + other * (depth - g) ** 2 + tie * (g - f) ** 2
+        return self.link / 2 * pulls
+
+    def _rings(self, last: Array) -> RingSpans:
+        """Tables of so many nodes, in steps, so that few are made."""
+        return ring_spans(self.spring / self.link, 1 << int(np.max(last, initial=1)).bit_length())
+
+    def relaxed(self, g: Array, contact: Any, first: int) -> Array:
+        if not self.gamma1:
+            return np.where(contact, g, 0.0)
+        u, spans = np.where(contact, g, 0.0), self._rings(np.array([first + g.size]))
+        for start, stop in span.runs(~np.asarray(contact, bool)).tolist():
+            ends = start - 1, stop + 1
+            values = [float(u[end]) if 0 <= end < g.size else 0.0 for end in ends]
+            left, right = (first + end if 0 <= end < g.size else None for end in ends)
+            a, b, _ = spans.shape(left, right, slice(first + start, first + stop + 1))
+            u[start : stop + 1] = a * values[0] + b * values[1]
+        return u
 
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Node by node from the line outwards."""
@@ -149,6 +176,9 @@ class Around:
     def tail_reaction(self, u):
         return self.lattice.link * self.pull * u
 
+    def tail_stiffness(self, u):
+        return self.lattice.link * self.pull
+
     def tail_force(self, u):
         """The same from the ratio: what is left of a link's tension at its far end."""
         return self.lattice.link * self.weight * self.loss * u
@@ -171,12 +201,37 @@ class RadialTail(LatticeTail):
             return np.asarray(u_line * k0e(own + x) / k0e(own) * np.exp(-x))
         return np.asarray(u_line * i0e(own - x) / i0e(own) * np.exp(-x))
 
+    def between(
+        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
+    ) -> Array:
+        """The part of K₀ and I₀ each that is 1 at one line and 0 at the other."""
+        own, other = self.rate * radius, self.rate * (radius + width)
+        at, whole = own + self.rate * p, _parted(own, other)
+        near = np.exp(-self.rate * p) * _parted(at, other) / whole * left
+        return np.asarray(near + np.exp(-self.rate * q) * _parted(own, at) / whole * right)
+
+    def slope_between(
+        self, width: Array, own: Array, other: Array, radius: Any = math.inf
+    ) -> Array:
+        """Slope of `between` at a line with u = own towards the next one, `width` away."""
+        s, d = self.rate * np.abs(radius), self.rate * width
+        t, decay = np.where(radius > 0, s + d, s - d), np.exp(-d)
+        inside, outside = np.minimum(s, t), np.maximum(s, t)
+        one, two = k1e(s) * i0e(t), i1e(s) * k0e(t)
+        pull = np.where(radius > 0, one + two * decay**2, two + one * decay**2)
+        return self.rate * (other * decay / s - own * pull) / _parted(inside, outside)
+
     def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
         """-rate u_line K₁/K₀, or I₁/I₀."""
         own = self.rate * np.abs(radius)
         with np.errstate(invalid="ignore", divide="ignore"):
             outside = np.where(own > 0, k1e(own) / k0e(own), 0.0)
         return np.asarray(-self.rate * u_line * np.where(radius > 0, outside, i1e(own) / i0e(own)))
+
+
+def _parted(s: Any, t: Any) -> Array:
+    """e^{s-t} (K₀(s) I₀(t) - I₀(s) K₀(t)), s <= t."""
+    return np.asarray(k0e(s) * i0e(t) - i0e(s) * k0e(t) * np.exp(-2 * (t - s)))
 
 
 def _weights(nodes: Any) -> Array:

@@ -9,6 +9,7 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -16,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import span
 from discretization.lattice.fronts import Region, blocks, heights
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.radial_rules import RadialRules
 from discretization.lattice.rules import Rules
 from energy import Scene
 
@@ -90,7 +91,8 @@ class Row:
     def rules(self) -> tuple[Rules, Rules]:
         """The rules of contacts that are being closed, and of those that are being opened."""
         closing, opening = self.works
-        first = Rules(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
+        kind = Rules if math.isnan(self.lattice.axis) else RadialRules
+        first = kind(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
         if opening == closing:
             return first, first
         return first, replace(first, work=opening * self.bonds)
@@ -153,25 +155,16 @@ class Row:
     def gap_force(self, left: Nodes, right: Nodes, depth: Array) -> Array:
         """What the two lines of a free surface between contacts add to P, with that surface."""
         springs = self._springs(left + 1, depth)[0] - self._springs(right, depth)[0]
-        _, both = self._shares(right - left)
-        f = self.f[left] + self.f[right]
-        return np.asarray(springs + self.lattice.link * both * (2 * depth - f))
+        ends = self.first + left, self.first + right
+        pull = self.lattice.gap_force(*ends, self.f[left], self.f[right], depth)
+        return np.asarray(springs + pull)
 
     def gap_energy(self, left: Nodes, right: Nodes, depth: Array) -> Array:
         """What they add to U."""
         springs = self._springs(left + 1, depth)[1] - self._springs(right, depth)[1]
-        far, both = self._shares(right - left)
-        f, g = self.f[left], self.f[right]
-        pulls = both * ((depth - f) ** 2 + (depth - g) ** 2) + far * (g - f) ** 2
-        return np.asarray(
-            springs + self._links(left) - self._links(right) + self.lattice.link / 2 * pulls
-        )
-
-    def _shares(self, links: Nodes) -> tuple[Array, Array]:
-        """B and 1 - A - B of the node next to a line, the other line so many links away."""
-        one = np.ones(np.shape(links))
-        _, far, both = span.shares(self.lattice.log_decay, one, np.asarray(links - 1.0))
-        return far, both
+        ends = self.first + left, self.first + right
+        stored = self.lattice.gap_energy(*ends, self.f[left], self.f[right], depth)
+        return np.asarray(springs + self._links(left) - self._links(right) + stored)
 
 
 def _total(parts: Parts, nodes: Nodes, depth: Array) -> Array:

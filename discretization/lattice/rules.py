@@ -120,12 +120,31 @@ class Rules:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
-        lat, after, links, f = self.lattice, node + side, abs(other - node), self._heights
-        _, far, both = self.shares(links)
-        stiffness = lat.spring + lat.link + lat.link * (1 - self.shares(links - 1)[0])
+        after, links, f = node + side, abs(other - node), self._heights
+        far, both, stiffness = self.beside(node, side, other)
         work = self.adhesion(node, other if links == 2 else after)
         rise = f[after] - f[node] + far * (f[node] - f[other])
         return f[node] + (rise - math.sqrt(2 * work / stiffness)) / both
+
+    def beside(self, node: int, side: int, other: int) -> tuple[float, float, float]:
+        """B, 1 - A - B and stiffness of the first free node beside one end of a span."""
+        lat, links = self.lattice, abs(other - node)
+        _, far, both = self.shares(links)
+        return far, both, lat.spring + lat.link + lat.link * (1 - self.shares(links - 1)[0])
+
+    def stored(self, left: int | None, right: int | None, depth: float) -> float:
+        """Energy of the surface between two contact nodes (None: none there), free or one link."""
+        link, f = self.lattice.link, self.f
+        if left is not None and right is not None and right - left == 1:
+            return link / 2 * float(f[right] - f[left]) ** 2
+        own = 0.0
+        for node, other in ((left, right), (right, left)):
+            if node is None:
+                continue
+            _, far, both = self.shares(None if other is None else abs(other - node))
+            g, apart = depth - float(f[node]), 0.0 if other is None else float(f[other] - f[node])
+            own += g * link * (both * g + far * apart)
+        return own / 2
 
     def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""
@@ -238,9 +257,17 @@ class Rules:
 
         The largest difference quotient of heights that enters them is that of a span of two links.
         """
-        lat = self.lattice
-        size = abs(one) + abs(other) + math.sqrt(2 * self._strongest / (lat.k * lat.spacing))
-        return _TIE * size / self.shares(2)[2]
+        return _TIE * (abs(one) + abs(other) + self.lift) / self.least_rest
+
+    @functools.cached_property
+    def lift(self) -> float:
+        """δ₀, of the link that adheres most."""
+        return math.sqrt(2 * self._strongest / (self.lattice.k * self.lattice.spacing))
+
+    @functools.cached_property
+    def least_rest(self) -> float:
+        """1 - A - B of a span of two links."""
+        return self.shares(2)[2]
 
     @functools.cached_property
     def _strongest(self) -> float:

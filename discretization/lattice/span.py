@@ -10,11 +10,13 @@ is a tail. Everything is scaled so that no sinh overflows and no difference canc
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.nodes import Lattice
+if TYPE_CHECKING:
+    from discretization.lattice.nodes import Lattice
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]

@@ -48,10 +48,12 @@ def _cost(rules: Rules, node: int, side: int, other: int | None, depth: float) -
     ends = ordered(side, after, other)
     held = held_nodes(rules, *ends, depth)
     parts = itertools.pairwise([ends[0], *held, ends[1]])
-    cost = sum(_stored(rules, *part, depth) for part in parts) + _stored(rules, node, after, depth)
-    new = rules.f[np.array([after, *held])]
-    cost += rules.lattice.spring / 2 * float(np.sum((depth - new) ** 2))
-    cost -= _stored(rules, *ordered(side, node, other), depth)
+    cost = sum(rules.stored(*part, depth) for part in parts)
+    cost += rules.stored(node, after, depth)
+    new = np.array([after, *held])
+    squares = rules.lattice.on_nodes((depth - rules.f[new]) ** 2, rules.first + new)
+    cost += rules.lattice.spring / 2 * float(np.sum(squares))
+    cost -= rules.stored(*ordered(side, node, other), depth)
     return cost - rules.adhesion(node, after)
 
 
@@ -64,18 +66,3 @@ def held_nodes(rules: Rules, left: int | None, right: int | None, depth: float) 
     if touch >= depth:
         return []
     return [*held_nodes(rules, left, node, depth), node, *held_nodes(rules, node, right, depth)]
-
-
-def _stored(rules: Rules, left: int | None, right: int | None, depth: float) -> float:
-    """Energy of the surface between two contact nodes (None: none there), free or one link."""
-    link, f = rules.lattice.link, rules.f
-    if left is not None and right is not None and right - left == 1:
-        return link / 2 * float(f[right] - f[left]) ** 2
-    own = 0.0
-    for node, other in ((left, right), (right, left)):
-        if node is None:
-            continue
-        _, far, both = rules.shares(None if other is None else abs(other - node))
-        g, apart = depth - float(f[node]), 0.0 if other is None else float(f[other] - f[node])
-        own += g * link * (both * g + far * apart)
-    return own / 2

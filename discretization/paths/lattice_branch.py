@@ -274,20 +274,15 @@ class LatticeBranch:
             )
         self._judge(nodes, depth)
 
-    @property
-    def _one_only(self) -> bool:
-        """Whether states are judged as ones of a single contact of one work of adhesion."""
-        return self.scene.slopes != "small" or self.scene.axisymmetric
-
     def _judge(self, nodes: Contacts, depth: float) -> None:
         """NotCertifiedError unless the surface over these contacts passes its certificate."""
-        if not self._one_only:
+        if self.scene.slopes == "small":
             contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
             certificate = judged(contacts, totals(contacts))
         else:
             certificate = self._alone(nodes, depth)
         failures = certificate.failures
-        if self._one_only and self.scene.opening is not None:
+        if self.scene.slopes != "small" and self.scene.opening is not None:
             failures = tuple(name for name in failures if name not in _OF_ADHESION)
         if failures:
             raise NotCertifiedError(
