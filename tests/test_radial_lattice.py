@@ -109,11 +109,13 @@ def test_the_advance_of_a_link_is_a_perfect_square(per_length):
     beyond = 60 + math.ceil(25 * per_length)
     for m in (0, 1, 5, 40):
         energies = [least_energy(scene, spacing, held, g, beyond) for held in (m, m + 1)]
-        _, change, _ = lattice.at(np.array([m]), 1).advance(
-            *(np.array([depth - each]) for each in g[m : m + 2]), depth
-        )
+        place, ends = lattice.at(m, 1), (depth - g[m : m + 2]).tolist()
+        change = [place.advance(*ends, depth)[1]]
         size = max(map(abs, energies)) + W * math.pi * ((m + 1) * spacing) ** 2
         assert energies[1] - energies[0] == pytest.approx(change[0], rel=0, abs=2e-14 * size)
+        gap = place.gap(*ends, depth)
+        adhesion = W * math.pi * (2 * m + 1) * spacing**2
+        assert place.stored(gap) == pytest.approx(change[0] + adhesion, rel=1e-12, abs=0)
 
 
 def test_energy_and_force_of_a_contact_set_are_sums_over_all_nodes():
@@ -273,6 +275,6 @@ def test_what_nodes_around_an_axis_cannot_do_is_refused():
         on_nodes(replace(steep(Parabola(0.02)), geometry="axisymmetric"), 0.0, 1e-3)
     bumpy = Profile(lambda x: 1e-5 * np.cos(900 * np.asarray(x)), lambda x: 0 * x, extent=(0, 0.02))
     with pytest.raises(ValueError, match="geometry = 'axisymmetric'"):
-        on_nodes(turned(bumpy), 0.0, 1e-3)
+        on_nodes(turned(bumpy), 0.0, 1e-3, branch="global")
     with pytest.raises(ValueError, match=r"origin = 0\.3: with rotational symmetry"):
         Lattice.of(turned(Parabola(0.02)), 0.1, 0.3)

@@ -37,7 +37,9 @@ def test_a_loop_closes_its_energy_balance_and_is_that_of_the_fitted_mesh(name, o
     scene = turned(BODIES[name], opening)
     path, fitted = on_nodes(scene, depths=LOOP), load_path(scene, depths=LOOP)
     assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
-    kinds = [event.kind for event in path.events if event.kind != "edge depinning"]
+    kinds = [event.kind for event in path.events]
+    if name == "cylinder" and "edge depinning" in kinds:
+        kinds.remove("edge depinning")
     assert kinds == [event.kind for event in fitted.events] == ["jump-in", "detachment"]
     for one, other in zip(path.events[::2], fitted.events[::2], strict=False):
         assert one.depth == pytest.approx(other.depth, rel=0, abs=4e-3 * DELTA0)
@@ -95,6 +97,14 @@ def test_dead_loads_and_machines(name):
     exact = load_path(scene, forces=[0.0, -10 * size])
     assert dead.events[-1].kind == "pull-off"
     assert dead.events[-1].control == pytest.approx(exact.events[-1].control, rel=2e-3, abs=0)
+
+
+@pytest.mark.parametrize("share", np.geomspace(0.3, 3, 9))
+def test_an_indenter_without_load_is_pulled_in(share):
+    for scene in (turned(Parabola(share * A / ALPHA)), adhesive(Parabola(share * A / ALPHA))):
+        path = on_nodes(scene, forces=[0.0])
+        fitted = load_path(scene, forces=[0.0])
+        assert path.depth == pytest.approx(fitted.depth, rel=5e-3, abs=0)
 
 
 def test_a_path_goes_on_from_where_it_was_left():

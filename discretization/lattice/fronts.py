@@ -10,8 +10,9 @@ a sum over links and moving one line by one link changes it by `Lattice.advance_
 (small slopes; for finite ones `Lattice.gap` is scaled so that the same rule holds). Raising d
 lowers every gap, so the state at depth d is found without stepping through the path: from the
 touching node outwards to the first link that resists; after a retraction, from there inwards to the
-first link that holds. Where the profile of a line contact is convex the gap grows outwards, too,
-and the line is bracketed with O(log n) heights; else it takes one pass over the contact, in blocks.
+first link that holds. Where the profile is convex the gap grows outwards, too, and the line is
+bracketed with O(log n) heights; else it takes one pass over the contact, in blocks. Around an axis
+that is so while the contact is pressed; see `Lattice.gap_grows`.
 
 γ₁ = 0: springs are independent. One attaches when touched, not before, and lets go at u = -δ₀.
 """
@@ -216,7 +217,7 @@ def _advance(
 ) -> int:
     """Outwards from node start to the first link whose adhesion does not pay for its gap."""
     reach = lattice.critical_gap * (1 + _TIE) if lattice.gamma1 else 0.0
-    if lattice.gap_grows(indenter):
+    if indenter.convex:
         stop = _bracketed(lattice, indenter, depth, start, limit, reach)
         if stop != limit:
             return stop
@@ -239,27 +240,26 @@ def _bracketed(
     side = 1 if limit >= start else -1
 
     def gap(links: Array) -> Array:
-        f, f_next = _linked(lattice, indenter, start, side, links)
-        place = lattice.at(start + side * links, side)
-        return np.asarray(place.gap(f, f_next, depth))
+        nodes, f, f_next = _linked(lattice, indenter, start, side, links)
+        return np.asarray(lattice.at(nodes, side).gap(f, f_next, depth))
 
     return start + side * first_above(reach, gap, abs(limit - start))
 
 
 def _rise(lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array) -> Array:
     """By how much f rises over links outwards from node start."""
-    f, f_next = _linked(lattice, indenter, start, side, links)
+    _, f, f_next = _linked(lattice, indenter, start, side, links)
     return f_next - f
 
 
 def _linked(
     lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array
-) -> tuple[Array, Array]:
-    """f, maybe not finite, at both ends of links outwards from node start."""
+) -> tuple[Array, Array, Array]:
+    """Inner nodes of links outwards from node start, and f, maybe not finite, at both ends."""
     outwards = (links + _BOTH).ravel()
     nodes = float(start) + outwards if side > 0 else float(start) - outwards
     f = indenter.height(_positions(lattice, indenter, nodes))
-    return f[: links.size], f[links.size :]
+    return nodes[: links.size], f[: links.size], f[links.size :]
 
 
 def unknown(lattice: Lattice, depth: float, node: int) -> str:

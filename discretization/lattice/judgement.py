@@ -106,7 +106,7 @@ def _penetration(
 
 def _imbalance(lat: Lattice, end: End, tail: Array) -> float:
     """max |∂U/∂u_i| per weight over the free nodes of a tail, all but its first."""
-    nodes = np.arange(end.node, end.node + end.side * tail.size, end.side)
+    nodes = range(end.node, end.node + end.side * tail.size, end.side)
     tension = lat.on_links(lat.tension(tail[1:] - tail[:-1]), nodes)
     force = lat.spring * lat.on_nodes(tail[1:], nodes[1:])
     force += tension

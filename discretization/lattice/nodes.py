@@ -143,7 +143,7 @@ class Lattice:
         return scene
 
     def gap_grows(self, indenter: Indenter) -> bool:
-        """Whether the gap at a contact line only grows the further out the line is."""
+        """Whether the gap grows the further out a line is, at depths below first touch, too."""
         return indenter.convex
 
     def at(self, nodes: Any, side: int) -> Place:

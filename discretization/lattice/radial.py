@@ -11,6 +11,11 @@ re-equilibrated before and after,
 
 a square again, so that the line stops at λ_m g_m - g_{m+1} = Δr√(2wλ_m/γ₁): the rule of the line
 contact with λ_m for λ. A line that faces the axis moves by the same rule with m - 1 for m + 1.
+
+Of a convex profile pressed by d >= f(0) the gap grows outwards as in a line contact: for l << Δr it
+is that of f alone, and for Δr << l the line rests where l f' + (f - d)/q = δ₀, q = K₀/K₁ at
+s = a/l, whose left side grows by l f'' + f'/q - (f - d) q'/q² >= f' (1 - s q'/q)/q >= 0 over s, in
+units of l, as f - d <= a f' and s q'/q = 1 - s (1/q - q).
 """
 
 from __future__ import annotations
@@ -67,7 +72,7 @@ class RadialLattice(Lattice):
         return replace(scene, indenter=Radial(scene.indenter), geometry="line")
 
     def gap_grows(self, indenter: Indenter) -> bool:
-        """No: near the axis a free surface is stiff, and lines there are unstable."""
+        """No: of a contact that is lifted the narrowest ones are unstable."""
         return False
 
     def at(self, nodes: Any, side: int) -> Around:
