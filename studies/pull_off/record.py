@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from energy import Scene
 from studies.shared import loops
 from studies.shared.types import Array
-
-if TYPE_CHECKING:
-    pass
 
 
 class State(NamedTuple):
