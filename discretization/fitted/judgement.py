@@ -32,7 +32,6 @@ from discretization.fitted.quadrature import Interval
 from energy import Scene
 
 Array = NDArray[np.float64]
-_INSIDE = 1e-3  # of an interval: how far from its ends, which may be corners, slopes are read
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _REFINEMENTS = 45
@@ -145,28 +144,10 @@ def _tension(contacts: Contacts, lift: float) -> float:
     lone = (contacts.x[:, 0] == contacts.x[:, 1]) & (scene.measure(contacts.x[:, 0]) > 0)
     pulls = contacts.pulls.sum(axis=1)[lone] / scene.measure(contacts.x[lone, 0])
     worst = max(worst, float(-pulls.min(initial=0.0)))
+    unit = scene.stiffness * length
     for left, right in motion.bare(contacts.x):
-        worst = max(worst, length * _stretched(contacts, left, right))
-    return worst / (scene.stiffness * lift * length)
-
-
-def _stretched(contacts: Contacts, left: float, right: float) -> float:
-    """Largest -(kg + γ₁f'') between the corners of a contact, by differences of f' at points."""
-    scene, points = contacts.motion.scene, contacts.motion.profile.x
-    indenter = scene.indenter
-    x = np.unique(np.concatenate([[left, right], points[(points > left) & (points < right)]]))
-    x = x[np.append(True, np.diff(x) > 1e-9 * scene.elastocapillary_length)]
-    if x.size < 2:
-        return 0.0
-    away = _INSIDE * np.diff(x)
-    slope = [np.asarray(indenter.slope(at)) for at in (x[:-1] + away, x[1:] - away)]
-    slope = [
-        part / np.sqrt(1 + part * part) if scene.slopes == "finite" else part for part in slope
-    ]
-    bend = (slope[1] - slope[0]) / ((1 - 2 * _INSIDE) * np.diff(x))
-    g = contacts.depth - indenter.height(x)
-    stress = scene.stiffness * (g[1:] + g[:-1]) / 2 + scene.gamma1 * bend
-    return float(-stress.min())
+        worst = max(worst, unit * motion.resting.pull(left, right, contacts.depth).worst)
+    return worst / (unit * lift)
 
 
 def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, float]:

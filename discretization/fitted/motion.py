@@ -115,27 +115,27 @@ class Motion:
         """
         for _ in range(_MOST):
             torn = [self._torn(*pair, depth) for pair in pairs(lines)]
-            if all(x is None for x in torn):
+            if all(gap is None for gap in torn):
                 return lines
-            aside = MET * self.scene.elastocapillary_length
             parts = [
-                pair if x is None else (pair[0], x - aside, x + aside, pair[1])
-                for pair, x in zip(pairs(lines), torn, strict=True)
+                pair if gap is None else (pair[0], *gap, pair[1])
+                for pair, gap in zip(pairs(lines), torn, strict=True)
             ]
             lines = self.retracted(tuple(x for part in parts for x in part), depth)
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
-    def _torn(self, left: float, right: float, depth: float) -> float | None:
-        """Where a contact opens by itself; None if nowhere."""
-        profile, aside = self.profile, 2 * MET * self.scene.elastocapillary_length
-        inside = (profile.corners > left + aside) & (profile.corners < right - aside)
+    def _torn(self, left: float, right: float, depth: float) -> Pair | None:
+        """The lines of a gap that opens in a contact by itself; None if nowhere."""
+        profile, aside = self.profile, MET * self.scene.elastocapillary_length
+        inside = (profile.corners > left + 2 * aside) & (profile.corners < right - 2 * aside)
         torn = inside & (profile.falls(self.scene.slopes) > self.holds(profile.corners))
         if torn.any():
-            return float(profile.corners[torn][0])
+            x = float(profile.corners[torn][0])
+            return x - aside, x + aside
         for start, end in self.bare(np.array([[left, right]])):
-            pull, place = self.surface.pulled(start, end, depth)
-            if pull > TIE * self.resting.size and left + aside < place < right - aside:
-                return place
+            worst, (one, other) = self.resting.pull(start, end, depth)
+            if worst > TIE * self.resting.size:
+                return one, other
         return None
 
     def holds(self, x: Array) -> Array:

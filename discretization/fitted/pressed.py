@@ -120,42 +120,11 @@ class Pressed:
             )
         )
         if not self.resting.scene.work_of_adhesion:
-            return self.pulled(x, new, high)[0] > TIE * self.resting.size
+            return self.resting.pull(x, new, high).worst > TIE * self.resting.size
         rests = self.resting.rest(side, z, f, f1, old, 1)
         passed = np.maximum.accumulate(np.append(low, rests))[:-1]
         bare = self.resting.surfaces.rest_depth(side, z, f, f1, facing, 0.0)
         return bool((bare <= np.minimum(passed, high) - TIE * self.resting.size).any())
-
-    def pulled(self, one: float, other: float, depth: float) -> tuple[float, float]:
-        """The largest pull on the profile in contact between two positions, and where.
-
-        Over k: -g - l² f''.
-
-        f'' is a difference of slopes (finite slopes: of their sines).
-        """
-        ends = sorted((one, other))
-        own = self.resting.profile.beyond(*ends)
-        x = np.concatenate([ends[:1], self.resting.profile.x[own], ends[1:]])
-        f, f1 = (
-            np.concatenate(
-                [
-                    [self.resting.profile.at(ends[0], 1)[i]],
-                    column[own],
-                    [self.resting.profile.at(ends[1], -1)[i]],
-                ]
-            )
-            for i, column in enumerate((self.resting.profile.f, self.resting.profile.slope))
-        )
-        if self.resting.scene.slopes == "finite":
-            f1 = f1 / np.sqrt(1 + f1 * f1)
-        width = np.diff(x)
-        bend = np.diff(f1)[width > 0] / width[width > 0]
-        g = depth - np.minimum(f[1:], f[:-1])[width > 0]
-        pull = -g - self.resting.scene.elastocapillary_length**2 * bend
-        if not pull.size:
-            return 0.0, math.nan
-        i = int(np.argmax(pull))
-        return max(float(pull[i]), 0.0), float((x[:-1] + x[1:])[width > 0][i] / 2)
 
     def _creeping(self, q: float, p: float, depth: float) -> Lines:
         """Both lines of a free surface advance from sample to sample, until it touches."""

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.stops import Stop, first_stop
 from discretization.fitted.surfaces import At, Surfaces
+from discretization.fitted.tension import Pull, pull
 from discretization.profile import Resolved
 from energy import Scene
 
@@ -53,6 +54,10 @@ class Resting:
         """Lines at x (n,)."""
         return At(x, np.asarray(self.profile.indenter.height(x), float))
 
+    def pull(self, one: float, other: float, depth: float) -> Pull:
+        """The largest pull of the profile in contact between two positions."""
+        return pull(self.scene, self.profile, one, other, depth)
+
     # both lines of a free surface: advancing (way 1) and receding (way -1)
 
     def together(self, q: float, p: float, depth: float) -> Pair | None:
@@ -62,6 +67,8 @@ class Resting:
         if math.isinf(q) or math.isinf(p):
             return self._outermost(q, p, depth)
         least = 2 * MET * self.scene.elastocapillary_length
+        if not self.scene.work_of_adhesion and self.pull(q, p, depth).worst <= TIE * self.size:
+            return None
         for sweep in range(_SWEEPS):
             if p - q <= least:
                 return None

@@ -4,14 +4,15 @@ The energy is convex and the state the only one; it is the least majorant of g t
 respect to the free surfaces {exp(x/l), exp(-x/l)}. Over nodes it is found like a convex hull, by
 one pass that drops a node that lies below the free surface between its neighbours; then nodes are
 added at the contact lines and where the surface still dips below the indenter, and in the end the
-lines are polished by Newton's method on f' + u' = 0.
+lines are polished by Newton's method on f' + u' = 0. Where the profile would pull most at a surface
+in contact, g + l² f'' < 0 least, three nodes lie close together, so that no gap is missed there.
 """
 
 import math
 
 import numpy as np
 
-from .ground import Ground, Outside
+from .ground import Ground, Outside, refined_minima
 from .rests import Surfaces
 from .surfaces import surface_of
 from .totals import polished, state_of
@@ -19,6 +20,7 @@ from .totals import polished, state_of
 TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
 ROUNDS, FINER, AROUND = 5, 4.0, 8
 MOST, JOINED = 12, 1e-4  # rounds; of the feature
+CLOSE, PULLED = 1e-3, 1e-9  # of the feature; of the depths: a pull
 
 
 def obstacle(scene, feature, depth):
@@ -27,6 +29,7 @@ def obstacle(scene, feature, depth):
     ground = Ground(scene.indenter, min(feature, surface.length))
     tie = TIE * (abs(depth) + abs(float(ground.heights.min())))
     free, extra = Surfaces(ground, surface, tie), ground.lowest(tie)[1]
+    extra = [*extra, *_stretched(ground, surface.length, depth)]
     for _ in range(MOST):
         lines = _lines(ground, surface, depth, extra)
         ends = [-math.inf, *lines, math.inf]
@@ -40,6 +43,20 @@ def obstacle(scene, feature, depth):
             return state_of(lines, depth, ground, surface, scene)
         extra = [*extra, *dips]
     raise RuntimeError(f"the obstacle problem at depth = {depth!r} is not solved to rounding")
+
+
+def _stretched(ground, length, depth):
+    """Three nodes around every place where the profile would pull most."""
+    near = CLOSE * ground.feature
+
+    def stress(x):
+        rise = ground.slope(x + near, -1) - ground.slope(x - near, 1)
+        return depth - ground.height(x) + length**2 * rise / (2 * near)
+
+    x, least = ground.nodes[1:-1], PULLED * (abs(depth) + abs(float(ground.heights.min())))
+    for at, value in refined_minima(stress, x, stress(x), -least):
+        if value < -least:
+            yield from (at - near, at, at + near)
 
 
 def _lines(ground, surface, depth, extra):
