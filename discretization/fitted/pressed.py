@@ -3,9 +3,9 @@
 The clearance v = u - g falls with the depth and with every point that comes into contact, and
 where v >= 0 that moves other lines on, never back. So a surface may be taken to a larger depth at
 once, in any order, if v >= 0 at the end and nothing touched ahead of a line that has passed since:
-there a line without adhesion would rest, D₀(z) <= d, before the line itself came by. Else the step
-is halved, until the surface just touches, where a contact begins, or until lines jump at a fixed
-depth: then they are followed from sample to sample.
+there a line without adhesion would rest, D₀(z) <= d, before the line itself came by. Else smaller
+steps are tried, until the surface just touches, where a contact begins, or until lines jump at a
+fixed depth: then they are followed from sample to sample.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 Lines = tuple[float, ...]
 _STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
 _TOUCHED = 1e-9  # of the same: the penetration at which a contact has begun
+_LEAST = 1 / 64  # of a range of depths: at least so much is cut off
+_AGAIN = 2  # smaller steps passed, after which a longer one is tried again
+_UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that does not tell
 _MOST = 100_000
 
 
@@ -44,36 +47,63 @@ class Pressed:
     def lines(self, left: float, right: float, start: float, end: float) -> Lines:
         """The lines of a free surface with those of contacts that begin in it; () if it closes."""
         done: list[float] = []
-        todo = [(left, right, start, end)]
+        todo = [(left, right, start)]
         for _ in range(_MOST):
             if not todo:
                 return tuple(done)
-            q, p, low, high = todo.pop()
-            moved = self.resting.together(q, p, high)
-            plain = moved is not None and not self.overtakes(q, p, moved, low, high)
-            least, place = self.least(moved, high) if moved and plain else (-math.inf, math.nan)
-            if moved and least >= -TIE * self.resting.size:
-                done += moved
-            elif moved and least >= -_TOUCHED * self.resting.size:
-                todo += [(place, moved[1], high, high), (moved[0], place, high, high)]
-            elif high - low <= _STEP * self.resting.size:
-                if moved is None and math.isinf(q - p):
-                    raise ValueError(_beyond(high, p if math.isinf(q) else q))
-                parts = pairs(self._creeping(q, p, high))
-                todo += [(*part, high, high) for part in reversed(parts)]
+            parts, depth, rest = self._parts(*todo.pop(), end)
+            if rest:
+                done += parts[0]
             else:
-                middle = self._middle(q, p, low, high, least)
-                first = self.lines(q, p, low, middle)
-                todo += [(*part, middle, high) for part in reversed(pairs(first))]
+                todo += [(*part, depth) for part in reversed(parts)]
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
 
-    def _middle(self, q: float, p: float, low: float, high: float, least: float) -> float:
-        """A depth between two, at which the surface just touches if the clearance is linear."""
-        clear = max(self.least((q, p), low)[0], 0.0)
-        if math.isinf(least) or math.isinf(clear):
+    def _parts(self, q: float, p: float, low: float, end: float) -> tuple[list[Pair], float, bool]:
+        """Where the lines of a surface are at the end, True; else what it falls into at what depth.
+
+        At the depth `high` something has happened since `low`, or a step that long does not tell;
+        first nothing is known, and `low` itself is asked. run: how many trials in a row passed or,
+        with a minus sign, failed.
+        """
+        size, depth, high, dip, run = self.resting.size, low, end, _UNKNOWN, _AGAIN
+        for _ in range(_MOST):
+            moved = self.resting.together(q, p, depth)
+            plain = moved is not None and not self.overtakes(q, p, moved, low, depth)
+            least, place = self.least(moved, depth) if moved and plain else _UNKNOWN
+            if moved and least >= -TIE * size:
+                if depth == end:
+                    return [moved], end, True
+                (q, p), low, run = moved, depth, max(run, 0) + 1
+            elif moved and least >= -_TOUCHED * size:
+                return [(moved[0], place), (place, moved[1])], depth, False
+            elif depth - low <= _STEP * size:
+                if moved is None and math.isinf(q - p):
+                    raise ValueError(_beyond(depth, p if math.isinf(q) else q))
+                return pairs(self._creeping(q, p, depth)), depth, False
+            else:
+                high, dip, run = depth, (least, place) if plain else _UNKNOWN, min(run, 0) - 1
+            if low == high:
+                depth, high, dip = end, end, _UNKNOWN
+            elif dip is _UNKNOWN and run >= _AGAIN:
+                depth = high  # from here the step may tell
+            else:
+                depth = self._middle(q, p, low, high, dip, run)
+        raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
+
+    def _middle(self, q: float, p: float, low: float, high: float, dip: Pair, run: int) -> float:
+        """A depth between two, at which the surface just touches if v falls linearly at a place.
+
+        By the Illinois method: of trials in a row that all pass or all fail, v at the other end
+        counts half each time. M. Dowell, P. Jarratt, BIT 11 (1971) 168.
+        """
+        if dip is _UNKNOWN:
             return (low + high) / 2
+        (least, place), ends = dip, (self.resting.at(q), self.resting.at(p))
+        u, _ = self.resting.surfaces.shape(np.array(place), *ends, low)
+        clear = max(float(u) - low + float(self.resting.profile.indenter.height(place)), 0.0)
+        clear, least = clear * 0.5 ** max(-run - 1, 0), least * 0.5 ** max(run - 1, 0)
         share = (clear + _TOUCHED / 2 * self.resting.size) / (clear - least)
-        return low + (high - low) * min(max(share, 0.02), 0.98)
+        return low + (high - low) * min(max(share, _LEAST), 1 - _LEAST)
 
     def least(self, lines: Pair, depth: float) -> tuple[float, float]:
         """The least clearance between two lines, and where."""

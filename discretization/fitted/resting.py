@@ -77,9 +77,11 @@ class Resting:
             if a is None or b is None:
                 return None
             if a.root and b.root:
-                near = self._nearby((a.guess, b.guess), (a.before, b.before), depth, 1)
-                if near is not None:
-                    return near
+                start = a.before, b.before
+                for guess in ((a.guess, b.guess), start):
+                    near = self._nearby(guess, start, depth, 1)
+                    if near is not None:
+                        return near
             ends = a.x, b.x
             if _still(ends[0], q, sweep) and _still(ends[1], p, sweep):
                 return ends

@@ -24,8 +24,8 @@ Samples = tuple[Array, ...]  # x, f(x), f'(x)
 _BLOCK = 32  # samples read at once, four times as many each time
 _LEAST = 8  # samples on a way that ends at another line, however short it is
 _TOWARDS = 1 - 0.25 ** np.arange(1, 6)  # samples between the last one and that line
-_GOLDEN = (math.sqrt(5) - 1) / 2
-_HALVINGS = 40  # of the interval in which a maximum is looked for
+_PLACES = 16  # parts of the interval in which a maximum is looked for
+_ROUNDS = 10  # so often that interval is one of two of them
 _ULPS = 4.0  # roundings of x: no maximum lies in between
 _NEAR = 2.0  # times its distance from the next samples, that a maximum may rise above them
 
@@ -146,19 +146,19 @@ def _peaks(x: Array, values: Array) -> list[int]:
 
 
 def _summit(profile: Resolved, h: Function, lo: float, hi: float) -> float | None:
-    """A place between where h >= 0, looked for by golden sections of the interval."""
-    read = _read(profile, h)
-    one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
-    low, high = read(one), read(other)
-    for _ in range(_HALVINGS):
-        if low >= 0 or high >= 0:
-            return one if low >= 0 else other
-        if low > high:
-            hi, other, high = other, one, low
-            one = hi - _GOLDEN * (hi - lo)
-            low = read(one)
-        else:
-            lo, one, low = one, other, high
-            other = lo + _GOLDEN * (hi - lo)
-            high = read(other)
+    """A place between where h >= 0, looked for around the highest of more and more places.
+
+    None once it would have to rise above them by more than it falls beside the highest.
+    """
+    indenter, t = profile.indenter, np.arange(1, _PLACES) / _PLACES
+    for _ in range(_ROUNDS):
+        x = lo + (hi - lo) * t
+        values = h(x, np.asarray(indenter.height(x), float), np.asarray(indenter.slope(x), float))
+        i = int(np.argmax(values))
+        if values[i] >= 0:
+            return float(x[i])
+        beside = values[max(i - 1, 0) : i + 2].min()
+        if values[i] + _NEAR * (values[i] - beside) < 0:
+            return None
+        lo, hi = float(x[i - 1]) if i else lo, float(x[i + 1]) if i + 1 < x.size else hi
     return None
