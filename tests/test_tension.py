@@ -57,6 +57,14 @@ def test_inclined_surfaces_bend_less():
     assert found < 0.8 * pulled(A, x - 1e-5, x + 1e-5).worst
 
 
+def test_around_an_axis_both_curvatures_count():
+    A, r, problem = 0.1, 0.3, replace(scene(0.1), geometry="axisymmetric")
+    mean = A * Q**2 * math.cos(Q * r) + A * Q * math.sin(Q * r) / r
+    exact = A * (1 - math.cos(Q * r)) - DEPTH - L**2 * mean
+    found = [pull(problem, resolve(problem, d), r - 1e-5, r + 1e-5, d).worst for d in (-1.0, -2.0)]
+    assert found == pytest.approx([exact + DEPTH + 1, exact + DEPTH + 2], rel=1e-3)
+
+
 @pytest.mark.parametrize("excess", [1e-5, 1e-3])
 def test_a_gap_opens_however_narrow(excess):
     """Around what pulls, √3 times as wide, where the pull is a parabola."""

@@ -1,8 +1,8 @@
-"""Where a profile in contact would pull at the surface: -g - l² f'' > 0, finite slopes f'/√(1+f'²).
+"""Where a profile in contact would pull at the surface: -g - l² f'' > 0, around an axis (r f')'/r.
 
-Without adhesion nothing holds the surface there, and a gap opens. Between two lines v = u - g obeys
-l² v'' = v + g + l² f'' with v = v' = 0 at both, so there is no gap where nothing pulls, and one
-around every place that does.
+With finite slopes it is f'/√(1+f'²) for f'. Without adhesion nothing holds the surface there, and a
+gap opens. Between two lines v = u - g obeys l² v'' = v + g + l² f'' with v = v' = 0 at both, so
+there is no gap where nothing pulls, and one around every place that does.
 """
 
 from __future__ import annotations
@@ -91,6 +91,7 @@ def _pulls(scene: Scene, profile: Resolved, parts: _Parts, depth: float) -> Arra
     one, other = parts.one, parts.other
     if scene.slopes == "finite":
         one, other = (slope / np.sqrt(1 + slope * slope) for slope in (one, other))
+    one, other = one * scene.measure(parts.lo), other * scene.measure(parts.hi)
     noise = _ROUNDING * (np.abs(one) + np.abs(other))
-    bend = (other - one + noise) / width
+    bend = (other - one + noise) / (width * scene.measure((parts.lo + parts.hi) / 2))
     return np.asarray(f - depth - scene.elastocapillary_length**2 * bend)
