@@ -12,8 +12,8 @@ from discretization.fitted import several
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors, penetration
+from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Motion
-from discretization.fitted.response import response
 from discretization.profile import resolve
 from energy import FlatPunch, Parabola, Profile
 
@@ -24,7 +24,6 @@ CASES = [
     (0.0, "adhered", "finite"),
     (0.002, "adhered", "finite"),
 ]
-DEGREE = {"small": 10, "finite": 12}
 
 
 @pytest.fixture(scope="module")
@@ -63,9 +62,8 @@ def test_a_reentrant_corner_stays_open_without_adhesion():
 
 def contacts_of(state, lines):
     scene = state.scene
-    motion = Motion.of(
-        scene, resolve(scene, 4 * DELTA0), response(scene.slopes, DEGREE[scene.slopes]), state.depth
-    )
+    profile, depth = resolve(scene, 4 * DELTA0), state.depth
+    motion = Motion.of(scene, profile, surfaces_of(scene, 1e-8), depth)
     return Contacts(motion, tuple(np.ravel(lines).tolist()), state.depth)
 
 
@@ -145,8 +143,8 @@ def test_penetration_between_the_points_is_found(states):
 
 def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
     scene = wavy()
-    found, profile = response("small", 10), resolve(scene, DELTA0)
-    motion = Motion.of(scene, profile, found, DELTA0)
+    profile = resolve(scene, DELTA0)
+    motion = Motion.of(scene, profile, surfaces_of(scene, 1e-8), DELTA0)
     for depth, rejected in ((0.999 * profile.touch, False), (1.001 * profile.touch, True)):
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
             several.state_of(motion, (), depth, "global", 1e-8)
@@ -155,7 +153,8 @@ def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
     edge = 2 * L
     scene = adhesive(Parabola(0.02) + FlatPunch(edge))
-    motion = Motion.of(scene, resolve(scene, 2 * DELTA0), response("small", 10), 2 * DELTA0)
+    profile, surfaces = resolve(scene, 2 * DELTA0), surfaces_of(scene, 1e-8)
+    motion = Motion.of(scene, profile, surfaces, 2 * DELTA0)
     contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), 2 * DELTA0)
     found = errors(contacts, *totals(contacts, 1e-8))
     assert np.isfinite(list(found.values())).all()
