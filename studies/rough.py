@@ -34,6 +34,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import BLUE, MARKERS, RIGID, SOFT, Figure, canvas, shades
+from studies.shared.table import Columns
 from studies.shared.types import Array, Table
 
 
@@ -110,11 +111,9 @@ class Loop:
 
 def run(params: Parameters, show: Show = silent, jobs: int = 1) -> list[Loop]:
     """A loop per tension, in `jobs` processes; `show` is told a line when it is done."""
-    loops = []
-    for loop in each(partial(followed, params), params.tensions, jobs):
-        loops.append(loop)
-        show(line(loop))
-    return loops
+    show(COLUMNS.head)
+    work = partial(followed, params)
+    return list(each(work, params.tensions, jobs, say=lambda loop: show(line(loop))))
 
 
 def followed(params: Parameters, tension: float) -> Loop:
@@ -135,12 +134,10 @@ def followed(params: Parameters, tension: float) -> Loop:
     return Loop(tension, path, lowest)
 
 
-def heading() -> str:
-    """Names of the columns of `line`."""
-    return (
-        "l/shortest  contacts  fraction  pull-off [N/m]  loop area [J/m]  balance"
-        "  global below metastable"
-    )
+COLUMNS = Columns(
+    "l/shortest 10.3g|contacts 9|fraction 9.3f|pull-off N/m 13.6g|loop area J/m 14.6g|balance 8.0e|"
+    "global below metastable 23"
+)
 
 
 def line(loop: Loop) -> str:
@@ -148,11 +145,8 @@ def line(loop: Loop) -> str:
     path, deepest = loop.path, int(np.argmax(loop.path.depth))
     balance = abs(path.work() / path.dissipated - 1)
     below = sum(state.energy < path.energy[step] for step, state in loop.lowest.items())
-    return (
-        f"{loop.tension:10.3g}  {loop.contacts.max():8d}  {loop.fraction[deepest]:8.3f}  "
-        f"{path.pull_off.force:14.6g}  {path.dissipated:15.6g}  {balance:7.0e}   "
-        f"{below} of {len(loop.lowest)}"
-    )
+    given = loop.tension, loop.contacts.max(), loop.fraction[deepest], path.pull_off.force
+    return COLUMNS.line(*given, path.dissipated, balance, f"{below} of {len(loop.lowest)}")
 
 
 def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
@@ -227,7 +221,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study; 1 if a global state has more energy than the metastable one."""
     full, quick = Parameters(), Parameters(nodes=1001, steps=15, compared=3)
     params, jobs, out = command.start("rough", __doc__, argv, "a shorter profile", full, quick)
-    print(heading())
     loops = run(params, command.say, jobs)
     out.table("rough.csv", params, *table(loops))
     out.figure("rough.png", plot(params, loops))

@@ -87,11 +87,8 @@ def run(
     given: SceneFile, show: Callable[[Equilibrium], object] = lambda state: None, jobs: int = 1
 ) -> Record:
     """The equilibrium at each depth of the file; `show` gets each as soon as it is found."""
-    states = []
-    for state in each(partial(solved, given), given.depths.tolist(), jobs, _long):
-        states.append(state)
-        show(state)
-    return Record(given, tuple(states))
+    depths = given.depths.tolist()
+    return Record(given, tuple(each(partial(solved, given), depths, jobs, _long, show)))
 
 
 def _long(progress: Progress) -> None:
