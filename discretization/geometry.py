@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from energy import Scene
+from energy import Circle, FlatPunch, Parabola, PowerLaw, Scene, Wedge
+
+# turned about an axis, of these the line has one stable place (fitted/lines.py)
+UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 
 NODES = ("lattice", "shortest_path", "oracle")
 
@@ -20,3 +23,10 @@ def check_geometry(scene: Scene, method: str, branch: str = "adhered") -> None:
             "= 'small' only, and of several contacts those with gamma1 > 0 that touch first and "
             "then move there, branch = 'adhered', by method = 'lattice'; use method='fitted'"
         )
+
+
+def one_contact(scene: Scene) -> bool:
+    """Whether at any depth there is at most one stable contact, with one line on each side."""
+    return scene.indenter.convex and (
+        not scene.axisymmetric or isinstance(scene.indenter, UNIMODAL)
+    )

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from discretization.geometry import one_contact
+
 if TYPE_CHECKING:
     from discretization.equilibrium import Equilibrium
 
@@ -34,7 +36,7 @@ def label(state: Equilibrium) -> str:
         return "global"
     if (state.energy > 0 and state.indentation <= 0) or _springs_left_beside(state):
         return "metastable"
-    return "global" if state.scene.indenter.convex else "adhered"
+    return "global" if one_contact(state.scene) else "adhered"
 
 
 def _springs_left_beside(state: Equilibrium) -> bool:

@@ -3,9 +3,10 @@
 A line advances where the depth D at which it would be at rest (surfaces.py) is less than the depth
 d, and recedes where it is greater. Of a convex indenter D grows outwards of a line contact, so that
 there is one place where it rests; at a corner D may jump past d and pin the line.
-About an axis D falls from the depth of touching to its least value and grows from there on, for the
-shapes of `SINGLE`: where the depth is less than that of touching, the line rests in the growing
-part. There D = f + l f' q - δ₀ q with q = 1/S, S(s) the stiffness beside a radius of s = a/l, and
+About an axis D falls from the depth of touching to its least value and grows from there on, for
+the shapes of geometry.UNIMODAL: where the depth is less than that of touching, the line rests in
+the growing part. There D = f + l f' q - δ₀ q with q = 1/S, S(s) the stiffness beside a radius of
+s = a/l, and
 
     dD/ds = (q' / l) {[l f' + l² f'' q]/q' + l f' - δ₀}    (f', f'' by x),
 
@@ -27,10 +28,9 @@ from numpy.typing import NDArray
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.roots import bracketed
 from discretization.fitted.surfaces import At, Surfaces
-from energy import Circle, FlatPunch, Indenter, Parabola, PowerLaw, Scene, Wedge
+from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
-SINGLE = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 _TIE = 16 * float(np.finfo(float).eps)  # a line's drive where moving it costs nothing
 _COARSE = 1e-12
 _UPRIGHT = 2e-8  # so close to turning over no double resolves the slope

@@ -30,7 +30,7 @@ from discretization.fitted.spectral import band, nodes, rounded
 Array = NDArray[np.float64]
 DEGREE = 16
 STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind resolves them
-LEAST = 2.0**-20  # l: smaller radii are not asked for
+LEAST = {1: 2.0**-20, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is solved
 _MILD = math.radians(60)
 _RANGE = 3.0  # octaves of radii in a piece
 _RADII, _INCLINATIONS = 20, 14  # points of a piece

@@ -26,6 +26,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _STEP = 1e-3  # of a radius: differences of fourth order are then good to 1e-11
+_BESIDE = 2.0**-40  # l: radii down to which D still grows
 _DIFFERENCES = np.array([(-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)]).T
 
 
@@ -45,12 +46,14 @@ class MeniscusSurfaces:
             raise ValueError(_rings(facing))
         length = self.scene.elastocapillary_length
         deficit = 2 * np.arcsin(np.sqrt(w / (2 * self.scene.gamma1)))
-        s, phi, x, f = np.broadcast_arrays(
-            np.maximum(x / length, menisci.LEAST), np.arctan(side * f1) - deficit, x, f
-        )
-        u, _ = menisci.read(side, s.ravel(), phi.ravel())
+        s = np.where(np.equal(x, 0) & (side < 0), 1.0, x / length)
+        s, phi, x, f = np.broadcast_arrays(s, np.arctan(side * f1) - deficit, x, f)
+        known = np.maximum(s, menisci.LEAST[side])
+        u = menisci.read(side, known.ravel(), phi.ravel())[0].reshape(s.shape)
         beyond = np.maximum(np.abs(np.sin(phi / 2)) / math.sin(menisci.STEEPEST / 2), 1.0)
-        rest = f + length * u.reshape(s.shape) * beyond
+        if side < 0:  # what is on so small a disc does not count
+            beyond = beyond * known / np.maximum(s, _BESIDE)
+        rest = f + length * u * beyond
         return np.where((side < 0) & (x == 0), ANY, rest)[()]
 
     def pull(self, side: int, line: At, depth: float) -> float:
@@ -85,7 +88,7 @@ class MeniscusSurfaces:
         """F and S, read from the family."""
         length, line = self.scene.elastocapillary_length, alone(left, right)
         side, unit = 1 if right is None else -1, 2 * math.pi * self.scene.gamma1 * length
-        s = np.maximum(line.x / length, menisci.LEAST)
+        s = np.maximum(line.x / length, menisci.LEAST[side])
         phi = menisci.inclination(side, s, (depth - line.f) / length)
         energy = np.where(line.x > 0, s * menisci.read(side, s, phi)[1], 0.0)
         return unit * length * energy, unit * np.where(line.x > 0, s * np.sin(phi), 0.0)
@@ -111,7 +114,7 @@ class MeniscusSurfaces:
         s = line.x / self.scene.elastocapillary_length
         u = (depth - line.f) / self.scene.elastocapillary_length
         steepest = float(menisci.read(side, np.array([s]), np.array([menisci.STEEPEST]))[0][0])
-        if s < menisci.LEAST or abs(u) >= steepest:
+        if s < menisci.LEAST[side] or abs(u) >= steepest:
             raise ValueError(
                 f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
                 f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a "

@@ -21,6 +21,7 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
+from discretization.fitted.drives import Drives
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.motion import Lines, Motion
@@ -65,7 +66,15 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
 
 
 def _refuse(scene: Scene, branch: str) -> None:
-    if branch == "global" and scene.slopes != "small" and scene.work_of_adhesion:
+    if branch != "global" or not scene.work_of_adhesion:
+        return
+    if scene.axisymmetric and not scene.indenter.convex:
+        raise ValueError(
+            f"branch = 'global' with geometry = {scene.geometry!r}: of an indenter that is not "
+            "convex, which may have rings of contact, the lowest energy is not looked for on the "
+            "fitted mesh; use branch='adhered'"
+        )
+    if scene.slopes != "small" and not scene.axisymmetric:
         raise ValueError(
             f"branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex "
             "the lowest energy is only found for slopes='small'"
@@ -78,13 +87,19 @@ def _found(motion: Motion, depth: float, branch: str, rtol: float) -> Equilibriu
     state = state_of(motion, adhered, depth, branch, rtol)
     if branch == "adhered" or not motion.scene.work_of_adhesion:
         return state
-    found: list[Equilibrium] = []
-    for candidates in _lowest(motion, depth):
+
+    def lowest_of(candidates: set[Lines]) -> Equilibrium:
         states = [state]
         for lines in candidates:
             with contextlib.suppress(NotCertifiedError):
                 states.append(state_of(motion, lines, depth, branch, rtol))
-        found.append(min(states, key=lambda each: each.energy))
+        return min(states, key=lambda each: each.energy)
+
+    if motion.scene.axisymmetric:
+        return lowest_of(_discs(motion, depth))
+    found: list[Equilibrium] = []
+    for candidates in _lowest(motion, depth):
+        found.append(lowest_of(candidates))
         if len(found) > 1 and _alike(*found[-2:]):
             break
     else:
@@ -110,6 +125,23 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
             lines = np.clip(near.ravel(), *scene.indenter.extent)
             found.add(motion.settled(tuple(lines.tolist()), depth))
         yield found
+
+
+def _discs(motion: Motion, depth: float) -> set[Lines]:
+    """No contact, and all contacts around the axis whose line is at rest; of a convex profile.
+
+    The lowest state of that is one of them. A gap a < r < b in a contact would cost energy: filled,
+    it gains ∫ [w - k/2 (g² - u²)] dA + γ₁ ∫ [v'²/2 + v Δf] dA with v = u - g >= 0 and Δf >= 0, more
+    than 0 where |g| <= δ₀; and beyond r = b, where g is less still, every contact with |g| > δ₀
+    costs more than the surface that is free there.
+    """
+    profile = motion.profile
+    beyond = Drives(motion.resting).ahead(
+        np.column_stack([profile.x, np.full(profile.x.size, math.inf)]), 1
+    )[:, 0]
+    rests = np.flatnonzero((beyond[:-1] < depth) & (beyond[1:] >= depth)) + 1
+    found = {motion.settled((0.0, x), depth) for x in profile.x[rests].tolist()}
+    return {(), *found}
 
 
 def _alike(one: Equilibrium, other: Equilibrium) -> bool:

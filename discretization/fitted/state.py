@@ -13,7 +13,6 @@ from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.lines import (
     AXIS,
-    SINGLE,
     FittedLine,
     Problem,
     find_line,
@@ -24,6 +23,7 @@ from discretization.fitted.lines import (
 from discretization.fitted.quadrature import Interval, totals
 from discretization.fitted.several import on_several
 from discretization.fitted.tail import FittedTail
+from discretization.geometry import one_contact
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -45,9 +45,7 @@ def on_fitted_mesh(
     pattern the state is the end of a path (several.py).
     """
     indenter = scene.indenter
-    ended = scene.opening is not None or scene.pattern is not None
-    turned = scene.axisymmetric and not isinstance(indenter, SINGLE)
-    if not indenter.convex or ended or turned:
+    if not one_contact(scene) or scene.opening is not None or scene.pattern is not None:
         return on_several(scene, depth, branch=branch, rtol=rtol)
     surfaces = surfaces_of(scene, rtol)
     apex = indenter.apex

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.lines import SINGLE
+from discretization.geometry import one_contact
 from discretization.paths import display, ledger, plots
 from discretization.paths.branch import Branch, State
 from discretization.paths.control import Control
@@ -244,8 +244,7 @@ class History:
 
 def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
     """The fitted mesh's branch: of one contact where there can be no other, else of many."""
-    single = not scene.axisymmetric or isinstance(scene.indenter, SINGLE)
-    if scene.indenter.convex and scene.pattern is None and single:
+    if one_contact(scene) and scene.pattern is None:
         return FittedBranch.of(scene, rtol)
     if not scene.gamma1:
         return SpringsBranch.of(scene, rtol, deepest)
