@@ -4,10 +4,8 @@ Three random loops on the fitted mesh, where a rough one may take a minute, and 
 ELASTOCAP_LOOPS=1000 asks for as many of each, on every core.
 """
 
-import multiprocessing
 import os
 import warnings
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
 
@@ -17,6 +15,7 @@ from truth.scenes import case_of
 
 from discretization import AccuracyWarning, NotCertifiedError, load_path
 from energy import Patches, SurfaceEnergies
+from studies.shared.batches import each
 
 GIVEN = os.environ.get("ELASTOCAP_LOOPS")
 KINDS = ("plain", "opening", "pattern", "both", "finite")
@@ -79,8 +78,7 @@ def programme(control, scene, path, dice):
 @pytest.mark.parametrize(("spacing", "asked"), [(None, 3), (1 / 40, 60)])
 def test_random_loops_balance(spacing, asked):
     asked = int(GIVEN or asked)
-    with ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("fork")) as pool:
-        found = list(pool.map(partial(loop, spacing), range(asked)))
+    found = list(each(partial(loop, spacing), range(asked), os.cpu_count(), lambda progress: None))
     done = {seed: error for seed, (word, error, _) in enumerate(found) if word == "done"}
     off = {seed: error for seed, error in done.items() if not error <= UNBALANCED}
     assert not off, f"{len(off)} of {len(done)}: {off}"
