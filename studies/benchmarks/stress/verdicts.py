@@ -52,10 +52,10 @@ def judged(grid: str, shape: str, x: float, y: float, work: Work) -> Trial:
         return Trial(grid, shape, x, y, NO_DIGITS, math.inf, "floating point", str(problem))
     except (ValueError, NotCertifiedError) as refusal:
         note = f"{type(refusal).__name__}: {refusal}"
-        return Trial(grid, shape, x, y, NO_DIGITS, math.nan, "refused", note[:200])
+        return Trial(grid, shape, x, y, NO_DIGITS, math.nan, "refused", note[:300])
     except Exception as problem:
         note = f"{type(problem).__name__}: {problem}"
-        return Trial(grid, shape, x, y, NO_DIGITS, math.inf, "crash", note[:200])
+        return Trial(grid, shape, x, y, NO_DIGITS, math.inf, "crash", note[:300])
 
 
 def _strictly(work: Work, underflow: Literal["raise", "ignore"]) -> Judgement:
