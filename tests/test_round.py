@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from card_cases import check
+from round_cases import SHAPES, random_round_case
 from scipy.optimize import fsolve
 
 from discretization import load_path, minimise
@@ -19,7 +20,6 @@ from energy import (
     Wedge,
     cards,
 )
-from studies.shared.round_cases import SHAPES, random_round_case
 
 axi = cards.axisymmetric
 K, GAMMA1, W = 1.1e7, 0.031, 4.3e-3
