@@ -13,6 +13,7 @@ from studies.shared.table import read
 from studies.verify import convergence, curves, mesh, scenes
 from studies.verify import study as verify
 from studies.verify.checks import CHECKS
+from studies.verify.checks import axisymmetric as around_axis
 from studies.verify.convergence import EXACT, FIRST, SECOND, refine
 
 CELLS = (50, 100, 200, 400)
@@ -57,7 +58,7 @@ def test_the_bars_are_tight_and_the_bands_narrow():
     assert FIRST == (0.85, 1.15)
     assert {n for item in CHECKS if item.fitted_bar > 1e-8 for n in item.equations} == {8, 10}
     assert max(item.fitted_bar for item in CHECKS) <= 1e-7
-    assert sum(item.fitted_bar > 1e-10 for item in CHECKS) <= 13
+    assert sum(item.fitted_bar > 1e-10 for item in CHECKS) <= 14
     assert [item.equations for item in CHECKS if item.lattice_only] == [(4,)]
 
 
@@ -89,6 +90,30 @@ def test_a_card_wrong_by_one_percent_fails_its_check(monkeypatch, card, name, eq
     assert not any(result.lattice_passed or result.fitted_passed for result in results)
     assert min(result.error for result in results) > 5e-3
     assert min(result.fitted_error for result in results) > 5e-3
+
+
+@pytest.mark.parametrize(
+    ("card", "name", "measure"),
+    [
+        ("sphere", "displacement", around_axis.outside),
+        ("cone", "radius", around_axis.place),
+        ("power_law", "force", around_axis.force),
+        ("sphere", "force", around_axis.whole_force),
+        ("sphere", "energy", around_axis.energy),
+        ("flat_punch", "force", around_axis.cylinder_force),
+        ("flat_punch", "global_pull_off_depth", around_axis.cylinder_global_pull_off),
+        ("sphere", "depth_without_adhesion", around_axis.sphere_without_adhesion),
+    ],
+)
+def test_a_card_around_an_axis_wrong_by_one_percent_fails_its_check(
+    monkeypatch, card, name, measure
+):
+    module = getattr(cards.axisymmetric, card)
+    right = getattr(module, name)
+    monkeypatch.setattr(module, name, lambda *a, **k: 1.01 * right(*a, **k))
+    result = refine(measure, (25, 50, 100), (0.37,))
+    assert not (result.lattice_passed or result.fitted_passed)
+    assert min(result.error, result.fitted_error) > 2e-3
 
 
 @pytest.mark.parametrize(

@@ -46,8 +46,16 @@ class Grid(Mesh):
     def solve(
         self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"
     ) -> Equilibrium:
-        """Equilibrium on the lattice; its tip or centre is `offset` links beside a node."""
-        spacing = (length or scene.elastocapillary_length) / self.cells
+        """Equilibrium on the lattice; its tip or centre is `offset` links beside a node.
+
+        A node stands on an axis of rotation; there the spacing shrinks a little instead.
+        """
+        reference = length or scene.elastocapillary_length
+        if scene.axisymmetric:
+            return on_lattice(
+                scene, float(depth), reference / (self.cells + self.offset), branch=branch
+            )
+        spacing = reference / self.cells
         apex = scene.indenter.apex or 0.0
         origin = apex + self.offset * spacing if self.offset else None
         return on_lattice(scene, float(depth), spacing, branch=branch, origin=origin)

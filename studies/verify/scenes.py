@@ -36,10 +36,16 @@ POWER_LAWS = (PowerLaw(c=0.75, n=1.5), PowerLaw(c=1.2e5, n=3), PowerLaw(c=4e8, n
 
 
 def gel(
-    indenter: Indenter, *, gamma1: float = GAMMA1, w: float = WORK, layer: ElasticLayer = LAYER
+    indenter: Indenter,
+    *,
+    gamma1: float = GAMMA1,
+    w: float = WORK,
+    layer: ElasticLayer = LAYER,
+    geometry: str = "line",
 ) -> Scene:
-    """An indenter on the gel film; surface tension, work of adhesion and layer as given."""
-    return Scene(layer, SurfaceEnergies.from_work(gamma1, w), indenter)
+    """An indenter on the gel film; surface tension, work of adhesion, layer, geometry as given."""
+    surfaces = SurfaceEnergies.from_work(gamma1, w)
+    return Scene(layer, surfaces, indenter, geometry=geometry)
 
 
 class Case(NamedTuple):
@@ -85,7 +91,7 @@ def sharp_wedge(ratio: float) -> Wedge:
 
 
 def pulled_parabola(Lambda: float) -> Parabola:
-    """Parabola with Λ = l/√(Rδ₀) on the gel film."""
+    """Parabola, or sphere, with Λ = l/√(Rδ₀) on the gel film."""
     scene = gel(PARABOLA)
     ell, delta0 = scene.elastocapillary_length, scene.critical_separation
     return Parabola(R=ell**2 / (delta0 * Lambda**2))

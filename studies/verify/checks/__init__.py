@@ -11,6 +11,7 @@
 | parabola | 31-33 | parabola |
 | nonadhesive | 36-40 | w = 0 |
 | beyond | none | what the paper leaves open |
+| axisymmetric | none | spheres, cones, cylinders and power laws, turned about their axis |
 
 convergence.py is the engine, mesh.py the two discretisations, scenes.py the scenes, observe.py how
 a field or a branch is measured. A new check is a function Mesh -> Comparison, or a generator of
@@ -18,6 +19,7 @@ several, with the decorator `check(number, what=...)`; it is run on lattices and
 """
 
 from studies.verify.checks import (
+    axisymmetric,
     beyond,
     contact_line,
     flat,
@@ -30,7 +32,18 @@ from studies.verify.checks import (
 )
 from studies.verify.convergence import Check
 
-_FILES = (layer, tail, force, contact_line, flat, wedge, parabola, nonadhesive, beyond)
+_FILES = (
+    layer,
+    tail,
+    force,
+    contact_line,
+    flat,
+    wedge,
+    parabola,
+    nonadhesive,
+    beyond,
+    axisymmetric,
+)
 
 
 def _in_order(item: Check) -> int:

@@ -1,0 +1,138 @@
+"""Rotational symmetry: spheres, cones, cylinders and a cubic on the same film."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from energy import FlatPunch, Indenter, Parabola, PowerLaw, Wedge, cards
+from studies.verify.convergence import DIFFERENCED, Comparison, check, swept
+from studies.verify.mesh import Mesh
+from studies.verify.observe import integral, last_contact, least_force, slopes_at_line
+from studies.verify.scenes import Case, case, pulled_parabola
+
+axi = cards.axisymmetric
+ROUND: dict[str, Any] = {"geometry": "axisymmetric"}
+SPHERE, CONE, CYLINDER = Parabola(R=2.3e-2), Wedge(delta=4.7e-3), FlatPunch(1.13e-4)
+BODIES: tuple[tuple[Indenter, Any], ...] = (
+    (SPHERE, axi.sphere),
+    (Parabola(R=6.1e-3), axi.sphere),
+    (CONE, axi.cone),
+    (PowerLaw(c=1.2e5, n=3), axi.power_law),
+)
+RATIOS = (0.2, 0.5, 1.0)  # Λ of spheres
+LEVELS = np.array([-0.15, 0.0, 0.5, 1.1])  # depths over δ₀
+
+
+def _cases() -> list[tuple[Case, Any]]:
+    return [(case(body, LEVELS, **ROUND), card) for body, card in BODIES]
+
+
+def _all(mesh: Mesh, name: str, known: str) -> Iterator[Comparison]:
+    """An attribute of the states of each body, over its largest value."""
+    for (scene, depths, given), card in _cases():
+        expected = getattr(card, known)(depths, **given)
+        yield Comparison(mesh.sweep(scene, depths, name), expected, np.abs(expected).max())
+
+
+@check(what="around an axis: u(r) = u_a K₀(r/l)/K₀(a/l) outside", unit="m")
+def outside(mesh: Mesh) -> Comparison:
+    measured, expected = [], []
+    for (scene, depths, given), card in _cases():
+        r = float(card.radius(depths[2], **given)) + np.array([0.7, 2.1]) * 3e-5
+        measured.append(mesh.solve(scene, depths[2]).displacement(r))
+        expected.append(card.displacement(r, d=depths[2], **given))
+    return Comparison(measured, expected, 1e-6)
+
+
+@check(what="around an axis: f' + u' = √(2w/γ₁) at the line", fitted_bar=DIFFERENCED)
+def angle(mesh: Mesh) -> Iterator[Comparison]:
+    for (scene, depths, _), _ in _cases():
+        slopes = [slopes_at_line(mesh.solve(scene, d)) for d in depths]
+        measured = [outside - inside for inside, outside in slopes]
+        yield Comparison(measured, scene.surfaces.small_slope_deficit)
+
+
+@check(what="around an axis: radius a(d) of sphere, cone, r³", unit="m")
+def place(mesh: Mesh) -> Iterator[Comparison]:
+    return _all(mesh, "radius", "radius")
+
+
+@check(what="around an axis: force P(d) of sphere, cone, r³", unit="N")
+def force(mesh: Mesh) -> Iterator[Comparison]:
+    return _all(mesh, "force", "force")
+
+
+@check(what="around an axis: energy U(d) of sphere, cone, r³", unit="J")
+def energy(mesh: Mesh) -> Iterator[Comparison]:
+    return _all(mesh, "energy", "energy")
+
+
+@check(what="around an axis: k∫u dA over the whole surface", unit="N")
+def whole_force(mesh: Mesh) -> Comparison:
+    (scene, depths, given), card = _cases()[0]
+    measured = []
+    for d in depths:
+        state = mesh.solve(scene, d)
+        a, far = state.radius, 3e-5 * 40
+
+        def ring(r: Any, state: Any = state) -> Any:
+            return r * state.displacement(r)
+
+        ends = (0.0, a, a + 1e-4, a + 3e-4, a + far)
+        measured.append(2 * math.pi * scene.stiffness * integral(ring, ends))
+    expected = card.force(depths, **given)
+    return Comparison(measured, expected, np.abs(expected).max())
+
+
+@check(what="sphere: pull-off force, Λ = 0.2, 0.5, 1", unit="N")
+def sphere_pull_off(mesh: Mesh) -> Comparison:
+    measured, expected = [], []
+    for Lambda in RATIOS:
+        scene, _, given = case(pulled_parabola(Lambda), LEVELS, **ROUND)
+        least = float(axi.sphere.detachment(**given).depth)
+        measured.append(least_force(mesh, scene, 0.9 * least, 0.1 * scene.critical_separation))
+        expected.append(axi.sphere.pull_off(**given).force)
+    return Comparison(measured, expected)
+
+
+@check(what="sphere: least depth under imposed depth, Λ = 0.2, 0.5, 1", unit="m")
+def sphere_detachment(mesh: Mesh) -> Comparison:
+    cases = [case(pulled_parabola(Lambda), LEVELS, **ROUND) for Lambda in RATIOS]
+    expected = [axi.sphere.detachment(**given).depth for _, _, given in cases]
+    measured = [last_contact(mesh, scene) for scene, _, _ in cases]
+    return Comparison(measured, expected, cases[0].scene.critical_separation)
+
+
+@check(what="cone: pull-off force", unit="N")
+def cone_pull_off(mesh: Mesh) -> Comparison:
+    scene, _, given = case(CONE, LEVELS, **ROUND)
+    least = float(axi.cone.detachment(**given).depth)
+    measured = least_force(mesh, scene, 0.9 * least, 1.5 * scene.critical_separation)
+    return Comparison(measured, axi.cone.pull_off(**given).force)
+
+
+@check(what="cylinder: force P(d) with the line at its edge", unit="N")
+def cylinder_force(mesh: Mesh) -> Iterator[Comparison]:
+    return swept(mesh, [case(CYLINDER, LEVELS[[0, 2, 3]], **ROUND)], "force", axi.flat_punch.force)
+
+
+@check(what="cylinder: depth where detached has less energy", unit="m")
+def cylinder_global_pull_off(mesh: Mesh) -> Comparison:
+    scene, _, given = case(CYLINDER, LEVELS, **ROUND)
+    deep = 0.999 * float(axi.flat_punch.detachment_depth(**given))
+    measured = brentq(lambda d: mesh.solve(scene, d).energy, deep, 0.0, xtol=1e-18)
+    return Comparison(measured, axi.flat_punch.global_pull_off_depth(**given))
+
+
+@check(what="sphere without adhesion: d(a) = (a² + 2alq)/(2R)", unit="m")
+def sphere_without_adhesion(mesh: Mesh) -> Comparison:
+    scene, _, given = case(SPHERE, LEVELS, w=0.0, **ROUND)
+    del given["w"]
+    states = [mesh.solve(scene, d) for d in np.array([0.3, 1.1]) * 1e-6]
+    expected = [axi.sphere.depth_without_adhesion(state.radius, **given) for state in states]
+    return Comparison([state.depth for state in states], expected)
