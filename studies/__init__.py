@@ -16,6 +16,7 @@ TIMED = ("lattice_speed", "fitted_speed", "path_speed", "skipping", "runtime_vs_
 MODULES = {
     **{name: f"studies.{name}.study" for name in ("verify", "contact_angle", "applicability")},
     **{name: f"studies.{name}.study" for name in ("hysteresis", "pull_off")},
+    "sphere": "studies.sphere",
     "rough": "studies.rough",
     "tolerance": "studies.benchmarks.tolerance",
     "stress": "studies.benchmarks.stress.study",

@@ -1,0 +1,257 @@
+"""How hard does a sphere stick: 2πRw as on springs, or πRw as on a liquid?
+
+A sphere is pulled off a layer whose surface tension grows with Λ = l/√(Rδ₀). The largest pull it
+bears, and so the dead load that detaches it, lies where dP/dd = 0; under imposed depth it holds on
+to the least depth of its branch. Beside the simulation stand the closed forms, their expansions
+
+    F_A/(2πRw) = 1 - Λ/√2 - 3Λ²/32 (Λ → 0),    ½ + (ln 4Λ² - γ_E - ¼)/(16Λ⁴) (Λ → ∞),
+    d_c = -δ₀ (1 - ¾ (2Λ²)^(1/3)) (Λ → 0, imposed depth),
+
+and a long cylinder (the line contact), whose pull has a kink at Λ = 1, over that without tension.
+Small slopes depend on Λ alone; finite slopes, for the true arc, on w/γ₁ too.
+
+Output: sphere.csv, sphere.png. Exit status 1 if an error of small slopes exceeds 1e-8.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from discretization import load_path, minimise
+from energy import Circle, ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
+from studies.shared import command
+from studies.shared.batches import each
+from studies.shared.command import Show, silent
+from studies.shared.figures import BLUE, GREEN, GREY, LINE, ORANGE, Figure, canvas, plain_ticks
+from studies.shared.table import Columns
+from studies.shared.types import Array, Table
+
+LAYER, LENGTH = ElasticLayer(E=7e3, nu=0.0, h=10e-6), 10e-6  # Pa, 1, m; l in m
+GAMMA1 = LAYER.stiffness * LENGTH**2  # N/m
+GENTLE = 1e-4  # w/γ₁ with small slopes, which only sets the scale
+LARGEST = 1e-8  # relative error
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Λ with small slopes, Λ and w/γ₁ with finite ones."""
+
+    ratios: tuple[float, ...] = tuple(np.geomspace(0.01, 10, 25).tolist())
+    finite: tuple[float, ...] = tuple(np.geomspace(0.03, 10, 9).tolist())
+    works: tuple[float, ...] = (0.1, 0.5)
+
+
+FULL = Parameters()
+QUICK = Parameters((0.01, 0.3, 1.0, 10.0), (0.3, 1.0), (0.5,))
+
+
+class Pull(NamedTuple):
+    """Where a contact detaches: force over 2πRw, depth over δ₀, radius over l."""
+
+    force: float
+    depth: float
+    radius: float
+
+
+class Sphere(NamedTuple):
+    """One sphere: Λ, w/γ₁, slopes, its limits under dead load and imposed depth."""
+
+    ratio: float
+    work: float
+    slopes: str
+    load: Pull
+    depth: Pull
+
+    @property
+    def error(self) -> float:
+        """Difference of the largest pull and the least depth from those of small slopes."""
+        load, depth = closed_forms(self.ratio)
+        return float(max(abs(self.load.force - load.force), abs(self.depth.depth - depth.depth)))
+
+
+def scene_of(ratio: float, work: float, slopes: str) -> Scene:
+    """The sphere with this Λ: a parabola with small slopes, the true arc with finite ones."""
+    R = LENGTH / (math.sqrt(2 * work) * ratio**2)
+    surfaces = SurfaceEnergies.from_work(GAMMA1, work * GAMMA1)
+    body = Parabola(R) if slopes == "small" else Circle(R)
+    return Scene(LAYER, surfaces, body, slopes, geometry="axisymmetric")
+
+
+def radius(scene: Scene) -> float:
+    """R of the sphere."""
+    return float(scene.indenter.R)  # type: ignore[attr-defined]
+
+
+def detached(case: tuple[float, float, str]) -> Sphere:
+    """Λ, w/γ₁ and slopes: raise the sphere until it detaches, then look for its largest pull."""
+    scene = scene_of(*case)
+    lift = scene.critical_separation
+    end = load_path(scene, depths=[0.0, -1.1 * lift]).events[-1].before
+    least = minimize_scalar(
+        lambda depth: minimise(scene, depth).force,
+        bounds=(end.depth * (1 - 1e-9), min(0.05 * lift, 0.01 * radius(scene))),
+        method="bounded",
+        options={"xatol": 1e-9 * lift},
+    )
+    most = minimise(scene, float(least.x))
+    return Sphere(*case, _scaled(scene, most), _scaled(scene, end))
+
+
+def _scaled(scene: Scene, state: Any) -> Pull:
+    bare = 2 * math.pi * radius(scene) * scene.work_of_adhesion
+    depth = state.depth / scene.critical_separation
+    return Pull(-state.force / bare, depth, state.half_width / scene.elastocapillary_length)
+
+
+def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
+    """Of small slopes, under dead load and imposed depth; Λ a number or an array (n,)."""
+    R = LENGTH / (math.sqrt(2 * GENTLE) * np.square(ratio))
+    given = {"R": R, "k": LAYER.stiffness, "gamma1": GAMMA1, "w": GENTLE * GAMMA1}
+    bare, lift = 2 * math.pi * R * GENTLE * GAMMA1, math.sqrt(2 * GENTLE) * LENGTH
+    pull, end = (
+        getattr(cards.axisymmetric.sphere, card)(**given) for card in ("pull_off", "detachment")
+    )
+    return (
+        Pull(-pull.force / bare, pull.depth / lift, pull.half_width / LENGTH),
+        Pull(-end.force / bare, end.depth / lift, end.half_width / LENGTH),
+    )
+
+
+def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Sphere, ...]:
+    """Every sphere, in `jobs` processes; `show` gets a line for each."""
+    cases = [(ratio, GENTLE, "small") for ratio in parameters.ratios]
+    cases += [
+        (ratio, work, "finite") for work, ratio in product(parameters.works, parameters.finite)
+    ]
+    show(COLUMNS.head)
+    found = []
+    for sphere in each(detached, cases, jobs):
+        found.append(sphere)
+        show(line(sphere))
+    return tuple(found)
+
+
+COLUMNS = Columns(
+    "Λ 8.4g|slopes 7|w/γ₁ 7g|F_A/2πRw 15.12g|d/δ₀ 12.6g|a/l 10.5g|d_c/δ₀ 13.9g|a_c/l 10.5g"
+    "|from small slopes 18.0e"
+)
+
+
+def line(sphere: Sphere) -> str:
+    """One line of the table."""
+    ratio, work, slopes, load, depth = sphere
+    return COLUMNS.line(ratio, slopes, work, *load, *depth[1:], sphere.error)
+
+
+def plot(spheres: Sequence[Sphere]) -> Figure:
+    """Pull-off force, and depths of detachment, over Λ."""
+    drawn, (left, right) = canvas(12, 4.8, 1, 2)
+    dense = np.geomspace(min(s.ratio for s in spheres), max(s.ratio for s in spheres), 300)
+    load, depth = closed_forms(dense)
+    _forces(left, dense, load)
+    _depths(right, dense, load, depth)
+    for work, marker, colour in zip(
+        sorted({s.work for s in spheres}), "o^s", (BLUE, ORANGE, GREEN), strict=False
+    ):
+        own = [s for s in spheres if s.work == work]
+        finite = own[0].slopes == "finite"
+        ratios, name = (
+            [s.ratio for s in own],
+            f"finite slopes, w = {work:g} γ₁" if finite else "small slopes",
+        )
+        style = {
+            "color": colour,
+            "marker": marker,
+            "ls": "",
+            "mfc": "none" if finite else colour,
+            "ms": 9 if finite else 5,
+            "mew": 1.5,
+        }
+        left.plot(ratios, [s.load.force for s in own], label=f"simulated, {name}", **style)
+        right.plot(ratios, [s.load.depth for s in own], **style)
+        right.plot(ratios, [s.depth.depth for s in own], **style)
+    for axes in (left, right):
+        axes.set(xscale="log", xlabel="tension  Λ = l/√(Rδ₀)", xlim=(dense[0], dense[-1]))
+        plain_ticks(axes.xaxis, steps=(1.0, 3.0))
+        axes.grid(alpha=0.25)
+    left.legend(fontsize=8)
+    right.legend(fontsize=8, loc="upper left", bbox_to_anchor=(0, 0.88))
+    drawn.suptitle("Surface tension halves the pull-off force of a sphere, from 2πRw to πRw")
+    return drawn
+
+
+def _forces(axes: Any, ratios: Array, load: Pull) -> None:
+    low, high = ratios[ratios < 0.75], ratios[ratios > 1.05]
+    small = 1 - low / math.sqrt(2) - 3 * low**2 / 32
+    large = 0.5 + (np.log(4 * high**2) - np.euler_gamma - 0.25) / (16 * high**4)
+    line_contact = np.where(ratios < 1, 1 + ratios**3 / 2, 1.5 * ratios)
+    axes.plot(ratios, load.force, label="closed form", **LINE)
+    axes.plot(low, small, color=GREY, ls="--", label="expansions, Λ → 0 and Λ → ∞")
+    axes.plot(high, large, color=GREY, ls="--")
+    axes.plot(ratios, line_contact, color=GREEN, ls=":", label="line contact, over its springs'")
+    for level, text in ((1.0, "2πRw"), (0.5, "πRw")):
+        axes.axhline(level, color=GREY, lw=0.8)
+        axes.text(ratios[-1] * 0.95, level + 0.01, text, va="bottom", ha="right")
+    axes.set(ylim=(0.4, 1.75), ylabel="pull-off force  $F_A$ / 2πRw")
+
+
+def _depths(axes: Any, ratios: Array, load: Pull, depth: Pull) -> None:
+    low = ratios[ratios < 0.5]
+    axes.plot(ratios, load.depth, label="dead load", **LINE)
+    axes.plot(ratios, depth.depth, color="black", ls="-.", lw=1.2, label="imposed depth")
+    stiff = -(1 - 0.75 * np.cbrt(2 * low**2))
+    axes.plot(low, stiff, color=GREY, ls="--", label="expansion, Λ → 0")
+    pulled = -np.minimum(1 + ratios**2, 2) / 2
+    axes.plot(ratios, pulled, color=GREEN, ls=":", label="line contact: dead load")
+    axes.axhline(-1, color=GREEN, ls=(0, (1, 4)), label="line contact: imposed depth")
+    axes.set(ylim=(-1.08, 0.1), ylabel="depth of detachment  d / δ₀")
+
+
+def table(spheres: Sequence[Sphere]) -> Table:
+    """Columns and a row per sphere; forces over 2πRw, depths over δ₀, radii over l."""
+    names = ["Lambda", "w_over_gamma1", "slopes"]
+    names += [f"{name}_{control}" for control in ("load", "depth") for name in Pull._fields]
+    names += [
+        f"{name}_small_slopes"
+        for name in ("force_load", "depth_load", "force_depth", "depth_depth")
+    ]
+    rows = []
+    for one in spheres:
+        card = [float(value) for pull in closed_forms(one.ratio) for value in pull[:2]]
+        rows.append([*one[:3], *one.load, *one.depth, *card])
+    return names, rows
+
+
+def answer(spheres: Sequence[Sphere]) -> str:
+    """In one sentence."""
+    small = sorted(s for s in spheres if s.slopes == "small")
+    steep = max((s.error for s in spheres if s.slopes == "finite"), default=0.0)
+    middle = min(small, key=lambda s: abs(math.log(s.ratio)))
+    told = ", ".join(
+        f"{s.load.force:.4g} at Λ = {s.ratio:.3g}" for s in (small[0], middle, small[-1])
+    )
+    return (
+        f"Both: F_A/2πRw falls from 1 to ½ as tension takes over, without the kink of a line "
+        f"contact: {told}; finite slopes change it, and d_c/δ₀, by {steep:.1g} at most."
+    )
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run, draw, write; 1 if an error misses its limit."""
+    preset, jobs, out = command.start("sphere", __doc__, argv, "few spheres", FULL, QUICK)
+    spheres = run(preset, command.say, jobs)
+    out.table("sphere.csv", preset, *table(spheres))
+    out.figure("sphere.png", plot(spheres))
+    worst = max(s.error for s in spheres if s.slopes == "small")
+    print(
+        f"{len(spheres)} spheres, worst error with small slopes {worst:.0e} (limit {LARGEST:.0e})"
+    )
+    command.answer(answer(spheres))
+    return int(not worst <= LARGEST)
