@@ -24,14 +24,14 @@ that no digit changes:
 
 | not needed           | skipped                         | by                                      |
 | -------------------- | ------------------------------- | --------------------------------------- |
-| surface tension      | free surfaces, their solves     | fitted.state.on_fitted_mesh             |
+| surface tension      | free surfaces, their solves     | fitted.state.on_one_contact             |
 | adhesion             | search over contact sets        | lattice.lowest.lowest_contacts          |
 | second side, fitted  | line of a symmetric profile     | fitted.state._lines                     |
 | second side, lattice | half of the sums, if symmetric  | lattice.sums.measured                   |
 | line of a punch      | bracketing of a line at an edge | fitted.lines.find_line                  |
 | contact              | all but the touching point      | lattice.fronts.adhered                  |
 | far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |
-| other contacts       | resolving a convex profile      | fitted.state.on_fitted_mesh             |
+| other contacts       | resolving a convex profile      | fitted.state.on_one_contact             |
 | links in between     | a convex profile's heights      | lattice.bracket.first_above             |
 | true lengths         | nonlinear solves                | fitted.response.Response.surface        |
 | known surfaces       | solves of one seen before       | fitted.response.response                |

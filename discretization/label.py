@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from discretization.geometry import one_contact
+from discretization.routes import one_contact
 
 if TYPE_CHECKING:
     from discretization.equilibrium import Equilibrium

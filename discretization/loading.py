@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.geometry import check_geometry
 from discretization.paths.branch import Branch, Point
 from discretization.paths.control import Control
 from discretization.paths.history import History, on_mesh, on_nodes, pressed_by
@@ -70,7 +69,6 @@ def load_path(
     """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
-    check_geometry(scene, method)
     name, values = _programme(depths=depths, forces=forces, drives=drives)
     control = _control(name, machine_stiffness)
     if not 0 < finite("rtol", rtol) < 1:

@@ -5,16 +5,23 @@ from __future__ import annotations
 import warnings
 
 from discretization.equilibrium import AccuracyWarning, Equilibrium
-from discretization.fitted.state import on_fitted_mesh
-from discretization.geometry import check_geometry
+from discretization.fitted.several import on_several
+from discretization.fitted.springs import on_springs
+from discretization.fitted.state import on_one_contact
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
-from energy import Plane, Scene
+from discretization.routes import route
+from energy import Scene
 from energy.checks import finite, option
 
 METHODS = ("auto", "lattice", "fitted", "shortest_path", "oracle")
 ON_NODES = ("lattice", "shortest_path", "oracle")
 LOWEST = ("shortest_path", "oracle")
 BRANCHES = ("adhered", "global")
+ON_MESH = {
+    "one contact": on_one_contact,
+    "several contacts": on_several,
+    "springs": on_springs,
+}
 
 
 def minimise(
@@ -53,14 +60,16 @@ def minimise(
             f"branch = {branch!r} is not what method={method!r} finds: use branch='global'"
         )
     if method in ON_NODES:
+        route(scene, "search" if method in LOWEST else branch, nodes=True)
         if spacing is None:
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
         return looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)
+    way = route(scene, branch, nodes=False)
     if spacing is not None:
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
-    if isinstance(scene.indenter, Plane):
+    if way == "plane":
         return on_lattice(scene, float(depth), _any_length(scene), branch=branch)
-    state = on_fitted_mesh(scene, float(depth), branch=branch, rtol=rtol)
+    state = ON_MESH[way](scene, float(depth), branch=branch, rtol=rtol)
     if max(state.error_estimate.values()) > rtol:
         warnings.warn(
             f"rtol = {rtol!r} not reached: estimated relative errors {state.error_estimate}; ask "
@@ -74,28 +83,11 @@ def minimise(
 def _check(scene: Scene, depth: float, method: str, branch: str, rtol: float) -> None:
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
-    check_geometry(scene, method, branch)
-    _check_path(scene, method, branch)
     finite("depth", depth)
     option("method", method, METHODS)
     option("branch", branch, BRANCHES)
     if not 0 < finite("rtol", rtol) < 1:
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
-
-
-def _check_path(scene: Scene, method: str, branch: str) -> None:
-    """ValueError for states that depend on the path where the path is not followed."""
-    nodes = method == "lattice" and scene.slopes == "small"
-    followed = (nodes or method in ("auto", "fitted")) and branch == "adhered"
-    followed = followed and scene.gamma1 > 0 and not isinstance(scene.indenter, Plane)
-    for name in ("opening", "pattern"):
-        given = getattr(scene, name)
-        if given is not None and not followed:
-            raise ValueError(
-                f"{name} = {given!r}: where the line rests depends on the path; use branch="
-                "'adhered' with gamma1 > 0 (on the lattice with small slopes), load_path, or a "
-                "Scene without it"
-            )
 
 
 def _any_length(scene: Scene) -> float:

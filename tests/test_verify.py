@@ -158,15 +158,15 @@ def put_into_the_lattice(fault, monkeypatch):
 
 def put_into_the_fitted_mesh(fault, monkeypatch):
     module = import_module("discretization.minimise")
-    right = module.on_fitted_mesh
+    right = module.ON_MESH["one contact"]
 
-    def on_fitted_mesh(scene, depth, **options):
+    def faulty(scene, depth, **options):
         k, gamma1, w = fault(scene.stiffness, scene.gamma1, scene.work_of_adhesion)
         layer = replace(scene.layer, E=scene.layer.E * (k / scene.stiffness))
-        faulty = replace(scene, layer=layer, surfaces=SurfaceEnergies.from_work(gamma1, w))
-        return replace(right(faulty, depth, **options), scene=scene)
+        other = replace(scene, layer=layer, surfaces=SurfaceEnergies.from_work(gamma1, w))
+        return replace(right(other, depth, **options), scene=scene)
 
-    monkeypatch.setattr(module, "on_fitted_mesh", on_fitted_mesh)
+    monkeypatch.setitem(module.ON_MESH, "one contact", faulty)
 
 
 def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretisations():

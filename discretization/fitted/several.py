@@ -1,9 +1,9 @@
 """Equilibria on the fitted mesh of profiles that may have several contacts.
 
-The profile is resolved on its own scale first. With γ₁ = 0 the contacts are what lies below a
-level (springs.py). Else "adhered" is the end of the path from first touch (motion.py), and
-"global" what has the least energy of: the lowest contacts of a lattice, moved to rest on the fitted
-mesh, the adhered state, and none. Lattices are halved until two of them lead to the same state.
+The profile is resolved on its own scale first. "adhered" is the end of the path from first touch
+(motion.py), and "global" what has the least energy of: the lowest contacts of a lattice, moved to
+rest on the fitted mesh, the adhered state, and none. Lattices are halved until two of them lead to
+the same state.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from discretization.fitted.drives import Drives
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.motion import Lines, Motion
-from discretization.fitted.springs import on_springs
 from discretization.fitted.tail import FittedTail
 from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
@@ -47,13 +46,10 @@ _UNKNOWN = Certificate(*5 * (math.nan,))
 def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of a profile that may have several contacts, and its error estimate.
 
-    NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile,
-    for "global" with finite slopes and w > 0; AccuracyWarning where the profile is not resolved.
+    NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
+    AccuracyWarning where the profile is not resolved.
     """
     profile = resolve(scene, depth)
-    if not scene.gamma1:
-        return on_springs(scene, profile, depth, branch=branch, rtol=rtol)
-    _refuse(scene, branch)
     surfaces = surfaces_of(scene, rtol)
     while True:
         motion = Motion.of(scene, profile, surfaces, depth)
@@ -63,22 +59,6 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
         if met or better is None:
             return state
         surfaces = better
-
-
-def _refuse(scene: Scene, branch: str) -> None:
-    if branch != "global" or not scene.work_of_adhesion:
-        return
-    if scene.axisymmetric and not scene.indenter.convex:
-        raise ValueError(
-            f"branch = 'global' with geometry = {scene.geometry!r}: of an indenter that is not "
-            "convex, which may have rings of contact, the lowest energy is not looked for on the "
-            "fitted mesh; use branch='adhered'"
-        )
-    if scene.slopes != "small" and not scene.axisymmetric:
-        raise ValueError(
-            f"branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex "
-            "the lowest energy is only found for slopes='small'"
-        )
 
 
 def _found(motion: Motion, depth: float, branch: str, rtol: float) -> Equilibrium:

@@ -22,7 +22,7 @@ from discretization.fitted.quadrature import Interval, refined
 from discretization.fitted.response import ABSENT
 from discretization.fitted.roots import bracketed
 from discretization.fitted.tail import FittedTail
-from discretization.profile import Resolved
+from discretization.profile import Resolved, resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -30,15 +30,14 @@ _ROUNDING = 16 * float(np.finfo(float).eps)
 _TIE = 1e-14  # of the level and δ₀: how far above the level a lowest point may lie by rounding
 
 
-def on_springs(
-    scene: Scene, profile: Resolved, depth: float, *, branch: str, rtol: float
-) -> Equilibrium:
+def on_springs(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """The certified state of independent springs.
 
     ValueError for a contact that leaves the known profile; NotCertifiedError if springs that are
     free would be touched.
     """
-    reach, touch = scene.critical_separation, profile.touch
+    profile, reach = resolve(scene, depth), scene.critical_separation
+    touch = profile.touch
     level = depth + reach if branch == "global" else min(max(depth, touch), depth + reach)
     return at_level(scene, profile, depth, level, branch=branch, rtol=rtol)
 

@@ -21,9 +21,7 @@ from discretization.fitted.lines import (
     outer_line,
 )
 from discretization.fitted.quadrature import Interval, totals
-from discretization.fitted.several import on_several
 from discretization.fitted.tail import FittedTail
-from discretization.geometry import one_contact
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -32,7 +30,7 @@ _ROUNDING = 16 * float(np.finfo(float).eps)
 _POSITION = _ROUNDING / 4  # of |x|, to which a line is found
 
 
-def on_fitted_mesh(
+def on_one_contact(
     scene: Scene, depth: float, *, branch: str = "adhered", rtol: float = 1e-8
 ) -> Equilibrium:
     """Certified equilibrium with its contact lines as unknowns, and its error estimate.
@@ -41,12 +39,8 @@ def on_fitted_mesh(
     the state turns that into a larger error, they get the next one.
     branch "global" of a convex indenter: this state or, before it touches, the detached one,
     whichever has less energy. There is no other: the force on each line grows outwards.
-    Profiles that are not convex may have several contacts, and with separate works of adhesion or a
-    pattern the state is the end of a path (several.py).
     """
     indenter = scene.indenter
-    if not one_contact(scene) or scene.opening is not None or scene.pattern is not None:
-        return on_several(scene, depth, branch=branch, rtol=rtol)
     surfaces = surfaces_of(scene, rtol)
     apex = indenter.apex
     if apex is None:

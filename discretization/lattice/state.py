@@ -21,6 +21,7 @@ from discretization.lattice.path_state import on_path
 from discretization.lattice.springs import on_springs
 from discretization.lattice.sums import measured
 from discretization.lattice.unseen import looked_at
+from discretization.routes import route
 from energy import Plane, Scene
 
 
@@ -55,7 +56,16 @@ def on_lattice(
         return _plane(scene, depth, branch, lattice)
     seen = lattice.seen(scene)
     where = fronts.region(lattice, seen.indenter, depth)
-    state = _several(seen, depth, branch, lattice, where, method, margin)
+    way = route(seen, "search" if method != "lattice" else branch, nodes=True)
+    state: Equilibrium | None
+    if way == "lowest":
+        state = on_lowest(seen, depth, branch, lattice, where, method, margin)
+    elif way == "path":
+        state = on_path(seen, depth, lattice, where)
+    elif way == "springs":
+        state = on_springs(seen, depth, branch, lattice, where)
+    else:
+        state = None
     if state is None:
         state = _one_contact(seen, depth, branch, lattice, where)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
@@ -67,33 +77,6 @@ def looked_at_on_lattice(
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
     state = on_lattice(scene, depth, spacing, branch=branch, method=method)
     return looked_at(state, Lattice.of(scene, spacing), stacklevel=3)
-
-
-def _several(
-    scene: Scene,
-    depth: float,
-    branch: str,
-    lattice: Lattice,
-    where: fronts.Region,
-    method: str,
-    margin: bool,
-) -> Equilibrium | None:
-    """The state of any number of contacts; None where there is one or none on the way to it.
-
-    The lowest energy of all contact sets is, of a convex indenter, that of its path or none.
-    """
-    if scene.pattern is not None or scene.opening is not None:
-        return on_path(scene, depth, lattice, where)
-    if method != "lattice":
-        return on_lowest(scene, depth, branch, lattice, where, method, margin)
-    if scene.indenter.convex:
-        return None
-    if not scene.gamma1:
-        return on_springs(scene, depth, branch, lattice, where)
-    lowest = branch == "global" if scene.work_of_adhesion else scene.slopes == "small"
-    if lowest:
-        return on_lowest(scene, depth, branch, lattice, where, method, margin)
-    return on_path(scene, depth, lattice, where)
 
 
 def _one_contact(

@@ -32,7 +32,7 @@ from discretization.fitted.quadrature import along, arc_length, pressing, totals
 from discretization.fitted.spectral import rounded
 from discretization.fitted.state import certify_lines
 from discretization.fitted.surfaces import Surfaces
-from energy import Plane, Scene
+from energy import Scene
 
 Array = NDArray[np.float64]
 _SECANTS = 12
@@ -76,14 +76,9 @@ class FittedBranch:
     rtol: float
 
     @classmethod
-    def of(cls, scene: Scene, rtol: float) -> FittedBranch:
-        """ValueError for an indenter that may have more than one contact, or endless ones."""
+    def of(cls, scene: Scene, rtol: float, deepest: float = math.inf) -> FittedBranch:
+        """For any depth; ValueError for an indenter without a lowest point."""
         indenter = scene.indenter
-        if not indenter.convex or isinstance(indenter, Plane):
-            raise ValueError(
-                f"indenter = {indenter!r}: a load path needs a convex profile with a lowest point, "
-                "such as a punch, wedge, parabola, power law, or a sum of these"
-            )
         apex = indenter.apex
         if apex is None:
             apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)

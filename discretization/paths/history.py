@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.geometry import one_contact
 from discretization.paths import display, ledger, plots
 from discretization.paths.branch import Branch, State
 from discretization.paths.control import Control
@@ -24,11 +23,17 @@ from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.load_path import inner_lines
 from discretization.paths.springs_branch import SpringsBranch
+from discretization.routes import route
 from energy import Scene
 from energy.description import alike, described, rebuilt
 
 Array = NDArray[np.float64]
 _TITLE = "elastocap load path"
+_ON_MESH: dict[str, type[FittedBranch | SpringsBranch | FittedMany]] = {
+    "one contact": FittedBranch,
+    "springs": SpringsBranch,
+    "several contacts": FittedMany,
+}
 _NOTES = (
     "in the units of the scene, of a line contact per its unit length: control [length or force],",
     "depth d [length] > 0 into the layer, force P [force] > 0 compressive, energy U [energy],",
@@ -243,12 +248,8 @@ class History:
 
 
 def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
-    """The fitted mesh's branch: of one contact where there can be no other, else of many."""
-    if one_contact(scene) and scene.pattern is None:
-        return FittedBranch.of(scene, rtol)
-    if not scene.gamma1:
-        return SpringsBranch.of(scene, rtol, deepest)
-    return FittedMany.of(scene, rtol, deepest)
+    """The fitted mesh's branch, for depths up to the deepest."""
+    return _ON_MESH[route(scene, "path", nodes=False)].of(scene, rtol, deepest)
 
 
 def pressed_by(

@@ -37,6 +37,7 @@ from discretization.lattice.stretch import Stretch, stretch, work_of
 from discretization.lattice.sums import measured
 from discretization.lattice.unseen import Unseen, looked_between, unseen
 from discretization.lattice.ways import rise
+from discretization.routes import route
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -80,13 +81,7 @@ class LatticeBranch:
         ValueError for springs without tension, and for finite slopes of a profile or pattern that
         may lead to several contacts.
         """
-        alone = scene.indenter.convex and scene.pattern is None
-        if not scene.gamma1 or (scene.slopes != "small" and not alone):
-            raise ValueError(
-                f"slopes = {scene.slopes!r} with gamma1 = {scene.gamma1!r}: a load path on the "
-                "lattice needs gamma1 > 0, and small slopes or a convex profile without a pattern; "
-                "use method='fitted'"
-            )
+        route(scene, "path", nodes=True)
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
         row = Row.of(seen, lattice, region(lattice, seen.indenter, deepest), deepest)

@@ -1,0 +1,130 @@
+"""Which question of which scene leads where, or why it is refused: the one table that decides.
+
+Questions are the two branches of `minimise`, "adhered" and "global", the "search" for the lowest
+contacts by a method of its own, and the load "path"; they are asked of the fitted mesh or of nodes.
+The first row that applies decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
+
+# turned about an axis, of these the line has one stable place (fitted/lines.py)
+UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
+STATES, ANY = ("adhered", "global"), ("adhered", "global", "path")
+LOWEST = ("global", "search")
+
+
+def one_contact(scene: Scene) -> bool:
+    """Whether at any depth there is at most one stable contact, with one line on each side."""
+    return scene.indenter.convex and (
+        not scene.axisymmetric or isinstance(scene.indenter, UNIMODAL)
+    )
+
+
+def _held_twice(scene: Scene) -> bool:
+    """Whether where a line rests depends on the way it came."""
+    return scene.opening is not None or scene.pattern is not None
+
+
+def _steep(scene: Scene) -> bool:
+    return scene.slopes == "finite" and scene.gamma1 > 0
+
+
+def _alone(scene: Scene) -> bool:
+    return scene.indenter.convex and scene.pattern is None
+
+
+class Row(NamedTuple):
+    """Where and what is asked, of which scenes; what answers, or why nothing does."""
+
+    nodes: bool
+    questions: tuple[str, ...]
+    applies: Callable[[Scene], bool]
+    leads_to: str = ""
+    refused: str = ""
+
+
+_PATH = (
+    "opening = {scene.opening!r}, pattern = {scene.pattern!r}: where the line rests depends on the "
+    "path; use branch='adhered' with gamma1 > 0 (on the lattice with small slopes), load_path, or "
+    "a Scene without it"
+)
+_ABOUT_AXIS = (
+    "geometry = 'axisymmetric': on nodes there are states and load paths with slopes = 'small' "
+    "only, and of several contacts those with gamma1 > 0 that touch first and then move there, "
+    "branch = 'adhered', by method = 'lattice'; use method='fitted'"
+)
+_RINGS = (
+    "branch = 'global' with geometry = 'axisymmetric': of an indenter that is not convex, which "
+    "may have rings of contact, the lowest energy is not looked for; use branch='adhered'"
+)
+_BENT = (
+    "branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex the "
+    "lowest energy is only found for slopes='small'"
+)
+_NODES_PATH = (
+    "slopes = {scene.slopes!r} with gamma1 = {scene.gamma1!r}: a load path on the lattice needs "
+    "gamma1 > 0, and small slopes or a convex profile without a pattern; use method='fitted'"
+)
+_ENDLESS = (
+    "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, such as a "
+    "punch, wedge, parabola, power law, or a sum of these"
+)
+
+TABLE = (
+    # on the fitted mesh
+    Row(False, STATES, lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)), refused=_PATH),
+    Row(False, ("global",), _held_twice, refused=_PATH),
+    Row(False, STATES, lambda s: _plane(s), "plane"),
+    Row(False, ("path",), lambda s: _plane(s), refused=_ENDLESS),
+    Row(False, ("path",), lambda s: one_contact(s) and s.pattern is None, "one contact"),
+    Row(False, STATES, lambda s: one_contact(s) and not _held_twice(s), "one contact"),
+    Row(False, ANY, lambda s: not s.gamma1, "springs"),
+    Row(False, ("adhered", "path"), lambda s: True, "several contacts"),
+    Row(False, ("global",), lambda s: not s.work_of_adhesion, "several contacts"),
+    Row(False, ("global",), lambda s: s.axisymmetric and not s.indenter.convex, refused=_RINGS),
+    Row(False, ("global",), lambda s: _steep(s) and not s.axisymmetric, refused=_BENT),
+    Row(False, ("global",), lambda s: True, "several contacts"),
+    # on nodes
+    Row(
+        True,
+        (*STATES, "search"),
+        lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)),
+        refused=_PATH,
+    ),
+    Row(True, STATES, lambda s: _held_twice(s) and _steep(s), refused=_PATH),
+    Row(True, LOWEST, _held_twice, refused=_PATH),
+    Row(True, ("search",), lambda s: s.axisymmetric, refused=_ABOUT_AXIS),
+    Row(True, ("search",), lambda s: True, "lowest"),
+    Row(True, ANY, lambda s: s.axisymmetric and _steep(s), refused=_ABOUT_AXIS),
+    Row(True, ("global",), lambda s: s.axisymmetric and not _alone(s), refused=_ABOUT_AXIS),
+    Row(True, ANY, lambda s: s.axisymmetric and not (_alone(s) or s.gamma1), refused=_ABOUT_AXIS),
+    Row(True, ("path",), lambda s: not s.gamma1, refused=_NODES_PATH),
+    Row(True, ("path",), lambda s: _steep(s) and not _alone(s), refused=_NODES_PATH),
+    Row(True, ("path",), lambda s: True, "path"),
+    Row(True, STATES, lambda s: _plane(s), "plane"),
+    Row(True, STATES, _held_twice, "path"),
+    Row(True, STATES, lambda s: s.indenter.convex, "one contact"),
+    Row(True, STATES, lambda s: not s.gamma1, "springs"),
+    Row(True, ("global",), lambda s: s.work_of_adhesion > 0, "lowest"),
+    Row(True, STATES, lambda s: not (s.work_of_adhesion or _steep(s)), "lowest"),
+    Row(True, STATES, lambda s: True, "path"),
+)
+
+
+def _plane(scene: Scene) -> bool:
+    return isinstance(scene.indenter, Plane)
+
+
+def route(scene: Scene, question: str, *, nodes: bool) -> str:
+    """What answers a question of a scene. ValueError where nothing does."""
+    for row in TABLE:
+        if row.nodes == nodes and question in row.questions and row.applies(scene):
+            if row.refused:
+                raise ValueError(row.refused.format(scene=scene))
+            return row.leads_to
+    raise AssertionError(f"no row for {question!r}")
