@@ -13,6 +13,7 @@ lattice/springs.py (γ₁ = 0), on the fitted mesh by fitted/state.py (one) and 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 TOLERANCE = 1e-9
@@ -48,3 +49,35 @@ class Certificate(NamedTuple):
         *violations, tolerance = self
         named = zip(self._fields, violations, strict=False)
         return tuple(name for name, violation in named if not violation <= tolerance)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Why no state has a lower energy [energy/length].
+
+    bound: least energy of all contact sets, from the recursion; attained: `NodalEnergy` of the
+    displacements returned; scale: sum of the absolute values of its terms.
+
+    margin: how far above lies the best state of another topology. The topology of a state says
+    which of the minimum's contacts adhere, which of them have become one, and whether the surface
+    touches elsewhere, beyond a ridge. So another one is of three kinds.
+    (1) A contact does not adhere: it has opened, or touches only where it is pressed. Not asked of
+    a contact with nodes that touch without adhesion too.
+    (2) The surface touches somewhere new: a node that is shielded from every contact by a node
+    which costs more to touch.
+    (3) Two neighbours have merged: all nodes between them are in contact.
+    (2) and (3) are not asked of nodes where contact never pays (bounds.py), as letting go of them
+    gains energy. That a contact splits, both parts adhering, is no kind of its own: letting go of
+    one pulled node inside it costs less than its two links, 2wΔx, on any lattice, and nothing in
+    the limit. inf: there is no such state; nan: not asked for.
+    """
+
+    bound: float
+    attained: float
+    scale: float
+    margin: float
+
+    @property
+    def violation(self) -> float:
+        """|attained - bound|/scale: rounding, if the minimum is proven."""
+        return abs(self.attained - self.bound) / (self.scale or 1.0)

@@ -6,20 +6,17 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from discretization import display, plots
-from discretization.certificate import Certificate
+from discretization.certificate import Certificate, Proof
 from discretization.label import label
 from discretization.parts import Parts, parts_of
+from discretization.tail import Tail
 from energy import Assumption, Scene
 from energy.validity import Deformation, assumptions
-
-if TYPE_CHECKING:
-    from discretization.lattice.shortest_path import Proof
 
 Array = NDArray[np.float64]
 _SAMPLES = 257  # of each contact
@@ -29,32 +26,6 @@ QUANTITIES = ("half_width", "force", "energy")
 
 class AccuracyWarning(UserWarning):
     """The requested rtol was not reached, or a profile is not resolved; the message says more."""
-
-
-class Tail(Protocol):
-    """The free surface beyond a contact line at which the displacement is u_line.
-
-    Between two contacts (on the lattice with small slopes only): at distances p from the left line
-    and q from the right one, where the displacements are `left` and `right`.
-    radius: of the line; infinite for a line contact, and negative where the free surface is on the
-    side of the axis.
-    """
-
-    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
-        """u at these distances >= 0 from the line."""
-
-    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
-        """u' outwards at the line, for several lines."""
-
-    def between(
-        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
-    ) -> Array:
-        """u in a gap of this width (n,); radius: of its left line."""
-
-    def slope_between(
-        self, width: Array, own: Array, other: Array, radius: Any = math.inf
-    ) -> Array:
-        """u' towards the other line, at lines with u = own (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -359,7 +330,7 @@ def detached(
         tail=tail,
         scales={"force": 0.0, "energy": 0.0},
         errors=dict.fromkeys(QUANTITIES, 0.0),
-        method="lattice",
+        method="fitted" if math.isnan(spacing) else "lattice",
         branch=branch,
         spacing=spacing,
     )

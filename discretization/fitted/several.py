@@ -168,7 +168,7 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
     scene = motion.scene
     tail = FittedTail(scene.elastocapillary_length, motion.surfaces.response)
     if not lines:
-        flat = replace(detached(scene, depth, branch, tail, _UNKNOWN), method="fitted")
+        flat = detached(scene, depth, branch, tail, _UNKNOWN)
         lift = max(abs(depth), scene.opened.critical_separation) or 1.0
         through = motion.penetration(lines, depth) / lift
         return _passed(replace(flat, certificate=Certificate.undeformed(through)))

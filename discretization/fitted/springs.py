@@ -10,7 +10,6 @@ let go, whichever is lower,
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +50,7 @@ def at_level(
     lift = max(abs(depth), reach) or 1.0
     if touch > level + _TIE * lift:
         apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))
-        return replace(detached(scene, depth, branch, tail, apart), method="fitted")
+        return detached(scene, depth, branch, tail, apart)
     lines = below(profile, max(level, touch))
     coarse, fine = refined(scene, depth, panels(scene.indenter, lines), (0.0,) * 4, rtol)
     pinned = np.isin(lines, profile.indenter.walls)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +62,7 @@ def _detached(problem: Problem, branch: str) -> Equilibrium:
     tail = FittedTail(problem.scene.elastocapillary_length or 1.0, problem.surfaces.response)
     pressed = max(0.0, problem.depth - problem.touch) / problem.lift
     certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
-    state = detached(problem.scene, problem.depth, branch, tail, certificate)
-    return replace(state, method="fitted")
+    return detached(problem.scene, problem.depth, branch, tail, certificate)
 
 
 def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: float) -> Equilibrium:

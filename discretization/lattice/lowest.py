@@ -20,14 +20,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError
+from discretization.certificate import Certificate, NotCertifiedError, Proof
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import fronts, judgement, line, span
 from discretization.lattice.contact_set import ContactSet, judged, totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import Oracle
-from discretization.lattice.shortest_path import Proof, global_minimum, window
+from discretization.lattice.shortest_path import global_minimum, window
 from discretization.lattice.sums import Sums
 from energy import Scene
 

@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from discretization.certificate import Proof
 from discretization.lattice import fronts, span
 from discretization.lattice.bounds import certain, deepest_contact, may_pay
 from discretization.lattice.nodal_energy import NodalEnergy
@@ -42,38 +43,6 @@ Mask = NDArray[np.bool_]
 _RIDGE = 1e-9  # of wΔx: what a node costs more than one it shields
 _ENDLESS = 2.0**60
 MOST = 10**8  # nodes of a window on either side
-
-
-@dataclass(frozen=True)
-class Proof:
-    """Why no state has a lower energy [energy/length].
-
-    bound: least energy of all contact sets, from the recursion; attained: `NodalEnergy` of the
-    displacements returned; scale: sum of the absolute values of its terms.
-
-    margin: how far above lies the best state of another topology. The topology of a state says
-    which of the minimum's contacts adhere, which of them have become one, and whether the surface
-    touches elsewhere, beyond a ridge. So another one is of three kinds.
-    (1) A contact does not adhere: it has opened, or touches only where it is pressed. Not asked of
-    a contact with nodes that touch without adhesion too.
-    (2) The surface touches somewhere new: a node that is shielded from every contact by a node
-    which costs more to touch.
-    (3) Two neighbours have merged: all nodes between them are in contact.
-    (2) and (3) are not asked of nodes where contact never pays (bounds.py), as letting go of them
-    gains energy. That a contact splits, both parts adhering, is no kind of its own: letting go of
-    one pulled node inside it costs less than its two links, 2wΔx, on any lattice, and nothing in
-    the limit. inf: there is no such state; nan: not asked for.
-    """
-
-    bound: float
-    attained: float
-    scale: float
-    margin: float
-
-    @property
-    def violation(self) -> float:
-        """|attained - bound|/scale: rounding, if the minimum is proven."""
-        return abs(self.attained - self.bound) / (self.scale or 1.0)
 
 
 @dataclass(frozen=True, eq=False)
