@@ -5,7 +5,8 @@
 The energies that are minimised hold no angle: it is measured, at every contact line, as the angle
 between the indenter and the simulated surface beside it (12). With true surface lengths
 (slopes="finite") it should be Young's (8), with small slopes (15), whatever the indenter, the depth
-and the way there; `method="lattice"` should recover (15) from nodes a spacing apart.
+and the way there, along a line or around an axis; `method="lattice"` should recover (15) from nodes
+a spacing apart.
 
 Output: contact_angle.png and .csv, the numbers on the screen; exit status 1 if a law is missed.
 """
@@ -42,7 +43,19 @@ TILTED: dict[str, Indenter] = {
     "tilted parabola": Parabola(4.0).tilted(0.1),
     "parabola + shifted one": Parabola(5.0) + Parabola(9.0).shifted(0.7),
 }
-SHAPES = {**INDENTERS, **TILTED}
+ROUND: dict[str, Indenter] = {
+    "sphere": Parabola(4.0),
+    "cone": Wedge(math.atan(0.1)),
+    "cubic of revolution": PowerLaw(0.1, 3.0),
+}
+SHAPES = {**INDENTERS, **TILTED, **ROUND}
+STEEPEST = 0.75  # w/γ₁ of finite slopes with rotational symmetry: no surfaces beyond 86°
+
+
+def given(shape: str, ratio: float, slopes: str) -> Scene:
+    """The scene of one of the SHAPES at this w/γ₁."""
+    geometry = "axisymmetric" if shape in ROUND else "line"
+    return scene(SHAPES[shape], 1.0, ratio, slopes, geometry)
 
 
 def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
@@ -51,7 +64,7 @@ def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
     law = surfaces.angle_deficit if kind == "finite" else surfaces.small_slope_deficit
     indenter, layer = (np.arctan(slope).ravel() for slope in state.line_slopes)
     ratio = scene.work_of_adhesion / scene.gamma1
-    for i in np.flatnonzero(~state.pinned):
+    for i in np.flatnonzero(~state.pinned & np.isfinite(state.angle_deficits)):
         seen = float(state.angle_deficits.flat[i]), law, float(indenter[i]), float(layer[i])
         yield Angle(kind, shape, ratio, state.depth, state.half_width, *seen, state.spacing)
 
@@ -65,10 +78,11 @@ def single(p: Parameters, shape: str) -> list[Angle]:
             found += measured("small", shape, minimise(small, 0.5))
             continue
         for width in p.widths:
-            small = scene(body, 1.0, ratio, "small")
+            small = given(shape, ratio, "small")
             depth = depth_by_16(small, (body.apex or 0.0) + width)
             found += measured("small", shape, minimise(small, depth))
-            state = simulated(scene(body, 1.0, ratio), depth)
+            steep = shape in ROUND and ratio > STEEPEST
+            state = None if steep else simulated(given(shape, ratio, "finite"), depth)
             if state is not None:
                 found += measured("finite", shape, state)
     return found
@@ -77,10 +91,10 @@ def single(p: Parameters, shape: str) -> list[Angle]:
 def loop(steps: int, case: tuple[str, float]) -> Loop:
     """Touch, press to 2δ₀, pull until just before the contact detaches; finite slopes."""
     shape, ratio = case
-    given = scene(INDENTERS[shape], 1.0, ratio)
-    end, top = detachment(given), 2 * given.critical_separation
+    steep = given(shape, ratio, "finite")
+    end, top = detachment(steep), 2 * steep.critical_separation
     depths = [*np.linspace(0, top, steps), *(top + (end - top) * np.linspace(0, 0.999, 2 * steps))]
-    states = (minimise(given, float(depth)) for depth in depths)
+    states = (minimise(steep, float(depth)) for depth in depths)
     angles = [next(measured("finite", shape, state)) for state in states]
     return Loop(shape, ratio, tuple(angles[:steps]), tuple(angles[steps:]))
 
@@ -90,25 +104,26 @@ def on_lattices(p: Parameters, case: tuple[int, str]) -> list[Angle]:
     (cells, shape), found = case, []
     body = SHAPES[shape]
     for ratio in p.path:
-        depth = depth_by_16(scene(body, 1.0, ratio), (body.apex or 0.0) + 1.0)
-        given = scene(body, 1.0, ratio, "small")
-        found += [lattice_angle(shape, given, depth, Grid(cells, shift)) for shift in p.offsets]
+        small = given(shape, ratio, "small")
+        depth = depth_by_16(small, (body.apex or 0.0) + 1.0)
+        found += [lattice_angle(shape, small, depth, Grid(cells, shift)) for shift in p.offsets]
     return found
 
 
-def lattice_angle(shape: str, given: Scene, depth: float, grid: Grid) -> Angle:
+def lattice_angle(shape: str, small: Scene, depth: float, grid: Grid) -> Angle:
     """The worst angle of a state; its error is about half its change from twice the spacing."""
     fine, coarse = (
-        list(measured("lattice", shape, one.solve(given, depth)))
+        list(measured("lattice", shape, one.solve(small, depth)))
         for one in (grid, Grid(grid.cells / 2, grid.offset / 2))
     )
     worst = max(range(len(fine)), key=lambda i: fine[i].residual)
-    return fine[worst]._replace(estimate=abs(fine[worst].deficit - coarse[worst].deficit) / 2)
+    off = abs(fine[worst].deficit - coarse[worst].deficit) / 2
+    return fine[worst]._replace(estimate=off, spacing=1 / grid.cells)
 
 
 def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """Measure all angles in `jobs` processes; `show` gets a line as each part begins."""
-    show(f"{len(p.ratios)} w/γ₁ x {len(INDENTERS)} indenters x {len(p.widths)} depths ...")
+    show(f"{len(p.ratios)} w/γ₁ x {len(SHAPES)} indenters x {len(p.widths)} depths ...")
     states = tuple(chain.from_iterable(each(partial(single, p), list(SHAPES), jobs)))
     show(f"loading paths at {len(p.path)} w/γ₁ ...")
     ways = [(shape, ratio) for shape in ("wedge", "parabola") for ratio in p.path]
@@ -129,6 +144,11 @@ def summary(record: Record) -> str:
         f"small slopes:  {len(small)} contact lines: π - θ is (15) within "
         f"{record.worst('small'):.0e} of itself",
     ]
+    around = [angle for angle in record.states if angle.shape in ROUND]
+    lines.append(
+        f"of these around an axis: {len(around)} contact lines of sphere, cone and cubic, within "
+        f"{max(angle.residual for angle in around):.0e}"
+    )
     for one in record.loops:
         widths = [angle.half_width for angle in one.angles]
         turn = np.degrees(np.ptp([angle.layer for angle in one.angles]))

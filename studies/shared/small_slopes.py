@@ -40,9 +40,12 @@ class Errors(NamedTuple):
         return not math.isnan(self.force)
 
 
-def scene(body: Indenter, gamma1: float, w: float, slopes: str = "finite") -> Scene:
+def scene(
+    body: Indenter, gamma1: float, w: float, slopes: str = "finite", geometry: str = "line"
+) -> Scene:
     """An indenter on a layer with k = 1."""
-    return Scene(ElasticLayer(K, 0.0, 1.0), SurfaceEnergies.from_work(gamma1, w), body, slopes)
+    layer, surfaces = ElasticLayer(K, 0.0, 1.0), SurfaceEnergies.from_work(gamma1, w)
+    return Scene(layer, surfaces, body, slopes, geometry=geometry)
 
 
 class Kind(NamedTuple):
@@ -91,10 +94,13 @@ def simulated(given: Scene, depth: float, rtol: float = 1e-8) -> Equilibrium | N
 
 
 def depth_by_16(given: Scene, a: float) -> float:
-    """The depth at which Eq. (16) places the line at a > 0."""
+    """The depth at which Eq. (16), or its like around an axis, places the line at a > 0."""
     body = given.indenter
     slope = 0.0 if isinstance(body, FlatPunch) else float(body.slope(a))
     m = {"k": K, "gamma1": given.gamma1, "w": given.work_of_adhesion}
+    if given.axisymmetric:
+        card = cards.axisymmetric.contact_line
+        return float(card.depth(float(body.height(a)), slope, a, **m))
     return float(cards.contact_line.depth(float(body.height(a)), slope, **m))
 
 
