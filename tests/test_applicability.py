@@ -150,6 +150,7 @@ def test_every_quantity_of_every_shape_has_its_two_borders(monkeypatch):
         == [
             *(("wedge", name) for name in small_slopes.QUANTITIES),
             *(("parabola", name) for name in list(small_slopes.QUANTITIES)[:3]),
+            *((shape, name) for shape in ("cone", "sphere") for name in ("half-width", "force")),
             ("any", "π - θ"),
         ]
     )

@@ -98,7 +98,8 @@ def _ratio(value: float, largest: float) -> str:
 
 def _table(record: Record) -> Iterator[str]:
     """One row for each shape, steepness and quantity."""
-    yield "Wedge and parabola, at the depth where (16) gives a = l; w/γ₁:\n"
+    yield "Wedge and parabola, at the depth where (16) gives a = l; cone and sphere against states"
+    yield "of small slopes, where a line of radius l is in balance with these; w/γ₁:\n"
     yield "| indenter | f'(a) | error of | within 1 % | within 10 % |"
     yield "| --- | --: | --- | --- | --- |"
     largest = max(record.parameters.scan)

@@ -10,6 +10,8 @@ Map: a wedge and a parabola at the depth where (16) gives a = l, over w/γ₁ an
 punch about to detach, over w/γ₁ and a/l. Errors: of a relative to a; of the force (11) and of the
 largest pull relative to max(|P|, 2√(2wγ₁)), the tension term of (22); of the depth at which the
 contact detaches relative to δ₀ = √(2w/k); of π - θ relative to itself.
+Around an axis: cone and sphere likewise, small against finite slopes at the depth where a line of
+radius l is in balance, d = f - (δ₀ - l f') K₀/K₁.
 Conjecture: w, k, the indenter and d = 0 are fixed, γ₁ alone varies: does (16) hold for all γ₁?
 Its steepness is f'(a₀), the error of a relative to a₀, the half-width (18) without tension.
 
@@ -46,6 +48,7 @@ from studies.shared.command import Show, silent
 from studies.shared.small_slopes import (
     KINDS,
     QUANTITIES,
+    ROUND,
     SHAPES,
     Errors,
     at_unit_width,
@@ -76,6 +79,7 @@ def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
     lines = product(SHAPES, p.lines, QUANTITIES)
     flat = "parabola", "depth of detachment"  # at its tip: among the flat faces
     chosen = [(shape, s, name) for shape, s, name in lines if (shape, name) != flat]
+    chosen += product(ROUND, p.lines, ("half-width", "force"))
     for pair in each(functools.partial(_borders, p.scan), chosen, jobs):
         yield from pair
     for tolerance in TOLERANCES:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 from scipy.optimize import brentq, minimize_scalar
@@ -76,6 +77,7 @@ KINDS = {
     ),
 }
 SHAPES = tuple(KINDS)
+ROUND = {"cone": "wedge", "sphere": "parabola"}  # turned about their axis
 
 
 def blunt(shape: str, steepness: float, a: float = 1.0) -> Indenter:
@@ -108,31 +110,41 @@ def compare(given: Scene, depth: float, a: float, size: float | None = None) -> 
     """Half-width a of (16), force (11) and angle (15) against the simulation at this depth.
 
     The error of a is relative to `size`, by default the simulated half-width; that of P to
-    max(|P|, 2√(2wγ₁)), the tension term of (22).
+    max(|P|, 2√(2wγ₁)), the tension term of (22), or around an axis 2πa√(2wγ₁).
     """
     state = simulated(given, depth)
     if state is None:
         return Errors(*[math.nan] * 4)
-    force = float(cards.force.total(depth, a, f=given.indenter.height, k=K, gamma1=given.gamma1))
+    card = cards.axisymmetric.force if given.axisymmetric else cards.force
+    force = float(card.total(depth, a, f=given.indenter.height, k=K, gamma1=given.gamma1))
     pinned = isinstance(given.indenter, FlatPunch)
     deficit = math.nan if pinned else state.angle_deficit
     return Errors(
         (a - state.half_width) / (size or state.half_width),
-        (force - state.force) / _force_scale(given, state.force),
+        (force - state.force) / _force_scale(given, state.force, a),
         given.surfaces.small_slope_deficit / deficit - 1,
         deficit / given.surfaces.angle_deficit - 1,
     )
 
 
-def _force_scale(given: Scene, force: float) -> float:
-    return max(abs(force), 2 * math.sqrt(2 * given.work_of_adhesion * given.gamma1))
+def _force_scale(given: Scene, force: float, a: float = math.nan) -> float:
+    ends = 2 * math.pi * a if given.axisymmetric else 2
+    return max(abs(force), ends * math.sqrt(2 * given.work_of_adhesion * given.gamma1))
 
 
 @functools.cache
 def at_unit_width(shape: str, steepness: float, ratio: float) -> Errors:
-    """Errors at the depth where (16) gives a = l, for w/γ₁ = ratio."""
-    given = scene(blunt(shape, steepness), 1.0, ratio)
-    return compare(given, depth_by_16(given, 1.0), 1.0)
+    """Errors at the depth where (16) gives a = l, for w/γ₁ = ratio.
+
+    Around an axis that line may be unstable: a is then the radius of the stable one at this depth.
+    """
+    geometry = "axisymmetric" if shape in ROUND else "line"
+    body = blunt(ROUND.get(shape, shape), steepness)
+    given = scene(body, 1.0, ratio, geometry=geometry)
+    depth = depth_by_16(given, 1.0)
+    if not given.axisymmetric:
+        return compare(given, depth, 1.0)
+    return compare(given, depth, minimise(replace(given, slopes="small"), depth).radius)
 
 
 @functools.cache
