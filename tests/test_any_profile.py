@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scenes import DELTA0, L, adhesive, rippled
 from test_fitted_path import apart
+from truth.scenes import case_of
 
 from discretization import load_path, minimise
+from discretization.profile import resolve
 from energy import Parabola, Patches, Sampled, SurfaceEnergies
 
 LOOP = np.r_[-0.1, np.linspace(0, 1.6, 5), np.linspace(1.3, -1.6, 12)] * DELTA0
@@ -133,3 +135,13 @@ def test_under_a_dead_load_contacts_begin_and_the_balance_closes():
     assert kinds[0] == "jump-in" and "nucleation" in kinds and kinds[-1] == "pull-off"
     assert path.work() == pytest.approx(path.dissipated, rel=1e-10, abs=0)
     assert min(event.energy_released for event in path.events) > 0
+
+
+def test_without_adhesion_a_path_begins_with_less_than_rounding():
+    """Where it is asked for first, the contact is only 5e-10 l wide."""
+    case = case_of("no_adhesion", 1)
+    touch = resolve(case.scene, case.depth).touch
+    path = load_path(case.scene, depths=touch + case.scale * np.array([-0.1, 2e-9, 0.4, 0.8]))
+    states = [minimise(case.scene, float(depth)) for depth in path.depth[2:]]
+    assert path.force[2:] == pytest.approx([state.force for state in states], rel=1e-11, abs=0)
+    assert len(states[-1].contacts) == 4

@@ -4,10 +4,11 @@ Between two depths a free surface moves smoothly if its lines, at depths in betw
 equilibrium or held where they are all the way, move one way, and its energy changes by the work of
 its force,
 
-    |E(end) - E(start) - ∫P dd| <= 1e-12 · (sums of the terms' absolute values),
+    |E(end) - E(start) - ∫P dd| <= 1e-12 · (sums of the terms' absolute values) + |P| · rounding,
 
-a jump, however short, leaves its energy unbalanced. The depths in between are crowded towards the
-end, d = start + (end - start)(2t - t²) at Gauss-Lobatto points t: next to where an equilibrium
+the rounding of depths, by little more of which a contact that has just begun is pressed; a jump,
+however short, leaves its energy unbalanced. The depths in between are crowded towards the end,
+d = start + (end - start)(2t - t²) at Gauss-Lobatto points t: next to where an equilibrium
 disappears a line moves as the root of the distance in depth, which is smooth in t.
 """
 
@@ -88,7 +89,8 @@ class Smooth:
         energy[good], size[good], force[good] = self._totals(x[good], depths, way)
         work = force @ (weights * (1 - t)) * (end - start)
         change = energy[:, -1] - energy[:, 0]
-        good &= np.abs(change - work) <= BALANCED * size.max(axis=1)
+        rounding = _EVEN * self.resting.size * np.abs(force).max(axis=1)
+        good &= np.abs(change - work) <= BALANCED * size.max(axis=1) + rounding
         return Moved(self.drives.snapped(x[:, -1]), good, work, margin)
 
     def _followed(
