@@ -9,8 +9,8 @@
 | λ      | decay of a tail per node   | 1           |       |
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
-minimise.py answers with one state, loading.py with a path of states; three packages do the work,
-each importing only those above it in this list:
+minimise.py answers with one state, loading.py with a path of states; routes.py says what does, or
+why nothing does. Three packages do the work, each importing only those above it in this list:
 
 lattice/  fixed nodes: sets of contact nodes, their energies, the lowest of all
 fitted/   contact lines as unknowns, a spectral mesh of the free surface anchored at each
