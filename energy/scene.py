@@ -92,6 +92,11 @@ class Scene:
         x = np.asarray(x, float)
         return 2 * math.pi * x if self.axisymmetric else np.ones_like(x)
 
+    @property
+    def per_length(self) -> str:
+        """What follows N and J in the units of force and energy: "/m", nothing around an axis."""
+        return "" if self.axisymmetric else "/m"
+
     @functools.cached_property
     def opened(self) -> Scene:
         """This scene with the surface energies of a contact that is being opened."""

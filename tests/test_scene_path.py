@@ -164,8 +164,8 @@ def test_the_defaults_that_a_new_file_shows_are_the_defaults(tmp_path):
     shown = tomllib.loads(options)["options"]
     shown.pop("spacing")
     signature = inspect.signature(minimise).parameters
-    slopes = inspect.signature(Scene).parameters["slopes"].default
-    assert shown.pop("slopes") == slopes
+    for name in ("slopes", "geometry"):
+        assert shown.pop(name) == inspect.signature(Scene).parameters[name].default
     assert shown == {name: signature[name].default for name in shown}
 
 

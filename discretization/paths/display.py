@@ -13,8 +13,6 @@ from discretization.paths.events import PullOff
 if TYPE_CHECKING:
     from discretization.paths.history import History
 
-_UNITS = {"depth": "m", "force": "(N/m)", "lost": "(J/m)"}
-
 
 def to_dict(history: History) -> dict[str, NDArray[np.float64]]:
     """Columns (n,) of a data frame: what is imposed, and the state at every step.
@@ -48,14 +46,19 @@ def html(history: History) -> str:
 
 def text(history: History, si: bool = False) -> str:
     """The events in their order, the most tensile state and the energy lost; si: with SI units."""
-    control, count = history.control, len(history.events)
-    names = [f"{name}/{unit}" if si else name for name, unit in _UNITS.items()]
+    control, count, per = history.control, len(history.events), history.scene.per_length
+    units = {
+        "depth": "m",
+        "force": f"(N{per})" if per else "N",
+        "lost": f"(J{per})" if per else "J",
+    }
+    names = [f"{name}/{unit}" if si else name for name, unit in units.items()]
     lines = [f"load path: {len(history)} steps of {control}, {count} events"]
     lines.append(f"{'event':18s}" + "".join(f"{name:>14s}" for name in (control, *names)))
     for event in history.events:
         values = (event.control, event.depth, event.force, event.energy_released)
         lines.append(f"{event.kind:18s}" + "".join(f"{value:>14.6g}" for value in values))
-    metres, newtons, joules = (" m", " N/m", " J/m") if si else ("", "", "")
+    metres, newtons, joules = (" m", f" N{per}", f" J{per}") if si else ("", "", "")
     if (pull := most_tensile(history)) is not None:
         at = f"d = {pull.depth:.6g}{metres}, a = {pull.half_width:.6g}{metres}"
         lines.append(f"most tensile: P = {pull.force:.6g}{newtons} at {at}")

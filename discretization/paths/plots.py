@@ -36,7 +36,6 @@ STYLES: dict[str, dict[str, Any]] = {
     "free": {"color": GREY, "lw": 1.0, "zorder": 1},
 }
 NAMES = {"force": "force P", "half_width": "half-width a"}
-UNITS = {"force": "N/m", "half_width": "m"}
 
 
 class Leg(NamedTuple):
@@ -108,7 +107,8 @@ def units(histories: Sequence[History], quantity: str, si: bool = True) -> tuple
     depth, values = (
         np.concatenate([getattr(leg, name) for leg in parts]) for name in ("depth", quantity)
     )
-    length, other = ("m", UNITS[quantity]) if si else ("", "")
+    force = f"N{histories[0].scene.per_length}"
+    length, other = ("m", force if quantity == "force" else "m") if si else ("", "")
     return prefixed(depth, length), prefixed(values, other)
 
 
@@ -202,7 +202,8 @@ def plot(
 
 def _programme(axes: Any, history: History, si: bool) -> None:
     """The depth against the imposed force or drive."""
-    label, unit = {"force": ("imposed force", "N/m"), "drive": ("drive D", "m")}[history.control]
+    force = f"N{history.scene.per_length}"
+    label, unit = {"force": ("imposed force", force), "drive": ("drive D", "m")}[history.control]
     depth = np.where(np.isfinite(history.depth), history.depth, math.nan)
     x, y = prefixed(history.values, unit if si else ""), prefixed(depth, "m" if si else "")
     axes.plot(history.values / x.size, depth / y.size, ".-", color=BLUE, lw=1, ms=4)

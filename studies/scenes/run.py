@@ -36,13 +36,11 @@ from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, GREY, ORANGE, canvas
 from studies.shared.types import QUANTITIES, Table
 
-CONVENTIONS = (
-    "units: SI, per unit length of the line contact: depth and half_width in m, force in N/m, "
-    "energy in J/m, contact_angle in rad; error_* are estimated errors in these units; inf: the "
-    "lattice does not resolve the state",
+SIGNS = (
     "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
-    "without contact",
+    "without contact"
 )
+LINE = "per unit length of the line contact"
 MARKERS = {"global": "o", "metastable": "s", "adhered": "D", "neutral": "^", "detached": "x"}
 
 
@@ -115,9 +113,11 @@ def row(state: Equilibrium) -> str:
     return "".join(values) + f"{told}  {state.label}{verdict}"
 
 
-def heading() -> str:
+def heading(scene: Scene) -> str:
     """The line above the rows."""
-    names = ("depth/m", "half-width/m", "force/(N/m)", "energy/(J/m)", "angle/rad")
+    width = "radius/m" if scene.axisymmetric else "half-width/m"
+    force, energy = ("N", "J") if scene.axisymmetric else ("(N/m)", "(J/m)")
+    names = ("depth/m", width, f"force/{force}", f"energy/{energy}", "angle/rad")
     return "".join(f"{name:>13}" for name in names) + f"{'rel. err':>9}  state"
 
 
@@ -142,7 +142,17 @@ def notes(given: SceneFile) -> list[str]:
     scene: Scene = given.scene
     lines = [f"title: {given.title}", f"source: {given.source}"]
     lines += [str(scene.layer), str(scene.surfaces), str(scene.indenter)]
-    return [*lines, f"scene: {json.dumps(described(scene))}", *CONVENTIONS]
+    return [*lines, f"scene: {json.dumps(described(scene))}", units_of(scene), SIGNS]
+
+
+def units_of(scene: Scene) -> str:
+    """The units of a table of its states, in words."""
+    what = "of the whole contact, half_width the radius" if scene.axisymmetric else LINE
+    return (
+        f"units: SI, {what}: depth and half_width in m, force in N{scene.per_length}, energy in "
+        f"J{scene.per_length}, contact_angle in rad; error_* are estimated errors in these units; "
+        "inf: the lattice does not resolve the state"
+    )
 
 
 def plot(record: Record) -> Any:
@@ -150,8 +160,9 @@ def plot(record: Record) -> Any:
     several, state = len(record.states) > 1, (record.attached or record.states)[-1]
     figure, axes = canvas(11, 9 if several else 5, 1 + several, 2, squeeze=False)
     if several:
-        _curve(axes[0, 0], record, "force", "force P", "N/m")
-        _curve(axes[0, 1], record, "half_width", "half-width a", "m")
+        _curve(axes[0, 0], record, "force", "force P", f"N{state.scene.per_length}")
+        width = "radius a" if state.scene.axisymmetric else "half-width a"
+        _curve(axes[0, 1], record, "half_width", width, "m")
     plots.draw(axes[-1], state, last=several and bool(record.attached))
     figure.suptitle(record.given.title, fontsize=14)
     plots.note(figure, record.violated)
@@ -212,7 +223,7 @@ def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
     if given.depths.size == 1:
         record = run(given, show=print)
     else:
-        print(heading())
+        print(heading(given.scene))
         record = run(given, lambda state: command.say(row(state)), jobs)
         print(summary(record))
     name, chosen = given.path.stem, {"slopes": given.scene.slopes, "options": given.options}

@@ -109,8 +109,9 @@ class Fit:
             rows.append(f"{e.name:12s}{e.value:>13.5g}{cells} {UNITS[e.name]}")
         count = f"{self.used.sum()} of {self.used.size} points in contact"
         ends = ", ".join(mark.kind for mark in self.model.ends) or "no end of contact"
+        unit = f"N{self.model.scene.per_length}"
         size = "" if math.isnan(self.quality.times) else f", {self.quality.times:.2g} × the noise"
-        rows.append(f"{count}, {ends} used; residual {self.residual_noise:.3g} N/m{size}")
+        rows.append(f"{count}, {ends} used; residual {self.residual_noise:.3g} {unit}{size}")
         return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
 
     def _told(self, estimate: Estimate, interval: Interval | None) -> str:

@@ -15,8 +15,9 @@ def plot(found: Fit, title: str) -> Figure:
     """P(d) above, residuals with ± 2s below, both branches."""
     figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
     depth, force = found.curve
-    x, y = prefixed(depth, "m"), prefixed(force, "N/m")
-    z = prefixed(force[found.used] - found.fitted, "N/m")
+    unit = f"N{found.model.scene.per_length}"
+    x, y = prefixed(depth, "m"), prefixed(force, unit)
+    z = prefixed(force[found.used] - found.fitted, unit)
     free = ~found.used
     top.plot(depth[free] / x.size, force[free] / y.size, "x", color=GREY, label="out of contact")
     grows = loading(depth)[found.used]

@@ -7,8 +7,9 @@ order (loading, unloading; a contact that is lost and touches again begins anew)
 work of adhesion of a contact that opens is fitted too, from a loop of loading and unloading. DATA
 has columns named depth and force, with units above them, such as `depth [µm], force [mN/m]`; the
 delimiter, decimal mark, encoding and preamble are found, other columns and forces in newtons need
-the options below or a table [measured] in the scene file (studies/scenes/measured.py). Instrument
-files are read with the extra elastocap[afm]. The scene file gives the rest and where the search
+the options below or a table [measured] in the scene file (studies/scenes/measured.py); around an
+axis (geometry = "axisymmetric") newtons are what the model has. Instrument files are read with the
+extra elastocap[afm]. The scene file gives the rest and where the search
 begins; its depth and [path] do not matter. Points whose force is noise at both ends of a contact
 take no part; where the simulated contact detaches before the measured one, its force is continued
 along the tangent, so that residuals are smooth.
@@ -38,6 +39,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,13 +61,21 @@ def table(found: Fit) -> Table:
     """Depth, force, fitted force and residual; nan where the point took no part."""
     fitted = np.full(found.curve.force.shape, math.nan)
     fitted[found.used] = found.fitted
+    unit = f"N{found.model.scene.per_length}"
     columns = {
         "depth [m]": found.curve.depth,
-        "force [N/m]": found.curve.force,
-        "fitted [N/m]": fitted,
-        "residual [N/m]": found.curve.force - fitted,
+        f"force [{unit}]": found.curve.force,
+        f"fitted [{unit}]": fitted,
+        f"residual [{unit}]": found.curve.force - fitted,
     }
     return list(columns), list(zip(*(c.tolist() for c in columns.values()), strict=True))
+
+
+def _none(width: float | None) -> float:
+    """The factor of forces in newtons around an axis. ValueError for a length of the contact."""
+    if width is not None:
+        raise ValueError(f"width = {width!r} with geometry = 'axisymmetric': leave it out")
+    return 1.0
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -96,7 +106,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.jobs > 1:
         parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
     given = load(options.scene)
-    curve = read_curve(options.data, reading_options.reading(options, given.measured))
+    reading = reading_options.reading(options, given.measured)
+    if given.scene.axisymmetric:  # forces are those of the whole contact
+        reading = replace(reading, width=_none(reading.width))
+    curve = read_curve(options.data, reading)
     found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]

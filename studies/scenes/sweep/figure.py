@@ -14,21 +14,26 @@ from studies.scenes.sweep.record import Record
 from studies.shared.figures import BLUE, GREY, Figure, canvas, shades
 from studies.shared.types import Array
 
-CONVENTIONS = (
-    "units: SI, per unit length of the line contact: lengths in m, forces in N/m, energies in J/m, "
-    "angles in rad; error_* are estimated errors in these units, nan where the lattice does not "
-    "resolve the state; where the label is detached, half_width, force and energy are 0"
-)
-STATE = (("force", "force P", "N/m"), ("half_width", "half-width a", "m"))
+STATE = (("force", "force P", "N"), ("half_width", "half-width a", "m"))
 PATH = (
-    ("pull_off_force", "most tensile force P", "N/m"),
-    ("dissipated", "energy lost on the path", "J/m"),
+    ("pull_off_force", "most tensile force P", "N"),
+    ("dissipated", "energy lost on the path", "J"),
 )
 LINES = 6  # of the second axis; more become a map
 STYLES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 
 
-def plot(record: Record, title: str) -> Figure:
+def conventions(per_length: str) -> str:
+    """The units of the table, `per_length` as of `Scene`."""
+    what = "per unit length of the line contact" if per_length else "of the whole contact"
+    return (
+        f"units: SI, {what}: lengths in m, forces in N{per_length}, energies in J{per_length}, "
+        "angles in rad; error_* are estimated errors in these units, nan where the lattice does "
+        "not resolve the state; where the label is detached, half_width, force and energy are 0"
+    )
+
+
+def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
     """Over the longest axis, a line per value of the second, or a map; other axes at the first."""
     figure, panels = canvas(11, 4.8, 1, 2)
     shape = [len(axis.values) for axis in record.grid.axes]
@@ -43,6 +48,7 @@ def plot(record: Record, title: str) -> Figure:
         apart = record.detached.reshape(shape)[keep]
         if second is not None and first > second:
             table, error, apart = table.T, error.T, apart.T
+        unit += per_length * (unit != "m")
         size, error = prefixed(table, unit), np.nan_to_num(error)
         quantity = f"{label} in {size.symbol}"
         values = Values(table / size.size, error / size.size, apart)

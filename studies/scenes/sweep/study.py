@@ -137,9 +137,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         retry=options.retry,
         show=tell,
     )
-    notes = [f"title: {given.title}", f"source: {given.source}", sweep_figure.CONVENTIONS]
+    per_length = given.scene.per_length
+    notes = [
+        f"title: {given.title}",
+        f"source: {given.source}",
+        sweep_figure.conventions(per_length),
+    ]
     written = [out.table(f"{name}.csv", json.dumps(content), *table(record), notes=notes)]
-    written += out.figure(name, sweep_figure.plot(record, given.title))
+    written += out.figure(name, sweep_figure.plot(record, given.title, per_length))
     failed = f"; {record.failed} failed" if record.failed else ""
     print(f"written: {', '.join(map(str, written))}{failed}")
     return 1 if record.failed else 0
