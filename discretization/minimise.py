@@ -9,7 +9,7 @@ from discretization.fitted.several import on_several
 from discretization.fitted.springs import on_springs
 from discretization.fitted.state import on_one_contact
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
-from discretization.routes import route
+from discretization.routes import question_of, route
 from energy import Scene
 from energy.checks import finite, option
 
@@ -60,7 +60,7 @@ def minimise(
             f"branch = {branch!r} is not what method={method!r} finds: use branch='global'"
         )
     if method in ON_NODES:
-        route(scene, "search" if method in LOWEST else branch, nodes=True)
+        route(scene, question_of(method, branch), nodes=True)
         if spacing is None:
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
         return looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)

@@ -1,7 +1,8 @@
 """Which question of which scene leads where, or why it is refused: the one table that decides.
 
 Questions are the two branches of `minimise`, "adhered" and "global", the "search" for the lowest
-contacts by a method of its own, and the load "path"; they are asked of the fitted mesh or of nodes.
+contacts by a method of its own or by the "oracle", and the load "path"; they are asked of the
+fitted mesh or of nodes.
 The first row that applies decides.
 """
 
@@ -15,7 +16,8 @@ from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
 # turned about an axis, of these the line has one stable place (fitted/lines.py)
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 STATES, ANY = ("adhered", "global"), ("adhered", "global", "path")
-LOWEST = ("global", "search")
+SEARCH = ("search", "oracle")
+LOWEST, ALL = ("global", *SEARCH), (*ANY, *SEARCH)
 
 
 def one_contact(scene: Scene) -> bool:
@@ -38,6 +40,11 @@ def _alone(scene: Scene) -> bool:
     return scene.indenter.convex and scene.pattern is None
 
 
+def _searched(scene: Scene) -> bool:
+    """Whether another state than that of the path may have less energy, but for none."""
+    return scene.gamma1 > 0 and scene.work_of_adhesion > 0 and not one_contact(scene)
+
+
 class Row(NamedTuple):
     """Where and what is asked, of which scenes; what answers, or why nothing does."""
 
@@ -54,9 +61,8 @@ _PATH = (
     "a Scene without it"
 )
 _ABOUT_AXIS = (
-    "geometry = 'axisymmetric': on nodes there are states and load paths with slopes = 'small' "
-    "only, and of several contacts those with gamma1 > 0 that touch first and then move there, "
-    "branch = 'adhered', by method = 'lattice'; use method='fitted'"
+    "geometry = 'axisymmetric': nodes do not know slopes = 'finite', gamma1 = 0 with a profile that "
+    "is not convex or with method = 'shortest_path', or method = 'oracle'; use method='fitted'"
 )
 _RINGS = (
     "branch = 'global' with geometry = 'axisymmetric': of an indenter that is not convex, which "
@@ -92,17 +98,20 @@ TABLE = (
     # on nodes
     Row(
         True,
-        (*STATES, "search"),
+        (*LOWEST, "adhered"),
         lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)),
         refused=_PATH,
     ),
     Row(True, STATES, lambda s: _held_twice(s) and _steep(s), refused=_PATH),
     Row(True, LOWEST, _held_twice, refused=_PATH),
-    Row(True, ("search",), lambda s: s.axisymmetric, refused=_ABOUT_AXIS),
-    Row(True, ("search",), lambda s: True, "lowest"),
-    Row(True, ANY, lambda s: s.axisymmetric and _steep(s), refused=_ABOUT_AXIS),
-    Row(True, ("global",), lambda s: s.axisymmetric and not _alone(s), refused=_ABOUT_AXIS),
+    Row(True, ALL, lambda s: s.axisymmetric and _steep(s), refused=_ABOUT_AXIS),
+    Row(True, SEARCH, lambda s: s.axisymmetric and not s.gamma1, refused=_ABOUT_AXIS),
+    Row(True, ("oracle",), lambda s: s.axisymmetric, refused=_ABOUT_AXIS),
     Row(True, ANY, lambda s: s.axisymmetric and not (_alone(s) or s.gamma1), refused=_ABOUT_AXIS),
+    Row(True, ("search",), lambda s: s.axisymmetric, "rings"),
+    Row(True, SEARCH, lambda s: True, "lowest"),
+    Row(True, ("global",), lambda s: s.axisymmetric and _searched(s), "rings"),
+    Row(True, STATES, lambda s: s.axisymmetric and not s.indenter.convex, "path"),
     Row(True, ("path",), lambda s: not s.gamma1, refused=_NODES_PATH),
     Row(True, ("path",), lambda s: _steep(s) and not _alone(s), refused=_NODES_PATH),
     Row(True, ("path",), lambda s: True, "path"),
@@ -118,6 +127,11 @@ TABLE = (
 
 def _plane(scene: Scene) -> bool:
     return isinstance(scene.indenter, Plane)
+
+
+def question_of(method: str, branch: str) -> str:
+    """What is asked of nodes by a method of `minimise`."""
+    return {"shortest_path": "search", "oracle": "oracle"}.get(method, branch)
 
 
 def route(scene: Scene, question: str, *, nodes: bool) -> str:

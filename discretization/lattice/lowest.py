@@ -27,6 +27,7 @@ from discretization.lattice.contact_set import ContactSet, judged, totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import Oracle
+from discretization.lattice.radial_lowest import lowest_rings, where_contact_pays
 from discretization.lattice.shortest_path import global_minimum, window
 from discretization.lattice.sums import Sums
 from energy import Scene
@@ -73,6 +74,12 @@ def lowest_contacts(
         raise ValueError(
             f"gamma1 = 0 leaves no links to search over: use 'lattice', not {method!r}"
         )
+    if scene.axisymmetric:
+        scene = lattice.seen(scene)
+        row = where_contact_pays(
+            scene, depth, lattice, fronts.region(lattice, scene.indenter, depth)
+        )
+        return lowest_rings(row, depth)[0], None
     first, g = window(lattice, scene.indenter, depth)
     nodes, proof = _search(lattice, g, method, margin)
     return nodes + first, proof

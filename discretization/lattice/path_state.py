@@ -1,12 +1,17 @@
-"""The metastable state of several contacts on the lattice: the end of the path that leads there."""
+"""States of several contacts on a row of nodes: the end of the path that leads there.
+
+Around the axis also those of lowest energy.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
 from discretization.lattice import fronts, line
 from discretization.lattice.between import interpolated
@@ -21,9 +26,10 @@ from discretization.lattice.lowest import (
     without_contact,
 )
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.radial_lowest import lowest_rings, where_contact_pays
 from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
-from discretization.lattice.sums import measured
+from discretization.lattice.sums import Sums, measured
 from energy import Scene
 
 
@@ -50,6 +56,32 @@ def _held(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) ->
     row, nodes = _followed(scene, depth, lattice, where)
     if not nodes.size:
         return without_contact(scene, depth, "adhered", lattice, where)
+    return _of_row(scene, depth, "adhered", row, nodes)[0]
+
+
+def on_lowest_rings(
+    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
+) -> Equilibrium:
+    """The certified state of lowest energy of all contact sets around the axis, with its proof.
+
+    ValueError for too many nodes, and for a contact that reaches an end of the known profile.
+    """
+    row = where_contact_pays(scene, depth, lattice, where)
+    nodes, bound = lowest_rings(row, depth)
+    if not nodes.size:
+        state, attained, scale = without_contact(scene, depth, "global", lattice, where), 0.0, 0.0
+    else:
+        refuse_unknown(scene, depth, lattice, where, nodes + row.first)
+        state, sums = _of_row(scene, depth, "global", row, nodes)
+        attained, scale = sums.energy, sums.energy_scale
+    proof = Proof(bound, attained, scale, margin=math.nan)
+    return replace(state, proof=proof, method="shortest_path")
+
+
+def _of_row(
+    scene: Scene, depth: float, branch: str, row: Row, nodes: NDArray[np.int64]
+) -> tuple[Equilibrium, Sums]:
+    """The certified state of these contacts of a row, and its sums over the nodes."""
     contacts = ContactSet.on_row(row, depth, nodes)
     sums = totals(contacts)
     certificate = passed(depth, judged(contacts, sums))
@@ -58,8 +90,8 @@ def _held(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) ->
     lines = [line.Line(x, 0.0, 0.0, x in corners) for x in found[0][0].tolist()]
     pairs = list(zip(lines[::2], lines[1::2], strict=True))
     own = (nodes + row.first).tolist()
-    state = state_of(scene, depth, "adhered", lattice, own, sums, certificate, pairs)
-    return replace(state, force=float(found[1][0]), energy=float(found[2][0]))
+    state = state_of(scene, depth, branch, row.lattice, own, sums, certificate, pairs)
+    return replace(state, force=float(found[1][0]), energy=float(found[2][0])), sums
 
 
 def contacts_on_path(

@@ -17,11 +17,11 @@ from discretization.lattice.judgement import judged
 from discretization.lattice.line import End, Line, ends_of, outer
 from discretization.lattice.lowest import on_lowest, state_of, without_contact
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.path_state import on_path
+from discretization.lattice.path_state import on_lowest_rings, on_path
 from discretization.lattice.springs import on_springs
 from discretization.lattice.sums import measured
 from discretization.lattice.unseen import looked_at
-from discretization.routes import route
+from discretization.routes import question_of, route
 from energy import Plane, Scene
 
 
@@ -56,10 +56,12 @@ def on_lattice(
         return _plane(scene, depth, branch, lattice)
     seen = lattice.seen(scene)
     where = fronts.region(lattice, seen.indenter, depth)
-    way = route(seen, "search" if method != "lattice" else branch, nodes=True)
+    way = route(scene, question_of(method, branch), nodes=True)
     state: Equilibrium | None
     if way == "lowest":
         state = on_lowest(seen, depth, branch, lattice, where, method, margin)
+    elif way == "rings":
+        state = on_lowest_rings(seen, depth, lattice, where)
     elif way == "path":
         state = on_path(seen, depth, lattice, where)
     elif way == "springs":

@@ -1,0 +1,124 @@
+"""Lowest energies with rotational symmetry on nodes: against all contact sets, one by one."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import ALPHA, DELTA0, SCENE, L, adhesive
+from scipy.special import k0e, k1e
+from test_radial_contacts import Row as Nodes
+from test_radial_contacts import bumps, dimple, on_nodes, relaxed, stiffness, turned
+
+from discretization import minimise
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.radial_lowest import lowest_rings
+from discretization.lattice.row import Row
+from energy import FlatPunch, Parabola, Wedge
+
+W = SCENE.work_of_adhesion
+
+
+def random_row(seed, n=9):
+    """Random heights on nodes 0..n-1 and a depth, over decades."""
+    rng = np.random.default_rng(seed)
+    scene = replace(
+        adhesive(Parabola(0.02), w=W * 10 ** rng.uniform(-2, 1)), geometry="axisymmetric"
+    )
+    lattice = Lattice.of(scene, L / 10 ** rng.uniform(-1, 1.5))
+    f = DELTA0 * rng.uniform(0, 1, n) * 10 ** rng.uniform(-1, 1)
+    bonds = lattice.on_links(np.full(n - 1, lattice.cell), np.arange(n))
+    row = Row(lattice, 0, int(np.argmin(f)), f, bonds, (lattice.w, lattice.w), clear=False)
+    return row, DELTA0 * rng.uniform(-1, 1.2)
+
+
+def enumerated(row, depth):
+    """Least energy of all contact sets whose surface stays above the indenter, and its nodes."""
+    lattice, g = row.lattice, depth - row.f
+    matrix = stiffness(lattice.spring / lattice.link, g.size)
+    least, best = (0.0 if (g <= 0).all() else math.inf), []
+    for number in range(1, 2**g.size):
+        held = [i for i in range(g.size) if number >> i & 1]
+        u = relaxed(matrix, g, held)
+        if (u < g - 1e-12 * DELTA0).any():
+            continue
+        adhesion = sum(lattice.w * row.bonds[i] for i in held if i + 1 in held)
+        energy = lattice.link / 2 * u @ matrix @ u - adhesion
+        if energy < least:
+            least, best = energy, held
+    return least, best
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_contact_set_has_less_energy(seed):
+    row, depth = random_row(seed)
+    contacts, energy = lowest_rings(row, depth)
+    least, _ = enumerated(row, depth)
+    lattice, g = row.lattice, depth - row.f
+    scale = lattice.w * row.bonds.sum() + lattice.link * float(g @ g)
+    assert energy == pytest.approx(least, rel=0, abs=1e-13 * scale)
+    held = [i for first, last in contacts.tolist() for i in range(first, last + 1)]
+    if held:
+        u = relaxed(stiffness(lattice.spring / lattice.link, g.size), g, held)
+        assert (u >= g - 1e-12 * DELTA0).all()
+
+
+def test_some_of_these_have_rings_discs_and_none():
+    found = [lowest_rings(*random_row(seed))[0] for seed in range(40)]
+    assert any(len(contacts) > 1 for contacts in found)
+    assert any(len(contacts) and contacts[0, 0] > 0 for contacts in found)
+    assert any(len(contacts) and contacts[0, 0] == 0 for contacts in found)
+    assert any(not len(contacts) for contacts in found)
+
+
+@pytest.mark.parametrize("depth", [-0.3, 0.1, 0.5, 1.2])
+@pytest.mark.parametrize("body", [dimple(), bumps()], ids=["ring", "bumps"])
+def test_the_lowest_state_is_that_of_the_fitted_mesh_and_has_a_proof(body, depth):
+    scene = turned(body)
+    state = on_nodes(scene, depth * DELTA0, L / 60, branch="global")
+    adhered = on_nodes(scene, depth * DELTA0, L / 60)
+    assert state.energy <= adhered.energy + state.uncertainty["energy"]
+    assert state.proof.violation <= 1e-12
+    assert state.label in ("global", "detached")
+    fitted = minimise(scene, depth * DELTA0, branch="global")
+    assert state.contacts.shape == fitted.contacts.shape
+    assert state.energy == pytest.approx(fitted.energy, rel=0, abs=state.uncertainty["energy"])
+
+
+@pytest.mark.parametrize("body", [Parabola(0.2), Wedge(math.atan(0.6 * ALPHA)), FlatPunch(1.3 * L)])
+def test_of_a_convex_indenter_it_is_the_contact_of_the_path_or_none(body):
+    scene = turned(body)
+    for depth in np.array([-0.9, -0.5, -0.1, 0.0, 0.7]) * DELTA0:
+        one, other = (
+            minimise(scene, depth, method=method, branch="global", spacing=L / 40)
+            for method in ("lattice", "shortest_path")
+        )
+        assert other.nodes.tolist() == one.nodes.tolist()
+        assert other.proof.violation <= 1e-12
+
+
+def test_a_cylinder_is_let_go_where_the_energies_are_equal():
+    a = 1.3 * L
+    scene = turned(FlatPunch(a))
+    critical = -DELTA0 * math.sqrt(a / (a + 2 * L * k1e(a / L) / k0e(a / L)))
+    for share, held in ((0.97, True), (1.03, False)):
+        state = on_nodes(scene, share * critical, a / 300, branch="global")
+        assert bool(state.contacts.size) == held
+        assert on_nodes(scene, share * critical, a / 300).contacts.size  # the path still holds
+
+
+def test_more_nodes_than_pairs_can_be_looked_at_are_refused():
+    with pytest.raises(ValueError, match=r"spacing = .* at most 6000: give a larger one"):
+        on_nodes(turned(bumps()), 0.0, L / 2000, branch="global")
+
+
+def test_rounding_of_depths_is_relative_to_the_critical_separation():
+    row = Nodes(3)
+    uniform = replace(
+        row.rules,
+        work=W
+        * row.lattice.on_links(np.full(row.f.size - 1, row.lattice.cell), np.arange(row.f.size)),
+    )
+    assert uniform.lift == pytest.approx(DELTA0, rel=1e-12, abs=0)
+    rest = row.rules.spans.shape(4, 6, np.array([5]))[2]
+    assert row.rules.least_rest == pytest.approx(float(rest[0]), rel=1e-12, abs=0)
