@@ -271,10 +271,12 @@ def test_nodes_and_the_fitted_mesh_agree_within_the_estimates(name):
 
 
 def test_what_nodes_around_an_axis_cannot_do_is_refused():
-    with pytest.raises(ValueError, match="on nodes there are"):
+    with pytest.raises(ValueError, match="nodes do not know slopes = 'finite'"):
         on_nodes(replace(steep(Parabola(0.02)), geometry="axisymmetric"), 0.0, 1e-3)
     bumpy = Profile(lambda x: 1e-5 * np.cos(900 * np.asarray(x)), lambda x: 0 * x, extent=(0, 0.02))
-    with pytest.raises(ValueError, match="geometry = 'axisymmetric'"):
-        on_nodes(turned(bumpy), 0.0, 1e-3, branch="global")
+    with pytest.raises(ValueError, match="nodes do not know .* gamma1 = 0 with a profile that is"):
+        on_nodes(turned(bumpy, gamma1=0.0), 0.0, 1e-3)
+    with pytest.raises(ValueError, match="or method = 'oracle'; use method='fitted'"):
+        minimise(turned(Parabola(0.02)), 0.0, method="oracle", branch="global", spacing=1e-3)
     with pytest.raises(ValueError, match=r"origin = 0\.3: with rotational symmetry"):
         Lattice.of(turned(Parabola(0.02)), 0.1, 0.3)
