@@ -61,8 +61,8 @@ _PATH = (
     "a Scene without it"
 )
 _ABOUT_AXIS = (
-    "geometry = 'axisymmetric': nodes do not know slopes = 'finite', gamma1 = 0 with a profile that "
-    "is not convex or with method = 'shortest_path', or method = 'oracle'; use method='fitted'"
+    "geometry = 'axisymmetric': nodes do not know slopes = 'finite', gamma1 = 0 with a profile that"
+    " is not convex or with method = 'shortest_path', or method = 'oracle'; use method='fitted'"
 )
 _RINGS = (
     "branch = 'global' with geometry = 'axisymmetric': of an indenter that is not convex, which "
