@@ -13,6 +13,11 @@ something happens (rules.py, waiting.py), how free parts and contacts change wit
 (ways.py, changes.py, stretch.py), and lines between the nodes (between.py); of these stand the
 states of several contacts on the path from first touch on (path_state.py) and all load paths
 (../paths/lattice_branch.py).
+
+Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
+where it is held: outside and inside (rings.py), between two contacts (radial_spans.py). The lattice,
+the depths of changes (radial_rules.py) and the search for the lowest contacts (radial_lowest.py) have
+forms of their own there; all else asks them the questions it asks of a line contact.
 """
 
 from discretization.lattice.finite_nodes import FiniteLattice
