@@ -15,9 +15,9 @@ states of several contacts on the path from first touch on (path_state.py) and a
 (../paths/lattice_branch.py).
 
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
-where it is held: outside and inside (rings.py), between two contacts (radial_spans.py). The lattice,
-the depths of changes (radial_rules.py) and the search for the lowest contacts (radial_lowest.py) have
-forms of their own there; all else asks them the questions it asks of a line contact.
+where it is held: outside and inside (rings.py), between two contacts (radial_spans.py). The
+lattice, the depths of changes (radial_rules.py) and the search for the lowest contacts
+(radial_lowest.py) have forms of their own there; all else asks them what it asks of a line contact.
 """
 
 from discretization.lattice.finite_nodes import FiniteLattice
