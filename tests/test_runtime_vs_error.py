@@ -48,7 +48,8 @@ def test_rivals_solve_the_same_problem(points):
         for start, bar in WIDTH.items():
             if p.method.startswith(start) and not p.note and p.task != "rough":
                 rtol = p.size if p.size < 1 else 0.0
-                lone = 3e-3 if p.task == "loop" else 0.0  # contacts of less than a link
+                # contacts of less than a link, and around an axis those about to detach
+                lone = 3e-3 if p.task.endswith("loop") else 0.0
                 assert p.errors[0] <= max(bar, rtol, lone), p
                 checked += 1
     assert checked > 20

@@ -10,6 +10,8 @@ value on the path or their own; θ over θ) for
 | finite      | parabola, w > 0, finite slopes                                                 |
 | loop        | loading and unloading of the adhesive parabola; time of one step               |
 | rough       | lowest energy of all on a rough profile; its error against the proven one      |
+| sphere      | adhesive, turned about its axis                                                |
+| sphere_loop | loop, turned about its axis                                                    |
 
 Every point carries its size, its success and the spread of its time; times are medians, as ratios
 to one LAPACK `dptsv` of that size measured in between. Modelling (building a cvxpy problem,

@@ -36,10 +36,10 @@ class Answer(NamedTuple):
     success: bool = True
 
 
-def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
-    """A parabola on a layer with k = γ₁ = 1."""
+def elastic(w: float, radius: float, slopes: str = "small", geometry: str = "line") -> Scene:
+    """A parabola, or a sphere, on a layer with k = γ₁ = 1."""
     surfaces = SurfaceEnergies.from_work(1.0, w)
-    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes=slopes)
+    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes, geometry=geometry)
 
 
 def rough(n: int) -> tuple[Lattice, Array]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,8 @@ from studies.benchmarks.rivals.task import Method, Solve, Task
 from studies.shared.random_cases import steep_totals
 from studies.shared.timing import tridiagonal_seconds
 
-TASKS = ("nonadhesive", "adhesive", "finite", "loop", "rough")
+Make = Callable[[Task, float], tuple[Solve, int]]
+TASKS = ("nonadhesive", "adhesive", "finite", "loop", "rough", "sphere", "sphere_loop")
 DEPTH, WORK = 5.0, 0.02  # k = γ₁ = 1
 STEEP_RADIUS, STEEP_WIDTH, STEEP_WORK = 5.0, 2.0, 0.3
 ROUGH_NODES = (60, 200, 500, 1000, 2000, 4000, 10_000, 20_000, 40_000, 10**5)
@@ -32,6 +34,8 @@ def named(name: str, steps: int) -> Task:
         "finite": _finite,
         "loop": partial(_loop, steps),
         "rough": _rough,
+        "sphere": _sphere,
+        "sphere_loop": partial(_sphere_loop, steps),
     }
     return made[name]()
 
@@ -120,6 +124,44 @@ def _loop(steps: int) -> Task:
         Method("one line by hand, from the last", _by_hand, 10**5, few=True),
     )
     return Task("loop", elastic(WORK, RADIUS), depths, exact, methods)
+
+
+def _sphere() -> Task:
+    scene = elastic(WORK, RADIUS, geometry="axisymmetric")
+    exact = np.array([[*_of_sphere(DEPTH), math.pi - math.sqrt(2 * WORK)]], float).T
+    methods = (Method("ours, default", _known(ours.default), tolerances=True), OURS[1])
+    return Task("sphere", scene, np.array([DEPTH]), exact, methods)
+
+
+def _known(make: Make) -> Make:
+    """Solved once beforehand, as modelling: surfaces of all radii are kept from then on."""
+
+    def made(task: Task, rtol: float) -> tuple[Solve, int]:
+        solve, unknowns = make(task, rtol)
+        solve()
+        return solve, unknowns
+
+    return made
+
+
+def _of_sphere(depths: Any) -> list[Any]:
+    """Radius, force and energy in closed form."""
+    card, m = cards.axisymmetric.sphere, {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": WORK}
+    return [f(depths, **m) for f in (card.radius, card.force, card.energy)]
+
+
+def _sphere_loop(steps: int) -> Task:
+    """0 -> DEPTH -> just above where the contact detaches, as _loop."""
+    m = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": WORK}
+    low, half = 0.99 * float(cards.axisymmetric.sphere.detachment(**m).depth), steps // 2
+    depths = np.concatenate([np.linspace(0, DEPTH, half), np.linspace(DEPTH, low, steps - half)])
+    exact = np.array([*_of_sphere(depths), np.full(steps, math.pi - math.sqrt(2 * WORK))])
+    scene = elastic(WORK, RADIUS, geometry="axisymmetric")
+    methods = (
+        Method("ours, load_path", _known(ours.path), tolerances=True),
+        Method("ours, load_path on the lattice", ours.lattice_path),
+    )
+    return Task("sphere_loop", scene, depths, exact, methods)
 
 
 def _by_hand(task: Task, size: float) -> tuple[Solve, int]:
