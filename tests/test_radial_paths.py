@@ -74,6 +74,10 @@ def test_the_line_of_a_cylinder_stays_at_its_edge_between_nodes():
         path = on_nodes(scene, (links + 0.6) * L / A, depths=depths)
         assert path.half_width == pytest.approx(A, rel=1e-14, abs=0)
         worst.append(np.abs(path.force / load_path(scene, depths=depths).force - 1).max())
+        whole = on_nodes(scene, (links + 0.6) * L / A, depths=[*depths, -2 * DELTA0])
+        assert whole.work() == pytest.approx(whole.dissipated, rel=1e-12, abs=0)
+        rest = {"depths": [-2 * DELTA0], "method": "lattice", "spacing": path.spacing}
+        assert load_path(scene, after=path, **rest).events == whole.events
     assert np.polyfit(np.log([10, 20, 40, 80]), np.log(worst), 1)[0] < -1.6
     assert worst[-1] <= 4e-4
 

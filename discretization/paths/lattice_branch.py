@@ -115,11 +115,15 @@ class LatticeBranch:
         return Held(nodes, tuple(min(max(at, lo), hi) for at in x))
 
     def contact(self, depth: float, *lines: float) -> State:
-        """The state whose lines are less than half a link from these positions; nan: detached."""
+        """The state whose lines are less than half a link from these positions; nan: detached.
+
+        A line at an edge belongs to the last node.
+        """
         if math.isnan(lines[0]):
             return None
         lattice, first = self.row.lattice, self.row.first
-        at = [round((x - lattice.origin) / lattice.spacing) - first for x in lines]
+        last = self.row.f.size - 1  # a line at an edge may be up to a link beyond
+        at = [min(round((x - lattice.origin) / lattice.spacing) - first, last) for x in lines]
         return self._state(tuple(zip(at[::2], at[1::2], strict=True)))
 
     @functools.lru_cache(maxsize=4)  # noqa: B019
