@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from discretization import minimise
+from energy import Parabola, cards
 from studies.applicability import figures as applicability_figures
 from studies.applicability import report as applicability_report
 from studies.applicability import study as applicability
@@ -189,3 +191,15 @@ def test_the_answer_follows_the_numbers(record):
     text = applicability_report.answer(replace(record, paths=paths))
     assert "The conjecture fails" in text
     assert "within 1 % for all γ₁ if f'(a₀) is below all tried" in text
+
+
+def test_forces_around_an_axis_are_compared_in_units_of_its_line():
+    given = small_slopes.scene(Parabola(5.0), 1.0, 0.3, geometry="axisymmetric")
+    depth = small_slopes.depth_by_16(given, 2.0)
+    errors, state = small_slopes.compare(given, depth, 2.0), minimise(given, depth)
+    around = {"R": 5.0, "k": 1.0, "gamma1": 1.0, "w": 0.3}
+    force = cards.axisymmetric.sphere.force_of_radius(2.0, **around)
+    line = 4 * math.pi * math.sqrt(0.6)
+    assert abs(state.force) < line
+    assert errors.force == pytest.approx((force - state.force) / line, rel=1e-9, abs=0)
+    assert depth == pytest.approx(cards.axisymmetric.sphere.depth(2.0, **around), rel=1e-12, abs=0)

@@ -46,8 +46,7 @@ def drawn(rng, shape):
     while True:
         ell, stress = 10 ** rng.uniform(-4, 4, 2)
         a, deficit = ell * 10 ** rng.uniform(-2.5, 1.5), math.radians(rng.uniform(3, 110))
-        blunt = shape in ("cone", "sum")
-        beta = deficit * rng.uniform(0.05, 0.95 if blunt else 1.4)
+        beta = deficit * rng.uniform(0.05, 1.4)
         if max(beta, abs(deficit - beta)) > MOST:
             continue
         scene = turned(SHAPES[shape](a, beta), ell, stress, deficit)
