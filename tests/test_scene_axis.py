@@ -77,5 +77,5 @@ def test_a_fit_finds_what_a_sphere_was_simulated_with(written, tmp_path, capsys)
     assert fit.main(asked) == 0
     row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("w "))
     assert float(row.split()[1]) == pytest.approx(6e-5, rel=1e-4)
-    with pytest.raises(ValueError, match="width = 0.01 with geometry = 'axisymmetric': leave it"):
+    with pytest.raises(ValueError, match=r"width = 0.01 with geometry = 'axisymmetric': leave it"):
         fit.main([*asked, "--width", "0.01"])
