@@ -185,7 +185,7 @@ class FittedBranch:
         walls, corners = self.scene.indenter.walls, self.scene.indenter.corners
         held = []
         for line in state:
-            tip = line.x == self.apex and line.x in corners
+            tip = line.x == self.apex and line.x in corners and not self.scene.axisymmetric
             held.append("edge" if line.x in walls else "tip" if tip else "")
         return held[0], held[1]
 
