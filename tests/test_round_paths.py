@@ -39,7 +39,7 @@ def same(one, other):
     size = np.abs(one.energy).max()
     for ours, theirs in zip(one.events, other.events, strict=True):
         assert abs(ours.depth - theirs.depth) <= 1e-8 * np.abs(one.depth[known]).max()
-        # at a fold a rounding of the depth moves the line by its root, against two works of adhesion
+        # a rounding of the depth moves the line at a fold by its root, against two works
         assert abs(ours.energy_released - theirs.energy_released) <= 1e-6 * size
     for path in (one, other):
         assert abs(path.work() - path.dissipated) <= 1e-9 * size
