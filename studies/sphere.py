@@ -1,8 +1,8 @@
 """How hard does a sphere stick: 2πRw as on springs, or πRw as on a liquid?
 
-A sphere is pulled off a layer whose surface tension grows with Λ = l/√(Rδ₀). The largest pull it
-bears, and so the dead load that detaches it, lies where dP/dd = 0; under imposed depth it holds on
-to the least depth of its branch. Beside the simulation stand the closed forms, their expansions
+A sphere is pulled off a layer whose surface tension grows with Λ = l/√(Rδ₀): by a dead load, which
+detaches it at its largest pull, dP/dd = 0, and under imposed depth, where it holds on to the least
+depth of its branch. Beside the simulation stand the closed forms, their expansions
 
     F_A/(2πRw) = 1 - Λ/√2 - 3Λ²/32 (Λ → 0),    ½ + (ln 4Λ² - γ_E - ¼)/(16Λ⁴) (Λ → ∞),
     d_c = -δ₀ (1 - ¾ (2Λ²)^(1/3)) (Λ → 0, imposed depth),
@@ -22,9 +22,8 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
-from discretization import load_path, minimise
+from discretization import load_path
 from energy import Circle, ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.shared import command
 from studies.shared.batches import each
@@ -37,6 +36,7 @@ LAYER, LENGTH = ElasticLayer(E=7e3, nu=0.0, h=10e-6), 10e-6  # Pa, 1, m; l in m
 GAMMA1 = LAYER.stiffness * LENGTH**2  # N/m
 GENTLE = 1e-4  # w/γ₁ with small slopes, which only sets the scale
 LARGEST = 1e-8  # relative error
+BEYOND = 1.05  # of 2πRw and of -δ₀: no contact bears as much
 
 
 @dataclass(frozen=True)
@@ -84,43 +84,35 @@ def scene_of(ratio: float, work: float, slopes: str) -> Scene:
     return Scene(LAYER, surfaces, body, slopes, geometry="axisymmetric")
 
 
-def radius(scene: Scene) -> float:
-    """R of the sphere."""
-    return float(scene.indenter.R)  # type: ignore[attr-defined]
-
-
 def detached(case: tuple[float, float, str]) -> Sphere:
-    """Λ, w/γ₁ and slopes: raise the sphere until it detaches, then look for its largest pull."""
+    """Λ, w/γ₁ and slopes: pull a sphere that has touched by a growing load; raise another."""
     scene = scene_of(*case)
-    lift = scene.critical_separation
-    end = load_path(scene, depths=[0.0, -1.1 * lift]).events[-1].before
-    least = minimize_scalar(
-        lambda depth: minimise(scene, depth).force,
-        bounds=(end.depth * (1 - 1e-9), min(0.05 * lift, 0.01 * radius(scene))),
-        method="bounded",
-        options={"xatol": 1e-9 * lift},
-    )
-    most = minimise(scene, float(least.x))
-    return Sphere(*case, _scaled(scene, most), _scaled(scene, end))
+    pulled = load_path(scene, forces=[0.0, -BEYOND * bare(scene)]).pull_off
+    raised = load_path(scene, depths=[0.0, -BEYOND * scene.critical_separation]).events[-1].before
+    return Sphere(*case, _scaled(scene, pulled), _scaled(scene, raised))
+
+
+def bare(scene: Scene) -> float:
+    """2πRw."""
+    return 2 * math.pi * float(scene.indenter.R) * scene.work_of_adhesion  # type: ignore[attr-defined]
 
 
 def _scaled(scene: Scene, state: Any) -> Pull:
-    bare = 2 * math.pi * radius(scene) * scene.work_of_adhesion
     depth = state.depth / scene.critical_separation
-    return Pull(-state.force / bare, depth, state.half_width / scene.elastocapillary_length)
+    return Pull(-state.force / bare(scene), depth, state.half_width / LENGTH)
 
 
 def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
     """Of small slopes, under dead load and imposed depth; Λ a number or an array (n,)."""
     R = LENGTH / (math.sqrt(2 * GENTLE) * np.square(ratio))
     given = {"R": R, "k": LAYER.stiffness, "gamma1": GAMMA1, "w": GENTLE * GAMMA1}
-    bare, lift = 2 * math.pi * R * GENTLE * GAMMA1, math.sqrt(2 * GENTLE) * LENGTH
+    springs, lift = 2 * math.pi * R * GENTLE * GAMMA1, math.sqrt(2 * GENTLE) * LENGTH
     pull, end = (
         getattr(cards.axisymmetric.sphere, card)(**given) for card in ("pull_off", "detachment")
     )
     return (
-        Pull(-pull.force / bare, pull.depth / lift, pull.half_width / LENGTH),
-        Pull(-end.force / bare, end.depth / lift, end.half_width / LENGTH),
+        Pull(-pull.force / springs, pull.depth / lift, pull.half_width / LENGTH),
+        Pull(-end.force / springs, end.depth / lift, end.half_width / LENGTH),
     )
 
 
