@@ -98,10 +98,11 @@ def beside(
 ) -> tuple[float, float, float, float]:
     """Energy, reaction, area (times k) and |reaction|, summed over the surfaces beyond lines."""
     one, other = (At(x, float(surfaces.scene.indenter.height(x))) for x in (left, right))
-    free = surfaces.free(None, one, depth), surfaces.free(other, None, depth)
-    pulls = free[0].pulls[1], free[1].pulls[0]
-    energy, area = free[0].energy + free[1].energy, free[0].area + free[1].area
-    return energy, sum(pulls), area, sum(map(abs, pulls))
+    last = surfaces.free(other, None, depth)
+    alike = one.f == other.f and not surfaces.scene.axisymmetric  # one surface and its mirror image
+    first = last if alike else surfaces.free(None, one, depth)
+    pulls = first.pulls[0 if alike else 1], last.pulls[0]
+    return first.energy + last.energy, sum(pulls), first.area + last.area, sum(map(abs, pulls))
 
 
 def _summed(sums: Iterable[Any], free: Iterable[Any]) -> tuple[Any, Any, Any, Any, Any]:
