@@ -28,7 +28,7 @@ from discretization.fitted.polynomials import horner, powers
 from discretization.fitted.spectral import band, polynomials, rounded
 
 Array = NDArray[np.float64]
-_POINTS = 16  # of an octave of radii: the polynomial is then exact to rounding
+_POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding
 _OUTER = 2  # octaves: from there on the elements beside a line end at the exact far field
 _LEAST = -40  # octaves: inside of 2^-40 l the springs do nothing
 FAR = 40.0
@@ -55,7 +55,8 @@ def stiffness(degree: int, side: int, s: Any) -> Any:
 def _read(degree: int, side: int, s: Any, octave: int) -> Any:
     """S of radii in an octave; below the last one that of a disc without springs, or a ring."""
     if octave > _LEAST:
-        value = horner(_family(degree, side, octave), 2 * (np.log2(s) - octave) - 1)
+        log2 = np.log2 if np.ndim(s) else math.log2
+        value = horner(_family(degree, side, octave), 2 * (log2(s) - octave) - 1)
         return value * (1 + s) / s if side > 0 else value * s / (2 + s)
     if side < 0:
         return s / 2
@@ -68,7 +69,7 @@ def _read(degree: int, side: int, s: Any, octave: int) -> Any:
 @functools.lru_cache(maxsize=256)
 def _family(degree: int, side: int, octave: int) -> tuple[float, ...]:
     """The polynomial of S s/(1+s) outside and S (2+s)/s inside, smooth at small and great s."""
-    t = np.sort(np.cos(np.pi * (np.arange(_POINTS) + 0.5) / _POINTS))
+    t = np.sort(np.cos(np.pi * (np.arange(_POINTS[side]) + 0.5) / _POINTS[side]))
     s = 2.0 ** (octave + (t + 1) / 2)
     if side < 0:
         solved = np.array([linear(degree, -one).reaction for one in s.tolist()])

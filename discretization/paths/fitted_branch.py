@@ -137,6 +137,10 @@ class FittedBranch:
     def _turned(self, problems: tuple[Problem, Problem], line: FittedLine) -> State:
         """The state of a contact about an axis; None below the fold of its line."""
         closing, opening = problems
+        if closing is opening and closing.depth >= self._fold[1]:
+            near = _near(closing, 1, line, self._fold[0])
+            if near is not None:
+                return Contact(AXIS, near)
         inside = _INSIDE * line.x if line.pinned else 0.0
         if closing.drive(1, line.x, inside) < 0:
             found = find_line(closing, 1, line.x)
@@ -145,8 +149,7 @@ class FittedBranch:
         elif opening.depth < self._fold[1]:
             return None
         else:
-            near = closing is opening and _near(opening, 1, line, self._fold[0])
-            found = near or find_line(opening, 1, self._fold[0])
+            found = find_line(opening, 1, self._fold[0])
         if not found.x and closing.depth < self.touch:
             return None
         return Contact(AXIS, found)
