@@ -156,3 +156,12 @@ def test_of_other_profiles_the_lowest_state_is_refused_in_words():
 def test_rings_between_contacts_with_finite_slopes_are_refused_in_words():
     with pytest.raises(ValueError, match="ring of free surface between two is not implemented"):
         minimise(scene(waved(), slopes="finite"), 0.02)
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+def test_a_cylinder_is_held_up_to_a_rounding_of_where_it_lets_go(slopes):
+    own = scene(FlatPunch(0.06), slopes=slopes)
+    last = load_path(own, depths=[0.0, -2 * own.critical_separation]).events[-1].depth
+    for part in (1e-6, 1e-9, 1e-12):
+        assert minimise(own, last * (1 - part)).radius == 0.06
+        assert minimise(own, last * (1 + part)).label == "detached"

@@ -138,7 +138,7 @@ class Problem:
         g = max(abs(self.displaced(end.x)) for _, end, _ in lines)
         steepest = 0.0
         for side, end, _ in lines if scene.gamma1 else ():
-            slope = float(scene.indenter.slope(end.x - side * _aside(end.x, abs(end.x) or g)))
+            slope = float(scene.indenter.slope(end.x - side * beside(end.x, abs(end.x) or g)))
             steepest = max(steepest, abs(slope))
         if scene.slopes == "finite":
             steepest /= math.hypot(1.0, steepest)
@@ -180,7 +180,7 @@ def least_drive(problem: Problem, outer: float, enough: float) -> tuple[float, f
     Or a place where it is not more than `enough`.
     """
     lo, hi = 0.0, outer
-    inside = _aside(outer, outer) if outer in problem.scene.indenter.walls else 0.0
+    inside = beside(outer, outer) if outer in problem.scene.indenter.walls else 0.0
     if not outer or problem.drive(1, outer, -inside) <= enough:
         return outer, problem.drive(1, outer, -inside)
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
@@ -216,7 +216,7 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     for corner in [*map(float, outwards), None]:
         aside = 0.0
         if start in corners:
-            aside = _aside(start, abs(corner - start) if corner is not None else size)
+            aside = beside(start, abs(corner - start) if corner is not None else size)
         first = h(start, aside)
         tie = problem.tie * (abs(first) + problem.lift)
         if first > tie or (corner is None and first >= 0):
@@ -233,7 +233,7 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     return FittedLine(bracketed(lambda x: h(x, 0.0), inside, outside), False, False)
 
 
-def _aside(x: float, room: float) -> float:
+def beside(x: float, room: float) -> float:
     """How far from a corner the slope on one side of it is read."""
     return max(_ASIDE * room, 4 * math.ulp(x))
 
@@ -246,7 +246,7 @@ def _skipped(
     while passed < stops:
         middle = (passed + stops) // 2
         corner = float(corners[middle])
-        beyond = problem.drive(side, corner, _aside(corner, abs(corner - start)))
+        beyond = problem.drive(side, corner, beside(corner, abs(corner - start)))
         if beyond < 0:
             passed = middle + 1
         else:

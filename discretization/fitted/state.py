@@ -14,6 +14,7 @@ from discretization.fitted.lines import (
     AXIS,
     FittedLine,
     Problem,
+    beside,
     find_line,
     lowest_point,
     mirrored,
@@ -134,7 +135,8 @@ def certify_lines(
     step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * problem.scene.elastocapillary_length)
     for side, end, _ in problem.distinct(ends):
         if ends[0].x < ends[1].x:
-            inner = (opening or problem).drive(side, end.x - side * step, 0.0)
+            back = beside(end.x, step) if end.pinned else step  # D may fall towards an edge
+            inner = (opening or problem).drive(side, end.x - side * back, 0.0)
             neighbours = max(neighbours, inner / scale)
         if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
             beyond = end.x + side * step
