@@ -41,9 +41,10 @@ def text(state: Equilibrium) -> str:
         name: f"± {size:.1e}" if math.isfinite(size) else "not resolved: use smaller spacing"
         for name, size in state.uncertainty.items()
     }
+    width = "radius" if state.scene.axisymmetric else "half-width"
     lines = [
         f"depth        d = {state.depth:.10g}   ({kind})",
-        f"half-width   a = {state.half_width:.10g}   ({error['half_width']})",
+        f"{width:12s} a = {state.half_width:.10g}   ({error['half_width']})",
         f"force        P = {state.force:.10g}   ({error['force']})",
         f"energy       U = {state.energy:.10g}   ({error['energy']})",
         f"angle        θ = {state.contact_angle:.10g} rad   (π - θ = {state.angle_deficit:.6g})",
