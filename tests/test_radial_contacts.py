@@ -272,3 +272,17 @@ def test_a_pattern_on_nodes_is_that_of_the_fitted_mesh():
         state = on_nodes(scene, depth * DELTA0, L / 150)
         assert state.radius == pytest.approx(fitted.radius, rel=0, abs=L / 150)
         assert state.force == pytest.approx(fitted.force, rel=0, abs=0.02 * fitted.scales["force"])
+
+
+def test_the_work_of_letting_go_of_a_plateau_is_found():
+    r = np.array([0.0, 1, 2, 3, 4, 6]) * L
+    body = Sampled(
+        r,
+        DELTA0 * np.array([1.3939166223194561, 1.3939166223194561, 1.3939166223194561, 3, 2.5, 9]),
+    )
+    scene = replace(turned(body), surfaces=type(SCENE.surfaces).from_work(GAMMA1, 0.0))
+    depths = DELTA0 * np.concatenate([np.linspace(1, 4, 5), np.linspace(4, 1, 6)])
+    for per_length in (0.9, 1.0, 7.3):
+        path = load_path(scene, depths=depths, method="lattice", spacing=L / per_length)
+        size = np.abs(path.energy).max()
+        assert path.work() == pytest.approx(path.dissipated, rel=0, abs=1e-9 * size)

@@ -237,8 +237,8 @@ class LatticeBranch:
             way = self._stretch(nodes, end)
             until = end if way.at is None else way.at
             done += work_of(self.row, way.ways, start, until)
-            if way.at is None or way.before == way.after:
-                break
+            if way.at is None or way.before == way.after or way.rising != (end > start):
+                break  # the last: by rounding, where a plateau lets go
             nodes, start = way.after, until
         return done
 
