@@ -35,7 +35,6 @@ STYLES: dict[str, dict[str, Any]] = {
     "jump": {"color": "black", "lw": 1.1, "ls": "--", "zorder": 4},
     "free": {"color": GREY, "lw": 1.0, "zorder": 1},
 }
-NAMES = {"force": "force P", "half_width": "half-width a"}
 
 
 class Leg(NamedTuple):
@@ -133,7 +132,9 @@ def draw(
             _arrow(axes, depth, values, style["color"], 0.35 if leg.kind == "loading" else 0.6)
     if label is not None:
         axes.plot([], [], color=colour, lw=width, label=label)
-    axes.set(xlabel=axis("depth d", x), ylabel=axis(NAMES[quantity], y))
+    width_of = "radius a" if history.scene.axisymmetric else "half-width a"
+    name = "force P" if quantity == "force" else width_of
+    axes.set(xlabel=axis("depth d", x), ylabel=axis(name, y))
     axes.ticklabel_format(scilimits=(-3, 4))  # of plain numbers
 
 

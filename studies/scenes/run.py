@@ -194,7 +194,7 @@ def _curve(axes: Any, record: Record, name: str, quantity: str, unit: str) -> No
             axes.errorbar(at, height, yerr=spread, ls="", ms=4, capsize=2, **style)
     axes.axhline(0, color=GREY, lw=0.8)
     axes.set(xlabel=f"depth d in {x.symbol}", ylabel=f"{quantity} in {y.symbol}")
-    axes.set_title("force (P > 0: compressive)" if name == "force" else "contact half-width")
+    axes.set_title("force (P > 0: compressive)" if name == "force" else f"contact {quantity[:-2]}")
     axes.legend()
 
 
