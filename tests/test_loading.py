@@ -131,7 +131,7 @@ def test_bad_programmes_are_refused(programme, message):
 
 
 def test_indenters_a_path_cannot_follow_are_refused():
-    with pytest.raises(ValueError, match="convex profile"):
+    with pytest.raises(ValueError, match="a profile with a lowest point"):
         load_path(adhesive(Plane()), depths=[0.001])
     with pytest.raises(ValueError, match="is not a Scene"):
         load_path(Parabola(1.0), depths=[0.001])

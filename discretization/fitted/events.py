@@ -35,6 +35,8 @@ _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not 
 _AHEAD = 1e-9  # of the size of depths: beyond an event lines that go on smoothly do so that far
 _MOST = 400  # trials: with the next rule three times as many as halvings of a double
 _PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
+_CREEPS = 1e-12  # of the size of depths: a part that short is one of a line that comes free by
+_CREEPING = 20  # roundings, and after so many in a row it is not followed any further
 _PARTS = 10_000  # places on one way at which lines only come free
 
 
@@ -72,10 +74,14 @@ class Events:
 
     def next(self, lines: Lines, start: float, end: float) -> Part:
         """To the first event on the way from one depth to another, or to its end."""
-        work = 0.0
+        work, creeping = 0.0, 0
         for _ in range(_PARTS):
             part = self._part(lines, start, end)
             work += part.work
+            slow = abs(part.depth - start) <= _CREEPS * self.motion.resting.size
+            creeping = creeping + 1 if slow else 0
+            if creeping > _CREEPING:
+                break
             if part.after is not None and self._happens(part.lines, part.after):
                 return part._replace(work=work)
             lines, start = part.lines if part.after is None else part.after, part.depth
