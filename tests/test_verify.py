@@ -34,6 +34,11 @@ def test_every_check_passes(record):
     assert len(record.results) == len(CHECKS)
 
 
+def test_the_main_job_passes():
+    """What the first command of the README runs, at all its levels and shifts of the nodes."""
+    assert not [verify.line(result) for result in verify.run(verify.FULL, jobs=2).failed]
+
+
 def test_every_equation_of_the_paper_has_a_check_and_the_list_is_sorted():
     numbers = [n for item in CHECKS for n in item.equations]
     assert set(numbers) == set(range(1, 41))
