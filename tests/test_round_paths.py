@@ -76,3 +76,11 @@ def test_a_cylinder_lets_go_at_once_however_it_is_held():
         assert path.events[-1].kind in ("detachment", "pull-off")
         assert path.events[-1].before.half_width == 0.3
         assert abs(path.work() - path.dissipated) <= 1e-9 * np.abs(path.energy).max()
+
+
+def test_a_path_does_not_go_on_beyond_the_steepest_surface():
+    """Also where it comes back before it ends: what is asked for in between is judged, too."""
+    own = scene(FlatPunch(0.3), slopes="finite")
+    assert load_path(own, depths=[0.0, 0.2, 0.0]).force[1] > 0
+    with pytest.raises(ValueError, match=r"at the contact line r = 0\.3 .* inclined by more than 86"):
+        load_path(own, depths=[0.0, 0.3, 0.0])

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.free_surface import OVERHANG
+from discretization.fitted.meniscus_surfaces import MeniscusSurfaces
 from discretization.fitted.roots import bracketed
 from discretization.fitted.surfaces import At, Surfaces
 from energy import Indenter, Scene
@@ -86,10 +87,15 @@ class Problem:
         return self.depth - float(self.scene.indenter.height(x))
 
     def refuse_overhang(self, x: float) -> None:
-        """ValueError if a line at x would incline the surface by more than π/2."""
+        """ValueError if a line at x would incline the surface by more than π/2.
+
+        Or, about an axis, by more than the family of its surfaces has.
+        """
         scene, limit = self.scene, OVERHANG * (1 - _UPRIGHT) * self.scene.elastocapillary_length
-        straight = scene.slopes == "finite" and not scene.axisymmetric
-        if limit and straight and abs(self.displaced(x)) >= limit:
+        if isinstance(self.surfaces, MeniscusSurfaces):
+            if x:
+                self.surfaces.refuse(1, At(x, float(scene.indenter.height(x))), self.depth)
+        elif limit and scene.slopes == "finite" and abs(self.displaced(x)) >= limit:
             raise ValueError(
                 f"depth = {self.depth!r}: at the contact line x = {x!r} the surface is displaced "
                 f"by {self.displaced(x)!r}, more than √2 l = {limit!r}; it would turn over and is "
@@ -138,7 +144,7 @@ class Problem:
         g = max(abs(self.displaced(end.x)) for _, end, _ in lines)
         steepest = 0.0
         for side, end, _ in lines if scene.gamma1 else ():
-            slope = float(scene.indenter.slope(end.x - side * beside(end.x, abs(end.x) or g)))
+            slope = float(scene.indenter.slope(end.x - side * one_sided(end.x, abs(end.x) or g)))
             steepest = max(steepest, abs(slope))
         if scene.slopes == "finite":
             steepest /= math.hypot(1.0, steepest)
@@ -180,7 +186,7 @@ def least_drive(problem: Problem, outer: float, enough: float) -> tuple[float, f
     Or a place where it is not more than `enough`.
     """
     lo, hi = 0.0, outer
-    inside = beside(outer, outer) if outer in problem.scene.indenter.walls else 0.0
+    inside = one_sided(outer, outer) if outer in problem.scene.indenter.walls else 0.0
     if not outer or problem.drive(1, outer, -inside) <= enough:
         return outer, problem.drive(1, outer, -inside)
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
@@ -216,7 +222,7 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     for corner in [*map(float, outwards), None]:
         aside = 0.0
         if start in corners:
-            aside = beside(start, abs(corner - start) if corner is not None else size)
+            aside = one_sided(start, abs(corner - start) if corner is not None else size)
         first = h(start, aside)
         tie = problem.tie * (abs(first) + problem.lift)
         if first > tie or (corner is None and first >= 0):
@@ -233,7 +239,7 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     return FittedLine(bracketed(lambda x: h(x, 0.0), inside, outside), False, False)
 
 
-def beside(x: float, room: float) -> float:
+def one_sided(x: float, room: float) -> float:
     """How far from a corner the slope on one side of it is read."""
     return max(_ASIDE * room, 4 * math.ulp(x))
 
@@ -246,7 +252,7 @@ def _skipped(
     while passed < stops:
         middle = (passed + stops) // 2
         corner = float(corners[middle])
-        beyond = problem.drive(side, corner, beside(corner, abs(corner - start)))
+        beyond = problem.drive(side, corner, one_sided(corner, abs(corner - start)))
         if beyond < 0:
             passed = middle + 1
         else:

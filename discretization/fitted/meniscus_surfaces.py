@@ -102,7 +102,7 @@ class MeniscusSurfaces:
         if not line.x:
             return Free(0.0, (0.0, 0.0), 0.0, 0.0)
         length, s = self.scene.elastocapillary_length, line.x / self.scene.elastocapillary_length
-        self._refuse(side, line, depth)
+        self.refuse(side, line, depth)
         u, unit = (depth - line.f) / length, 2 * math.pi * self.scene.gamma1 * length * s
         at = np.array([s])
         phi = menisci.inclination(side, at, np.array([u]))
@@ -110,7 +110,8 @@ class MeniscusSurfaces:
         pulls = (unit * pull, 0.0) if side > 0 else (0.0, unit * pull)
         return Free(unit * length * energy, pulls, unit * pull, self._imbalance(side, s, u, pull))
 
-    def _refuse(self, side: int, line: At, depth: float) -> None:
+    def refuse(self, side: int, line: At, depth: float) -> None:
+        """ValueError for a line beside which the surface is steeper than any of the family."""
         s = line.x / self.scene.elastocapillary_length
         u = (depth - line.f) / self.scene.elastocapillary_length
         steepest = float(menisci.read(side, np.array([s]), np.array([menisci.STEEPEST]))[0][0])

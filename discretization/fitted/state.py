@@ -14,10 +14,10 @@ from discretization.fitted.lines import (
     AXIS,
     FittedLine,
     Problem,
-    beside,
     find_line,
     lowest_point,
     mirrored,
+    one_sided,
     outer_line,
 )
 from discretization.fitted.quadrature import Interval, totals
@@ -135,7 +135,7 @@ def certify_lines(
     step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * problem.scene.elastocapillary_length)
     for side, end, _ in problem.distinct(ends):
         if ends[0].x < ends[1].x:
-            back = beside(end.x, step) if end.pinned else step  # D may fall towards an edge
+            back = one_sided(end.x, step) if end.pinned else step  # D may fall towards an edge
             inner = (opening or problem).drive(side, end.x - side * back, 0.0)
             neighbours = max(neighbours, inner / scale)
         if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated

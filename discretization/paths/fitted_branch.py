@@ -140,6 +140,7 @@ class FittedBranch:
         if closing is opening and closing.depth >= self._fold[1]:
             near = _near(closing, 1, line, self._fold[0])
             if near is not None:
+                closing.refuse_overhang(near.x)
                 return Contact(AXIS, near)
         inside = _INSIDE * line.x if line.pinned else 0.0
         if closing.drive(1, line.x, inside) < 0:
@@ -152,6 +153,7 @@ class FittedBranch:
             found = find_line(opening, 1, self._fold[0])
         if not found.x and closing.depth < self.touch:
             return None
+        closing.refuse_overhang(found.x)
         return Contact(AXIS, found)
 
     @functools.cached_property
