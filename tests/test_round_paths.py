@@ -82,5 +82,7 @@ def test_a_path_does_not_go_on_beyond_the_steepest_surface():
     """Also where it comes back before it ends: what is asked for in between is judged, too."""
     own = scene(FlatPunch(0.3), slopes="finite")
     assert load_path(own, depths=[0.0, 0.2, 0.0]).force[1] > 0
-    with pytest.raises(ValueError, match=r"at the contact line r = 0\.3 .* inclined by more than 86"):
+    with pytest.raises(
+        ValueError, match=r"at the contact line r = 0\.3 .* inclined by more than 86"
+    ):
         load_path(own, depths=[0.0, 0.3, 0.0])
