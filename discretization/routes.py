@@ -40,6 +40,10 @@ def _alone(scene: Scene) -> bool:
     return scene.indenter.convex and scene.pattern is None
 
 
+def _discs(scene: Scene) -> bool:
+    return scene.axisymmetric and scene.indenter.convex
+
+
 def _searched(scene: Scene) -> bool:
     """Whether another state than that of the path may have less energy, but for none."""
     return scene.gamma1 > 0 and scene.work_of_adhesion > 0 and not one_contact(scene)
@@ -63,10 +67,6 @@ _PATH = (
 _ABOUT_AXIS = (
     "geometry = 'axisymmetric': nodes do not know slopes = 'finite', gamma1 = 0 with a profile that"
     " is not convex or with method = 'shortest_path', or method = 'oracle'; use method='fitted'"
-)
-_RINGS = (
-    "branch = 'global' with geometry = 'axisymmetric': of an indenter that is not convex, which "
-    "may have rings of contact, the lowest energy is not looked for; use branch='adhered'"
 )
 _BENT = (
     "branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex the "
@@ -92,8 +92,7 @@ TABLE = (
     Row(False, ANY, lambda s: not s.gamma1, "springs"),
     Row(False, ("adhered", "path"), lambda s: True, "several contacts"),
     Row(False, ("global",), lambda s: not s.work_of_adhesion, "several contacts"),
-    Row(False, ("global",), lambda s: s.axisymmetric and not s.indenter.convex, refused=_RINGS),
-    Row(False, ("global",), lambda s: _steep(s) and not s.axisymmetric, refused=_BENT),
+    Row(False, ("global",), lambda s: _steep(s) and not _discs(s), refused=_BENT),
     Row(False, ("global",), lambda s: True, "several contacts"),
     # on nodes
     Row(

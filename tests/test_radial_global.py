@@ -16,7 +16,7 @@ from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_lowest import lowest_rings
 from discretization.lattice.row import Row
 from discretization.lattice.sums import measured
-from energy import FlatPunch, Parabola, Sampled, Wedge
+from energy import FlatPunch, Parabola, Profile, Sampled, Wedge
 
 W = SCENE.work_of_adhesion
 
@@ -154,3 +154,28 @@ def test_without_adhesion_the_lowest_state_is_the_only_one():
             lowest = minimise(plain, depth, method="shortest_path", branch="global", spacing=L / 40)
             assert lowest.nodes.tolist() == path.nodes.tolist()
             assert path.label == "global"
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_fitted_mesh_finds_the_lowest_rings_too(seed):
+    rng = np.random.default_rng(seed)
+    q, phase, height = rng.uniform(0.5, 3, 2) / L, rng.uniform(0, 2 * math.pi, 2), 0.25 * DELTA0
+    radius = 6 * L * L / DELTA0
+
+    def f(r):
+        return r * r / (2 * radius) + height * sum(np.cos(q[i] * r + phase[i]) for i in range(2))
+
+    def slope(r):
+        return r / radius - height * sum(q[i] * np.sin(q[i] * r + phase[i]) for i in range(2))
+
+    body = Profile(
+        lambda x: f(np.abs(x)), lambda x: np.sign(x) * slope(np.abs(x)), extent=(-12 * L, 12 * L)
+    )
+    scene, lowest = turned(body), float(f(np.linspace(0, 12 * L, 4000)).min())
+    for share in (-0.4, 0.2, 0.8):
+        mesh = minimise(scene, lowest + share * DELTA0, branch="global")
+        nodes = on_nodes(scene, lowest + share * DELTA0, L / 80, branch="global")
+        assert mesh.contacts.shape == nodes.contacts.shape
+        assert mesh.energy == pytest.approx(
+            nodes.energy, rel=0, abs=1.5 * nodes.uncertainty["energy"]
+        )

@@ -28,6 +28,7 @@ from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.tail import FittedTail
 from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.radial_lowest import MOST
 from discretization.profile import Resolved, resolve
 from energy import Scene
 
@@ -75,7 +76,7 @@ def _found(motion: Motion, depth: float, branch: str, rtol: float) -> Equilibriu
                 states.append(state_of(motion, lines, depth, branch, rtol))
         return min(states, key=lambda each: each.energy)
 
-    if motion.scene.axisymmetric:
+    if motion.scene.axisymmetric and motion.scene.indenter.convex:
         return lowest_of(_discs(motion, depth))
     found: list[Equilibrium] = []
     for candidates in _lowest(motion, depth):
@@ -95,6 +96,8 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
     """
     scene, profile = motion.scene, motion.profile
     spacing, least = coarsest(scene, profile), float(np.ptp(profile.x)) / _MOST_NODES
+    if scene.axisymmetric:
+        least = scene.indenter.extent[1] / (MOST - 1)
     beside = _BESIDE * scene.critical_separation
     for i in range(_FINER):
         lattice = Lattice.of(scene, max(spacing / 2**i, least))
