@@ -1,4 +1,4 @@
-"""Table, CSV and figures of runtime_vs_error."""
+"""What runtime_vs_error records: its table, CSV and figures."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import os
 import platform
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from studies.benchmarks.runtime_record import Floor, Point
 from studies.shared.figures import COLOURS, Figure, canvas, plain_ticks
+from studies.shared.table import markdown
 from studies.shared.types import Table
 
 QUANTITIES = ("half-width a", "force P", "energy U", "angle θ")
@@ -19,6 +19,50 @@ MARKERS = "osD^v<>phX*"
 LEAST = 1e-16
 LEVELS = (1e-4, 1e-6, 1e-8, 1e-10)
 COMMAND = "python -m studies runtime_vs_error"
+
+HEAD = ["method", "size or rtol", "solve ms", "spread", "first ms", "modelling ms", "× dptsv"]
+HEAD += ["err a", "err P", "err U", "err θ", "success"]
+
+
+class Point(NamedTuple):
+    """One method on one task at one size.
+
+    modelling, first: seconds of preparing and of the first call, which may fill caches;
+    seconds: median of further ones (of one step in a loop); spread: interquartile range over it;
+    ratio: median over dptsv of n unknowns; errors: of a, P, U, θ; note: why there is no answer.
+    """
+
+    task: str
+    method: str
+    size: float
+    unknowns: int
+    modelling: float
+    first: float
+    seconds: float
+    spread: float
+    ratio: float
+    errors: tuple[float, float, float, float]
+    success: bool
+    note: str = ""
+
+    @classmethod
+    def failed(cls, task: str, method: str, size: float, note: str) -> Point:
+        """Nothing measured."""
+        none = float("nan")
+        return cls(task, method, size, 0, *(none,) * 5, (none,) * 4, False, note)
+
+    @property
+    def ours(self) -> bool:
+        """Whether it is a method of this package."""
+        return self.method.startswith("ours")
+
+
+class Floor(NamedTuple):
+    """Seconds of one dptsv with n unknowns and of one pass over n numbers."""
+
+    unknowns: int
+    dptsv: float
+    one_pass: float
 
 
 def machine() -> str:
@@ -47,15 +91,16 @@ def rows(points: Sequence[Point], floors: Sequence[Floor]) -> Table:
 
 def table(points: Sequence[Point], floors: Sequence[Floor], exponents: dict[str, float]) -> str:
     """Everything measured, in Markdown."""
+    names = dict.fromkeys(p.task for p in points)
+    tasks = {task: [p for p in points if p.task == task] for task in names}
     lines = [f"`{COMMAND}` on {machine()}", ""]
-    for task in dict.fromkeys(p.task for p in points):
-        lines += [f"### {task}", "", HEAD, RULE]
-        lines += [_row(p) for p in points if p.task == task] + [""]
-    for task in dict.fromkeys(p.task for p in points if p.task != "rough"):
+    for task, own in tasks.items():
+        lines += [f"### {task}", "", markdown(HEAD, map(_row, own)), ""]
+    for task in (task for task in tasks if task != "rough"):
         told = "time to an error of a, and times our fastest"
-        lines += [f"### {task}: {told}", "", levels([p for p in points if p.task == task]), ""]
-    lines += ["### floors", "", "| n | dptsv ms | one pass ms |", "| --- | --- | --- |"]
-    lines += [f"| {f.unknowns} | {f.dptsv * 1e3:.4g} | {f.one_pass * 1e3:.4g} |" for f in floors]
+        lines += [f"### {task}: {told}", "", levels(tasks[task]), ""]
+    times = [[f"{f.unknowns}", *(f"{t * 1e3:.4g}" for t in f[1:])] for f in floors]
+    lines += ["### floors", "", markdown(("n", "dptsv ms", "one pass ms"), times)]
     lines += ["", "Cost exponents (time over unknowns):", ""]
     lines += [f"- {name}: {value:.2f}" for name, value in exponents.items()]
     return "\n".join(lines) + "\n"
@@ -74,37 +119,26 @@ def reached(points: Sequence[Point], level: float) -> dict[str, Point]:
 def levels(points: Sequence[Point]) -> str:
     """Time to a given error of a, over that of our fastest method, of one task; in Markdown."""
     known = [reached(points, level) for level in LEVELS]
-    ours = [min((p.seconds for m, p in f.items() if m[:4] == "ours"), default=0) for f in known]
-    lines = ["| method | " + " | ".join(f"a to {level:.0e}" for level in LEVELS) + " |"]
-    lines.append("| --- " * (len(LEVELS) + 1) + "|")
-    for method in dict.fromkeys(p.method for p in points if not p.note):
-        own = [(f.get(method), least) for f, least in zip(known, ours, strict=True)]
-        cells = [_reached(p, least) for p, least in own]
-        lines.append(f"| {method} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+    ours = [min((p.seconds for p in f.values() if p.ours), default=0) for f in known]
+
+    def cell(point: Point | None, least: float) -> str:
+        if point is None:
+            return "never"
+        times = f", × {point.seconds / least:.3g}" if least and point.seconds > least else ""
+        return f"{point.seconds * 1e3:.3g} ms{times}"
+
+    methods = dict.fromkeys(p.method for p in points if not p.note)
+    rows = [[m, *(cell(f.get(m), t) for f, t in zip(known, ours, strict=True))] for m in methods]
+    return markdown(["method", *(f"a to {level:.0e}" for level in LEVELS)], rows)
 
 
-def _reached(point: Point | None, least: float) -> str:
-    if point is None:
-        return "never"
-    times = f", × {point.seconds / least:.3g}" if least and point.seconds > least else ""
-    return f"{point.seconds * 1e3:.3g} ms{times}"
-
-
-HEAD = (
-    "| method | size or rtol | solve ms | spread | first ms | modelling ms | × dptsv "
-    "| err a | err P | err U | err θ | success |"
-)
-RULE = "| --- " * 12 + "|"
-
-
-def _row(p: Point) -> str:
+def _row(p: Point) -> list[str]:
     if p.note:
-        return f"| {p.method} | {p.size:g} | {p.note} |" + " |" * 9
-    cells = [f"{p.size:g}", f"{p.seconds * 1e3:.3g}", f"{p.spread:.0%}", f"{p.first * 1e3:.3g}"]
-    cells += [f"{p.modelling * 1e3:.3g}", f"{p.ratio:.3g}"]
-    cells += ["—" if np.isnan(e) else f"{e:.0e}" for e in p.errors]
-    return " | ".join([f"| {p.method}", *cells, "yes |" if p.success else "NO |"])
+        return [p.method, f"{p.size:g}", p.note, *[""] * 9]
+    times = [f"{p.seconds * 1e3:.3g}", f"{p.spread:.0%}", f"{p.first * 1e3:.3g}"]
+    times += [f"{p.modelling * 1e3:.3g}", f"{p.ratio:.3g}"]
+    errors = ["—" if np.isnan(e) else f"{e:.0e}" for e in p.errors]
+    return [p.method, f"{p.size:g}", *times, *errors, "yes" if p.success else "NO"]
 
 
 def family(method: str) -> str:
@@ -167,9 +201,7 @@ def fastest(points: Sequence[Point], level: float = 1e-6) -> str:
     found, known = reached(points, level), f"to an error of a of {level:.0e}: "
     if not found:  # each at its least size
         found, known = {p.method: p for p in sorted(points, key=lambda p: -p.unknowns)}, ""
-    sides = (
-        [p for p in found.values() if p.method.startswith("ours") == own] for own in (True, False)
-    )
+    sides = ([p for p in found.values() if p.ours == own] for own in (True, False))
     best = [min(side, key=lambda p: p.seconds) for side in sides if side]
     each = [f"{p.method} {p.seconds * 1e3:.3g} ms" for p in best]
     if not known:
@@ -190,7 +222,7 @@ def _draw(axes: Any, own: Sequence[Point], quantity: int | None, number: int) ->
     seconds = [p.seconds for p in own]
     half = np.array([p.spread / 2 for p in own])
     spread = np.array(seconds) * [half / (1 + half), half]  # by a factor: the axis is logarithmic
-    axes.errorbar(x, seconds, yerr=spread, **_style(number, own[0].method.startswith("ours")))
+    axes.errorbar(x, seconds, yerr=spread, **_style(number, own[0].ours))
     failed = [(at, p.seconds) for at, p in zip(x, own, strict=True) if not p.success]
     if failed:
         axes.plot(*np.transpose(failed), "o", ms=11, mfc="none", mec="black")

@@ -39,8 +39,7 @@ import numpy as np
 from studies.benchmarks.rivals.problem import installed
 from studies.benchmarks.rivals.task import Method, Task
 from studies.benchmarks.rivals.tasks import TASKS, guarded, named
-from studies.benchmarks.runtime_record import Floor, Point
-from studies.benchmarks.runtime_report import fastest, machine, plot, rows, table
+from studies.benchmarks.runtime_report import Floor, Point, fastest, machine, plot, rows, table
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.timing import middle, seconds, tridiagonal_seconds
@@ -100,18 +99,10 @@ def measure(task: Task, method: Method, size: float, parameters: Parameters) -> 
     per_step = np.array(times) / method.steps(task)
     median, spread = middle(per_step)
     floor = tridiagonal_seconds(unknowns, 3)
+    prepared = modelling, first / method.steps(task)
+    done = task.errors(answer), bool(answer.success)
     return Point(
-        task.name,
-        method.name,
-        size,
-        unknowns,
-        modelling,
-        first / method.steps(task),
-        median,
-        spread,
-        median / floor,
-        task.errors(answer),
-        answer.success,
+        task.name, method.name, size, unknowns, *prepared, median, spread, median / floor, *done
     )
 
 

@@ -75,6 +75,12 @@ class Columns:
         return " ".join(texts).rstrip()
 
 
+def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]], rule: str = "---") -> str:
+    """A table in Markdown; rule: that of every column ("--:" to the right), or one for each."""
+    rules = rule.split() if " " in rule else [rule] * len(columns)
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (columns, rules, *rows))
+
+
 def write(
     path: Path, head: Iterable[str], columns: Sequence[str], rows: Iterable[Iterable[Any]]
 ) -> None:

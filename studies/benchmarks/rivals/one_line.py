@@ -29,7 +29,7 @@ def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
         held[middle - m : middle + m + 1] = True
         inside = NodalEnergy(grid.lattice, held)
         finite = grid.scene.slopes == "finite"
-        u = inside.relaxed(grid.g) if finite else held_at(grid, held)
+        u = inside.relaxed(grid.g) if finite else held_at(grid, held)[0]
         return inside.value(u), float(inside.gradient(u)[held].sum()), u
 
     def advances(m: int) -> bool:
@@ -58,8 +58,7 @@ def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
 def _bracket(advances: Callable[[int], bool], largest: int, around: int | None) -> tuple[int, int]:
     if around is None:
         return 1, largest
-    low = high = around
-    step = 1
+    low, high, step = around, around, 1
     while low > 1 and not advances(low):
         low, step = max(1, low - step), 2 * step
     step = 1

@@ -69,18 +69,6 @@ def lattice_path(task: Task, size: float) -> tuple[Solve, int]:
     return _followed(task, method="lattice", spacing=dx), int(size)
 
 
-def each_step(task: Task, rtol: float) -> tuple[Solve, int]:
-    """`minimise` at each step."""
-
-    def solve() -> Answer:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)
-            found = [_answer(minimise(task.scene, d, rtol=rtol)) for d in task.depths.tolist()]
-        return Answer(*np.array([answer[:4] for answer in found]).T)
-
-    return solve, 50_000
-
-
 def shortest(task: Task, size: float) -> tuple[Solve, int]:
     """The proven lowest energy over itself and the violation of its proof."""
     nodes, g = rough(int(size))

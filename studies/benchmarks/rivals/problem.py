@@ -10,7 +10,6 @@ In units of the layer: only its k, γ₁ and w enter, and its thickness is arbit
 from __future__ import annotations
 
 import functools
-import importlib
 import importlib.util
 import math
 from dataclasses import dataclass
@@ -129,11 +128,6 @@ class Grid:
         if self.scene.slopes == "finite":
             return math.atan(f1) + math.atan(slope)
         return f1 + slope
-
-
-def package(name: str) -> Any:
-    """An optional package; ImportError where it is absent."""
-    return importlib.import_module(name)
 
 
 def installed(name: str) -> bool:

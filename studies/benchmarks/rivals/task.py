@@ -14,8 +14,6 @@ from studies.benchmarks.rivals.problem import Answer, Array
 
 Solve = Callable[[], Answer]
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-
-
 FEW = 20  # steps of the loop given to slow methods
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from discretization.lattice.oracle import Oracle
 from discretization.lattice.shortest_path import global_minimum
 from energy import cards
-from studies.benchmarks.rivals import active_set, conic, descent, elements, one_line, ours
+from studies.benchmarks.rivals import active_set, conic, one_line, ours
 from studies.benchmarks.rivals.problem import RADIUS, Answer, Grid, elastic, rough
 from studies.benchmarks.rivals.task import Method, Solve, Task
 from studies.shared.random_cases import steep_totals
@@ -27,17 +27,38 @@ MARGIN = 15.0  # elastocapillary lengths of free surface that a rival's grid cov
 
 
 def named(name: str, steps: int) -> Task:
-    """One of TASKS."""
+    """One of TASKS; steps: of a loop."""
+    turned: dict[str, Any] = {"geometry": "axisymmetric"}
+    known = Method("ours, default", _known(ours.default), tolerances=True), OURS[1]
+    known_path = Method("ours, load_path", _known(ours.path), tolerances=True), PATHS[1]
     made: dict[str, Callable[[], Task]] = {
-        "nonadhesive": partial(_parabola, "nonadhesive", 0.0),
-        "adhesive": partial(_parabola, "adhesive", WORK),
+        "nonadhesive": partial(_blunt, name, (*OURS, *_convex()), w=0.0),
+        "adhesive": partial(_blunt, name, (*OURS, *BY_HAND)),
         "finite": _finite,
-        "loop": partial(_loop, steps),
+        "loop": partial(_blunt, name, (*PATHS, LAST), steps=steps),
         "rough": _rough,
-        "sphere": _sphere,
-        "sphere_loop": partial(_sphere_loop, steps),
+        "sphere": partial(_blunt, name, known, **turned),
+        "sphere_loop": partial(_blunt, name, known_path, steps=steps, **turned),
     }
     return made[name]()
+
+
+def _blunt(
+    name: str, methods: tuple[Method, ...], w: float = WORK, steps: int = 0, geometry: str = "line"
+) -> Task:
+    """A parabola or sphere at DEPTH, or on 0 -> DEPTH -> just above where the contact detaches."""
+    card: Any = cards.parabola
+    given = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
+    width, last = card.half_width, -math.sqrt(2 * w)
+    if geometry == "axisymmetric":
+        card = cards.axisymmetric.sphere
+        width, last = card.radius, float(card.detachment(**given).depth)
+    loading, half = np.linspace(0, DEPTH, steps // 2), steps - steps // 2
+    loop = np.r_[loading, np.linspace(DEPTH, 0.99 * last, half)]
+    depths = loop if steps else np.array([DEPTH])
+    known = [one(depths, **given) for one in (width, card.force, card.energy)]
+    exact = np.array([*known, np.full(depths.size, math.pi - math.sqrt(2 * w))])
+    return Task(name, elastic(w, RADIUS, geometry=geometry), depths, exact, methods)
 
 
 def _grid(task: Task, size: float, depth: float | None = None) -> Grid:
@@ -46,7 +67,7 @@ def _grid(task: Task, size: float, depth: float | None = None) -> Grid:
     return Grid(task.scene, task.depth if depth is None else depth, n, reach)
 
 
-def _on_grid(prepare: Callable[[Grid], Solve]) -> Callable[[Task, float], tuple[Solve, int]]:
+def _on_grid(prepare: Callable[[Grid], Solve]) -> Make:
     def make(task: Task, size: float) -> tuple[Solve, int]:
         grid = _grid(task, size)
         return prepare(grid), grid.nodes
@@ -59,80 +80,6 @@ def _bvp(task: Task, rtol: float) -> tuple[Solve, int]:
     return one_line.boundary_value(task.scene, task.depth, rtol, guess), 50_000
 
 
-OURS = (
-    Method("ours, default", ours.default, tolerances=True),
-    Method("ours, lattice", ours.lattice),
-)
-BY_HAND = (
-    Method("one line by hand, dptsv", _on_grid(one_line.bisection), 10**6),
-    Method("scipy solve_bvp (angle put in)", _bvp, tolerances=True),
-    Method("L-BFGS-B, smoothed adhesion", _on_grid(descent.smoothed), only=(200, 1000, 4000)),
-)
-
-
-def _convex() -> tuple[Method, ...]:
-    return (
-        Method("ours, obstacle (lattice)", _on_grid(ours.hull)),
-        Method("active set, nested grids", _on_grid(active_set.nested)),
-        Method("active set, plain", _on_grid(active_set.plain), 10**4),
-        Method("Clarabel, direct", _on_grid(conic.clarabel), 10**5),
-        Method("OSQP, direct", _on_grid(conic.osqp), 10**5),
-        Method("OSQP 1e-9, direct", _on_grid(partial(conic.osqp, tolerance=1e-9)), 10**4),
-        Method("PIQP, direct", _on_grid(conic.piqp), 10**6, ("piqp",)),
-        Method(
-            "PIQP 1e-10, direct", _on_grid(partial(conic.piqp, tolerance=1e-10)), 10**5, ("piqp",)
-        ),
-        *(Method(n, _on_grid(p), 10**5) for n, p in conic.through_cvxpy().items()),
-        Method("scipy L-BFGS-B", _on_grid(descent.bounded), 10**4),
-        Method("scipy trust-constr", _on_grid(descent.trust_region), only=(50, 100, 200, 400)),
-        Method("scikit-fem, nested", _on_grid(elements.scikit_fem), 10**6, ("skfem",)),
-    )
-
-
-def _parabola(name: str, w: float) -> Task:
-    m = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
-    card = cards.parabola
-    values = [f(DEPTH, **m) for f in (card.half_width, card.force, card.energy)]
-    exact = np.array([[*values, math.pi - math.sqrt(2 * w)]], float).T
-    methods = (*OURS, *(BY_HAND if w else _convex()))
-    return Task(name, elastic(w, RADIUS), np.array([DEPTH]), exact, methods)
-
-
-def _finite() -> Task:
-    a, w = STEEP_WIDTH, STEEP_WORK
-    scene = elastic(w, STEEP_RADIUS, "finite")
-    d = float(
-        cards.finite.depth(a * a / 2 / STEEP_RADIUS, a / STEEP_RADIUS, k=1.0, gamma1=1.0, w=w)
-    )
-    exact = np.array([[a, *steep_totals(scene, d, a), scene.surfaces.contact_angle]]).T
-    hand = Method("one line by hand, Newton", _on_grid(one_line.bisection), 10**5)
-    return Task("finite", scene, np.array([d]), exact, (*OURS, hand, *BY_HAND[1:]))
-
-
-def _loop(steps: int) -> Task:
-    """0 -> DEPTH -> just above -δ₀."""
-    m = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": WORK}
-    low, half = -0.99 * math.sqrt(2 * WORK), steps // 2
-    depths = np.concatenate([np.linspace(0, DEPTH, half), np.linspace(DEPTH, low, steps - half)])
-    card = cards.parabola
-    values = [f(depths, **m) for f in (card.half_width, card.force, card.energy)]
-    exact = np.array([*values, np.full(steps, math.pi - math.sqrt(2 * WORK))])
-    methods = (
-        Method("ours, load_path", ours.path, tolerances=True),
-        Method("ours, load_path on the lattice", ours.lattice_path),
-        Method("ours, minimise at each step", ours.each_step, tolerances=True),
-        Method("one line by hand, from the last", _by_hand, 10**5, few=True),
-    )
-    return Task("loop", elastic(WORK, RADIUS), depths, exact, methods)
-
-
-def _sphere() -> Task:
-    scene = elastic(WORK, RADIUS, geometry="axisymmetric")
-    exact = np.array([[*_of_sphere(DEPTH), math.pi - math.sqrt(2 * WORK)]], float).T
-    methods = (Method("ours, default", _known(ours.default), tolerances=True), OURS[1])
-    return Task("sphere", scene, np.array([DEPTH]), exact, methods)
-
-
 def _known(make: Make) -> Make:
     """Solved once beforehand, as modelling: surfaces of all radii are kept from then on."""
 
@@ -142,26 +89,6 @@ def _known(make: Make) -> Make:
         return solve, unknowns
 
     return made
-
-
-def _of_sphere(depths: Any) -> list[Any]:
-    """Radius, force and energy in closed form."""
-    card, m = cards.axisymmetric.sphere, {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": WORK}
-    return [f(depths, **m) for f in (card.radius, card.force, card.energy)]
-
-
-def _sphere_loop(steps: int) -> Task:
-    """0 -> DEPTH -> just above where the contact detaches, as _loop."""
-    m = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": WORK}
-    low, half = 0.99 * float(cards.axisymmetric.sphere.detachment(**m).depth), steps // 2
-    depths = np.concatenate([np.linspace(0, DEPTH, half), np.linspace(DEPTH, low, steps - half)])
-    exact = np.array([*_of_sphere(depths), np.full(steps, math.pi - math.sqrt(2 * WORK))])
-    scene = elastic(WORK, RADIUS, geometry="axisymmetric")
-    methods = (
-        Method("ours, load_path", _known(ours.path), tolerances=True),
-        Method("ours, load_path on the lattice", ours.lattice_path),
-    )
-    return Task("sphere_loop", scene, depths, exact, methods)
 
 
 def _by_hand(task: Task, size: float) -> tuple[Solve, int]:
@@ -176,6 +103,47 @@ def _by_hand(task: Task, size: float) -> tuple[Solve, int]:
         return Answer(*np.array(found).T)
 
     return solve, grids[0].nodes
+
+
+OURS = (
+    Method("ours, default", ours.default, tolerances=True),
+    Method("ours, lattice", ours.lattice),
+)
+PATHS = (
+    Method("ours, load_path", ours.path, tolerances=True),
+    Method("ours, load_path on the lattice", ours.lattice_path),
+)
+LAST = Method("one line by hand, from the last", _by_hand, 10**5, few=True)
+BVP = Method("scipy solve_bvp (angle put in)", _bvp, tolerances=True)
+BY_HAND = Method("one line by hand, dptsv", _on_grid(one_line.bisection), 10**6), BVP
+
+
+def _convex() -> tuple[Method, ...]:
+    return (
+        Method("ours, obstacle (lattice)", _on_grid(ours.hull)),
+        Method("active set, nested grids", _on_grid(active_set.nested)),
+        Method("Clarabel, direct", _on_grid(conic.clarabel), 10**5),
+        Method("OSQP, direct", _on_grid(conic.osqp), 10**5),
+        Method("OSQP 1e-9, direct", _on_grid(partial(conic.osqp, tolerance=1e-9)), 10**4),
+        Method("PIQP, direct", _on_grid(conic.piqp), 10**6, ("piqp",)),
+        Method(
+            "PIQP 1e-10, direct", _on_grid(partial(conic.piqp, tolerance=1e-10)), 10**5, ("piqp",)
+        ),
+        *(Method(n, _on_grid(p), 10**5) for n, p in conic.cvxpy_solvers().items()),
+        Method("scipy L-BFGS-B", _on_grid(conic.bounded), 10**4),
+        Method("scikit-fem, nested", _on_grid(active_set.scikit_fem), 10**6, ("skfem",)),
+    )
+
+
+def _finite() -> Task:
+    a, w = STEEP_WIDTH, STEEP_WORK
+    scene = elastic(w, STEEP_RADIUS, "finite")
+    d = float(
+        cards.finite.depth(a * a / 2 / STEEP_RADIUS, a / STEEP_RADIUS, k=1.0, gamma1=1.0, w=w)
+    )
+    exact = np.array([[a, *steep_totals(scene, d, a), scene.surfaces.contact_angle]]).T
+    hand = Method("one line by hand, Newton", _on_grid(one_line.bisection), 10**5)
+    return Task("finite", scene, np.array([d]), exact, (*OURS, hand, BVP))
 
 
 def _rough() -> Task:
