@@ -13,6 +13,7 @@ import numpy as np
 from studies.applicability.figures import draw_conjecture, draw_maps, grid, worst_on_path
 from studies.applicability.record import PUNCH, Point, Record
 from studies.shared.command import Output
+from studies.shared.table import markdown
 from studies.shared.types import Array, Table
 
 
@@ -100,13 +101,13 @@ def _table(record: Record) -> Iterator[str]:
     """One row for each shape, steepness and quantity."""
     yield "Wedge and parabola, at the depth where (16) gives a = l; cone and sphere against states"
     yield "of small slopes, where a line of radius l is in balance with these; w/γ₁:\n"
-    yield "| indenter | f'(a) | error of | within 1 % | within 10 % |"
-    yield "| --- | --: | --- | --- | --- |"
-    largest = max(record.parameters.scan)
+    largest, rows = max(record.parameters.scan), []
     for one, ten in zip(record.borders[::2], record.borders[1::2], strict=True):
         steepness = f"{one.steepness:g}" if math.isfinite(one.steepness) else "any"
-        low, high = _ratio(one.ratio, largest), _ratio(ten.ratio, largest)
-        yield f"| {one.shape} | {steepness} | {one.quantity} | {low} | {high} |"
+        limits = (_ratio(border.ratio, largest) for border in (one, ten))
+        rows.append([one.shape, steepness, one.quantity, *limits])
+    columns = ("indenter", "f'(a)", "error of", "within 1 %", "within 10 %")
+    yield markdown(columns, rows, "--- --: --- --- ---")
 
 
 def _growth(record: Record) -> Iterator[str]:

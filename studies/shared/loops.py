@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization import Event, History, load_path
+from discretization import History, load_path
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
 
 LAYER = ElasticLayer(E=300.0, nu=0.4, h=10e-6)  # Pa, 1, m: a very soft gel
@@ -31,62 +31,52 @@ INDENTERS: dict[str, Indenter] = {
 _DEEPEST, _BEYOND = 2.0, 0.4
 
 
-class Loop(NamedTuple):
-    """The cards of a closed loop under one control."""
-
-    jump_in: Callable[..., Any]
-    detachment: Callable[..., Any]
-    loop_area: Callable[..., Any]
+_CONTROLS = {
+    "depth": cards.displacement_control,
+    "force": cards.load_control,
+    "drive": cards.machine_control,
+}
 
 
 class Known(NamedTuple):
     """What is known in closed form of one kind of indenter.
 
-    argument, value: name of its parameter in the cards, and where the indenter has it; size: b of
-    this parameter and δ₀; loops: by control.
+    name: in the names of the cards of loops; argument, value: name of its parameter in the cards,
+    and where the indenter has it; size: b of this parameter and δ₀.
     """
 
+    name: str
     argument: str
     value: Callable[[Any], float]
     size: Callable[[float, float], float]
     pull_off: Callable[..., Any]
-    loops: dict[str, Loop]
-    critical_stiffness: Callable[..., Any] | None = None
+
+    @property
+    def critical_stiffness(self) -> Callable[..., Any] | None:
+        """Of a machine under which the contact closes to the end; None for a flat face."""
+        return getattr(cards.machine_control, f"{self.name}_critical_stiffness", None)
+
+    def loop(self, control: str, given: dict[str, float], K: float | None) -> list[Any]:
+        """Jump-in, end of the contact and loop area under one control."""
+        machine = {"K": K} if control == "drive" else {}
+        jump = {} if self.name == "flat_punch" else machine  # no machine pulls a flat face in
+        named = ("jump_in", jump), ("detachment", machine), ("loop_area", machine)
+        own = _CONTROLS[control]
+        return [getattr(own, f"{self.name}_{card}")(**given, **more) for card, more in named]
 
 
-def _punch_jump_in(*, K: float, **given: float) -> Any:
-    """A face that touches all at once is pulled in by no machine."""
-    return _d.flat_punch_jump_in(**given)
-
-
-_d, _f, _m = cards.displacement_control, cards.load_control, cards.machine_control
 _KNOWN: dict[type, Known] = {
     FlatPunch: Known(
-        *("a", lambda body: body.half_width, lambda a, lift: a, _d.flat_punch_detachment),
-        {
-            "depth": Loop(_d.flat_punch_jump_in, _d.flat_punch_detachment, _d.flat_punch_loop_area),
-            "force": Loop(_f.flat_punch_jump_in, _f.flat_punch_detachment, _f.flat_punch_loop_area),
-            "drive": Loop(_punch_jump_in, _m.flat_punch_detachment, _m.flat_punch_loop_area),
-        },
+        *("flat_punch", "a", lambda body: body.half_width, lambda a, lift: a),
+        cards.displacement_control.flat_punch_detachment,
     ),
     Wedge: Known(
-        *("delta", lambda body: body.delta, lambda delta, lift: lift / math.tan(delta)),
+        *("wedge", "delta", lambda body: body.delta, lambda delta, lift: lift / math.tan(delta)),
         cards.wedge.pull_off,
-        {
-            "depth": Loop(_d.wedge_jump_in, _d.wedge_detachment, _d.wedge_loop_area),
-            "force": Loop(_f.wedge_jump_in, _f.wedge_detachment, _f.wedge_loop_area),
-            "drive": Loop(_m.wedge_jump_in, _m.wedge_detachment, _m.wedge_loop_area),
-        },
-        _m.wedge_critical_stiffness,
     ),
     Parabola: Known(
-        *("R", lambda body: body.R, lambda R, lift: math.sqrt(R * lift), cards.parabola.pull_off),
-        {
-            "depth": Loop(_d.parabola_jump_in, _d.parabola_detachment, _d.parabola_loop_area),
-            "force": Loop(_f.parabola_jump_in, _f.parabola_detachment, _f.parabola_loop_area),
-            "drive": Loop(_m.parabola_jump_in, _m.parabola_detachment, _m.parabola_loop_area),
-        },
-        _m.parabola_critical_stiffness,
+        *("parabola", "R", lambda body: body.R, lambda R, lift: math.sqrt(R * lift)),
+        cards.parabola.pull_off,
     ),
 }
 
@@ -173,7 +163,7 @@ def pull_off_card(scene: Scene) -> cards.PullOff:
 
 def global_pull_off(scene: Scene) -> cards.PullOff:
     """Where the detached state of a flat punch gets the lower energy (Maxwell)."""
-    return _d.flat_punch_global_pull_off(**arguments(scene))
+    return cards.displacement_control.flat_punch_global_pull_off(**arguments(scene))
 
 
 def formula_30(scene: Scene) -> float:
@@ -193,12 +183,12 @@ def most_tensile(history: History) -> tuple[float, float, float]:
 
 def compared(history: History) -> list[Form]:
     """Jump-in, end of the contact, pull-off and loop area beside their closed forms."""
-    scene, control, K = history.scene, history.control, history.machine_stiffness
-    machine = {"K": K} if control == "drive" else {}
-    jump, end, area = (card(**arguments(scene), **machine) for card in known(scene).loops[control])
+    scene, given = history.scene, arguments(history.scene)
+    jump, end, area = known(scene).loop(history.control, given, history.machine_stiffness)
     first, last = history.events[0], history.events[-1]
     force, lift, width = force_scale(scene), scene.critical_separation, size(scene)
     work = force * lift
+    ended = last.energy_released if last.kind in ("detachment", "pull-off") else math.nan
     pulled = zip(most_tensile(history), pull_off_card(scene), strict=True)
     (P, P_card), (d, d_card), (a, a_card) = pulled
     return [
@@ -209,13 +199,9 @@ def compared(history: History) -> list[Form]:
         Form("pull-off depth", d, float(d_card), lift),
         Form("pull-off half-width", a, float(a_card), width),
         Form("end depth", last.depth, float(end.depth), lift),
-        Form("end energy", _released_at_the_end(last), float(end.energy_released), work),
+        Form("end energy", ended, float(end.energy_released), work),
         Form("loop area", history.dissipated, float(area), work),
     ]
-
-
-def _released_at_the_end(last: Event) -> float:
-    return last.energy_released if last.kind in ("detachment", "pull-off") else math.nan
 
 
 def imbalance(history: History, work: float) -> float:

@@ -7,7 +7,6 @@ w of a layer enter, its thickness is any.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,29 +52,8 @@ class Case:
         return float(law(self.scene.work_of_adhesion, self.scene.gamma1))
 
 
-def _flat(rng: np.random.Generator, ell: float, a: float, alpha: float) -> Drawn:
-    return FlatPunch(a), {"a": a}, cards.flat_punch
-
-
-def _wedge(rng: np.random.Generator, ell: float, a: float, alpha: float) -> Drawn:
-    delta = math.atan(alpha * rng.uniform(0.1, 0.95))
-    return Wedge(delta), {"delta": delta}, cards.wedge
-
-
-def _parabola(rng: np.random.Generator, ell: float, a: float, alpha: float) -> Drawn:
-    R = ell * 10 ** rng.uniform(0, 2)
-    return Parabola(R), {"R": R}, cards.parabola
-
-
-def _power(rng: np.random.Generator, ell: float, a: float, alpha: float) -> Drawn:
-    n = rng.uniform(1.5, 5)
-    c = alpha * 10 ** rng.uniform(-1, 1) * a ** (1 - n)
-    return PowerLaw(c, n), {"c": c, "n": n}, cards.power_law
-
-
+SHAPES = ("flat", "wedge", "parabola", "power")
 Drawn = tuple[Indenter, dict[str, float], Any]  # an indenter, its parameters, its closed forms
-DRAWN = {"flat": _flat, "wedge": _wedge, "parabola": _parabola, "power": _power}
-SHAPES = tuple(DRAWN)
 
 
 def in_turn(rng: np.random.Generator, i: int) -> Case:
@@ -96,12 +74,26 @@ def random_case(rng: np.random.Generator, shape: str) -> Case:
     gamma1, w = k * ell**2, k * (alpha * ell) ** 2 / 2
     m = {"k": k, "gamma1": gamma1, "w": w}
     delta0 = alpha * ell
-    indenter, own, card = DRAWN[shape](rng, ell, a, alpha)
+    indenter, own, card = _drawn(rng, shape, ell, a, alpha)
     pinned = isinstance(indenter, FlatPunch)
     d = delta0 * rng.uniform(-0.99, 2) if pinned else card.depth(a, **own, **m)
     force, energy = (one(d, **own, **m) for one in (card.force, card.energy))
     scene = Scene(layer, SurfaceEnergies.from_work(gamma1, w), indenter)
     return Case(scene, float(d), a, float(force), float(energy), shape)
+
+
+def _drawn(rng: np.random.Generator, shape: str, ell: float, a: float, alpha: float) -> Drawn:
+    if shape == "flat":
+        return FlatPunch(a), {"a": a}, cards.flat_punch
+    if shape == "wedge":
+        delta = math.atan(alpha * rng.uniform(0.1, 0.95))
+        return Wedge(delta), {"delta": delta}, cards.wedge
+    if shape == "parabola":
+        R = ell * 10 ** rng.uniform(0, 2)
+        return Parabola(R), {"R": R}, cards.parabola
+    n = rng.uniform(1.5, 5)
+    c = alpha * 10 ** rng.uniform(-1, 1) * a ** (1 - n)
+    return PowerLaw(c, n), {"c": c, "n": n}, cards.power_law
 
 
 def random_steep_case(rng: np.random.Generator, shape: str) -> Case:
@@ -123,13 +115,11 @@ def random_steep_case(rng: np.random.Generator, shape: str) -> Case:
 
 def _steep(shape: str, a: float, rise: float, n: float) -> Indenter:
     """A profile with the slope `rise` at a."""
-    made: dict[str, Callable[[], Indenter]] = {
-        "flat": lambda: FlatPunch(a),
-        "wedge": lambda: Wedge(math.atan(rise)),
-        "parabola": lambda: Parabola(a / rise),
-        "power": lambda: PowerLaw(rise / (n * a ** (n - 1)), n),
-    }
-    return made[shape]()
+    if shape == "flat":
+        return FlatPunch(a)
+    if shape == "wedge":
+        return Wedge(math.atan(rise))
+    return Parabola(a / rise) if shape == "parabola" else PowerLaw(rise / (n * a ** (n - 1)), n)
 
 
 def steep_totals(scene: Scene, d: float, a: float) -> tuple[float, float]:

@@ -1,10 +1,10 @@
 """The engine: one measured number, refined, held against a closed form and an order of convergence.
 
 A check measures something on a `Grid` and says what it should be, once or, as a generator, several
-times. `refine` repeats it with the
-spacing halved again and again, and at every spacing with the grid shifted sideways by fractions of
-it: the lattice error is a sawtooth in the position of the contact line between two nodes, so the
-error of a level is the worst over the shifts. The check passes if
+times. `refine` repeats it with the spacing halved again and again, and at every spacing with the
+grid shifted sideways by fractions of it: the lattice error is a sawtooth in the position of the
+contact line between two nodes, so the error of a level is the worst over the shifts. The check
+passes if
 
     error on the finest grid <= bar    and    low <= order <= high,
 
@@ -200,15 +200,16 @@ def refine(item: Check, cells: Sequence[int], offsets: Sequence[float]) -> Resul
     )
 
 
-def _worst_of(found: Comparison | Iterable[Comparison]) -> tuple[float, float, float]:
-    return max(one.worst() for one in ([found] if isinstance(found, Comparison) else found))
-
-
 def _worst(
     item: Check, levels: Sequence[Sequence[Mesh]]
 ) -> tuple[list[tuple[float, float, float]], str]:
     """Of each level, the largest error and its two values; none, and why, if one cannot be had."""
+
+    def largest(mesh: Mesh) -> tuple[float, float, float]:
+        found = item.measure(mesh)
+        return max(one.worst() for one in ([found] if isinstance(found, Comparison) else found))
+
     try:
-        return [max(_worst_of(item.measure(mesh)) for mesh in level) for level in levels], ""
+        return [max(map(largest, level)) for level in levels], ""
     except (ValueError, ArithmeticError, RuntimeError) as problem:
         return [], f"{type(problem).__name__}: {problem}"

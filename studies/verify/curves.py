@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from energy import FlatPunch, Scene, cards
+from energy import FlatPunch, Indenter, Scene, cards
 from studies.verify.mesh import Array, Fitted, Grid, Mesh
 from studies.verify.observe import brink
-from studies.verify.scenes import GAMMA1, PARABOLA, PUNCH, WEDGE, constants, gel
+from studies.verify.scenes import GAMMA1, PARABOLA, PUNCH, WEDGE, case, constants, gel
 
 GRID = Grid(100, 0.23)
 ANGLE_CELLS = (4, 8, 16, 32, 64, 128, 256)
@@ -93,53 +93,44 @@ class Study(NamedTuple):
 
 def simulate(points: int) -> Curves:
     """All curves; `points` simulated states on each branch."""
-    cases = studies()
-    return Curves(
-        meniscus(),
-        [outside(case) for case in cases],
-        [angles(gamma1) for gamma1 in (0.012, GAMMA1, 0.19)],
-        [branch(case, points) for case in cases],
-    )
+    shapes, tensions = studies(), (0.012, GAMMA1, 0.19)
+    branches = [branch(shape, points) for shape in shapes]
+    return Curves(meniscus(), [*map(outside, shapes)], [*map(angles, tensions)], branches)
 
 
 def studies() -> tuple[Study, ...]:
     """The four shapes; depths run from just before they detach."""
-    return _flat_punch(), _wedge(), _parabola(), _parabola_without_adhesion()
+    flat, wedge, parabola, dry = cards.flat_punch, cards.wedge, cards.parabola, cards.nonadhesive
+    scene, _, given = case(WEDGE, ())
+    end = float(wedge.detachment_depth(**given)) / scene.critical_separation + 1e-3
+    laws = (
+        (lambda d, a, **_: a + 0 * d, flat.force),
+        (wedge.half_width, wedge.force),
+        (parabola.half_width, parabola.force),
+        (dry.parabola_half_width, dry.parabola_force),
+    )
+    return (
+        _study("flat punch", ("edge of the punch", "Eq. (11)"), PUNCH, -0.999, -0.98, laws[0]),
+        _study("wedge", ("Eq. (25)", "Eq. (27)"), WEDGE, end, -0.3, laws[1]),
+        _study("parabola", ("Eq. (33)", "Eq. (11)"), PARABOLA, -0.999, 1.2, laws[2]),
+        _study("parabola, w = 0", ("Eq. (39)", "Eq. (40)"), PARABOLA, 0.001, 0.6, laws[3], w=0.0),
+    )
 
 
-def _flat_punch() -> Study:
-    scene, a = gel(PUNCH), PUNCH.half_width
-    given = {"a": a, **constants(scene)}
-    card = cards.flat_punch
-    sources, shown = ("edge of the punch", "Eq. (11)"), -0.98
-    width, force = lambda d: a + 0 * d, partial(card.force, **given)
-    return Study("flat punch", sources, scene, (-0.999, 1.5), shown, width, force)
-
-
-def _wedge() -> Study:
-    scene, card = gel(WEDGE), cards.wedge
-    given = {"delta": WEDGE.delta, **constants(scene)}
-    end = float(card.detachment_depth(**given)) / scene.critical_separation
-    sources, depths = ("Eq. (25)", "Eq. (27)"), (end + 1e-3, 1.5)
-    width, force = partial(card.half_width, **given), partial(card.force, **given)
-    return Study("wedge", sources, scene, depths, -0.3, width, force)
-
-
-def _parabola() -> Study:
-    scene, card = gel(PARABOLA), cards.parabola
-    given = {"R": PARABOLA.R, **constants(scene)}
-    sources, depths = ("Eq. (33)", "Eq. (11)"), (-0.999, 1.5)
-    width, force = partial(card.half_width, **given), partial(card.force, **given)
-    return Study("parabola", sources, scene, depths, 1.2, width, force)
-
-
-def _parabola_without_adhesion() -> Study:
-    scene, card = gel(PARABOLA, w=0.0), cards.nonadhesive
-    given = {"R": PARABOLA.R, "k": scene.stiffness, "gamma1": scene.gamma1}
-    sources, depths = ("Eq. (39)", "Eq. (40)"), (0.001, 1.5)
-    width = partial(card.parabola_half_width, **given)
-    force = partial(card.parabola_force, **given)
-    return Study("parabola, w = 0", sources, scene, depths, 0.6, width, force)
+def _study(
+    name: str,
+    sources: tuple[str, str],
+    indenter: Indenter,
+    least: float,
+    shown: float,
+    laws: Any,
+    **options: float,
+) -> Study:
+    scene, _, given = case(indenter, (), **options)
+    if not scene.work_of_adhesion:
+        del given["w"]
+    width, force = (partial(law, **given) for law in laws)
+    return Study(name, sources, scene, (least, 1.5), shown, width, force)
 
 
 def meniscus() -> Meniscus:
@@ -153,18 +144,18 @@ def meniscus() -> Meniscus:
     return Meniscus(scene, a, depth, x, u, closed_form)
 
 
-def outside(case: Study) -> Outside:
+def outside(study: Study) -> Outside:
     """Free surface up to five decay lengths from the closed form's contact line."""
-    scene, delta0 = case.scene, gel(PUNCH).critical_separation
-    ell, d = scene.elastocapillary_length, case.shown * delta0
-    a = float(case.half_width(d))
+    scene, delta0 = study.scene, gel(PUNCH).critical_separation
+    ell, d = scene.elastocapillary_length, study.shown * delta0
+    a = float(study.half_width(d))
     distance = np.linspace(0, 5, 41)
     x = a + ell * distance
     u_a = d - float(scene.indenter.height(a))
     u = GRID.solve(scene, d).displacement(x)
     given = {"k": scene.stiffness, "gamma1": scene.gamma1}
     closed_form = np.array(cards.tail.displacement(x, a=a, u_a=u_a, **given))
-    return Outside(case.name, distance, u / delta0, closed_form / delta0, u_a / delta0)
+    return Outside(study.name, distance, u / delta0, closed_form / delta0, u_a / delta0)
 
 
 def angles(gamma1: float, cells: Sequence[int] = ANGLE_CELLS) -> Angles:
@@ -179,18 +170,12 @@ def angles(gamma1: float, cells: Sequence[int] = ANGLE_CELLS) -> Angles:
     return Angles(gamma1, np.array(cells), np.array(errors), error(Fitted()))
 
 
-def branch(case: Study, points: int) -> Branch:
+def branch(study: Study, points: int) -> Branch:
     """a(d) and P(d) between the depths of the case study."""
-    lo, hi = np.array(case.depths) * gel(PUNCH).critical_separation
+    lo, hi = np.array(study.depths) * gel(PUNCH).critical_separation
     depths, dense = np.linspace(lo, hi, points), np.linspace(lo, hi, 301)
-    states = [GRID.solve(case.scene, d) for d in depths]
-    return Branch(
-        case.name,
-        case.sources,
-        depths,
-        np.array([s.half_width for s in states]),
-        np.array([s.force for s in states]),
-        dense,
-        np.asarray(case.half_width(dense)),
-        np.asarray(case.force(dense)),
-    )
+    states = [GRID.solve(study.scene, d) for d in depths]
+    half_widths = np.array([state.half_width for state in states])
+    forces = np.array([state.force for state in states])
+    known = np.asarray(study.half_width(dense)), np.asarray(study.force(dense))
+    return Branch(study.name, study.sources, depths, half_widths, forces, dense, *known)

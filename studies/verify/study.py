@@ -25,12 +25,12 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
-from studies.shared.table import Columns
+from studies.shared.table import Columns, markdown
 from studies.shared.types import Table
 from studies.verify import curves
 from studies.verify import figures as verify_figures
-from studies.verify.checks import CHECKS, Check
-from studies.verify.convergence import Result, refine
+from studies.verify.checks import CHECKS
+from studies.verify.convergence import Check, Result, refine
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,9 @@ def plot(record: Record) -> dict[str, Figure]:
     }
 
 
-COLUMNS = (
-    "Eq. | what | simulated | closed form | unit | lattice | limit | order | band | fitted | limit "
-    "| verdict | s"
-)
+COLUMNS = ["Eq.", "what", "simulated", "closed form", "unit", "lattice", "limit", "order", "band"]
+COLUMNS += ["fitted", "limit", "verdict", "s"]
+RULES = "--- --- --: --: --- --: --: --: --- --: --: --- --:"
 CAPTIONS = {
     "fig2.png": "Fig. 2 of the paper from the simulation: a flat punch about to detach.",
     "free_surface.png": "Shape of the free surface beside four indenters, Eq. (6).",
@@ -138,7 +137,6 @@ def report(record: Record, closing: str) -> str:
     """report.md: what was asked, the table, the figures."""
     levels = ", ".join(map(str, record.parameters.cells))
     shifts = ", ".join(map(str, record.parameters.offsets))
-    rows = [_row(result) for result in record.results]
     images = [f"## {text}\n\n![{text}]({name})\n" for name, text in CAPTIONS.items()]
     return "\n".join(
         [
@@ -160,20 +158,18 @@ def report(record: Record, closing: str) -> str:
             "above 1e-10 are those of difference quotients, of a closed form by quadrature, and of "
             "states just short of detachment. Checks of a wedge's energy and of a line at a tip "
             "keep the tip on a node; off it they are of first order.\n",
-            f"| {COLUMNS} |",
-            "| --- | --- | --: | --: | --- | --: | --: | --: | --- | --: | --: | --- | --: |",
-            *rows,
+            markdown(COLUMNS, map(_row, record.results), RULES),
             "",
             *images,
         ]
     )
 
 
-def _row(result: Result) -> str:
+def _row(result: Result) -> list[str]:
     item = result.check
     band = f"{item.order[0]:g} to {item.order[1]:g}" if item.order else ""
     note = "; ".join(filter(None, (result.note, item.lattice_only)))
-    cells = (
+    return [
         label(item.equations),
         item.what.replace("|", "\\|") + (f" ({note})" if note else ""),
         f"{result.simulated:.9g}",
@@ -187,8 +183,7 @@ def _row(result: Result) -> str:
         "" if item.lattice_only else f"{item.fitted_bar:.0e}",
         "ok" if result.passed else "**FAIL**",
         f"{result.seconds:.2f}",
-    )
-    return "| " + " | ".join(cells) + " |"
+    ]
 
 
 def answer(record: Record) -> str:

@@ -18,43 +18,16 @@ a field or a branch is measured. A new check is a function Mesh -> Comparison, o
 several, with the decorator `check(number, what=...)`; it is run on lattices and on the fitted mesh.
 """
 
-from studies.verify.checks import (
-    axisymmetric,
-    beyond,
-    contact_line,
-    flat,
-    force,
-    layer,
-    nonadhesive,
-    parabola,
-    tail,
-    wedge,
-)
+from importlib import import_module
+
 from studies.verify.convergence import Check
 
-_FILES = (
-    layer,
-    tail,
-    force,
-    contact_line,
-    flat,
-    wedge,
-    parabola,
-    nonadhesive,
-    beyond,
-    axisymmetric,
-)
-
-
-def _in_order(item: Check) -> int:
-    return item.equations[0] if item.equations else 1000
-
-
+_FILES = ("layer", "tail", "force", "contact_line", "flat", "wedge", "parabola", "nonadhesive")
+_BEYOND = ("beyond", "axisymmetric")
+_FOUND = [vars(import_module(f"{__name__}.{file}")).values() for file in (*_FILES, *_BEYOND)]
 CHECKS: tuple[Check, ...] = tuple(
     sorted(
-        (value for file in _FILES for value in vars(file).values() if isinstance(value, Check)),
-        key=_in_order,
+        (value for own in _FOUND for value in own if isinstance(value, Check)),
+        key=lambda item: item.equations[:1] or (1000,),
     )
 )
-
-__all__ = ["CHECKS", "Check"]
