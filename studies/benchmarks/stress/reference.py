@@ -1,6 +1,6 @@
 """The closed forms in 60-digit decimal arithmetic, and how an input's rounding is passed on.
 
-Stdlib only. The inputs are the floats of the scene, taken as exact: k = Ẽ/h from (2), (3), w from
+The inputs are the floats of the scene, taken as exact: k = Ẽ/h from (2), (3), w from
 (1), f = c|x|ⁿ with whole n, or a flat face. Small slopes:
 
     f(a) + l f'(a) = d + δ₀ (16),   P = 2k ∫₀ᵃ g dx + 2kl g(a) (11),
@@ -12,15 +12,25 @@ the sums over a contact of nodes -m..m and the rule by which its line advances.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from decimal import Decimal, localcontext
 from typing import NamedTuple
+
+from scipy.optimize import brentq
 
 from energy import FlatPunch, Parabola, PowerLaw, Scene
 
 DIGITS = 60
 _STEP = Decimal("1e-22")
 Inputs = Mapping[str, Decimal]
+
+
+@contextmanager
+def precise() -> Iterator[None]:
+    """Decimal arithmetic of 60 digits; also a decorator."""
+    with localcontext(prec=DIGITS):
+        yield
 
 
 class Exact(NamedTuple):
@@ -31,6 +41,7 @@ class Exact(NamedTuple):
     energy: Decimal
 
 
+@precise()
 def inputs(scene: Scene, depth: float) -> dict[str, Decimal]:
     """k, γ₁, w, d and what the indenter is given by."""
     E, nu, h = map(Decimal, (scene.layer.E, scene.layer.nu, scene.layer.h))
@@ -48,6 +59,7 @@ def inputs(scene: Scene, depth: float) -> dict[str, Decimal]:
     raise ValueError(f"indenter = {body!r} has no closed form here; use f = c|x|ⁿ with whole n")
 
 
+@precise()
 def answer(given: Inputs, slopes: str) -> Exact | None:
     """a, P, U of the adhered branch; None where it has detached."""
     if slopes == "finite" and "a" not in given:
@@ -58,6 +70,7 @@ def answer(given: Inputs, slopes: str) -> Exact | None:
     return _flat(given) if "a" in given else _power(given)
 
 
+@precise()
 def from_detachment(given: Inputs) -> float:
     """|d + δ₀|/δ₀."""
     critical = (2 * given["w"] / given["k"]).sqrt()
@@ -115,22 +128,15 @@ def _finite(v: Inputs) -> Exact | None:
 
 
 def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
-    """Zero of an increasing function on x >= 0: halving in the exponent, then regula falsi."""
-    zero = Decimal(0)
-    if h(zero) > 0:
+    """Zero of an increasing function on x >= 0: in floats, then by the secant rule."""
+    if h(Decimal(0)) > 0:
         return None
-    if h(zero) == 0:
-        return zero
     high = Decimal(1)
     while h(high) <= 0:
         high *= 1024
-    while high > Decimal("1e-200") and h(high / 1024) > 0:
-        high /= 1024
-    low = high / 1024
-    for _ in range(30):
-        middle = (low + high) / 2
-        low, high = (middle, high) if h(middle) <= 0 else (low, middle)
-    x0, x1 = low, high
+    start = brentq(lambda x: float(h(Decimal(x))), 0, float(high), xtol=1e-200, maxiter=2000)
+    x0 = Decimal(start)
+    x1 = x0 * (1 + Decimal("1e-15"))
     for _ in range(12):
         h0, h1 = h(x0), h(x1)
         if h0 == h1:
@@ -139,34 +145,27 @@ def _root(h: Callable[[Decimal], Decimal]) -> Decimal | None:
     return x1
 
 
+@precise()
 def conditions(given: Inputs, slopes: str, scales: Exact) -> tuple[float, float, float]:
     """Σ |p ∂Q/∂p|/scale over the inputs p: by what an input's rounding is magnified."""
-    with localcontext(prec=DIGITS):
-        base, total = answer(given, slopes), [Decimal(0)] * 3
-        assert base is not None
-        for name in given:
-            if name == "n":
-                continue
-            moved = answer({**given, name: given[name] * (1 + _STEP)}, slopes)
-            if moved is None:
-                moved = answer({**given, name: given[name] * (1 - _STEP)}, slopes)
-            if moved is None:
-                return (float("inf"),) * 3
-            for i, (there, here, scale) in enumerate(zip(moved, base, scales, strict=True)):
-                total[i] += abs(there - here) / _STEP / abs(scale or Decimal(1))
-        a, force, energy = map(float, total)
-        return a, force, energy
+    base, total = answer(given, slopes), [Decimal(0)] * 3
+    assert base is not None
+    for name in given.keys() - {"n"}:
+        near = (
+            answer({**given, name: given[name] * (1 + step)}, slopes) for step in (_STEP, -_STEP)
+        )
+        moved = next(filter(None, near), None)
+        if moved is None:
+            return (float("inf"),) * 3
+        for i, (there, here, scale) in enumerate(zip(moved, base, scales, strict=True)):
+            total[i] += abs(there - here) / _STEP / abs(scale or Decimal(1))
+    a, force, energy = map(float, total)
+    return a, force, energy
 
 
-class LatticeSums(NamedTuple):
-    """Energy and force of the contact set -m..m of a parabola, and where its line would stop."""
-
-    energy: Decimal
-    force: Decimal
-
-
-def on_nodes(v: Inputs, spacing: float, m: int) -> LatticeSums:
-    """Sums over the nodes -m..m, with exact tails."""
+@precise()
+def on_nodes(v: Inputs, spacing: float, m: int) -> tuple[Decimal, Decimal]:
+    """Force and energy of the contact set -m..m of a parabola, with exact tails."""
     k, gamma1, w, d, dx, c = v["k"], v["gamma1"], v["w"], v["d"], Decimal(spacing), v["c"]
     lam, N = _decay(v, dx), Decimal(m)
     squares = N * (N + 1) * (2 * N + 1) / 3
@@ -178,7 +177,7 @@ def on_nodes(v: Inputs, spacing: float, m: int) -> LatticeSums:
     g = d - b * N * N
     energy = k * dx * quadratic / 2 + gamma1 / dx / 2 * b * b * odd - 2 * N * w * dx
     energy += gamma1 / dx * (1 - lam) * g * g
-    return LatticeSums(energy, k * dx * total + 2 * k * dx * lam / (1 - lam) * g)
+    return k * dx * total + 2 * k * dx * lam / (1 - lam) * g, energy
 
 
 def _decay(v: Inputs, dx: Decimal) -> Decimal:
@@ -186,6 +185,7 @@ def _decay(v: Inputs, dx: Decimal) -> Decimal:
     return 1 / (1 + kappa / 2 + (kappa + kappa * kappa / 4).sqrt())
 
 
+@precise()
 def resistance(v: Inputs, spacing: float, m: int) -> float:
     """gap/critical gap - 1 of the link m -> m+1: the line advances over it iff that is <= 0."""
     d, dx, c = v["d"], Decimal(spacing), v["c"]

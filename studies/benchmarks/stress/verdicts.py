@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from decimal import Decimal, localcontext
-from typing import Any, Literal, NamedTuple
+from decimal import Decimal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from discretization import AccuracyWarning, Equilibrium, NotCertifiedError, minimise
 from energy import Scene
-from studies.benchmarks.stress import reference as stress_reference
+from studies.benchmarks.stress import reference
 
 EPS = float(np.finfo(float).eps)
 SLACK, TOLERANCE = 1000.0, 1e-12
@@ -48,14 +48,13 @@ def judged(grid: str, shape: str, x: float, y: float, work: Work) -> Trial:
         except FloatingPointError as problem:
             digits, excess, word, note = _strictly(work, "ignore")
             return Trial(grid, shape, x, y, digits, excess, word, f"{problem} {note}")
-    except FloatingPointError as problem:
-        return Trial(grid, shape, x, y, NO_DIGITS, math.inf, "floating point", str(problem))
-    except (ValueError, NotCertifiedError) as refusal:
-        note = f"{type(refusal).__name__}: {refusal}"
-        return Trial(grid, shape, x, y, NO_DIGITS, math.nan, "refused", note[:300])
     except Exception as problem:
-        note = f"{type(problem).__name__}: {problem}"
-        return Trial(grid, shape, x, y, NO_DIGITS, math.inf, "crash", note[:300])
+        word, excess, note = "crash", math.inf, f"{type(problem).__name__}: {problem}"[:300]
+        if isinstance(problem, FloatingPointError):
+            word, note = "floating point", str(problem)
+        elif isinstance(problem, ValueError | NotCertifiedError):
+            word, excess = "refused", math.nan
+        return Trial(grid, shape, x, y, NO_DIGITS, excess, word, note)
 
 
 def _strictly(work: Work, underflow: Literal["raise", "ignore"]) -> Judgement:
@@ -67,54 +66,39 @@ def _strictly(work: Work, underflow: Literal["raise", "ignore"]) -> Judgement:
 
 def against_reference(scene: Scene, depth: float) -> Judgement:
     """The default method against 60 digits."""
-    with localcontext(prec=stress_reference.DIGITS):
-        given = stress_reference.inputs(scene, depth)
-        exact = stress_reference.answer(given, scene.slopes)
-    state = minimise(scene, depth, rtol=RTOL)
+    given = reference.inputs(scene, depth)
+    exact, state = reference.answer(given, scene.slopes), minimise(scene, depth, rtol=RTOL)
     if exact is None or not state.contacts.size:
         alike = exact is None and not state.contacts.size
-        with localcontext(prec=stress_reference.DIGITS):
-            tied = state.label == "neutral" and stress_reference.from_detachment(given) <= TIE
-        word = "ok" if alike or tied else "wrong"
-        return NO_DIGITS, 0.0, word, "" if alike else _detachment(scene, depth)
-    return compared(given, scene.slopes, exact, state)
+        tied = state.label == "neutral" and reference.from_detachment(given) <= TIE
+        at = f"d/δ₀ = {depth / scene.critical_separation!r}"
+        note = "" if alike else f"contact or not differs from the reference at {at}"
+        return NO_DIGITS, 0.0, "ok" if alike or tied else "wrong", note
+    return verdict(*_errors(given, exact, state, float(exact.half_width)), state.certificate.ok)
 
 
-def _detachment(scene: Scene, depth: float) -> str:
-    return (
-        f"contact or not differs from the reference at d/δ₀ = {depth / scene.critical_separation!r}"
-    )
-
-
-def compared(given: Any, slopes: str, exact: Any, state: Equilibrium) -> Judgement:
-    """Errors of a state whose certificate is known to hold."""
-    found = (state.half_width, state.force, state.energy)
-    scales = (float(exact[0]), state.scales["force"], state.scales["energy"])
-    with localcontext(prec=stress_reference.DIGITS):
-        errors = [
-            float(abs(Decimal(value) - true) / Decimal(scale or 1))
-            for value, true, scale in zip(found, exact, scales, strict=True)
-        ]
-        sizes = stress_reference.Exact(*map(Decimal, scales))
-        condition = stress_reference.conditions(given, slopes, sizes)
-    return verdict(errors, condition, state.certificate.ok)
+def _errors(
+    given: reference.Inputs, exact: reference.Exact, state: Equilibrium, width: float
+) -> tuple[list[float], tuple[float, ...]]:
+    """Errors of a, P and U, that of a relative to this width, and the condition of each."""
+    found = state.half_width, state.force, state.energy
+    scales = reference.Exact(*map(Decimal, (width, *state.scales.values())))
+    pairs = zip(found, exact, scales, strict=True)
+    errors = [float(abs(Decimal(value) - true) / (scale or 1)) for value, true, scale in pairs]
+    return errors, reference.conditions(given, state.scene.slopes, scales)
 
 
 def untrusted(scene: Scene, depth: float, state: Equilibrium) -> str:
     """Which errors of a state are more than ten times their estimates; "" where none is."""
-    with localcontext(prec=stress_reference.DIGITS):
-        given = stress_reference.inputs(scene, depth)
-        exact = stress_reference.answer(given, scene.slopes)
-        found = zip((state.half_width, state.force, state.energy), exact or (), strict=False)
-        errors = [float(abs(Decimal(value) - true)) for value, true in found]
-        scales = (state.half_width, *state.scales.values())
-        sizes = stress_reference.Exact(*map(Decimal, scales))
-        condition = stress_reference.conditions(given, scene.slopes, sizes) if exact else ()
-    rows = zip("aPU", errors, scales, condition, state.error_estimate.values(), strict=False)
+    given = reference.inputs(scene, depth)
+    exact = reference.answer(given, scene.slopes)
+    if exact is None:
+        return ""
+    found = *_errors(given, exact, state, state.half_width), state.error_estimate.values()
     short = [
-        f"{name} is off by {error / scale:.1e}, estimated {estimate:.1e}"
-        for name, error, scale, c, estimate in rows
-        if error > scale * (10 * estimate + SLACK * EPS * (1 + c))
+        f"{name} is off by {error:.1e}, estimated {estimate:.1e}"
+        for name, error, c, estimate in zip("aPU", *found, strict=True)
+        if error > 10 * estimate + SLACK * EPS * (1 + c)
     ]
     return "; ".join(short)
 
