@@ -6,7 +6,7 @@ import numpy as np
 
 from discretization import load_path
 from studies.scenes.fit.force_curve import Curve
-from studies.scenes.fit.trial_record import SCENE
+from studies.scenes.fit.trials import SCENE
 
 LIFT = SCENE.critical_separation
 

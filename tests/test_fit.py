@@ -19,7 +19,7 @@ from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, in_contact, marks, noise
 from studies.scenes.fit.model import Model, conditioning, parameters_of
-from studies.scenes.fit.trial_record import SCENE
+from studies.scenes.fit.trials import SCENE
 from studies.shared.command import Output
 
 ENERGIES = ("w", "gamma1")

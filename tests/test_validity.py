@@ -16,7 +16,7 @@ from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, Sur
 from energy.validity import compliance_error, second_order
 from studies.scenes import run
 from studies.scenes.file import built
-from studies.scenes.fit.trial_record import SCENE as FITTED
+from studies.scenes.fit.trials import SCENE as FITTED
 from studies.scenes.new import TEMPLATES
 from studies.verify import scenes as checks
 

@@ -35,8 +35,8 @@ def power(x: Array, y: Array) -> float:
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
-def growth(points: Sequence[Point]) -> tuple[float, float]:
-    """C and n of |error of a| = C (w/γ₁)ⁿ for the bluntest profile, 1e-3 <= w/γ₁ <= 0.1.
+def growth(points: Sequence[Point]) -> tuple[float, float, float]:
+    """f', C and n of |error of a| = C (w/γ₁)ⁿ for the bluntest profile, 1e-3 <= w/γ₁ <= 0.1.
 
     (Below, the steepness of the profile itself is the larger cause of error.)
     """
@@ -45,7 +45,7 @@ def growth(points: Sequence[Point]) -> tuple[float, float]:
     ratios = np.array([x.ratio for x in chosen])
     errors = np.abs([x.errors.half_width for x in chosen])
     n, log_c = np.polyfit(np.log(ratios), np.log(errors), 1)
-    return math.exp(log_c), float(n)
+    return bluntest, math.exp(log_c), float(n)
 
 
 def answer(record: Record) -> str:
@@ -112,13 +112,15 @@ def _table(record: Record) -> Iterator[str]:
 
 def _growth(record: Record) -> Iterator[str]:
     for shape in record.paths:
-        coefficient, n = growth(record.maps[shape])
-        steepness = min(point.steepness for point in record.maps[shape])
+        steepness, coefficient, n = growth(record.maps[shape])
         yield (
             f"- {shape}, f'(a) = {steepness:g}: the error of a grows as {coefficient:.2g}"
             f"·(w/γ₁)^{n:.2f} at a = l (least squares, w/γ₁ = 0.001 to 0.1)."
         )
-    yield from _signs(record)
+    points = [x for shape in record.paths for x in (*record.maps[shape], *record.paths[shape])]
+    known = [x.errors.half_width for x in points if x.errors.exists]
+    below = sum(error < 0 for error in known)
+    yield f"- In {below} of {len(known)} states the contact is wider than (16) says."
     ratios, widths, _, force = grid(record.maps[PUNCH], "width")
     largest, worst = ratios[~np.isnan(force).any(axis=0)][-1], np.nanmax(force, axis=1)
     yield (
@@ -126,13 +128,6 @@ def _growth(record: Record) -> Iterator[str]:
         f"for w/γ₁ up to {largest:g}, by at most {worst[0]:.1%} for a = {widths[0]:g} l and "
         f"{worst[-1]:.1%} for a = {widths[-1]:g} l."
     )
-
-
-def _signs(record: Record) -> Iterator[str]:
-    points = [x for shape in record.paths for x in (*record.maps[shape], *record.paths[shape])]
-    known = [x.errors.half_width for x in points if x.errors.exists]
-    below = sum(error < 0 for error in known)
-    yield f"- In {below} of {len(known)} states the contact is wider than (16) says."
 
 
 def _conjecture(record: Record) -> Iterator[str]:
@@ -166,9 +161,10 @@ def _conjecture(record: Record) -> Iterator[str]:
 def _range(record: Record) -> str:
     """Which γ₁ were tried, down to where the surface turns over."""
     points = [x for row in record.paths.values() for x in row if x.errors.exists]
-    least = {x.steepness: 0.0 for x in sorted(points, key=lambda x: x.steepness)}
-    for s in least:
-        least[s] = min(1 / x.ratio for x in points if x.steepness == s)
+    least = {
+        s: min(1 / x.ratio for x in points if x.steepness == s)
+        for s in sorted({x.steepness for x in points})
+    }
     reached = ", ".join(f"{gamma:.2g} w at f'(a₀) = {s:g}" for s, gamma in least.items())
     return f"- Least γ₁ tried at which the surface does not turn over: {reached}."
 

@@ -42,23 +42,10 @@ from studies.applicability.record import (
     Point,
     Record,
 )
-from studies.shared import command
+from studies.shared import command, small_slopes
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
-from studies.shared.small_slopes import (
-    KINDS,
-    QUANTITIES,
-    ROUND,
-    SHAPES,
-    Errors,
-    at_unit_width,
-    blunt,
-    compare,
-    depth_by_16,
-    detachment,
-    punch,
-    scene,
-)
+from studies.shared.small_slopes import KINDS, SHAPES, Errors, at_unit_width, punch, scene
 
 
 def border(error: Callable[[float], float], scan: Sequence[float], tolerance: float) -> float:
@@ -76,10 +63,10 @@ def border(error: Callable[[float], float], scan: Sequence[float], tolerance: fl
 
 def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
     """Each shape, steepness line and quantity; and the angle, which depends on w/γ₁ alone."""
-    lines = product(SHAPES, p.lines, QUANTITIES)
+    lines = product(SHAPES, p.lines, small_slopes.QUANTITIES)
     flat = "parabola", "depth of detachment"  # at its tip: among the flat faces
     chosen = [(shape, s, name) for shape, s, name in lines if (shape, name) != flat]
-    chosen += product(ROUND, p.lines, ("half-width", "force"))
+    chosen += product(small_slopes.ROUND, p.lines, ("half-width", "force"))
     for pair in each(functools.partial(_borders, p.scan), chosen, jobs):
         yield from pair
     for tolerance in TOLERANCES:
@@ -89,7 +76,7 @@ def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
 
 def _borders(scan: Sequence[float], line: tuple[str, float, str]) -> list[Border]:
     shape, steepness, name = line
-    at = functools.partial(QUANTITIES[name], shape, steepness)
+    at = functools.partial(small_slopes.QUANTITIES[name], shape, steepness)
     return [Border(*line, tolerance, border(at, scan, tolerance)) for tolerance in TOLERANCES]
 
 
@@ -110,7 +97,11 @@ def overhangs(p: Parameters) -> Iterator[tuple[str, float, float]]:
     """(shape, steepness, w/γ₁) of the states of the map that are about to turn over."""
     for shape in SHAPES:
         for s in p.turning:
-            yield shape, s, turning_over(functools.partial(at_unit_width, shape, s), p.ratios)
+            yield (
+                shape,
+                s,
+                turning_over(functools.partial(at_unit_width, shape, s), p.ratios),
+            )
     yield PUNCH, 0.0, turning_over(functools.partial(punch, 1.0), p.ratios)
 
 
@@ -118,12 +109,12 @@ def path_point(case: tuple[str, float, float]) -> Point | None:
     """Eq. (16) at d = 0, case: shape, steepness, γ₁/w; None without contact (too sharp a wedge)."""
     shape, steepness, tension = case
     a0 = KINDS[shape].width / steepness
-    given = scene(blunt(shape, steepness, a0), tension * WORK, WORK)
+    given = scene(small_slopes.blunt(shape, steepness, a0), tension * WORK, WORK)
     ell = given.elastocapillary_length
     a = KINDS[shape].at_touch(a0, ell)
     if a <= 0:
         return None
-    return Point(shape, 1 / tension, steepness, a / ell, compare(given, 0.0, a, a0))
+    return Point(shape, 1 / tension, steepness, a / ell, small_slopes.compare(given, 0.0, a, a0))
 
 
 def within_small_slopes(p: Parameters) -> tuple[float, float]:
@@ -132,10 +123,10 @@ def within_small_slopes(p: Parameters) -> tuple[float, float]:
     for shape in SHAPES:
         for steepness in p.paths:
             a0 = KINDS[shape].width / steepness
-            body = blunt(shape, steepness, a0)
+            body = small_slopes.blunt(shape, steepness, a0)
             for tension in p.tensions:
                 given = scene(body, tension * WORK, WORK, "small")
-                state = minimise(given, depth_by_16(given, a0))
+                state = minimise(given, small_slopes.depth_by_16(given, a0))
                 tense = max(tense, abs(state.half_width / a0 - 1))
             state = minimise(scene(body, 0.0, WORK, "small"), 0.0, branch="global")
             dry = max(dry, abs(state.half_width / a0 - 1))
@@ -147,7 +138,11 @@ def flat_faces(p: Parameters) -> Iterator[tuple[str, float, float]]:
     for shape, body in ((PUNCH, FlatPunch(1.0)), ("parabola", Parabola(5.0))):
         for ratio in p.scan[::2]:
             given = scene(body, 1.0, ratio)
-            yield shape, ratio, detachment(given, 1e-12) / given.critical_separation + 1
+            yield (
+                shape,
+                ratio,
+                small_slopes.detachment(given, 1e-12) / given.critical_separation + 1,
+            )
 
 
 def map_point(case: tuple[str, float, float]) -> Point:

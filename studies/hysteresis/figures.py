@@ -39,11 +39,8 @@ def _grid(rows: int, height: float) -> tuple[Figure, Any]:
 
 def _own(record: Record, shape: str) -> list[Loop]:
     """The loops of a shape at w = WORK."""
-    return [
-        loop
-        for loop in record.loops
-        if loop.shape == shape and loop.history.scene.work_of_adhesion == WORK
-    ]
+    own = [loop for loop in record.loops if loop.shape == shape]
+    return [loop for loop in own if loop.history.scene.work_of_adhesion == WORK]
 
 
 def over_tension(record: Record) -> Figure:

@@ -45,19 +45,18 @@ _COARSE = 18  # steps of a loop of the map
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """Follow all loops in `jobs` processes; `show` gets a line for each."""
     show(COLUMNS.head)
-    found, maps = [], []
+    found: list[Loop] = []
     scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
     for own in each(partial(_controls, parameters), scenes, jobs):
-        for loop in own:
-            found.append(loop)
-            show(line(loop))
+        found += own
+        show("\n".join(map(line, own)))
     cases = list(product(INDENTERS, parameters.across))
     columns = np.array(list(each(partial(_map_column, parameters.up), cases, jobs)))
     grid = columns.reshape(len(INDENTERS), len(parameters.across), 2, -1).transpose(0, 2, 3, 1)
-    across, up = np.array(parameters.across), np.array(parameters.up)
-    for shape, (area, error) in zip(INDENTERS, grid, strict=True):
-        maps.append(Map(shape, across, up, area, error))
-        show(f"map of the {shape}: {area.size} loops, worst {error.max():.1e}")
+    axes = np.array(parameters.across), np.array(parameters.up)
+    maps = [Map(shape, *axes, *own) for shape, own in zip(INDENTERS, grid, strict=True)]
+    for one in maps:
+        show(f"map of the {one.shape}: {one.area.size} loops, worst {one.error.max():.1e}")
     return Record(parameters, tuple(found), tuple(maps))
 
 
@@ -118,14 +117,9 @@ def plot(record: Record) -> dict[str, Figure]:
 
 def featured(record: Record) -> History:
     """The loop to look at closely: the parabola at moderate tension, under imposed depth."""
-    return next(
-        loop.history
-        for loop in record.loops
-        if loop.shape == "parabola"
-        and loop.control == "depth"
-        and loop.history.scene.gamma1 >= 0.02
-        and loop.history.scene.work_of_adhesion == WORK
-    )
+    held = [loop for loop in record.loops if (loop.shape, loop.control) == ("parabola", "depth")]
+    found = [loop.history for loop in held if loop.history.scene.work_of_adhesion == WORK]
+    return next(history for history in found if history.scene.gamma1 >= 0.02)
 
 
 def table(record: Record) -> Table:

@@ -32,18 +32,16 @@ def trend(values: Array, rounding: float = 1e-10) -> int:
     return int(np.all(steps > rounding)) - int(np.all(steps < -rounding))
 
 
-def _effect(found: int) -> str:
+def _effect(found: int, claimed: int | None = None) -> str:
+    """What a trend says, and whether that is what the paper claims."""
     known = {1: "helps at every step", -1: "weakens at every step", 0: "has no one sign"}
-    return f"tension {known[found]}"
-
-
-def _judged(found: int, claimed: int) -> str:
-    return f"{_effect(found)}: {'confirmed' if found == claimed else 'NOT confirmed'}"
+    verdict = f": {'confirmed' if found == claimed else 'NOT confirmed'}"
+    return f"tension {known[found]}{'' if claimed is None else verdict}"
 
 
 def _flat_verdict(flat: Curve) -> str:
     return (
-        f"flat punch (paper: tension helps): {_judged(trend(flat.forces), 1)}; F_A grows "
+        f"flat punch (paper: tension helps): {_effect(trend(flat.forces), 1)}; F_A grows "
         f"{flat.gain[-1]:.4g}-fold"
     )
 
@@ -64,7 +62,7 @@ def _wedge_verdict(wedge: Curve) -> list[str]:
     blunt = wedge.ratios < 1
     last = wedge.pulls[int(blunt.sum()) - 1]
     text = [
-        f"wedge (paper: tension weakens), tan δ < α: {_judged(trend(wedge.forces[blunt]), -1)}; "
+        f"wedge (paper: tension weakens), tan δ < α: {_effect(trend(wedge.forces[blunt]), -1)}; "
         f"F_A falls to {wedge.gain[blunt][-1]:.4g} of its value without tension at l/b = "
         f"{last.ratio:.3g}"
     ]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
+from energy import Scene, cards
 from energy.units import prefixed
 from studies.pull_off.record import Curve
 from studies.shared import loops
@@ -18,12 +19,17 @@ LAWS = {"flat punch": "Eq. (23)", "wedge": "Eq. (30), then 0", "parabola": "para
 _DENSE = 200
 
 
-def _dense(curve: Curve) -> tuple[Array, Array, Array]:
-    """l/b, F_A and a of the closed forms, densely."""
+def _dense(
+    curve: Curve, card: Callable[[Scene], cards.PullOff] = loops.pull_off_card
+) -> tuple[Array, Array, Array, Array]:
+    """l/b, pull, d and a of the closed forms, densely."""
     ratios = np.geomspace(curve.ratios[1], curve.ratios[-1], _DENSE)
-    scenes = [loops.scene_of(curve.shape, LAYER.stiffness * (r * SIZE) ** 2) for r in ratios]
-    found = np.array([loops.pull_off_card(scene) for scene in scenes], float)
-    return ratios, -found[:, 0], found[:, 2]
+    force, depth, a = np.array([card(scene) for scene in _scenes(curve, ratios)], float).T
+    return ratios, -force, depth, a
+
+
+def _scenes(curve: Curve, ratios: Array) -> list[Scene]:
+    return [loops.scene_of(curve.shape, LAYER.stiffness * (r * SIZE) ** 2) for r in ratios]
 
 
 def forces(curves: Sequence[Curve]) -> Figure:
@@ -37,7 +43,7 @@ def forces(curves: Sequence[Curve]) -> Figure:
 
 
 def _column(column: Any, curve: Curve, style: dict[str, Any]) -> None:
-    ratios, force, a = _dense(curve)
+    ratios, force, _, a = _dense(curve)
     tension = LAYER.stiffness * (ratios * SIZE) ** 2
     mine = np.array([pull.scene.gamma1 for pull in curve.pulls])[1:]
     y, z = prefixed(force, "N/m"), prefixed(SIZE, "m")
@@ -74,18 +80,16 @@ def _column(column: Any, curve: Curve, style: dict[str, Any]) -> None:
 def _beyond(axes: Any, curve: Curve, y: float) -> None:
     """Eq. (30) where it does not hold, as far as it is comparable."""
     ratios = np.geomspace(1, min(1.4, curve.ratios[-1]), 40)
-    scenes = [loops.scene_of(curve.shape, LAYER.stiffness * (r * SIZE) ** 2) for r in ratios]
-    tension = np.array([scene.gamma1 for scene in scenes])
-    force = np.abs([loops.formula_30(scene) for scene in scenes])
-    name = "|Eq. (30)| where it does not hold"
-    axes.plot(tension, force / y, color="black", ls=":", lw=1.2, label=name)
+    force = np.abs([loops.formula_30(scene) for scene in _scenes(curve, ratios)])
+    style = {"color": "black", "ls": ":", "lw": 1.2, "label": "|Eq. (30)| where it does not hold"}
+    axes.plot(LAYER.stiffness * (ratios * SIZE) ** 2, force / y, **style)
 
 
 def gain(curves: Sequence[Curve]) -> Figure:
     """F_A over its value without tension, for all indenters over l/b."""
     drawn, axes = canvas(8, 5.5)
     for curve, colour, marker in zip(curves, COLOURS, MARKERS, strict=False):
-        ratios, force, _ = _dense(curve)
+        ratios, force, *_ = _dense(curve)
         axes.plot(ratios, force / curve.forces[0], color=colour, lw=1.2)
         axes.plot(curve.ratios[1:], curve.gain[1:], marker, color=colour, label=curve.shape)
     axes.plot([], [], color="black", lw=1.2, label="closed forms")
@@ -109,24 +113,18 @@ def maxwell(flat: Curve) -> Figure:
     """Flat punch: metastable limit and the pull at which detached has the lower energy."""
     drawn, panels = canvas(11, 4.8, 1, 2)
     pulls, ratios = flat.pulls[1:], flat.ratios[1:]
-    dense = np.geomspace(ratios[0], ratios[-1], _DENSE)
-    scenes = [loops.scene_of(flat.shape, LAYER.stiffness * (r * SIZE) ** 2) for r in dense]
-    cards = [[loops.pull_off_card(s) for s in scenes]]
-    cards.append([loops.global_pull_off(s) for s in scenes])
+    known = [_dense(flat), _dense(flat, loops.global_pull_off)]
     states = [[p.simulated for p in pulls], [p.balanced for p in pulls if p.balanced]]
     names = ("metastable limit, Eq. (23)", "equal energies (Maxwell)")
-    for axes, quantity, sign, unit in zip(
-        panels, ("force", "depth"), (-1, 1), ("N/m", "m"), strict=True
-    ):
-        y = prefixed([getattr(card, quantity) for card in cards[0]], unit)
-        for card, own, name, i in zip(cards, states, names, (0, 1), strict=True):
-            line = sign * np.array([float(getattr(one, quantity)) for one in card])
-            points = np.array([getattr(one, quantity) for one in own])
-            axes.plot(dense, line / y.size, color=COLOURS[i], lw=1.2)
+    for axes, quantity, unit in zip(panels, (0, 1), ("N/m", "m"), strict=True):
+        y = prefixed(known[0][1 + quantity], unit)
+        for card, own, name, i in zip(known, states, names, (0, 1), strict=True):
+            points = np.array([one[quantity] for one in own])
+            axes.plot(card[0], card[1 + quantity] / y.size, color=COLOURS[i], lw=1.2)
             style = {"color": COLOURS[i], "marker": MARKERS[i], "ls": "", "label": name}
             axes.plot(ratios, points / y.size, **style)
         axes.set(xscale="log", xlabel="tension  l/a")
-        axes.set_ylabel(f"{'pull' if quantity == 'force' else 'depth d'} in {y.symbol}")
+        axes.set_ylabel(f"{('pull', 'depth d')[quantity]} in {y.symbol}")
         axes.grid(alpha=0.25)
     drawn.axes[0].set_yscale("log")
     plain_ticks(drawn.axes[0].yaxis, steps=(1.0, 2.0, 3.0, 5.0))

@@ -18,9 +18,10 @@ exceeds 1e-8.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -69,16 +70,14 @@ def pulled(case: tuple[str, float]) -> Pull:
     scene = loops.scene_of(shape, LAYER.stiffness * (ratio * SIZE) ** 2)
     pressed = minimise(scene, 2 * scene.critical_separation).force
     path = load_path(scene, forces=[pressed, -3 * loops.force_scale(scene)])
-    force, depth, a = loops.most_tensile(path)
-    card = State(*map(float, loops.pull_off_card(scene)))
     flat = shape == "flat punch"
     return Pull(
         scene,
         ratio,
-        State(-force or 0.0, depth, a),
-        card._replace(force=-card.force or 0.0),
+        _pull(loops.most_tensile(path)),
+        _pull(loops.pull_off_card(scene)),
         balanced(scene) if flat else None,
-        balanced_card(scene) if flat else None,
+        _pull(loops.global_pull_off(scene)) if flat else None,
     )
 
 
@@ -92,13 +91,13 @@ def balanced(scene: Scene) -> State:
     least = -(1 - 1e-14) * lift
     depth = least if energy(least) <= 0 else float(brentq(energy, least, 0, xtol=1e-15 * lift))
     state = minimise(scene, depth)
-    return State(-state.force, depth, state.half_width)
+    return _pull((state.force, depth, state.half_width))
 
 
-def balanced_card(scene: Scene) -> State:
-    """The Maxwell point of the flat punch, in closed form."""
-    force, depth, a = map(float, loops.global_pull_off(scene))
-    return State(-force, depth, a)
+def _pull(state: Iterable[Any]) -> State:
+    """Of P, d and a: a pull is positive."""
+    force, depth, a = map(float, state)
+    return State(-force or 0.0, depth, a)
 
 
 COLUMNS = Columns(

@@ -37,21 +37,23 @@ or hysteresis one is not called, or of good ones more than 5 % are (studies/scen
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from studies.scenes.curve_file import read_curve
+from energy.text_lines import DELIMITERS, NUMBER
+from studies.scenes.curve_file import Reading, read_curve
 from studies.scenes.file import load
 from studies.scenes.fit import figure as fit_figure
-from studies.scenes.fit import reading_options
 from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.model import DEFAULT, NAMES
-from studies.scenes.fit.trial_record import SCENE
+from studies.scenes.measured import LAYOUT
 from studies.shared import command
 from studies.shared.batches import tell
 from studies.shared.types import Table
@@ -71,11 +73,28 @@ def table(found: Fit) -> Table:
     return list(columns), list(zip(*(c.tolist() for c in columns.values()), strict=True))
 
 
-def _none(width: float | None) -> float:
-    """The factor of forces in newtons around an axis. ValueError for a length of the contact."""
-    if width is not None:
-        raise ValueError(f"width = {width!r} with geometry = 'axisymmetric': leave it out")
-    return 1.0
+def _reading_options(parser: argparse.ArgumentParser) -> None:
+    """How DATA is written, each in place of the same key of [measured] in the scene file."""
+    group = parser.add_argument_group("how DATA is written, found from the file where not given")
+    about = 'of depth and force: names or numbers from 1, with missing units, as "2 [mN]"'
+    group.add_argument("--columns", nargs=2, metavar="NAME", help=about)
+    about = "length of the line contact in m, for forces in newtons"
+    group.add_argument("--width", type=float, metavar="M", help=about)
+    about = "number of the curve in an instrument file with several"
+    group.add_argument("--curve", type=int, metavar="N", help=about)
+    group.add_argument("--delimiter", choices=DELIMITERS, help="between columns of text")
+    group.add_argument("--decimal", choices=NUMBER, help="decimal mark of text")
+    group.add_argument("--encoding", metavar="NAME", help="of text, such as utf-16 or cp1252")
+    group.add_argument("--skip", type=int, metavar="LINES", help="of text, above the data")
+
+
+def _reading(options: argparse.Namespace, given: Reading) -> Reading:
+    """The reading of the scene file with what the command line has in its place."""
+    said = {key: value for key, value in vars(options).items() if value is not None}
+    layout = replace(given.layout, **{key: said[key] for key in LAYOUT if key in said})
+    own = {"columns": tuple, "width": float}
+    changed: dict[str, Any] = {key: kind(said[key]) for key, kind in own.items() if key in said}
+    return replace(given, layout=layout, number=said.get("curve", given.number), **changed)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -92,11 +111,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--trials", type=int, metavar="N", help="of --self-test; default: 100, quick 20"
     )
-    reading_options.add(parser)
+    _reading_options(parser)
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:
-        scene = load(options.scene).scene if options.scene else SCENE
+        scene = load(options.scene).scene if options.scene else fit_trials.SCENE
         trials = (20 if quick else 100) if options.trials is None else options.trials
         chosen = tuple(options.parameters)
         params = fit_trials.Parameters(scene, chosen, trials, profile=not quick)
@@ -106,9 +125,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.jobs > 1:
         parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
     given = load(options.scene)
-    reading = reading_options.reading(options, given.measured)
+    reading = _reading(options, given.measured)
     if given.scene.axisymmetric:  # forces are those of the whole contact
-        reading = replace(reading, width=_none(reading.width))
+        if reading.width is not None:
+            refusal = f"width = {reading.width!r} with geometry = 'axisymmetric': leave it out"
+            raise ValueError(refusal)
+        reading = replace(reading, width=1.0)
     curve = read_curve(options.data, reading)
     found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
     print(found)
