@@ -34,8 +34,8 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import BLUE, MARKERS, RIGID, SOFT, Figure, canvas, shades
-from studies.shared.table import Columns
-from studies.shared.types import Array, Table
+from studies.shared.table import Columns, Table
+from studies.shared.types import Array
 
 
 @dataclass(frozen=True)

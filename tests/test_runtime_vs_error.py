@@ -9,7 +9,7 @@ import pytest
 from studies.benchmarks import runtime_report as report
 from studies.benchmarks import runtime_vs_error as study
 from studies.benchmarks.rivals import problem
-from studies.benchmarks.rivals.task import Method
+from studies.benchmarks.rivals.problem import Method
 from studies.benchmarks.rivals.tasks import TASKS, named
 
 SLOW = ((10**3, 0.01), (10**4, 10.0))

@@ -11,8 +11,8 @@ from scene_files import refused, writer
 from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies import __main__ as command_line
+from studies.scenes import grid as scene_path
 from studies.scenes import new
-from studies.scenes import path as scene_path
 from studies.scenes import run as study
 from studies.scenes.file import load
 

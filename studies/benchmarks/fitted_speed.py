@@ -35,9 +35,8 @@ from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import BLUE, COLOURS, MARKERS, ORANGE, Figure, canvas
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
-from studies.shared.table import Columns
+from studies.shared.table import Columns, Table
 from studies.shared.timing import tridiagonal_seconds
-from studies.shared.types import Table
 
 SAMPLES = 201
 NAMES = {"flat": "flat punch", "power": "power law"}
@@ -170,15 +169,9 @@ def measure(case: Case, unknowns: int) -> Trial:
 
 
 def _errors(case: Case, state: Equilibrium) -> tuple[float, float, float, float]:
-    scales = {"half_width": case.half_width, **state.scales}
-    a, force, energy = (
-        0.0 if value == true else abs(value - true) / (scales[name] or abs(true))
-        for name in ("half_width", "force", "energy")
-        for value, true in [(getattr(state, name), getattr(case, name))]
-    )
     angle = abs(state.angle_deficit - case.angle_deficit)
     lost = math.isnan(angle) and not math.isnan(case.angle_deficit)
-    return a, force, energy, math.inf if lost else angle
+    return *case.errors(state, case.half_width), math.inf if lost else angle
 
 
 def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:

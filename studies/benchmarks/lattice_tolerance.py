@@ -10,15 +10,16 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization import Equilibrium, NotCertifiedError
+from discretization import NotCertifiedError
 from discretization.lattice.state import on_lattice
 from studies.shared.batches import Progress, each
 from studies.shared.random_cases import Case, in_turn
-from studies.shared.types import QUANTITIES, Table
+from studies.shared.table import Table
+from studies.shared.types import QUANTITIES
 
 FEWEST, MOST = 2.0, 400.0  # nodes per l
 UNKNOWN = (math.nan,) * 3
@@ -75,16 +76,9 @@ def measure(given: tuple[Case, float, float]) -> Sparse:
     estimates = tuple(float(state.error_estimate[name]) for name in QUANTITIES)
     links = float(np.diff(state.nodes).sum()) / dx
     word = "estimated" if max(estimates) < math.inf else "withheld"
-    return Sparse(*kind, links, word, errors(state, case), estimates)
-
-
-def errors(state: Equilibrium, case: Case) -> tuple[float, ...]:
-    """Errors in the state's own scales; infinite where it lacks the contact of the cards."""
-    if not state.contacts.size:
-        return (math.inf,) * 3
-    scales = {"half_width": state.half_width or state.spacing, **state.scales}
-    found = (abs(getattr(state, name) - getattr(case, name)) for name in QUANTITIES)
-    return tuple(float(e / size) for e, size in zip(found, scales.values(), strict=True))
+    width = state.half_width or state.spacing
+    errors = case.errors(state, width) if state.contacts.size else (math.inf,) * 3
+    return Sparse(*kind, links, word, errors, estimates)
 
 
 def run(count: int, seed: int, show: Callable[[Progress], object], jobs: int = 1) -> list[Sparse]:
@@ -106,11 +100,11 @@ def summary(states: Sequence[Sparse]) -> str:
     return "\n".join(lines)
 
 
-def table(states: Sequence[Sparse]) -> Table:
-    """Columns and a row per state and quantity."""
+def table(trials: Sequence[Any]) -> Table:
+    """Columns and a row per trial and quantity, of trials that end with errors and estimates."""
     rows = [
-        [s.shape, s.slopes, s.nodes, s.links, s.word, *row]
-        for s in states
-        for row in zip(QUANTITIES, s.errors, s.estimates, strict=True)
+        [*trial[:-2], *row]
+        for trial in trials
+        for row in zip(QUANTITIES, trial.errors, trial.estimates, strict=True)
     ]
-    return ["shape", "slopes", "nodes", "links", "word", "quantity", "error", "estimate"], rows
+    return [*trials[0]._fields[:-2], "quantity", "error", "estimate"], rows

@@ -5,8 +5,9 @@ mesh, and under imposed depth on a lattice with 10⁵ nodes in the largest conta
 that of one LAPACK `dptsv` with 10⁵ unknowns in the same process (median of several). Next to it the
 error of the loop area against energy.cards, ∮P dd, and the imbalance of the energy.
 
-Then loops of 150 steps over a rough profile with 10, 30 and 100 contacts (rough_loop.py), in
-seconds of the processor; the preset --quick leaves the fitted mesh and the largest out.
+Then loops of 150 steps over a smooth rough profile with 10, 30 and 100 contacts, on the lattice
+with 25 nodes per l and on the fitted mesh, in seconds of the processor; the preset --quick leaves
+the fitted mesh and the largest out.
 
 The film is thicker than springs allow beside the contact, h > l: times and errors are those of the
 model, in which only k, γ₁ and w of a film enter.
@@ -17,16 +18,17 @@ also if a time misses 150 dptsv.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from discretization import History, load_path, minimise
-from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
-from studies.benchmarks import rough_loop
+from energy import ElasticLayer, Parabola, Sampled, Scene, SurfaceEnergies, cards
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
@@ -34,6 +36,9 @@ from studies.shared.table import Columns
 from studies.shared.timing import middle, seconds, tridiagonal_seconds
 
 TIME_BAR = 150.0
+PER_LENGTH = 25  # nodes in an elastocapillary length
+ROUGH_BARS = {"lattice": {10: 0.2, 30: 0.5, 100: 2.0}, "fitted": {10: 1.5, 30: 5.0, 100: 20.0}}
+_STEPS, _DEEPEST, _FARTHEST = 75, 3.0, -2.5  # steps in and out; rms heights above the lowest point
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,53 @@ def measured(params: Parameters, name: str) -> Row:
     return Row(name, ratio, spread, error, ledger, bar)
 
 
+class RoughRow(NamedTuple):
+    """One loop: contacts at its deepest, events, processor time and its bar [s], energy balance."""
+
+    method: str
+    contacts: int
+    events: int
+    seconds: float
+    bar: float
+    ledger: float
+
+
+def rough_scene(contacts: int, seed: int = 1) -> Scene:
+    """A scene with l = 1 and about so many contacts.
+
+    Waves between 3 l and 12 l long of random phases, in a trough whose walls end the profile.
+    """
+    half, rng = 4.0 * contacts + 20, np.random.default_rng(seed)
+    x = np.arange(-round(half * PER_LENGTH), round(half * PER_LENGTH) + 1) / PER_LENGTH
+    z = np.zeros_like(x)
+    for wave in np.linspace(3, 12, 30):
+        z += wave * np.cos(2 * math.pi * x / wave + rng.uniform(0, 2 * math.pi))
+    z = z / z.std() + 0.3 * np.maximum(np.abs(x) - half + 15, 0) ** 2
+    layer, surfaces = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, 0.3)
+    return Scene(layer, surfaces, Sampled(x, z - z.min(), kind="smooth"))
+
+
+def rough_loop(method: str, contacts: int) -> RoughRow:
+    """The loop with about so many contacts, and the time of it and of `History.work()`."""
+    scene, spacing = rough_scene(contacts), 1 / PER_LENGTH if method == "lattice" else None
+    depths = np.r_[np.linspace(0, _DEEPEST, _STEPS), np.linspace(_DEEPEST, _FARTHEST, _STEPS)]
+    start = process_time()
+    path = load_path(scene, depths=depths, method=method, spacing=spacing)
+    balance = abs(path.work() / path.dissipated - 1)
+    elapsed = process_time() - start
+    found = len(path.inner[_STEPS - 1]) // 2 + 1
+    return RoughRow(method, found, len(path.events), elapsed, ROUGH_BARS[method][contacts], balance)
+
+
+def rough_line(row: RoughRow) -> str:
+    """A line for a loop."""
+    word = "ok" if row.ledger <= 1e-9 else "MISSED"
+    return (
+        f"{row.method:8s} {row.contacts:4d} contacts {row.events:4d} events "
+        f"{row.seconds:7.2f} s (bar {row.bar:g} s)  balance {row.ledger:.0e} {word}"
+    )
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
     parser = command.parser("path_speed", __doc__, "100 steps, 10⁴ nodes")
@@ -138,9 +190,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         word = "ok" if row.accurate else "MISSED"
         print(shown.line(row.name, row.ratio, row.spread / 2, row.error, row.ledger, word))
     methods, sizes = (("lattice",), (10, 30)) if quick else (("lattice", "fitted"), (10, 30, 100))
-    rough = [rough_loop.measured(method, size) for method in methods for size in sizes]
-    print("\n".join(map(rough_loop.line, rough)))
-    out.table("path_speed_rough.csv", params, rough_loop.RoughRow._fields, rough)
+    rough = [rough_loop(method, size) for method in methods for size in sizes]
+    print("\n".join(map(rough_line, rough)))
+    out.table("path_speed_rough.csv", params, RoughRow._fields, rough)
     out.table("path_speed.csv", params, Row._fields, rows)
     out.figure("path_speed.png", plot(rows, params))
     slow = [row.name for row in rows if row.ratio > TIME_BAR]

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from studies.shared.figures import COLOURS, Figure, canvas, plain_ticks
-from studies.shared.table import markdown
-from studies.shared.types import Table
+from studies.shared.table import Table, markdown
 
 QUANTITIES = ("half-width a", "force P", "energy U", "angle θ")
 MARKERS = "osD^v<>phX*"

@@ -36,8 +36,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.benchmarks.rivals.problem import installed
-from studies.benchmarks.rivals.task import Method, Task
+from studies.benchmarks.rivals.problem import Method, Task, installed
 from studies.benchmarks.rivals.tasks import TASKS, guarded, named
 from studies.benchmarks.runtime_report import Floor, Point, fastest, machine, plot, rows, table
 from studies.shared import command

@@ -30,7 +30,7 @@ from studies.shared import command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.random_cases import Case, in_turn
-from studies.shared.types import QUANTITIES, Table
+from studies.shared.types import QUANTITIES
 
 FLOOR, ROUNDING = 1e-12, 1e-15
 SHARE = 0.99
@@ -75,13 +75,9 @@ def measure(given: tuple[Case, float]) -> Trial:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # it is judged here
         state = minimise(case.scene, case.depth, rtol=rtol)
-    errors = (
-        abs(state.half_width / case.half_width - 1),
-        abs(state.force - case.force) / state.scales["force"],
-        abs(state.energy - case.energy) / state.scales["energy"],
-    )
+    errors = case.errors(state, case.half_width)
     estimates = tuple(float(state.error_estimate[name]) for name in QUANTITIES)
-    return Trial(case.shape, case.scene.slopes, rtol, tuple(map(float, errors)), estimates)
+    return Trial(case.shape, case.scene.slopes, rtol, errors, estimates)
 
 
 def run(
@@ -142,23 +138,13 @@ def plot(trials: Sequence[Trial]) -> Figure:
     return figure
 
 
-def table(trials: Sequence[Trial]) -> Table:
-    """Columns and a row per scene and quantity."""
-    rows = [
-        [trial.shape, trial.slopes, trial.rtol, *row]
-        for trial in trials
-        for row in zip(QUANTITIES, trial.errors, trial.estimates, strict=True)
-    ]
-    return ["shape", "slopes", "rtol", "quantity", "error", "estimate"], rows
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line of the study."""
     full, quick = Parameters(), Parameters(scenes=60, lattices=100)
     told = "60 scenes, 100 on nodes"
     params, jobs, out = command.start("tolerance", __doc__, argv, told, full, quick)
     trials = run(params, jobs=jobs)
-    out.table("tolerance.csv", params, *table(trials))
+    out.table("tolerance.csv", params, *lattice_tolerance.table(trials))
     out.figure("tolerance.png", plot(trials))
     states = lattice_tolerance.run(params.lattices, params.seed, tell, jobs)
     out.table("tolerance_lattice.csv", params, *lattice_tolerance.table(states))

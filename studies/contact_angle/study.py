@@ -29,7 +29,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.small_slopes import depth_by_16, detachment, scene, simulated
-from studies.shared.types import Table
+from studies.shared.table import Table
 from studies.verify.mesh import Grid
 
 INDENTERS: dict[str, Indenter] = {

@@ -33,8 +33,8 @@ from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
-from studies.shared.table import Columns
-from studies.shared.types import Array, Table
+from studies.shared.table import Columns, Table
+from studies.shared.types import Array
 
 _NIL = 1e-8  # of the scale, printed as 0
 LENGTHS = ("jump-in half-width", "pull-off depth", "pull-off half-width")

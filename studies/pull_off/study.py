@@ -36,8 +36,7 @@ from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE
-from studies.shared.table import Columns
-from studies.shared.types import Table
+from studies.shared.table import Columns, Table
 
 BAR = 1e-8
 

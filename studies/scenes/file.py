@@ -57,41 +57,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energy import (
-    Circle,
-    ElasticLayer,
-    FlatPunch,
-    Indenter,
-    Parabola,
-    Plane,
-    PowerLaw,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-)
+import energy
+from energy import ElasticLayer, Indenter, Scene, SurfaceEnergies
 from energy.checks import nearest
 from studies.scenes import measured as scene_measured
 from studies.scenes.curve_file import Reading
 from studies.scenes.table import TOP, Table
 
 SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
-    "plane": (Plane, ()),
-    "flat_punch": (FlatPunch, ("half_width",)),
-    "wedge": (Wedge, ("delta", "delta_degrees")),
-    "parabola": (Parabola, ("R",)),
-    "circle": (Circle, ("R",)),
-    "power_law": (PowerLaw, ("c", "n")),
-    "sampled": (Sampled, ("x", "z")),
+    "plane": (energy.Plane, ()),
+    "flat_punch": (energy.FlatPunch, ("half_width",)),
+    "wedge": (energy.Wedge, ("delta", "delta_degrees")),
+    "parabola": (energy.Parabola, ("R",)),
+    "circle": (energy.Circle, ("R",)),
+    "power_law": (energy.PowerLaw, ("c", "n")),
+    "sampled": (energy.Sampled, ("x", "z")),
 }
-OPTIONS = {
-    "slopes": str,
-    "geometry": str,
-    "method": str,
-    "branch": str,
-    "spacing": float,
-    "rtol": float,
-}
+TEXTS, NUMBERS = ("slopes", "geometry", "method", "branch"), ("spacing", "rtol")  # [options]
+ENERGIES = ("gamma2", "gamma12", "w")
 CONTROLS = ("depths", "forces", "drives")
 STEPS = 50
 
@@ -141,11 +124,18 @@ def read(path: Path) -> dict[str, Any]:
 def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
     """The scene these tables describe; `path` is named in errors."""
     file = Table(path, "file", content, TOP)
-    options = _options(path, content.get("options", {}))
+    asked = Table(path, "options", content.get("options", {}), (*TEXTS, *NUMBERS))
+    options: dict[str, Any] = {
+        key: (asked.text if key in TEXTS else asked.number)(key) for key in asked.table
+    }
     slopes, geometry = options.pop("slopes", "small"), options.pop("geometry", "line")
-    layer = _layer(path, file.get("layer"))
-    surfaces = _surfaces(path, file.get("surfaces"))
-    opening = _opening(path, content["opening"], surfaces) if "opening" in content else None
+    film = Table(path, "layer", file.get("layer"), ("E", "nu", "h"))
+    layer = film.build(ElasticLayer, *(film.number(key) for key in film.known))
+    energies = Table(path, "surfaces", file.get("surfaces"), ("gamma1", *ENERGIES))
+    surfaces, opening = _energies(energies, energies.number("gamma1")), None
+    if "opening" in content:
+        own = Table(path, "opening", content["opening"], ENERGIES)
+        opening = _energies(own, surfaces.gamma1)
     indenter = _indenter(path, file.get("indenter"))
     try:
         scene = Scene(layer, surfaces, indenter, slopes, opening, geometry=geometry)
@@ -155,20 +145,6 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
     title, source = file.text("title", path.stem), file.text("source", "not stated")
     measured = scene_measured.reading(path, content.get("measured", {}))
     return SceneFile(path, title, source, scene, _depths(file), options, programme, measured)
-
-
-def _layer(path: Path, content: Any) -> ElasticLayer:
-    table = Table(path, "layer", content, ("E", "nu", "h"))
-    return table.build(ElasticLayer, *(table.number(key) for key in table.known))
-
-
-def _surfaces(path: Path, content: Any) -> SurfaceEnergies:
-    table = Table(path, "surfaces", content, ("gamma1", "gamma2", "gamma12", "w"))
-    return _energies(table, table.number("gamma1"))
-
-
-def _opening(path: Path, content: Any, surfaces: SurfaceEnergies) -> SurfaceEnergies:
-    return _energies(Table(path, "opening", content, ("gamma2", "gamma12", "w")), surfaces.gamma1)
 
 
 def _energies(table: Table, gamma1: float) -> SurfaceEnergies:
@@ -219,13 +195,6 @@ def _wedge_angle(table: Table) -> float:
     if not 0 < table.number("delta_degrees") < 90:
         table.refuse("delta_degrees", table.table["delta_degrees"], "is outside (0, 90)")
     return math.radians(table.number("delta_degrees"))
-
-
-def _options(path: Path, content: Any) -> dict[str, Any]:
-    table = Table(path, "options", content, tuple(OPTIONS))
-    return {
-        key: table.text(key) if OPTIONS[key] is str else table.number(key) for key in table.table
-    }
 
 
 def _depths(file: Table) -> NDArray[np.float64]:

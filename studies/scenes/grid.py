@@ -19,11 +19,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from discretization import AccuracyWarning, History, minimise
+from discretization import AccuracyWarning, History, load_path, minimise
 from discretization.paths.display import most_tensile
 from energy import Scene
-from studies.scenes.file import CONTROLS, STEPS, built
-from studies.scenes.path import follow
+from studies.scenes.file import CONTROLS, STEPS, SceneFile, built
 from studies.scenes.table import TOP, Table
 
 Value = float | str
@@ -53,6 +52,24 @@ class Axis(NamedTuple):
 
     key: str
     values: tuple[Value, ...]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All combinations of the values of some axes, numbered with the last axis fastest."""
+
+    axes: tuple[Axis, ...]
+
+    def __len__(self) -> int:
+        return math.prod(len(axis.values) for axis in self.axes)
+
+    def point(self, number: int) -> dict[str, Value]:
+        """The values at a point, by key."""
+        at: list[Value] = []
+        for axis in reversed(self.axes):
+            number, i = divmod(number, len(axis.values))
+            at.append(axis.values[i])
+        return dict(zip((axis.key for axis in self.axes), reversed(at), strict=True))
 
 
 def axes(path: Path, content: Mapping[str, Any]) -> tuple[Axis, ...]:
@@ -133,6 +150,26 @@ class SolvedScene:
         """What besides the axes determines the numbers, as plain data."""
         blank = placed(self.content, dict.fromkeys(keys, "swept"))
         return {name: table for name, table in blank.items() if name not in ("title", "source")}
+
+
+def follow(given: SceneFile) -> History:
+    """`discretization.load_path` along the file's [path]. ValueError names the file."""
+    programme, options = given.programme, given.options
+    if programme is None:
+        raise ValueError(f"{given.path}: path is missing; add a [path] with depths to the file")
+    programmed: dict[str, Any] = {programme.control: programme.values}
+    lattice = options.get("method") == "lattice"
+    try:
+        return load_path(
+            given.scene,
+            **programmed,
+            machine_stiffness=programme.machine_stiffness,
+            method="lattice" if lattice else "fitted",
+            spacing=options.get("spacing"),
+            rtol=options.get("rtol", 1e-8),
+        )
+    except ValueError as error:
+        raise ValueError(f"{given.path}: [path]: {error}") from error
 
 
 def of_state(scene: Scene, depth: float, options: Mapping[str, Any]) -> dict[str, Value]:

@@ -27,14 +27,14 @@ from discretization.paths import display as of_path
 from energy import Assumption, Scene
 from energy.description import described
 from energy.units import prefixed
-from studies.scenes import path as scene_path
 from studies.scenes.file import SceneFile, built, read
-from studies.scenes.grid import axes, coarser
+from studies.scenes.grid import axes, coarser, follow
 from studies.scenes.sweep import study as sweep
 from studies.shared import command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, GREY, ORANGE, canvas
-from studies.shared.types import QUANTITIES, Table
+from studies.shared.table import Table, naming
+from studies.shared.types import QUANTITIES
 
 SIGNS = (
     "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "
@@ -233,11 +233,13 @@ def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
 
 def response(given: SceneFile, out: command.Output) -> list[Path]:
     """Follow, print and write the load path of the file; the files written."""
-    history = scene_path.follow(given)
+    history = follow(given)
     print(of_path.text(history, si=True))
     name = f"{given.path.stem}_path"
-    head = out.header(given.options)
     written = out.at(f"{name}.csv")
-    about = [f"title: {given.title}", f"source: {given.source}"]
-    scene_path.write_csv(history, written, [*about, *head])
+    about = [f"title: {given.title}", f"source: {given.source}", *out.header(given.options)]
+    with naming(written):
+        history.to_csv(written)  # which History.from_csv reads back; the notes follow as comments
+        with written.open("a", encoding="utf-8") as file:
+            file.writelines(f"# {' '.join(note.split())}\n" for note in about)
     return [written, *out.figure(name, history.plot(given.title))]

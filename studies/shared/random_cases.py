@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import quad
 
+from discretization import Equilibrium
 from energy import (
     ElasticLayer,
     FlatPunch,
@@ -24,6 +25,7 @@ from energy import (
     Wedge,
     cards,
 )
+from studies.shared.types import QUANTITIES
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,16 @@ class Case:
     def resolved(self) -> float:
         """min(l, a)."""
         return min(self.scene.elastocapillary_length, self.half_width)
+
+    def errors(self, state: Equilibrium, half_width: float) -> tuple[float, float, float]:
+        """|a - a*|, |P - P*| and |U - U*| over this half-width and the sums of the terms."""
+        scales = {"half_width": half_width, **state.scales}
+        a, force, energy = (
+            0.0 if value == true else float(abs(value - true) / (scales[name] or abs(true)))
+            for name in QUANTITIES
+            for value, true in [(getattr(state, name), getattr(self, name))]
+        )
+        return a, force, energy
 
     @property
     def angle_deficit(self) -> float:

@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+Table = tuple[Sequence[str], Sequence[Sequence[object]]]  # columns and rows
+
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:

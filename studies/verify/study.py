@@ -25,8 +25,7 @@ from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
 from studies.shared.figures import Figure
-from studies.shared.table import Columns, markdown
-from studies.shared.types import Table
+from studies.shared.table import Columns, Table, markdown
 from studies.verify import curves
 from studies.verify import figures as verify_figures
 from studies.verify.checks import CHECKS

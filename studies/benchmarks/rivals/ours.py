@@ -11,8 +11,7 @@ import numpy as np
 from discretization import AccuracyWarning, Equilibrium, load_path, minimise
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.shortest_path import global_minimum
-from studies.benchmarks.rivals.problem import Answer, Grid, rough
-from studies.benchmarks.rivals.task import Solve, Task
+from studies.benchmarks.rivals.problem import Answer, Grid, Solve, Task, rough
 
 
 def _answer(state: Equilibrium) -> Answer:

@@ -13,8 +13,16 @@ from discretization.lattice.oracle import Oracle
 from discretization.lattice.shortest_path import global_minimum
 from energy import cards
 from studies.benchmarks.rivals import active_set, conic, one_line, ours
-from studies.benchmarks.rivals.problem import RADIUS, Answer, Grid, elastic, rough
-from studies.benchmarks.rivals.task import Method, Solve, Task
+from studies.benchmarks.rivals.problem import (
+    RADIUS,
+    Answer,
+    Grid,
+    Method,
+    Solve,
+    Task,
+    elastic,
+    rough,
+)
 from studies.shared.random_cases import steep_totals
 from studies.shared.timing import tridiagonal_seconds
 

@@ -58,7 +58,7 @@ from studies.benchmarks.stress.verdicts import (
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
-from studies.shared.types import Table
+from studies.shared.table import Table
 
 REASON = 120  # characters
 UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre

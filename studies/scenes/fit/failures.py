@@ -25,7 +25,7 @@ from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import DEFAULT, parameters_of, scene_with
 from studies.scenes.fit.quality import Quality
 from studies.shared.batches import Progress, each, tell
-from studies.shared.types import Table
+from studies.shared.table import Table
 
 KINDS = ("good", "sign", "zero", "hysteresis", "level")
 MISTAKEN = 0.05  # of the good curves may be called

@@ -56,7 +56,7 @@ from studies.scenes.fit.model import DEFAULT, NAMES
 from studies.scenes.measured import LAYOUT
 from studies.shared import command
 from studies.shared.batches import tell
-from studies.shared.types import Table
+from studies.shared.table import Table
 
 
 def table(found: Fit) -> Table:
@@ -73,7 +73,7 @@ def table(found: Fit) -> Table:
     return list(columns), list(zip(*(c.tolist() for c in columns.values()), strict=True))
 
 
-def _reading_options(parser: argparse.ArgumentParser) -> None:
+def _reading_options(parser: Any) -> None:
     """How DATA is written, each in place of the same key of [measured] in the scene file."""
     group = parser.add_argument_group("how DATA is written, found from the file where not given")
     about = 'of depth and force: names or numbers from 1, with missing units, as "2 [mN]"'

@@ -19,7 +19,7 @@ from studies.scenes.fit.model import DEFAULT, parameters_of, scene_with
 from studies.shared.batches import Progress, each, tell
 from studies.shared.command import Output
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
-from studies.shared.types import Table
+from studies.shared.table import Table
 
 NEEDED = 0.9  # of the intervals hold the truth
 SCENE = Scene(  # a very soft film, whose tension is felt: l = 43 µm, a(0) = 140 µm, δ₀ = 0.32 µm

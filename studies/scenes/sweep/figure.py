@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from energy.units import Unit, prefixed
 from studies.scenes.grid import UNITS, Value
-from studies.scenes.sweep.record import Record
+from studies.scenes.sweep.store import Record
 from studies.shared.figures import BLUE, GREY, Figure, canvas, shades
 from studies.shared.types import Array
 

@@ -12,10 +12,13 @@ import math
 import os
 import time
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TextIO
 
+import numpy as np
+
+from studies.scenes.grid import Grid
 from studies.shared.table import naming
 
 Found = dict[str, Any]
@@ -68,12 +71,7 @@ class Store:
                 os.fsync(self.file.fileno())
                 self.synced = time.monotonic()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        value: BaseException | None,
-        at: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         with naming(self.path), self.file:
             self.file.flush()
             os.fsync(self.file.fileno())
@@ -82,26 +80,23 @@ class Store:
         """The line of each point so far, by its number."""
         with self.path.open(encoding="utf-8", errors="replace") as file:
             next(file)
-            lines = filter(None, map(_whole, file))
-            return {line["at"]: line for line in lines}
+            return {line["at"]: line for line in map(_object, file) if "at" in line}
 
 
-def _whole(line: str) -> Found | None:
-    """The object on a line; None for one that was cut."""
+def _object(line: str) -> Found:
+    """The object on a line; an empty one for a line that was cut."""
     try:
         found = json.loads(line)
     except ValueError:
-        return None
-    return found if isinstance(found, dict) and "at" in found else None
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 def _refuse_another(path: Path, identity: Any) -> None:
     with path.open(encoding="utf-8", errors="replace") as file:
-        saved = _json(file.readline())
+        saved = _object(file.readline())
     wanted = json.loads(json.dumps(identity))
-    differing = [
-        key for key in wanted if not isinstance(saved, dict) or saved.get(key) != wanted[key]
-    ]
+    differing = [key for key in wanted if key not in saved or saved[key] != wanted[key]]
     if differing:
         raise ValueError(
             f"{path} holds another sweep (it differs in {', '.join(differing)}): give another "
@@ -109,8 +104,25 @@ def _refuse_another(path: Path, identity: Any) -> None:
         )
 
 
-def _json(text: str) -> Any:
-    try:
-        return json.loads(text)
-    except ValueError:
-        return None
+@dataclass(frozen=True)
+class Record:
+    """A finished sweep: its grid, and what was found or the error at each point."""
+
+    grid: Grid
+    results: tuple[Found, ...]
+
+    @property
+    def failed(self) -> int:
+        """How many points failed."""
+        return sum("error" in result for result in self.results)
+
+    @property
+    def detached(self) -> np.ndarray:
+        """Whether the state at each point is detached (n,)."""
+        labels = [result.get("found", {}).get("label") for result in self.results]
+        return np.array([label == "detached" for label in labels])
+
+    def column(self, name: str) -> np.ndarray:
+        """A number at every point (n,); nan where the point failed or has none."""
+        values = [result.get("found", {}).get(name) for result in self.results]
+        return np.array([math.nan if value is None else value for value in values], float)

@@ -35,15 +35,13 @@ from pathlib import Path
 from typing import Any
 
 from studies.scenes.file import built, read
-from studies.scenes.grid import Axis, SolvedScene, Value, axes, coarser, placed
+from studies.scenes.grid import Axis, Grid, SolvedScene, Value, axes, coarser, placed
 from studies.scenes.sweep import figure as sweep_figure
 from studies.scenes.sweep.batches import BatchClock, Function, in_batches
-from studies.scenes.sweep.record import Grid, Record
-from studies.scenes.sweep.store import Store
+from studies.scenes.sweep.store import Record, Store
 from studies.shared import command
 from studies.shared.batches import Progress, processes, tell
-from studies.shared.table import versions
-from studies.shared.types import Table
+from studies.shared.table import Table, versions
 
 GOLDEN = 0.6180339887498949  # multiples of the golden ratio modulo 1 fill (0, 1) evenly
 
