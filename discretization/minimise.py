@@ -47,10 +47,10 @@ def minimise(
     lattice with its `proof`. "oracle": the same by solvers of cvxpy, for checking; with w > 0 for
     at most 100 nodes, and with the test extra.
 
-    ValueError for an unusable argument, a depth at which the contact would leave the profile, or
-    several contacts with finite slopes on the lattice; NotCertifiedError if no equilibrium was
-    found; AccuracyWarning if the error estimate stays above rtol, or if the surface between the
-    nodes misses a feature of the profile that is narrower than their distance.
+    ValueError for an unusable argument or a depth at which the contact would leave the profile;
+    NotCertifiedError if no equilibrium was found; AccuracyWarning if the error estimate stays above
+    rtol, or if the surface between the nodes misses a feature of the profile that is narrower than
+    their distance.
     """
     _check(scene, depth, method, branch, rtol)
     if method == "auto" and branch == "global" and spacing is not None:

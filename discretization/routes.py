@@ -73,8 +73,7 @@ _BENT = (
     "lowest energy is only found for slopes='small'"
 )
 _NODES_PATH = (
-    "slopes = {scene.slopes!r} with gamma1 = {scene.gamma1!r}: a load path on the lattice needs "
-    "gamma1 > 0, and small slopes or a convex profile without a pattern; use method='fitted'"
+    "gamma1 = {scene.gamma1!r}: a load path on the lattice needs gamma1 > 0; use method='fitted'"
 )
 _ENDLESS = (
     "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, such as a "
@@ -101,7 +100,6 @@ TABLE = (
         lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)),
         refused=_PATH,
     ),
-    Row(True, STATES, lambda s: _held_twice(s) and _steep(s), refused=_PATH),
     Row(True, LOWEST, _held_twice, refused=_PATH),
     Row(True, ALL, lambda s: s.axisymmetric and _steep(s), refused=_ABOUT_AXIS),
     Row(True, SEARCH, lambda s: s.axisymmetric and not s.gamma1, refused=_ABOUT_AXIS),
@@ -112,7 +110,6 @@ TABLE = (
     Row(True, ("global",), lambda s: s.axisymmetric and _searched(s), "rings"),
     Row(True, STATES, lambda s: s.axisymmetric and not s.indenter.convex, "path"),
     Row(True, ("path",), lambda s: not s.gamma1, refused=_NODES_PATH),
-    Row(True, ("path",), lambda s: _steep(s) and not _alone(s), refused=_NODES_PATH),
     Row(True, ("path",), lambda s: True, "path"),
     Row(True, STATES, lambda s: _plane(s), "plane"),
     Row(True, STATES, _held_twice, "path"),

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 class Tail(Protocol):
     """The free surface beyond a contact line at which the displacement is u_line.
 
-    Between two contacts (on the lattice with small slopes only): at distances p from the left line
+    Between two contacts: at distances p from the left line
     and q from the right one, where the displacements are `left` and `right`.
     radius: of the line; infinite for a line contact, and negative where the free surface is on the
     side of the axis.

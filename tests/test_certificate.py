@@ -95,15 +95,14 @@ def test_a_lone_node_holds_nothing(share, failures):
     assert certify(lattice, SCENE.indenter, depth, where, lone, sums).failures == failures
 
 
-def test_a_second_contact_is_refused_not_ignored():
+def test_a_second_contact_is_not_ignored():
     two = Profile(
         lambda x: 50 * (x**2 - 0.01**2) ** 2 / 0.01**2,
         lambda x: 200 * x * (x**2 - 0.01**2) / 0.01**2,
     )
     small = adhesive(two, gamma1=0.001, w=1e-6)
-    with pytest.raises(ValueError, match="several contacts are only found for small slopes"):
-        minimise(replace(small, slopes="finite"), 1e-3, method="lattice", spacing=1e-4)
-    assert len(minimise(small, 1e-3, method="lattice", spacing=1e-4).contacts) == 2
+    for scene in (small, replace(small, slopes="finite")):
+        assert len(minimise(scene, 1e-3, method="lattice", spacing=1e-4).contacts) == 2
 
 
 def test_the_profile_ends_are_not_guessed():

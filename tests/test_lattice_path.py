@@ -131,8 +131,6 @@ def test_what_the_lattice_cannot_do_is_refused():
         with pytest.raises(ValueError, match=message):
             load_path(scene, **given)
     given = {"depths": [1e-3], "method": "lattice", "spacing": SPACING}
-    with pytest.raises(ValueError, match="needs gamma1 > 0, and small slopes or a convex profile"):
-        load_path(replace(adhesive(RIPPLED), slopes="finite"), **given)
     with pytest.raises(ValueError, match="needs gamma1 > 0"):
         load_path(adhesive(Parabola(0.02), gamma1=0.0), **given)
     with pytest.raises(ValueError, match="would all but turn over"):

@@ -89,7 +89,7 @@ class ContactSet:
         f = row.f[start:stop]
         before = _BEYOND if math.isnan(row.lattice.axis) else min(_BEYOND, row.first + start)
         pad = before, _BEYOND
-        closing, opening = (np.pad(one.work[start : start + f.size - 1], pad) for one in row.rules)
+        closing, opening = (np.pad(one.bonds[start : start + f.size - 1], pad) for one in row.rules)
         g = np.pad(depth - f, pad, constant_values=-math.inf)
         ends, first = np.asarray(nodes) - start + before, row.first + start - before
         return cls(row.lattice, g, ends, depth, closing, opening, first)
@@ -154,7 +154,8 @@ def judged(contacts: ContactSet, sums: Sums) -> Certificate:
         return Certificate.undeformed()
     unit, noise = lat.spring * delta, rounding(lat, delta)
     imbalance = float(np.abs(contacts.per_weight[~contacts.mask]).max()) - noise
-    gain = float(_moves(contacts).max()) if math.isnan(lat.axis) else gained(contacts, sums)
+    plain = math.isnan(lat.axis) and lat.slopes == "small"
+    gain = float(_moves(contacts).max()) if plain else gained(contacts, sums)
     return Certificate(
         penetration=max(0.0, float((contacts.g - contacts.u).max()) / delta),
         stationarity=max(0.0, imbalance / unit),

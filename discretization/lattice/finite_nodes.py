@@ -9,7 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.lattice import span
 from discretization.lattice.bracket import falling_root
+from discretization.lattice.finite_spans import ENDLESS, FiniteSpan, finite_span
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.tails import (
     TURNING,
@@ -74,6 +76,52 @@ class FiniteLattice(Lattice):
 
     def tail_stiffness(self, u):
         return self.gamma1 / self.length * self.response.stiffness(u / self.length)
+
+    def between(self, left: float, right: float, links: int) -> FiniteSpan:
+        """The free surface between two contact nodes displaced by these, in units of l and γ₁.
+
+        Two tails where the nodes are far apart.
+        """
+        one, other, response = float(left) / self.length, float(right) / self.length, self.response
+        if self.log_decay * links < ENDLESS:
+            return finite_span(response.h, one, other, int(links))
+        u, ends = self.tail_nodes(left, links) + self.tail_nodes(right, links)[::-1], (one, other)
+        pulls = [float(response.reaction(end)) for end in ends]
+        stored = sum(float(response.energy(end)) for end in ends)
+        return FiniteSpan(u / self.length, stored, (pulls[0], pulls[1]))
+
+    def tail_nodes(self, u: float, links: int) -> Array:
+        """Displacements (links + 1,) of a tail from the node where it is held by u."""
+        known = math.ceil(ENDLESS / self.log_decay)
+        whole = finite_span(self.response.h, float(u) / self.length, 0.0, known).u[: links + 1]
+        return self.length * np.pad(whole, (0, links + 1 - whole.size))
+
+    def _spans(self, left, right, f, g, depth) -> list[FiniteSpan]:
+        parts = np.broadcast_arrays(depth - f, depth - g, right - left)
+        return [self.between(*each) for each in zip(*(part.flat for part in parts), strict=True)]
+
+    def gap_force(self, left, right, f, g, depth):
+        found = [sum(each.pulls) for each in self._spans(left, right, f, g, depth)]
+        return self.gamma1 * np.reshape(found, np.broadcast_shapes(np.shape(depth), np.shape(left)))
+
+    def gap_energy(self, left, right, f, g, depth):
+        found = [each.energy for each in self._spans(left, right, f, g, depth)]
+        shape = np.broadcast_shapes(np.shape(depth), np.shape(left))
+        return self.gamma1 * self.length * np.reshape(found, shape)
+
+    def relaxed(self, g: Array, contact: Any, first: int) -> Array:
+        u = np.where(contact, g, 0.0)
+        for start, stop in span.runs(~np.asarray(contact, bool)).tolist():
+            own = slice(start, stop + 1)
+            if start == 0 or stop == u.size - 1:
+                end, way = (stop + 1, -1) if start == 0 else (start - 1, 1)
+                steps = np.arange(1.0, stop - start + 2)[::way]
+                if end < u.size and end >= 0:
+                    u[own] = self.beyond(end, way, steps, u[end])
+                continue
+            ends = u[start - 1], u[stop + 1]
+            u[own] = self.length * self.between(*ends, stop - start + 2).u[1:-1]
+        return u
 
     def tension(self, steps):
         slope = steps / self.spacing

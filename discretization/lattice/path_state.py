@@ -40,7 +40,8 @@ def on_path(
 
     NotCertifiedError and ValueError as `of_contacts`.
     """
-    if lattice.axis == 0 or scene.pattern is not None or scene.opening is not None:
+    same = scene.pattern is None and scene.opening is None
+    if lattice.axis == 0 or lattice.slopes == "finite" or not same:
         return _held(scene, depth, lattice, where)
     nodes = contacts_on_path(scene, depth, lattice, where)
     if nodes is None:
@@ -51,7 +52,7 @@ def on_path(
 def _held(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) -> Equilibrium:
     """The state with adhesion that differs from link to link, or when a contact is opened.
 
-    Also any with rotational symmetry.
+    Also any with rotational symmetry, or finite slopes.
     """
     row, nodes = _followed(scene, depth, lattice, where)
     if not nodes.size:
@@ -102,9 +103,7 @@ def contacts_on_path(
     None where there is only one contact on the way, that of fronts.py, or where the path cannot
     be followed.
     """
-    if scene.indenter.convex or scene.slopes != "small" or not scene.work_of_adhesion:
-        return None
-    if not scene.gamma1:
+    if scene.indenter.convex or not (scene.work_of_adhesion and scene.gamma1):
         return None
     deepest = max(depth, fronts.height(lattice, scene.indenter, where.lowest))
     contact = fronts.adhered(lattice, scene.indenter, deepest, where)

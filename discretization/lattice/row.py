@@ -9,7 +9,6 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -17,8 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.lattice.finite_nodes import FiniteLattice
+from discretization.lattice.finite_rules import FiniteRules
 from discretization.lattice.fronts import Region, blocks, heights
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.radial import RadialLattice
 from discretization.lattice.radial_rules import RadialRules
 from discretization.lattice.rules import Rules
 from energy import Scene
@@ -27,6 +29,7 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _SPARE = 4
 Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
+_RULES = {Lattice: Rules, FiniteLattice: FiniteRules, RadialLattice: RadialRules}
 MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
 
 
@@ -91,8 +94,9 @@ class Row:
     def rules(self) -> tuple[Rules, Rules]:
         """The rules of contacts that are being closed, and of those that are being opened."""
         closing, opening = self.works
-        kind = Rules if math.isnan(self.lattice.axis) else RadialRules
-        first = kind(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
+        first = _RULES[type(self.lattice)](
+            self.lattice, self.f, closing * self.bonds, self.clear, self.first
+        )
         if opening == closing:
             return first, first
         return first, replace(first, work=opening * self.bonds)

@@ -60,8 +60,13 @@ class Rules:
         return self.f.tolist()
 
     @functools.cached_property
-    def _work(self) -> list[float]:
-        return self.work.tolist()
+    def bonds(self) -> Array:
+        """Adhesion (n - 1,) of each link along the indenter."""
+        return np.asarray(self.work * self.lattice.arc(np.diff(self.f)))
+
+    @functools.cached_property
+    def _bonds(self) -> list[float]:
+        return self.bonds.tolist()
 
     @functools.cached_property
     def outwards(self) -> dict[int, Array]:
@@ -148,7 +153,7 @@ class Rules:
 
     def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""
-        return sum(self._work[min(one, other) : max(one, other)])
+        return sum(self._bonds[min(one, other) : max(one, other)])
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes_both(self, left: int, right: int) -> float:
@@ -162,7 +167,9 @@ class Rules:
         f, g, f_next, g_next = (self._heights[i] for i in (left, right, left + 1, right - 1))
         one, two = f_next - near * f - far * g, g_next - near * g - far * f
         work = (
-            self._work[left] + self._work[right - 1] + (self._work[left + 1] if links == 3 else 0)
+            self._bonds[left]
+            + self._bonds[right - 1]
+            + (self._bonds[left + 1] if links == 3 else 0)
         )
         work -= (own + other) * (one - two) ** 2 / 4
         if work < 0:

@@ -25,10 +25,6 @@ from discretization.routes import question_of, route
 from energy import Plane, Scene
 
 
-class SeveralContactsError(ValueError):
-    """Several contacts where only one is found."""
-
-
 def on_lattice(
     scene: Scene,
     depth: float,
@@ -46,8 +42,8 @@ def on_lattice(
     which looks at its arguments first; origin: by default that of `Lattice.of`; margin: whether the
     proof of a global minimum says how far above it the next topology lies.
 
-    ValueError for a spacing too large for the body, a contact that would leave the profile, and
-    several contacts with finite slopes; NotCertifiedError if no equilibrium was found.
+    ValueError for a spacing too large for the body, and for a contact that would leave the profile;
+    NotCertifiedError if no equilibrium was found.
     """
     lattice = Lattice.of(scene, spacing, origin)
     if isinstance(scene.indenter, Plane):
@@ -107,17 +103,10 @@ def _one_contact(
 
 def _refuse(scene: Scene, depth: float, certificate: Certificate) -> NoReturn:
     """What to say of a state that has not passed its certificate."""
-    if scene.slopes == "finite" and "penetration" in certificate.failures:
-        raise SeveralContactsError(
-            f"slopes = 'finite' at depth = {depth!r}: the surface beside the contact meets the "
-            "indenter again, and several contacts are only found for small slopes; use "
-            "slopes='small', another depth, or a profile with a single contact"
-        )
     raise NotCertifiedError(
         f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
         f"({certificate}): the surface meets or leaves the indenter elsewhere than at the two "
-        "ends of one contact; try a smaller spacing, slopes='small' for several contacts, or a "
-        "profile with a single one"
+        "ends of one contact; try a smaller spacing, or a profile with a single contact"
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -128,9 +128,18 @@ def work_of(row: Row, ways: list[Way], start: float, end: float) -> float:
         gaps[2].extend(way.left[: count + 1])
         gaps[3].extend(way.right[: count + 1])
     low, high, left, right = map(np.array, gaps)
-    if low.size:
-        done += float((high - low) @ row.gap_force(left, right, (low + high) / 2))
-    return done
+    if not low.size:
+        return done
+    return done + _over(row, low, high, lambda depth: row.gap_force(left, right, depth))
+
+
+def _over(row: Row, low: Array, high: Array, force: Callable[[Array], Array]) -> float:
+    """Σ ∫ force dd from each of these depths to the other."""
+    middles, lengths = (low + high) / 2, high - low
+    return sum(
+        weight / 2 * float(lengths @ force(middles + at * lengths / 2))
+        for at, weight in zip(*_RULES[row.lattice.slopes], strict=True)
+    )
 
 
 def _outer_work(row: Row, way: Way, cuts: Array) -> float:
@@ -138,9 +147,4 @@ def _outer_work(row: Row, way: Way, cuts: Array) -> float:
     line, side = (way.left, 1) if way.left is not None else (way.right, -1)
     assert isinstance(line, range)
     nodes = line.start + line.step * np.arange(cuts.size - 1)
-    middles, lengths = (cuts[1:] + cuts[:-1]) / 2, np.diff(cuts)
-    points, weights = _RULES[row.lattice.slopes]
-    return sum(
-        weight / 2 * float(lengths @ row.tail_force(nodes, side, middles + at * lengths / 2))
-        for at, weight in zip(points.tolist(), weights.tolist(), strict=True)
-    )
+    return _over(row, cuts[:-1], cuts[1:], lambda depth: row.tail_force(nodes, side, depth))

@@ -26,10 +26,14 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from discretization.lattice.finite_spans import ENDLESS, finite_span
 
 Array = NDArray[Any]
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
 _POINTS = 40
+_LEAST_LINKS = 8  # between two lines, however near, to read a slope from
 _NEWTON = 40
 
 
@@ -173,6 +177,33 @@ class FiniteTail(LatticeTail):
     def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
         """-rate·ψ/ψ'."""
         return -self.rate * self.length * self.response.steepness(u_line / self.length)
+
+    def between(
+        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
+    ) -> Array:
+        """A smooth line through nodes about as far apart as the lattice's."""
+        if self.rate * width > ENDLESS:
+            return self.displacement(p, left) + self.displacement(q, right)
+        return np.asarray(self._through(width, left, right)(p))
+
+    def slope_between(
+        self, width: Array, own: Array, other: Array, radius: Any = math.inf
+    ) -> Array:
+        """The slope of that line."""
+        far = self.rate * width > ENDLESS
+        lines = zip(width.tolist(), own.tolist(), other.tolist(), far.tolist(), strict=True)
+        return np.array(
+            [
+                float(self.slope(np.array(u)) if apart else self._through(size, u, v)(0.0, 1))
+                for size, u, v, apart in lines
+            ]
+        )
+
+    def _through(self, width: float, left: float, right: float) -> CubicSpline:
+        links = max(_LEAST_LINKS, round(width / (self.response.h * self.length)))
+        ends = left / self.length, right / self.length
+        found = finite_span(width / links / self.length, *ends, links)
+        return CubicSpline(np.linspace(0, width, links + 1), self.length * found.u)
 
 
 @functools.lru_cache(maxsize=64)

@@ -24,17 +24,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError
+from discretization.certificate import NotCertifiedError
 from discretization.lattice.between import at_offsets, interpolated, offsets
 from discretization.lattice.changes import Contacts, parts, pressed, recedes, retracted
 from discretization.lattice.contact_set import ContactSet, judged, totals
-from discretization.lattice.fronts import Contact, region
-from discretization.lattice.judgement import certify
+from discretization.lattice.fronts import region
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
 from discretization.lattice.stretch import Stretch, stretch, work_of
-from discretization.lattice.sums import measured
 from discretization.lattice.unseen import Unseen, looked_between, unseen
 from discretization.lattice.ways import rise
 from discretization.routes import route
@@ -42,7 +40,6 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-_OF_ADHESION = ("opening", "neighbours")  # judged by the rules where there are two works
 
 
 class Held(NamedTuple):
@@ -78,8 +75,7 @@ class LatticeBranch:
     def of(cls, scene: Scene, spacing: float, deepest: float) -> LatticeBranch:
         """deepest: the largest depth of the programme, which says how many nodes are needed.
 
-        ValueError for springs without tension, and for finite slopes of a profile or pattern that
-        may lead to several contacts.
+        ValueError for springs without tension.
         """
         route(scene, "path", nodes=True)
         lattice = Lattice.of(scene, spacing)
@@ -275,27 +271,14 @@ class LatticeBranch:
 
     def _judge(self, nodes: Contacts, depth: float) -> None:
         """NotCertifiedError unless the surface over these contacts passes its certificate."""
-        if self.scene.slopes == "small":
-            contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
-            certificate = judged(contacts, totals(contacts))
-        else:
-            certificate = self._alone(nodes, depth)
+        contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
+        certificate = judged(contacts, totals(contacts))
         failures = certificate.failures
-        if self.scene.slopes != "small" and self.scene.opening is not None:
-            failures = tuple(name for name in failures if name not in _OF_ADHESION)
         if failures:
             raise NotCertifiedError(
                 f"the contacts at depth = {depth!r} violate {', '.join(failures)} "
                 f"({certificate}); the path stops before them"
             )
-
-    def _alone(self, nodes: Contacts, depth: float) -> Certificate:
-        """The certificate of one contact with finite slopes, of one work of adhesion."""
-        lattice, body, first = self.row.lattice, self.seen.indenter, self.row.first
-        ((left, right),) = nodes
-        contact = Contact(left + first, right + first, lattice.critical_gap)
-        sums = measured(lattice, body, depth, contact)
-        return certify(lattice, body, depth, region(lattice, body, depth), contact, sums)
 
 
 def _one(state: Held, depth: float) -> tuple[Nodes, Array]:
