@@ -208,8 +208,9 @@ def test_the_energy_balance_of_a_loop_closes(kind):
     depths = np.r_[np.linspace(-0.5, 1.3, 9), np.linspace(1.3, -3, 15)] * delta
     path = load_path(scene, depths=depths, **given)
     if kind == "forces":
-        program = np.r_[np.linspace(0, path.force.max(), 6), np.linspace(0, 2 * path.force.min(), 12)]
-        path = load_path(scene, forces=program, **given)
+        least, most = 2 * path.force.min(), path.force.max()
+        forces = np.r_[np.linspace(0, most, 6), np.linspace(most, least, 12)]
+        path = load_path(scene, forces=forces, **given)
     if kind == "drives":
         stiffness = 5 * scene.stiffness * L
         path = load_path(

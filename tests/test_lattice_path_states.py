@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from scenes import adhesive
 from test_many_contacts import bumps

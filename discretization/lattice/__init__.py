@@ -14,6 +14,10 @@ something happens (rules.py, waiting.py), how free parts and contacts change wit
 states of several contacts on the path from first touch on (path_state.py) and all load paths
 (../paths/lattice_branch.py).
 
+With finite slopes (finite_nodes.py) tails are known from a functional equation (tails.py), and
+surfaces between two contacts are solved (finite_spans.py), so that depths of changes are roots
+(finite_rules.py).
+
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
 where it is held: outside and inside (rings.py), between two contacts (radial_spans.py). The
 lattice, the depths of changes (radial_rules.py) and the search for the lowest contacts

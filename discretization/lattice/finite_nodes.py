@@ -85,10 +85,10 @@ class FiniteLattice(Lattice):
         one, other, response = float(left) / self.length, float(right) / self.length, self.response
         if self.log_decay * links < ENDLESS:
             return finite_span(response.h, one, other, int(links))
-        u, ends = self.tail_nodes(left, links) + self.tail_nodes(right, links)[::-1], (one, other)
-        pulls = [float(response.reaction(end)) for end in ends]
-        stored = sum(float(response.energy(end)) for end in ends)
-        return FiniteSpan(u / self.length, stored, (pulls[0], pulls[1]))
+        u = self.tail_nodes(left, links) + self.tail_nodes(right, links)[::-1]
+        ends = np.array([one, other])
+        pulls = response.reaction(ends).tolist()
+        return FiniteSpan(u / self.length, float(response.energy(ends).sum()), (pulls[0], pulls[1]))
 
     def tail_nodes(self, u: float, links: int) -> Array:
         """Displacements (links + 1,) of a tail from the node where it is held by u."""
@@ -96,7 +96,7 @@ class FiniteLattice(Lattice):
         whole = finite_span(self.response.h, float(u) / self.length, 0.0, known).u[: links + 1]
         return self.length * np.pad(whole, (0, links + 1 - whole.size))
 
-    def _spans(self, left, right, f, g, depth) -> list[FiniteSpan]:
+    def _spans(self, left: Any, right: Any, f: Any, g: Any, depth: Any) -> list[FiniteSpan]:
         parts = np.broadcast_arrays(depth - f, depth - g, right - left)
         return [self.between(*each) for each in zip(*(part.flat for part in parts), strict=True)]
 

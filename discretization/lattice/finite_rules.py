@@ -114,11 +114,11 @@ class FiniteRules(Rules):
 
     def stored(self, left: int | None, right: int | None, depth: float) -> float:
         lat, f = self._on, self.f
-        if left is None or right is None:
-            ends = [end for end in (left, right) if end is not None]
-            return sum(float(lat.tail_energy(depth - float(f[end]))) for end in ends)
-        ends = depth - f[left], depth - f[right]
-        return lat.gamma1 * lat.length * lat.between(*ends, abs(right - left)).energy
+        if left is not None and right is not None:
+            ends = depth - f[left], depth - f[right]
+            return lat.gamma1 * lat.length * lat.between(*ends, abs(right - left)).energy
+        held = [end for end in (left, right) if end is not None]
+        return sum(float(lat.tail_energy(depth - float(f[end]))) for end in held)
 
     def _cost(self, left: int, right: int, new: tuple[int, ...], depth: float) -> float:
         """Energy by which contact at new nodes changes that of the span."""

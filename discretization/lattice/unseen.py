@@ -102,8 +102,8 @@ def looked_between(
 ) -> None:
     """AccuracyWarning where one of several surfaces misses what the nodes do not see.
 
-    depths (n,), and the lines of each surface, contact nodes at x, two for every contact; small
-    slopes.
+    depths (n,), and the lines of each surface, contact nodes at x, two for every contact. With
+    finite slopes too the surfaces looked at are those of small ones.
     """
     if not hidden.x.size or not len(lines):
         return
