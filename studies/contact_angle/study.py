@@ -17,7 +17,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import chain
+from itertools import chain, product
 
 import numpy as np
 
@@ -100,25 +100,20 @@ def loop(steps: int, case: tuple[str, float]) -> Loop:
 
 
 def on_lattices(p: Parameters, case: tuple[int, str]) -> list[Angle]:
-    """Small-slope angles from nodes, at the worst contact line; each with an error estimate."""
+    """Small-slope angles from nodes, at the worst line of each state.
+
+    The error of an angle is about half its change from twice the spacing.
+    """
     (cells, shape), found = case, []
-    body = SHAPES[shape]
-    for ratio in p.path:
+    for ratio, shift in product(p.path, p.offsets):
         small = given(shape, ratio, "small")
-        depth = depth_by_16(small, (body.apex or 0.0) + 1.0)
-        found += [lattice_angle(shape, small, depth, Grid(cells, shift)) for shift in p.offsets]
+        depth = depth_by_16(small, (small.indenter.apex or 0.0) + 1.0)
+        grids = Grid(cells, shift), Grid(cells / 2, shift / 2)
+        fine, coarse = ([*measured("lattice", shape, one.solve(small, depth))] for one in grids)
+        worst, beside = max(zip(fine, coarse, strict=True), key=lambda pair: pair[0].residual)
+        off = abs(worst.deficit - beside.deficit) / 2
+        found.append(worst._replace(estimate=off, spacing=1 / cells))
     return found
-
-
-def lattice_angle(shape: str, small: Scene, depth: float, grid: Grid) -> Angle:
-    """The worst angle of a state; its error is about half its change from twice the spacing."""
-    fine, coarse = (
-        list(measured("lattice", shape, one.solve(small, depth)))
-        for one in (grid, Grid(grid.cells / 2, grid.offset / 2))
-    )
-    worst = max(range(len(fine)), key=lambda i: fine[i].residual)
-    off = abs(fine[worst].deficit - coarse[worst].deficit) / 2
-    return fine[worst]._replace(estimate=off, spacing=1 / grid.cells)
 
 
 def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from discretization import History
-from discretization.paths.events import Event, Snapshot
+from discretization.paths.events import Snapshot
 from discretization.paths.plots import draw, mark, units
-from energy.units import Unit, prefixed
+from energy.units import Unit, prefixed, quantity
 from studies.shared.figures import BLUE, ORANGE, RIGID, SOFT, canvas
 from studies.shared.table import naming
 from studies.shared.types import Array
@@ -58,15 +58,10 @@ def _moments(history: History) -> list[Frame]:
         while events and events[0].step == step:
             event = events.pop(0)
             if event.energy_released > 1e-9 * abs(history.dissipated):
-                text = _caption(event)
+                text = f"{event.kind}: {quantity(event.energy_released, 'J/m')} released"
                 found += [Frame(event.before, text), Frame(event.after, text)]
         found.append(Frame(history.at(step), ""))
     return [frame for frame in found if math.isfinite(frame.state.depth)]
-
-
-def _caption(event: Event) -> str:
-    unit = prefixed(event.energy_released, "J/m")
-    return f"{event.kind}: {event.energy_released / unit.size:.3g} {unit.symbol} released"
 
 
 def surface(history: History, state: Snapshot, x: Array) -> tuple[Array, Array]:
@@ -106,20 +101,15 @@ def _moving(axes: Any, history: History, frame: Frame, window: tuple[Array, Unit
     (x, across, up), (low, high) = window, axes.get_ylim()
     u, body = (-y / up.size for y in surface(history, frame.state, x))
     body, s = np.where(np.isfinite(body), body, np.nan), x / across.size
-    axes.set_title(frame.caption or _said(frame.state))
+    a = frame.state.half_width
+    told = "no contact" if math.isnan(a) else f"contact of half-width a = {quantity(a, 'm')}"
+    axes.set_title(frame.caption or told)
     return [
         axes.fill_between(s, u, low, color=SOFT, lw=0),
         axes.fill_between(s, body, np.maximum(body, high), color=RIGID, lw=0),
         *axes.plot(s, body, color="black", lw=0.8),
         *axes.plot(s, u, color=BLUE, lw=2),
     ]
-
-
-def _said(state: Snapshot) -> str:
-    if math.isnan(state.left):
-        return "no contact"
-    unit = prefixed(state.half_width, "m")
-    return f"contact of half-width a = {state.half_width / unit.size:.3g} {unit.symbol}"
 
 
 def animate(history: History, path: Path, count: int = 60) -> int:

@@ -13,14 +13,14 @@ from energy.units import quantity as quantity_of
 from studies.hysteresis.landscape import landscape
 from studies.hysteresis.record import Loop, Record
 from studies.shared import loops
-from studies.shared.figures import BLUE, ORANGE, Figure, canvas, plain_ticks, shades
+from studies.shared.figures import BLUE, ORANGE, Figure, canvas, edges, plain_ticks, shades
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.types import Array
 
 _DEPTHS = (0.5, 0.0, -0.4, -0.75, -0.95)  # of the landscape, in δ₀
 
 
-def all_of(record: Record, history: History) -> dict[str, Figure]:
+def plot(record: Record, history: History) -> dict[str, Figure]:
     """Every figure by file name; `history`: the parabola's loop to look at closely."""
     gamma1 = quantity_of(history.scene.gamma1, "N/m")
     title = f"Parabola, γ₁ = {gamma1}: in contact loading and unloading coincide"
@@ -101,14 +101,18 @@ def dissipation(record: Record) -> Figure:
     norm = LogNorm(float(areas.min()), float(areas.max()))
     for axes, found in zip(grid[0], record.maps, strict=True):
         area = np.where(found.area > 1e-9, found.area, np.nan)
-        shades = axes.pcolormesh(_edges(found.across), _edges(found.up), area, norm=norm)
+        cells = (np.exp(edges(np.log(middles))) for middles in (found.across, found.up))
+        shades = axes.pcolormesh(*cells, area, norm=norm)
         axes.set_facecolor("#cccccc")
         axes.set(xscale="log", yscale="log", xlabel="tension  l/b", ylabel="machine  K/(kb)")
         low, high = axes.get_ylim()
         if not np.isfinite(area).all():
             axes.text(1.25, 1, "no loop", va="center")
         across = np.geomspace(float(found.across[0]), float(found.across[-1]), 200)
-        if (critical := _critical(found.shape, across)) is not None:
+        scene = loops.scene_of(found.shape, 0.0)
+        if (card := loops.known(scene).critical_stiffness) is not None:
+            tension = {"gamma1": LAYER.stiffness * (across * SIZE) ** 2}
+            critical = card(**loops.arguments(scene) | tension) / (LAYER.stiffness * SIZE)
             name = "critical K: above it the contact closes"
             axes.plot(across, critical, color="white", lw=5)
             axes.plot(across, critical, color=ORANGE, lw=2, label=name)
@@ -119,21 +123,6 @@ def dissipation(record: Record) -> Figure:
     drawn.colorbar(shades, ax=list(grid[0]), label="loop area / 2wb")
     drawn.suptitle("A softer machine loses more energy; so does more tension, but for the wedge")
     return drawn
-
-
-def _edges(middles: Array) -> Array:
-    """Edges (n + 1,) of cells around these middles (n,), evenly spread on a logarithmic scale."""
-    inner = np.sqrt(middles[1:] * middles[:-1])
-    step = np.sqrt(middles[1] / middles[0]) if middles.size > 1 else 2.0
-    return np.concatenate([[middles[0] / step], inner, [middles[-1] * step]])
-
-
-def _critical(shape: str, across: Array) -> Array | None:
-    """K_c/(kb) of the cards for these l/b; None where the contact ends under any machine."""
-    scene, k = loops.scene_of(shape, 0.0), LAYER.stiffness
-    card = loops.known(scene).critical_stiffness
-    tension = {"gamma1": k * (across * SIZE) ** 2}
-    return np.asarray(card(**loops.arguments(scene) | tension)) / (k * SIZE) if card else None
 
 
 def closed_form(history: History) -> tuple[Array, Array, Array]:

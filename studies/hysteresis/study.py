@@ -31,7 +31,6 @@ from studies.hysteresis.record import BAR, FULL, LEDGER, QUICK, Loop, Map, Param
 from studies.shared import command, loops
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
-from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
 from studies.shared.types import Array
@@ -110,11 +109,6 @@ def summary(record: Record) -> str:
     )
 
 
-def plot(record: Record) -> dict[str, Figure]:
-    """The figures by file name."""
-    return hysteresis_figures.all_of(record, featured(record))
-
-
 def featured(record: Record) -> History:
     """The loop to look at closely: the parabola at moderate tension, under imposed depth."""
     held = [loop for loop in record.loops if (loop.shape, loop.control) == ("parabola", "depth")]
@@ -155,7 +149,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     record = run(preset, command.say, jobs)
     out.table("hysteresis.csv", preset, *table(record))
     out.table("hysteresis_map.csv", preset, *map_table(record))
-    out.figures(plot(record))
+    out.figures(hysteresis_figures.plot(record, featured(record)))
     finer = loops.depth_loop(featured(record).scene, 2 * preset.frames)
     count = animate(finer, out.at("hysteresis_loop.gif"), preset.frames)
     print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {out.folder}")

@@ -13,6 +13,7 @@ from discretization.plots import RIGID as RIGID
 from discretization.plots import SOFT as SOFT
 from discretization.plots import canvas as canvas
 from studies.shared.table import naming
+from studies.shared.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,6 +50,14 @@ def plain_ticks(
     plain = FuncFormatter(lambda value, _: f"{value:g}")
     axis.set_major_formatter(EngFormatter(unit) if unit else plain)
     axis.set_minor_formatter(NullFormatter())
+
+
+def edges(middles: Array) -> Array:
+    """Edges (n + 1,) of cells around these middles (n,)."""
+    if middles.size == 1:
+        return np.asarray(middles[0] + np.array([-0.5, 0.5]))
+    inner = (middles[1:] + middles[:-1]) / 2
+    return np.concatenate([[2 * middles[0] - inner[0]], inner, [2 * middles[-1] - inner[-1]]])
 
 
 def save(figure: Figure, path: Path) -> list[Path]:

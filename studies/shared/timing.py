@@ -38,15 +38,13 @@ def interpreter_seconds(code: str) -> float:
     return seconds(lambda: subprocess.run(command, check=True, env=environment))
 
 
-@functools.cache
-def _bytecode() -> tempfile.TemporaryDirectory[str]:
-    return tempfile.TemporaryDirectory()
+_BYTECODE = functools.cache(tempfile.TemporaryDirectory)  # one, made when it is needed
 
 
 @functools.cache
 def _compiled(code: str) -> dict[str, str]:
     """An environment in which what the code imports is compiled: it has run once."""
-    environment = {**os.environ, "PYTHONPYCACHEPREFIX": _bytecode().name}
+    environment = {**os.environ, "PYTHONPYCACHEPREFIX": _BYTECODE().name}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
     return environment

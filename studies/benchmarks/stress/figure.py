@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from studies.benchmarks.stress.profiles import NAMES
-from studies.benchmarks.stress.verdicts import Trial
-from studies.shared.figures import Figure, canvas
+from studies.benchmarks.stress.verdicts import BAD, Trial
+from studies.shared.figures import Figure, canvas, edges
 
 LABELS = {
     "fitted": ("log₁₀ a/l", "log₁₀ w/γ₁"),
@@ -67,24 +66,13 @@ def _draw(axes: Any, own: Sequence[Trial]) -> Any:
         if not math.isnan(t.digits[0]):
             at = np.searchsorted(y, t.y), np.searchsorted(x, t.x)
             digits[at] = np.nanmin([*t.digits, digits[at], 16.0])
-    drawn = axes.pcolormesh(_edges(x), _edges(y), digits, cmap="viridis", vmin=6, vmax=16)
+    drawn = axes.pcolormesh(edges(x), edges(y), digits, cmap="viridis", vmin=6, vmax=16)
     axes.set_facecolor("#dddddd")
     for word, (marker, size) in MARKS.items():
-        bad = [(t.x, t.y) for t in own if _mark(t.verdict) == word]
+        verdicts = {"refused"} if word == "refused" else {*BAD}
+        bad = [(t.x, t.y) for t in own if t.verdict in verdicts]
         if bad:
             axes.plot(
                 *np.transpose(bad), marker, ls="", mec="black", ms=size, mfc="none", clip_on=False
             )
     return drawn
-
-
-def _edges(middles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Edges (n + 1,) of cells around these middles (n,)."""
-    if middles.size == 1:
-        return middles[0] + np.array([-0.5, 0.5])
-    inner = (middles[1:] + middles[:-1]) / 2
-    return np.concatenate([[2 * middles[0] - inner[0]], inner, [2 * middles[-1] - inner[-1]]])
-
-
-def _mark(verdict: str) -> str:
-    return verdict if verdict in ("ok", "refused") else "lost or failed"

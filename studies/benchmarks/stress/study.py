@@ -45,6 +45,7 @@ from studies.benchmarks.stress import profiles as stress_profiles
 from studies.benchmarks.stress import reference
 from studies.benchmarks.stress.figure import plot
 from studies.benchmarks.stress.verdicts import (
+    BAD,
     KEPT,
     NO_DIGITS,
     Judgement,
@@ -64,7 +65,6 @@ REASON = 120  # characters
 UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre
 POISSON = (0.0, 0.3, 0.49, 0.4999, -0.9)
 SHAPES = ("parabola", "x1", "x3", "x4", "flat")
-BAD = ("lost", "wrong", "crash", "floating point")
 Point = tuple[str, float, float, Work]  # shape, x, y, and what is judged there
 
 

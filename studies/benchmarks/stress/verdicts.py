@@ -19,6 +19,7 @@ SLACK, TOLERANCE = 1000.0, 1e-12
 TIE = 16 * EPS  # relative distance from -δ₀ within which both verdicts are right
 KEPT = 12.0  # digits
 RTOL = 1e-13
+BAD = ("lost", "wrong", "crash", "floating point")
 NO_DIGITS = (math.nan,) * 3
 Judgement = tuple[tuple[float, float, float], float, str, str]
 Work = Callable[[], Judgement]
