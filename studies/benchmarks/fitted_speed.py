@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization import Equilibrium, minimise
+from discretization import minimise
 from energy import Plane, Profile, Sampled, cards
 from studies.shared import command
 from studies.shared.batches import each
@@ -136,9 +136,9 @@ def sampled_case(rng: np.random.Generator, shape: str, kind: str) -> Case:
     return replace(case, scene=replace(case.scene, indenter=indenter))
 
 
-def callable_case(rng: np.random.Generator, shape: str) -> Case:
-    """The profile known by two functions only."""
-    case = random_case(rng, shape)
+def callable_case(rng: np.random.Generator) -> Case:
+    """A parabola known by two functions only."""
+    case = random_case(rng, "parabola")
     profile = Profile(case.scene.indenter.height, case.scene.indenter.slope)
     return replace(case, scene=replace(case.scene, indenter=profile))
 
@@ -149,7 +149,7 @@ SMALL: dict[str, Maker] = {
     **{NAMES.get(s, s): partial(random_case, shape=s) for s in SHAPES},
     "wedge, samples": partial(sampled_case, shape="wedge", kind="linear"),
     "parabola, samples": partial(sampled_case, shape="parabola", kind="smooth"),
-    "parabola, callable": partial(callable_case, shape="parabola"),
+    "parabola, callable": callable_case,
 }
 FINITE: dict[str, Maker] = {NAMES.get(s, s): partial(random_steep_case, shape=s) for s in SHAPES}
 MAKERS = {"small": SMALL, "finite": FINITE}
@@ -164,14 +164,12 @@ def measure(case: Case, unknowns: int) -> Trial:
     except (ValueError, ArithmeticError, RuntimeError) as problem:
         failure = f"{type(problem).__name__}: {problem}"
     seconds = time.perf_counter() - start
-    errors = (math.inf,) * 4 if failure else _errors(case, state)
-    return Trial(case, seconds, floor, errors, failure)
-
-
-def _errors(case: Case, state: Equilibrium) -> tuple[float, float, float, float]:
+    if failure:
+        return Trial(case, seconds, floor, (math.inf,) * 4, failure)
     angle = abs(state.angle_deficit - case.angle_deficit)
     lost = math.isnan(angle) and not math.isnan(case.angle_deficit)
-    return *case.errors(state, case.half_width), math.inf if lost else angle
+    errors = *case.errors(state, case.half_width), math.inf if lost else angle
+    return Trial(case, seconds, floor, errors, failure)
 
 
 def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:
@@ -183,7 +181,7 @@ def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]
 
 def _row(parameters: Parameters, case: tuple[str, str]) -> Row:
     slopes, shape = case
-    count = {"small": parameters.small, "finite": parameters.finite}[slopes]
+    count: int = getattr(parameters, slopes)
     number, make = list(MAKERS[slopes]).index(shape), MAKERS[slopes][shape]
     rng = np.random.default_rng([parameters.seed, len(slopes), number])
     measure(make(rng), parameters.unknowns)  # what every process pays once
@@ -247,20 +245,17 @@ def plot(rows: Sequence[Row]) -> Figure:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 1 if an error limit is missed, with --strict also for a time limit."""
-    quick = "10 and 5 scenes per indenter"
-    parser = command.parser("fitted_speed", __doc__, quick)
+    parser = command.parser("fitted_speed", __doc__, "10 and 5 scenes per indenter")
     preset = Parameters()
-    for name, default, slopes in (
-        ("scenes", preset.small, "small"),
-        ("steep", preset.finite, "finite"),
-    ):
+    counts = ("scenes", preset.small, "small"), ("steep", preset.finite, "finite")
+    for name, default, slopes in counts:
         about = f"scenes per indenter with {slopes} slopes; default: {default}"
         parser.add_argument(f"--{name}", type=int, default=default, metavar="N", help=about)
     parser.add_argument("--strict", action="store_true", help="a missed time limit fails too")
     options, out = command.parse(parser, argv)
     if options.preset == "quick":
         options.scenes, options.steep = 10, 5
-    for name in ("scenes", "steep"):
+    for name, *_ in counts:
         if getattr(options, name) < 1:
             parser.error(f"--{name} {getattr(options, name)} is no sample; give at least 1")
     parameters = Parameters(small=options.scenes, finite=options.steep)

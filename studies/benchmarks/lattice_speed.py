@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import statistics
 import tracemalloc
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -61,20 +62,14 @@ def measure(nodes: int) -> Row:
     a = float(cards.parabola.half_width(DEPTH, **material))
     force = float(cards.parabola.force(DEPTH, **material))
 
-    def solve():
-        return minimise(scene, DEPTH, method="lattice", spacing=2 * a / nodes)
-
-    def estimated():
-        return solve().error_estimate
-
-    state = solve()
-    estimated()
-    works = solve, estimated
+    solve = partial(minimise, scene, DEPTH, method="lattice", spacing=2 * a / nodes)
+    works: tuple[Callable[[], object], ...] = solve, lambda: solve().error_estimate
+    state, _ = solve(), works[1]()
     runs = [[*map(seconds, works), tridiagonal_seconds(nodes, 1)] for _ in range(REPEATS)]
     *times, floor = np.transpose(runs)
     alone, estimate = ((float(np.median(own)), *middle(own / floor)) for own in times)
     tracemalloc.start()
-    estimated()
+    works[1]()
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return Row(
@@ -86,13 +81,6 @@ def measure(nodes: int) -> Row:
         peak / (8 * nodes),
         state.certificate.ok,
     )
-
-
-def import_ratio() -> float:
-    """Median time to import the package over that to import numpy and scipy.linalg."""
-    codes = "import energy, discretization", "import numpy, scipy.linalg"
-    pairs = [[*map(interpreter_seconds, codes)] for _ in range(REPEATS)]
-    return statistics.median(ours / floor for ours, floor in pairs)
 
 
 COLUMNS = Columns(
@@ -130,7 +118,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     given = {"nodes": sizes, "k": K, "gamma1": GAMMA1, "w": W, "R": RADIUS, "depth": DEPTH}
     out.table("lattice_speed.csv", given, Row._fields, rows)
     out.figure("lattice_speed.png", plot(rows))
-    imports = import_ratio()
+    codes = "import energy, discretization", "import numpy, scipy.linalg"
+    pairs = [[*map(interpreter_seconds, codes)] for _ in range(REPEATS)]
+    imports = statistics.median(ours / floor for ours, floor in pairs)
     results = {"time": largest.ratio_estimated, "arrays": largest.arrays, "import": imports}
     for name, value in results.items():
         told = f"{name}: {value:.2f} (limit {BARS[name]:g})"
@@ -151,18 +141,11 @@ def plot(rows: Sequence[Row]) -> Figure:
         ("", "o-", BLUE, "minimise"),
         ("_estimated", "s-", GREEN, "with its error estimate"),
     ):
-        ratio, spread = np.transpose(
-            [[getattr(row, n + end) for n in ("ratio", "spread")] for row in rows]
-        )
-        left.errorbar(
-            nodes, ratio, ratio * spread / 2, fmt=fmt, color=colour, label=label, capsize=3
-        )
-    left.axhline(
-        BARS["time"],
-        color=ORANGE,
-        ls="--",
-        label=f"limit with estimate, 10⁶ nodes: {BARS['time']:g}",
-    )
+        ratio = np.array([getattr(row, f"ratio{end}") for row in rows])
+        half = ratio * [getattr(row, f"spread{end}") / 2 for row in rows]
+        left.errorbar(nodes, ratio, half, fmt=fmt, color=colour, label=label, capsize=3)
+    told = f"limit with estimate, 10⁶ nodes: {BARS['time']:g}"
+    left.axhline(BARS["time"], color=ORANGE, ls="--", label=told)
     left.set(xscale="log", yscale="log", ylabel="time / time of one dptsv of that size")
     for name, marker, colour, label in (
         ("error_half_width", "o", BLUE, "half-width, Eq. (33)"),

@@ -71,28 +71,20 @@ def difference(found: Sequence[float], general: Sequence[float]) -> float:
 
 
 def measure(parameters: Parameters, name: str) -> Row:
-    """One row: calls of both routes in turn, the first of each not timed."""
-    if name == IMPORTS:
-        return imports(parameters.imports)
-    skips, general = ROUTES[name]()
-    changed = difference(skips(), general())
+    """One row: calls of both routes in turn, the first not timed; imports in new interpreters."""
     pairs: list[tuple[float, float]] = []
-    while len(pairs) < parameters.pairs and np.sum(pairs) <= parameters.patience:
-        pairs.append((seconds(skips), seconds(general)))
-    return _row(name, pairs, changed)
-
-
-def _row(name: str, pairs: Sequence[tuple[float, float]], changed: float) -> Row:
+    if name == IMPORTS:
+        codes, changed = (PLAIN, f"{PLAIN}, cvxpy, matplotlib.figure"), float("nan")
+        for _ in range(parameters.imports):
+            pairs.append((interpreter_seconds(codes[0]), interpreter_seconds(codes[1])))
+    else:
+        skips, general = ROUTES[name]()
+        changed = difference(skips(), general())
+        while len(pairs) < parameters.pairs and np.sum(pairs) <= parameters.patience:
+            pairs.append((seconds(skips), seconds(general)))
     one, other = np.transpose(pairs)
     low, middle, high = np.percentile(other / one, [25, 50, 75]).tolist()
     return Row(name, float(np.median(one)), float(np.median(other)), middle, low, high, changed)
-
-
-def imports(pairs: int) -> Row:
-    """Both in fresh interpreters."""
-    general = f"{PLAIN}, cvxpy, matplotlib.figure"
-    found = [(interpreter_seconds(PLAIN), interpreter_seconds(general)) for _ in range(pairs)]
-    return _row(IMPORTS, found, float("nan"))
 
 
 def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:

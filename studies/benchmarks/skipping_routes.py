@@ -12,18 +12,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from discretization import (
-    AccuracyWarning,
-    Equilibrium,
-    Lattice,
-    NodalEnergy,
-    load_path,
-    minimise,
-)
+from discretization import AccuracyWarning, Lattice, NodalEnergy, load_path, minimise
 from discretization.fitted import free_surface, response
 from discretization.fitted.quadrature import totals
 from discretization.lattice import fronts
@@ -61,7 +55,7 @@ def declared(indenter: Indenter, **attributes: Any) -> Indenter:
     return found
 
 
-def numbers(state: Equilibrium) -> Numbers:
+def numbers(state: Any) -> Numbers:
     """a, P, U."""
     return state.half_width, state.force, state.energy
 
@@ -70,10 +64,9 @@ def _solve(own: Scene, depth: float = DEPTH, **options: Any) -> Route:
     return lambda: numbers(minimise(own, depth, **options))
 
 
-def _nodes(own: Scene, nodes: int) -> Route:
-    """On as many nodes in contact."""
-    spacing = 2 * minimise(own, DEPTH).half_width / nodes
-    return _solve(own, method="lattice", spacing=spacing)
+def _lattice(own: Scene, nodes: int) -> dict[str, Any]:
+    """Options of `minimise` for as many nodes in contact."""
+    return {"method": "lattice", "spacing": 2 * minimise(own, DEPTH).half_width / nodes}
 
 
 def _forgetting(work: Route) -> Route:
@@ -128,8 +121,9 @@ def symmetric() -> Pair:
 
 def symmetric_nodes() -> Pair:
     """200 000 nodes."""
-    general = scene(declared(Parabola(RADIUS), symmetric=False))
-    return _nodes(scene(), 200_000), _nodes(general, 200_000)
+    own, general = scene(), scene(declared(Parabola(RADIUS), symmetric=False))
+    options = _lattice(own, 200_000)
+    return _solve(own, **options), _solve(general, **options)
 
 
 def punch() -> Pair:
@@ -198,17 +192,13 @@ def convex() -> Pair:
 def convex_nodes() -> Pair:
     """The last contact node of 200 000 bracketed, against a walk there."""
     own = scene()
-    lattice = Lattice.of(own, 2 * minimise(own, DEPTH).half_width / 200_000)
+    lattice = Lattice.of(own, _lattice(own, 200_000)["spacing"])
 
-    def last(indenter: Indenter) -> Route:
-        def route() -> Numbers:
-            where = fronts.region(lattice, indenter, DEPTH)
-            contact = fronts.adhered(lattice, indenter, DEPTH, where)
-            return contact or (0, 0, 0)
+    def last(indenter: Indenter) -> Numbers:
+        where = fronts.region(lattice, indenter, DEPTH)
+        return fronts.adhered(lattice, indenter, DEPTH, where) or (0, 0, 0)
 
-        return route
-
-    return last(own.indenter), last(declared(own.indenter, convex=False))
+    return partial(last, own.indenter), partial(last, declared(own.indenter, convex=False))
 
 
 def small_slopes() -> Pair:
@@ -226,15 +216,14 @@ def known_surfaces() -> Pair:
 
 def force_alone() -> Pair:
     """The force of 50 load steps, against all integrals."""
-    branch, depths = FittedBranch.of(scene(), 1e-8), STEPS.tolist()
-    states = [branch.follow(None, d) for d in depths]
-    assert all(states)
+    branch = FittedBranch.of(scene(), 1e-8)
+    known = [(d, s) for d in STEPS.tolist() if (s := branch.follow(None, d))]
+    assert len(known) == STEPS.size
 
     def general() -> Numbers:
-        pairs = zip(depths, states, strict=True)
-        return [totals(branch.surfaces, d, *s.ends, branch.rtol)[1].force for d, s in pairs if s]
+        return [totals(branch.surfaces, d, *s.ends, branch.rtol)[1].force for d, s in known]
 
-    return lambda: [branch.force(s, d) for d, s in zip(depths, states, strict=True)], general
+    return lambda: [branch.force(s, d) for d, s in known], general
 
 
 def fields() -> Pair:
@@ -254,13 +243,13 @@ def fields() -> Pair:
 def estimate() -> Pair:
     """The error estimate of 20 000 nodes as well."""
     own = scene()
-    spacing = 2 * minimise(own, DEPTH).half_width / 20_000
+    options = _lattice(own, 20_000)
 
     def general() -> Numbers:
-        state = minimise(own, DEPTH, method="lattice", spacing=spacing)
+        state = minimise(own, DEPTH, **options)
         return numbers(state) if state.error_estimate else ()
 
-    return _solve(own, method="lattice", spacing=spacing), general
+    return _solve(own, **options), general
 
 
 def warm_start() -> Pair:
