@@ -50,14 +50,11 @@ class Grid(Mesh):
 
         A node stands on an axis of rotation; there the spacing shrinks a little instead.
         """
-        reference = length or scene.elastocapillary_length
-        if scene.axisymmetric:
-            return on_lattice(
-                scene, float(depth), reference / (self.cells + self.offset), branch=branch
-            )
-        spacing = reference / self.cells
-        apex = scene.indenter.apex or 0.0
-        origin = apex + self.offset * spacing if self.offset else None
+        turned, origin = scene.axisymmetric, None
+        links = self.cells + self.offset if turned else self.cells
+        spacing = (length or scene.elastocapillary_length) / links
+        if self.offset and not turned:
+            origin = (scene.indenter.apex or 0.0) + self.offset * spacing
         return on_lattice(scene, float(depth), spacing, branch=branch, origin=origin)
 
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import fixed_quad
 from scipy.optimize import brentq, minimize_scalar
 
 from discretization import Equilibrium, Lattice, NodalEnergy
@@ -17,7 +18,6 @@ from studies.verify.mesh import Array, Grid, Mesh
 _ONE_SIDED = np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12  # first derivative, fourth order
 _CURVATURE = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12  # second derivative, fourth order
 _FIVE_POINT = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12  # first derivative, fourth order
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 _STEP = 1 / 250  # of l, between the points of a difference quotient
 
 
@@ -59,13 +59,15 @@ def tail(state: Equilibrium) -> Tail:
     return Tail(1 / rate, -float(u[0]) * math.exp(rate * x[0]))
 
 
+def line_by_far_field(state: Equilibrium) -> float:
+    """u(a) of Eq. (6) with l and C read from the field beyond the line."""
+    far = tail(state)
+    return float(-far.amplitude * np.exp(-state.half_width / far.decay_length))
+
+
 def integral(function: Callable[[Array], Array], ends: Sequence[float]) -> float:
     """Gauss-Legendre quadrature over each interval between consecutive `ends`."""
-    total = 0.0
-    for lo, hi in pairwise(ends):
-        half = (hi - lo) / 2
-        total += half * float(_WEIGHTS @ function(lo + half * (_NODES + 1)))
-    return total
+    return float(sum(fixed_quad(function, lo, hi, n=64)[0] for lo, hi in pairwise(ends)))
 
 
 def contact_pressure(state: Equilibrium) -> float:
@@ -137,6 +139,11 @@ def depth_at_width(mesh: Mesh, scene: Scene, half_width: float, lo: float, hi: f
     """Depth at which the simulated half-width takes a value, by root finding."""
     found = brentq(lambda d: mesh.solve(scene, d).half_width - half_width, lo, hi, xtol=1e-18)
     return float(found)
+
+
+def even_energy(mesh: Mesh, scene: Scene, lo: float) -> float:
+    """Depth between lo and 0 at which the simulated energy is that of the detached surface."""
+    return float(brentq(lambda d: mesh.solve(scene, d).energy, lo, 0.0, xtol=1e-18))
 
 
 def least_force(mesh: Mesh, scene: Scene, lo: float, hi: float) -> float:

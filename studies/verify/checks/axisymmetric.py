@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
+from discretization import Equilibrium
 from energy import FlatPunch, Indenter, Parabola, PowerLaw, Wedge, cards
 from studies.verify.convergence import DIFFERENCED, Comparison, check, swept
 from studies.verify.mesh import Mesh
-from studies.verify.observe import integral, last_contact, least_force, slopes_at_line
+from studies.verify.observe import even_energy, integral, last_contact, least_force, slopes_at_line
 from studies.verify.scenes import Case, case, pulled_parabola
 
 axi = cards.axisymmetric
@@ -75,16 +75,13 @@ def energy(mesh: Mesh) -> Iterator[Comparison]:
 @check(what="around an axis: k∫u dA over the whole surface", unit="N")
 def whole_force(mesh: Mesh) -> Comparison:
     (scene, depths, given), card = _cases()[0]
-    measured = []
-    for d in depths:
-        state = mesh.solve(scene, d)
-        a, far = state.radius, 3e-5 * 40
 
-        def ring(r: Any, state: Any = state) -> Any:
-            return r * state.displacement(r)
+    def force(state: Equilibrium) -> float:
+        ends = state.radius + np.array([0, 1e-4, 3e-4, 3e-5 * 40])
+        springs = integral(lambda r: r * state.displacement(r), [0.0, *ends])
+        return 2 * math.pi * scene.stiffness * springs
 
-        ends = (0.0, a, a + 1e-4, a + 3e-4, a + far)
-        measured.append(2 * math.pi * scene.stiffness * integral(ring, ends))
+    measured = [force(mesh.solve(scene, d)) for d in depths]
     expected = card.force(depths, **given)
     return Comparison(measured, expected, np.abs(expected).max())
 
@@ -127,7 +124,7 @@ def cylinder_global_pull_off(mesh: Mesh) -> Comparison:
     expected = float(axi.flat_punch.global_pull_off_depth(**given))
     # halfway to detachment, which coarse nodes meet a little earlier: a state still in contact
     deep = (expected + float(axi.flat_punch.detachment_depth(**given))) / 2
-    measured = brentq(lambda d: mesh.solve(scene, d).energy, deep, 0.0, xtol=1e-18)
+    measured = even_energy(mesh, scene, deep)
     return Comparison(measured, expected)
 
 

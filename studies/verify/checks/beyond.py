@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
-from energy import FlatPunch, Scene, cards
+from energy import FlatPunch, cards
 from studies.verify.convergence import FIRST, Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
-from studies.verify.observe import last_contact, least_force
+from studies.verify.observe import even_energy, last_contact, least_force
 from studies.verify.scenes import (
     PARABOLA,
     POWER_LAWS,
@@ -80,10 +79,5 @@ def tip_pinned_force(mesh: Mesh) -> Found:
 def global_pull_off(mesh: Mesh) -> Found:
     for a in (3.1e-5, 1.1e-4, 4.7e-4):
         scene = gel(FlatPunch(a))
-        deep = -0.999 * scene.critical_separation
-
-        def energy(d: float, scene: Scene = scene) -> float:
-            return mesh.solve(scene, d).energy
-
-        found = brentq(energy, deep, 0.0, xtol=1e-18)
+        found = even_energy(mesh, scene, -0.999 * scene.critical_separation)
         yield Comparison(found, cards.flat_punch.global_pull_off_depth(a=a, **constants(scene)))

@@ -10,7 +10,7 @@ from discretization import Equilibrium
 from energy import Indenter, Parabola, Scene, SurfaceEnergies, cards
 from studies.verify.convergence import DIFFERENCED, EXACT, FIRST, Comparison, Found, check
 from studies.verify.mesh import Array, Mesh
-from studies.verify.observe import punch_difference, slopes_at_line, tail
+from studies.verify.observe import line_by_far_field, punch_difference, slopes_at_line, tail
 from studies.verify.scenes import (
     GAMMA1,
     GAMMA2,
@@ -90,9 +90,7 @@ def boundary_residual(mesh: Mesh) -> Found:
     k, gamma1, w = constants(scene).values()
     alpha = cards.contact_line.angle_deficit_small(w, gamma1)
     for state in _states(mesh, scene):
-        far, a = tail(state), state.half_width
-        u_a = -far.amplitude * np.exp(-a / far.decay_length)
-        given = PARABOLA.slope(a), u_a, np.pi - alpha
+        given = PARABOLA.slope(state.half_width), line_by_far_field(state), np.pi - alpha
         misfit = cards.contact_line.boundary_residual(*given, k=k, gamma1=gamma1)
         yield Comparison(misfit, 0.0, alpha)
 

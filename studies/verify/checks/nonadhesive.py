@@ -7,7 +7,7 @@ import numpy as np
 from energy import Scene, cards
 from studies.verify.convergence import Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
-from studies.verify.observe import tail
+from studies.verify.observe import line_by_far_field
 from studies.verify.scenes import GAMMA1, PARABOLA, POWER_LAWS, Case, gel
 
 DEPTHS = np.array([2e-7, 5e-7, 9e-7])
@@ -24,9 +24,7 @@ def slope_jump(mesh: Mesh) -> Found:
         k, gamma1 = scene.stiffness, scene.gamma1
         for d in DEPTHS:
             state = mesh.solve(scene, d)
-            far, a = tail(state), state.half_width
-            u_a = -far.amplitude * np.exp(-a / far.decay_length)
-            slope = float(scene.indenter.slope(a))
+            slope, u_a = float(scene.indenter.slope(state.half_width)), line_by_far_field(state)
             jump = cards.nonadhesive.slope_jump(slope, u_a, k=k, gamma1=gamma1)
             yield Comparison(jump, 0.0, slope)
 
