@@ -121,16 +121,10 @@ def followed(params: Parameters, tension: float) -> Loop:
     scene = params.scene(tension)
     path = load_path(scene, depths=params.programme, method="lattice", spacing=params.spacing)
     steps = np.linspace(0, params.programme.size - 1, params.compared + 1).astype(int)[1:]
-    lowest = {
-        int(step): minimise(
-            scene,
-            float(path.depth[step]),
-            method="shortest_path",
-            branch="global",
-            spacing=params.spacing,
-        )
-        for step in steps
-    }
+    lowest = {}
+    for step, depth in zip(steps.tolist(), path.depth[steps].tolist(), strict=True):
+        options: dict[str, Any] = {"method": "shortest_path", "branch": "global"}
+        lowest[step] = minimise(scene, depth, spacing=params.spacing, **options)
     return Loop(tension, path, lowest)
 
 
@@ -230,13 +224,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def answer(params: Parameters, loops: Sequence[Loop]) -> str:
     """Contacts at the deepest, for the least and the largest tension."""
-    at, told = params.steps - 1, []
-    for loop in (loops[0], loops[-1]):
-        count = int(loop.contacts[at])
-        told.append(
-            f"{count} contact{'s' * (count > 1)} over {loop.fraction[at]:.0%} of the width for "
-            f"l = {loop.tension:g} × the shortest wavelength"
-        )
+    at = params.steps - 1
+    told = (
+        f"{loop.contacts[at]} contact{'s' if loop.contacts[at] > 1 else ''} over "
+        f"{loop.fraction[at]:.0%} of the width for l = {loop.tension:g} × the shortest wavelength"
+        for loop in (loops[0], loops[-1])
+    )
     return f"Pressed to the deepest, in {', in '.join(told)}."
 
 

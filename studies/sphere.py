@@ -107,21 +107,19 @@ def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
     R = LENGTH / (math.sqrt(2 * GENTLE) * np.square(ratio))
     given = {"R": R, "k": LAYER.stiffness, "gamma1": GAMMA1, "w": GENTLE * GAMMA1}
     springs, lift = 2 * math.pi * R * GENTLE * GAMMA1, math.sqrt(2 * GENTLE) * LENGTH
+    card: Any = cards.axisymmetric.sphere
     pull, end = (
-        getattr(cards.axisymmetric.sphere, card)(**given) for card in ("pull_off", "detachment")
+        Pull(-found.force / springs, found.depth / lift, found.half_width / LENGTH)
+        for found in (card.pull_off(**given), card.detachment(**given))
     )
-    return (
-        Pull(-pull.force / springs, pull.depth / lift, pull.half_width / LENGTH),
-        Pull(-end.force / springs, end.depth / lift, end.half_width / LENGTH),
-    )
+    return pull, end
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Sphere, ...]:
     """Every sphere, in `jobs` processes; `show` gets a line for each."""
     cases = [(ratio, GENTLE, "small") for ratio in parameters.ratios]
-    cases += [
-        (ratio, work, "finite") for work, ratio in product(parameters.works, parameters.finite)
-    ]
+    steep = product(parameters.works, parameters.finite)
+    cases += [(ratio, work, "finite") for work, ratio in steep]
     show(COLUMNS.head)
     found = []
     for sphere in each(detached, cases, jobs):
@@ -154,18 +152,10 @@ def plot(spheres: Sequence[Sphere]) -> Figure:
     ):
         own = [s for s in spheres if s.work == work]
         finite = own[0].slopes == "finite"
-        ratios, name = (
-            [s.ratio for s in own],
-            f"finite slopes, w = {work:g} γ₁" if finite else "small slopes",
-        )
-        style = {
-            "color": colour,
-            "marker": marker,
-            "ls": "",
-            "mfc": "none" if finite else colour,
-            "ms": 9 if finite else 5,
-            "mew": 1.5,
-        }
+        ratios = [s.ratio for s in own]
+        name = f"finite slopes, w = {work:g} γ₁" if finite else "small slopes"
+        look = {"mfc": "none", "ms": 9} if finite else {"mfc": colour, "ms": 5}
+        style = {"color": colour, "marker": marker, "ls": "", "mew": 1.5, **look}
         left.plot(ratios, [s.load.force for s in own], label=f"simulated, {name}", **style)
         right.plot(ratios, [s.load.depth for s in own], **style)
         right.plot(ratios, [s.depth.depth for s in own], **style)
@@ -210,10 +200,8 @@ def table(spheres: Sequence[Sphere]) -> Table:
     """Columns and a row per sphere; forces over 2πRw, depths over δ₀, radii over l."""
     names = ["Lambda", "w_over_gamma1", "slopes"]
     names += [f"{name}_{control}" for control in ("load", "depth") for name in Pull._fields]
-    names += [
-        f"{name}_small_slopes"
-        for name in ("force_load", "depth_load", "force_depth", "depth_depth")
-    ]
+    known = ("force_load", "depth_load", "force_depth", "depth_depth")
+    names += [f"{name}_small_slopes" for name in known]
     rows = []
     for one in spheres:
         card = [float(value) for pull in closed_forms(one.ratio) for value in pull[:2]]

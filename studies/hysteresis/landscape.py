@@ -78,14 +78,8 @@ def landscape(history: History, steps: Sequence[int]) -> Figure:
     (drawn, axes), found = canvas(8, 5.5), curves(history, steps)
     states = np.array([curve.state for curve in found])
     shown = np.concatenate([states[:, 1], [curve.energy[0] for curve in found]])
-    depth, x, y = (
-        prefixed(values, unit)
-        for values, unit in (
-            ([curve.depth for curve in found], "m"),
-            (found[0].half_width, "m"),
-            (shown, "J/m"),
-        )
-    )
+    depth, x = prefixed([curve.depth for curve in found], "m"), prefixed(found[0].half_width, "m")
+    y = prefixed(shown, "J/m")
     for curve, colour in zip(found, shades(len(found)), strict=True):
         name = f"d = {curve.depth / depth.size:.3g} {depth.symbol}".replace("-", "−")
         a, energy = curve.half_width / x.size, curve.energy / y.size

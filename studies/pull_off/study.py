@@ -34,6 +34,7 @@ from studies.pull_off.record import Curve, Pull, State
 from studies.shared import command, loops
 from studies.shared.batches import each
 from studies.shared.command import Show, silent
+from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE
 from studies.shared.table import Columns, Table
 
@@ -113,6 +114,15 @@ def line(shape: str, pull: Pull) -> str:
     return COLUMNS.line(shape, *numbers, pull.balanced and pull.balanced.force, pull.error)
 
 
+def plot(curves: Sequence[Curve]) -> dict[str, Figure]:
+    """The figures by file name."""
+    return {
+        "pull_off.png": pull_off_figures.forces(curves),
+        "pull_off_gain.png": pull_off_figures.gain(curves),
+        "pull_off_maxwell.png": pull_off_figures.maxwell(curves[0]),
+    }
+
+
 def table(curves: Sequence[Curve]) -> Table:
     """Columns and a row per scene, SI; `global_*` for the flat punch."""
     names = ["indenter", "l_over_b", "gamma1", "w", "force", "depth", "half_width"]
@@ -135,9 +145,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     preset, jobs, out = command.start("pull_off", __doc__, argv, quick, FULL, QUICK)
     curves = run(preset, command.say, jobs)
     out.table("pull_off.csv", preset, *table(curves))
-    out.figure("pull_off.png", pull_off_figures.forces(curves))
-    out.figure("pull_off_gain.png", pull_off_figures.gain(curves))
-    out.figure("pull_off_maxwell.png", pull_off_figures.maxwell(curves[0]))
+    out.figures(plot(curves))
     error = float(np.max([curve.error for curve in curves]))
     print("\n".join(["", *conclusions(curves), ""]))
     total = sum(len(curve.pulls) for curve in curves)

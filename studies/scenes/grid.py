@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 from discretization import AccuracyWarning, History, load_path, minimise
 from discretization.paths.display import most_tensile
 from energy import Scene
-from studies.scenes.file import CONTROLS, STEPS, SceneFile, built
+from studies.scenes.file import CONTROLS, ENERGIES, STEPS, SceneFile, built
 from studies.scenes.table import TOP, Table
 
 Value = float | str
@@ -30,20 +30,11 @@ NO_AXES = {f"path.{name}" for name in CONTROLS} | {
     *("indenter.x", "indenter.z", "indenter.columns", "measured.columns")
 }
 UNITS = {
-    "depth": "m",
-    "layer.E": "Pa",
-    "layer.h": "m",
-    "indenter.R": "m",
-    "indenter.half_width": "m",
-    "indenter.shifted": "m",
-    "indenter.delta": "rad",
-    "indenter.delta_degrees": "°",
-    "path.machine_stiffness": "Pa",
-    "options.spacing": "m",
-} | {
-    f"{section}.{key}": "J/m²"
-    for section in ("surfaces", "opening")
-    for key in ("gamma1", "gamma2", "gamma12", "w")
+    **dict.fromkeys(("depth", "layer.h", "options.spacing", "indenter.shifted"), "m"),
+    **dict.fromkeys(("indenter.R", "indenter.half_width"), "m"),
+    **dict.fromkeys(("layer.E", "path.machine_stiffness"), "Pa"),
+    **{"indenter.delta": "rad", "indenter.delta_degrees": "°", "surfaces.gamma1": "J/m²"},
+    **{f"{name}.{key}": "J/m²" for name in ("surfaces", "opening") for key in ENERGIES},
 }
 
 
@@ -105,24 +96,24 @@ def placed(content: Mapping[str, Any], point: Mapping[str, Value]) -> dict[str, 
     return tables
 
 
-def coarser(content: Mapping[str, Any], values: int = 5, steps: int = 10) -> dict[str, Any]:
-    """The tables for a first look: no more than so many values of an axis, and steps of a leg."""
-    tables = {name: dict(t) if isinstance(t, Mapping) else t for name, t in content.items()}
+def coarser(content: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables for a first look: at most 5 values of an axis, and 10 steps of a leg."""
+    tables = placed(content, {})
     for name, table in tables.items():
         if name == "depth":
-            tables[name] = _thinned(table, values)
+            tables[name] = _thinned(table)
         elif isinstance(table, dict):
             for key in table:
                 if f"{name}.{key}" not in NO_AXES:
-                    table[key] = _thinned(table[key], values)
+                    table[key] = _thinned(table[key])
     path = tables.get("path")
     if isinstance(path, dict) and any(isinstance(path.get(name), list) for name in CONTROLS):
         given = path.get("steps", STEPS)
-        path["steps"] = min(given, steps) if isinstance(given, int) else given
+        path["steps"] = min(given, 10) if isinstance(given, int) else given
     return tables
 
 
-def _thinned(value: Any, most: int) -> Any:
+def _thinned(value: Any, most: int = 5) -> Any:
     """A list or range of at most so many values, its ends among them."""
     if isinstance(value, list) and len(value) > most:
         return [value[round(i * (len(value) - 1) / (most - 1))] for i in range(most)]

@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -40,7 +41,7 @@ def parser(
     where = "folder of tables and figures; default: results/"
     found.add_argument("--out", type=Path, default=Path("results"), metavar="DIR", help=where)
     timed = name in TIMED
-    kind, default = (_one, 1) if timed else (_jobs, jobs or os.cpu_count() or 1)
+    kind, default = partial(_jobs, timed=timed), 1 if timed else jobs or os.cpu_count() or 1
     about = "processes; " + ("1, for times are measured" if timed else f"default: {default}")
     found.add_argument("--jobs", type=kind, default=default, metavar="N", help=about)
     return found
@@ -53,18 +54,15 @@ def some_of(parser: argparse.ArgumentParser, option: str, names: Sequence[str]) 
     parser.add_argument(option, help=about, **given)
 
 
-def _jobs(text: str) -> int:
+def _jobs(text: str, timed: bool) -> int:
+    why = ""
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes; give at least 1")
+        why = f"{text!r} is not a number of processes; give at least 1"
+    elif timed and int(text) > 1:
+        why = f"{text} processes would disturb the times that this study measures; give 1"
+    if why:
+        raise argparse.ArgumentTypeError(why)
     return int(text)
-
-
-def _one(text: str) -> int:
-    if _jobs(text) > 1:
-        raise argparse.ArgumentTypeError(
-            f"{text} processes would disturb the times that this study measures; give 1"
-        )
-    return 1
 
 
 @dataclass(frozen=True)

@@ -75,11 +75,12 @@ def run(
 
 def plot(record: Record) -> dict[str, Figure]:
     """The figures by file name."""
+    drawn = record.curves
     return {
-        "fig2.png": verify_figures.punch_and_meniscus(record.curves.meniscus),
-        "free_surface.png": verify_figures.free_surface(record.curves.outside),
-        "contact_angle.png": verify_figures.contact_angle(record.curves.angles),
-        "case_studies.png": verify_figures.case_studies(record.curves.branches),
+        "fig2.png": verify_figures.punch_and_meniscus(drawn.meniscus),
+        "free_surface.png": verify_figures.free_surface(drawn.outside),
+        "contact_angle.png": verify_figures.contact_angle(drawn.angles),
+        "case_studies.png": verify_figures.case_studies(drawn.branches),
     }
 
 

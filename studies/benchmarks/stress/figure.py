@@ -12,19 +12,20 @@ from studies.benchmarks.stress.profiles import NAMES
 from studies.benchmarks.stress.verdicts import BAD, Trial
 from studies.shared.figures import Figure, canvas, edges
 
-LABELS = {
-    "fitted": ("log₁₀ a/l", "log₁₀ w/γ₁"),
-    "finite": ("log₁₀ a/l", "log₁₀ w/γ₁"),
-    "lattice": ("log₁₀ l/Δx", "log₁₀ a/l"),
-    "edge": ("j: the depth is off by 10⁻ʲ of itself", "side of detachment"),
-    "profiles": ("log₁₀ unit of length in m", "profile, at two depths"),
-}
-TITLES = {
-    "fitted": "fitted mesh, small slopes",
-    "finite": "fitted mesh, finite slopes",
-    "lattice": "lattice",
-    "edge": "at the edge of detachment",
-    "profiles": "profiles with several contacts",
+PANELS = {  # title, x, y
+    "fitted": ("fitted mesh, small slopes", "log₁₀ a/l", "log₁₀ w/γ₁"),
+    "finite": ("fitted mesh, finite slopes", "log₁₀ a/l", "log₁₀ w/γ₁"),
+    "lattice": ("lattice", "log₁₀ l/Δx", "log₁₀ a/l"),
+    "edge": (
+        "at the edge of detachment",
+        "j: the depth is off by 10⁻ʲ of itself",
+        "side of detachment",
+    ),
+    "profiles": (
+        "profiles with several contacts",
+        "log₁₀ unit of length in m",
+        "profile, at two depths",
+    ),
 }
 TICKS = {"edge": {-1: "beyond", 1: "before"}, "profiles": dict(enumerate(NAMES))}
 MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
@@ -39,7 +40,7 @@ def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
         axes.set_axis_off()
     for axes, name in zip(panels, grids, strict=False):
         drawn = _draw(axes, [t for t in trials if t.grid == name])
-        axes.set(xlabel=LABELS[name][0], ylabel=LABELS[name][1], title=TITLES[name])
+        axes.set(**dict(zip(("title", "xlabel", "ylabel"), PANELS[name], strict=True)))
         if name in TICKS:
             axes.set_yticks([*TICKS[name]], [*TICKS[name].values()])
     style: dict[str, Any] = {"ls": "", "mfc": "none", "mec": "black"}

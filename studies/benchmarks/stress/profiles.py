@@ -7,17 +7,9 @@ import math
 
 import numpy as np
 
+import energy
 from discretization import Equilibrium, minimise
-from energy import (
-    ElasticLayer,
-    FlatPunch,
-    Indenter,
-    Parabola,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-)
+from energy import ElasticLayer, Indenter, Scene, SurfaceEnergies
 from studies.benchmarks.stress.verdicts import Judgement
 
 NAMES = ("kink", "double kink", "plateau", "jump", "noise", "smooth noise", "tilted", "edge")
@@ -37,12 +29,12 @@ def profile(name: str, unit: float) -> Indenter:
     }
     if name in slopes:
         kind = "smooth" if name == "smooth noise" else "linear"
-        return Sampled(x * unit, slopes[name] * unit, kind=kind)
+        return energy.Sampled(x * unit, slopes[name] * unit, kind=kind)
     if name == "kink":
-        return Parabola(10 * unit) + Wedge(0.1)
+        return energy.Parabola(10 * unit) + energy.Wedge(0.1)
     if name == "tilted":
-        return Parabola(10 * unit).shifted(0.3 * unit).tilted(0.03)
-    return FlatPunch(1.5 * unit) + Parabola(10 * unit)
+        return energy.Parabola(10 * unit).shifted(0.3 * unit).tilted(0.03)
+    return energy.FlatPunch(1.5 * unit) + energy.Parabola(10 * unit)
 
 
 def scene(name: str, unit: float) -> Scene:
