@@ -42,7 +42,7 @@ def test_contacts_begin_and_close_one_by_one(path):
     assert math.isnan(path.contacts[-1, 0])
 
 
-def test_the_ledger_balances():
+def test_the_energy_balances():
     """With a contact that begins and one that closes on the way."""
     depths = [-0.1, 0.6, 1.4, 1.479, 1.485, 0.4, 0.35, -0.4, -0.9]  # close to the events
     path = load_path(crests(), depths=np.array(depths) * DELTA0)

@@ -41,7 +41,7 @@ def parabola(record):
     return hysteresis.featured(record)
 
 
-def test_every_loop_agrees_with_the_cards_and_its_ledger_balances(record):
+def test_every_loop_agrees_with_the_cards_and_its_energy_balances(record):
     assert len(record.loops) == len(INDENTERS) * 2 * 3
     assert {loop.history.control for loop in record.loops} == {"depth", "force", "drive"}
     for loop in record.loops:
@@ -69,7 +69,7 @@ def test_the_loops_are_those_of_the_formulas(record):
         assert areas[shape, "force", 0.02] > 1.05 * areas[shape, "depth", 0.02]
 
 
-def test_a_wrong_number_or_ledger_fails(record):
+def test_a_wrong_number_or_imbalance_fails(record):
     loop = record.loops[0]
     off = loop.forms[0]._replace(simulated=loop.forms[0].closed_form + 2e-8 * loop.forms[0].scale)
     wrong = replace(loop, forms=(off, *loop.forms[1:]))

@@ -1,4 +1,4 @@
-"""Load paths on the lattice: the same events, an exact ledger, no lattice hysteresis."""
+"""Load paths on the lattice: the same events, an exact energy balance, no lattice hysteresis."""
 
 from dataclasses import replace
 
@@ -47,7 +47,7 @@ def test_the_lattice_walks_the_fitted_path(body):
 
 
 @pytest.mark.parametrize("body", [*BODIES, RIPPLED], ids=lambda body: type(body).__name__)
-def test_the_ledger_is_exact(body):
+def test_the_energy_balance_is_exact(body):
     scene = adhesive(body)
     path = load_path(scene, depths=programme(scene), method="lattice", spacing=SPACING)
     assert path.dissipated > 0
@@ -166,7 +166,7 @@ def test_stripes_pin_the_line_and_release_it_by_avalanches():
     assert (path.half_width[rising] <= strong[rising] + 2 * SPACING).all()
 
 
-def test_stripes_and_hysteresis_together_keep_the_ledger():
+def test_stripes_and_hysteresis_together_keep_the_balance():
     scene = replace(
         adhesive(Parabola(0.05), w=0.001, opening=0.002),
         pattern=Patches.stripes(0.004, 0.25, 1.0, 0.1),
@@ -308,7 +308,7 @@ def test_finite_slopes_tend_to_the_fitted_path_with_second_order(body):
     assert errors[-1] <= 1e-5
 
 
-def test_finite_slopes_with_two_works_and_under_a_load_keep_the_ledger():
+def test_finite_slopes_with_two_works_and_under_a_load_keep_the_balance():
     scene = replace(
         steep(Parabola(0.02), ratio=0.2), opening=SurfaceEnergies.from_work(0.07, 0.4 * 0.07)
     )

@@ -1,4 +1,4 @@
-"""Load paths: events, their ledger, what is refused."""
+"""Load paths: events, their energy balance, what is refused."""
 
 import math
 from dataclasses import replace

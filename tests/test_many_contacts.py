@@ -72,7 +72,7 @@ def test_the_half_width_leaves_the_gaps_out(path):
     assert path.half_width[step] == pytest.approx(np.diff(lines).sum() / 2, rel=1e-14, abs=0)
 
 
-def test_the_ledger_is_exact(path):
+def test_the_energy_balance_is_exact(path):
     assert np.isnan(path.contacts[-1]).all()
     assert path.work() == pytest.approx(path.dissipated, rel=1e-11, abs=0)
 

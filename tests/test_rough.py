@@ -19,7 +19,7 @@ def test_tension_breaks_the_contact_up_into_spots(loops):
     assert deepest[0] == pytest.approx(1.0, abs=1e-13) and deepest[-1] < 0.6
 
 
-def test_ledgers_balance_and_contacts_are_lost(loops):
+def test_energies_balance_and_contacts_are_lost(loops):
     for loop in loops:
         assert loop.path.work() == pytest.approx(loop.path.dissipated, rel=1e-11, abs=0)
         assert np.isnan(loop.path.contacts[-1]).all()

@@ -1,4 +1,4 @@
-"""A load path: what was recorded at every step, its events, and the ledger of its energy."""
+"""A load path: what was recorded at every step, its events, and the balance of its energy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.paths import display, ledger, plots
+from discretization.paths import balance, display, plots
 from discretization.paths.branch import Branch, State
 from discretization.paths.control import Control
 from discretization.paths.events import Event, PullOff, Snapshot, half_length
@@ -154,10 +154,10 @@ class History:
     def work(self) -> float:
         """∫P dd of the path from the forces alone, where the state jumps that of the applied load.
 
-        The ledger of a path that starts and ends without contact: work = dissipated.
+        The energy balance of a path that starts and ends without contact: work = dissipated.
         """
         hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
-        return ledger.work(self._branch, hold, self.segments, self.events)
+        return balance.work(self._branch, hold, self.segments, self.events)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -226,7 +226,7 @@ class History:
 
         ValueError for a path without tension.
         """
-        return ledger.most_tensile(self._branch, self.segments)
+        return balance.most_tensile(self._branch, self.segments)
 
     plot = plots.plot
     to_dict = display.to_dict

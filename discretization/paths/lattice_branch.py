@@ -10,7 +10,7 @@ has no loop area.
 
 Between the nodes the outermost lines are where the depth at which a link is passed, taken at the
 middles of the links, equals d; force and energy reported for a step are interpolated there. States,
-events and the ledger are those of the contact sets.
+events and the energy balance are those of the contact sets.
 """
 
 from __future__ import annotations

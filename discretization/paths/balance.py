@@ -1,4 +1,4 @@
-"""The energy ledger of a load path, and its most tensile state, from the states recorded."""
+"""The work done on a load path, and its most tensile state, from the states recorded."""
 
 from __future__ import annotations
 
