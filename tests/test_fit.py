@@ -13,8 +13,8 @@ from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
 from studies import __main__ as command_line
 from studies.scenes.curve_file import read_curve
 from studies.scenes.file import load
-from studies.scenes.fit import figure as fit_figure
 from studies.scenes.fit import study
+from studies.scenes.fit import study as fit_figure
 from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, in_contact, marks, noise

@@ -11,7 +11,7 @@ from measured_curves import LIFT, SCENE, measured
 from discretization import load_path
 from energy import FlatPunch, Scene, SurfaceEnergies, Wedge
 from studies.scenes.fit import failures as fit_failures
-from studies.scenes.fit import figure as fit_figure
+from studies.scenes.fit import study as fit_figure
 from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import (

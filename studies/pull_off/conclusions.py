@@ -19,8 +19,7 @@ def conclusions(curves: Sequence[Curve]) -> list[str]:
     flat, wedge, parabola = curves
     return [
         f"w is fixed at {WORK:g} N/m; l/b from {flat.ratios[1]:.3g} to {flat.ratios[-1]:.3g}",
-        _flat_verdict(flat),
-        _maxwell_verdict(flat),
+        *_flat_verdict(flat),
         *_wedge_verdict(wedge),
         *_parabola_verdict(parabola),
     ]
@@ -39,22 +38,18 @@ def _effect(found: int, claimed: int | None = None) -> str:
     return f"tension {known[found]}{'' if claimed is None else verdict}"
 
 
-def _flat_verdict(flat: Curve) -> str:
-    return (
-        f"flat punch (paper: tension helps): {_effect(trend(flat.forces), 1)}; F_A grows "
-        f"{flat.gain[-1]:.4g}-fold"
-    )
-
-
-def _maxwell_verdict(flat: Curve) -> str:
+def _flat_verdict(flat: Curve) -> list[str]:
+    """The metastable limit, and the pull at which the detached state has the lower energy."""
     balanced = np.array([pull.balanced.force for pull in flat.pulls if pull.balanced])
     part, grows = balanced / flat.forces, trend(balanced)
     effect = "also grows" if grows == 1 else "does not grow throughout"
-    return (
+    return [
+        f"flat punch (paper: tension helps): {_effect(trend(flat.forces), 1)}; F_A grows "
+        f"{flat.gain[-1]:.4g}-fold",
         f"flat punch, qualified: Eq. (23) is the metastable limit. The detached state has the "
         f"lower energy from {part[0]:.4g} F_A on without tension, from {part[-1]:.4g} F_A at "
-        f"the largest; that pull {effect} with γ₁ ({balanced[-1] / balanced[0]:.4g}-fold)"
-    )
+        f"the largest; that pull {effect} with γ₁ ({balanced[-1] / balanced[0]:.4g}-fold)",
+    ]
 
 
 def _wedge_verdict(wedge: Curve) -> list[str]:

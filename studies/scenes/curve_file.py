@@ -61,7 +61,14 @@ def read_curve(path: Path, reading: Reading | None = None) -> Curve:
         raise ValueError(f"{path}: curve = {reading.number}: text has one; give columns instead")
     table = read_table(path, reading.layout)
     depth, force = reading.columns or ("depth", "force")
-    return Curve(_depth(table, depth), _force(table, force, reading.width))
+    place, unit = _column(table, depth)
+    size = units.size(unit, "length")
+    if size is None:
+        raise ValueError(
+            f"{path}: the unit {unit!r} of the depth {depth!r} is unknown; write it in m, mm, µm "
+            "or nm, such as: depth [µm]"
+        )
+    return Curve(size * table.numbers(place), _force(table, force, reading.width))
 
 
 def _column(table: TextTable, column: str) -> tuple[int, str]:
@@ -72,17 +79,6 @@ def _column(table: TextTable, column: str) -> tuple[int, str]:
             'header, "depth [µm], force [mN/m]", or behind the name: --columns "depth [µm]" ...'
         )
     return place, unit
-
-
-def _depth(table: TextTable, column: str) -> Array:
-    place, unit = _column(table, column)
-    size = units.size(unit, "length")
-    if size is None:
-        raise ValueError(
-            f"{table.path}: the unit {unit!r} of the depth {column!r} is unknown; write it in m, "
-            "mm, µm or nm, such as: depth [µm]"
-        )
-    return size * table.numbers(place)
 
 
 def _force(table: TextTable, column: str, width: float | None) -> Array:

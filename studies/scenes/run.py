@@ -138,21 +138,18 @@ def table(record: Record) -> Table:
 
 
 def notes(given: SceneFile) -> list[str]:
-    """Title, source and the scene, in words and exactly."""
+    """Title, source, the scene in words and exactly, and the units of the table."""
     scene: Scene = given.scene
-    lines = [f"title: {given.title}", f"source: {given.source}"]
-    lines += [str(scene.layer), str(scene.surfaces), str(scene.indenter)]
-    return [*lines, f"scene: {json.dumps(described(scene))}", units_of(scene), SIGNS]
-
-
-def units_of(scene: Scene) -> str:
-    """The units of a table of its states, in words."""
     what = "of the whole contact, half_width the radius" if scene.axisymmetric else LINE
-    return (
+    return [
+        *(f"title: {given.title}", f"source: {given.source}"),
+        *(str(scene.layer), str(scene.surfaces), str(scene.indenter)),
+        f"scene: {json.dumps(described(scene))}",
         f"units: SI, {what}: depth and half_width in m, force in N{scene.per_length}, energy in "
         f"J{scene.per_length}, contact_angle in rad; error_* are estimated errors in these units; "
-        "inf: the lattice does not resolve the state"
-    )
+        "inf: the lattice does not resolve the state",
+        SIGNS,
+    ]
 
 
 def plot(record: Record) -> Any:

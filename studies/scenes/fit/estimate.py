@@ -25,8 +25,6 @@ CONFIDENCE = 0.95
 LOOSE, CONDITION = 1.0, 100.0
 SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
 STEPS = (1.25, 2.5, 5.0, 10.0, 20.0)  # outwards, in half-widths of the linearised interval
-
-
 Interval = tuple[float, float]
 
 
@@ -142,20 +140,15 @@ def fit(
     best = minimum(model, np.zeros(len(names)))
     condition, weakest, spread = conditioning(best.jac)
     reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
-    quality = _quality(model, best, curve)
+    forces, ends = np.split(best.fun, [model.measured.size])
+    free, sigma = curve.force[model.detached(curve, best.x)], noise(curve.force)
+    # no noise is less than what simulated forces are to be trusted to
+    least = SIMULATED * float(np.abs(model.measured).max()) if sigma else 0.0
+    quality = judged(forces, ends, free, _spare(best), max(sigma, least))
     estimate = partial(_estimate, model, best, reach, profiles, quality.fits)
     estimates = tuple(each(estimate, range(len(names)), 1, show))
     combination = tuple(weakest.tolist())
     return Fit(curve, in_contact(curve), model, best, estimates, condition, combination, quality)
-
-
-def _quality(model: Model, best: OptimizeResult, curve: Curve) -> Quality:
-    """Of the fit, against a noise of at least what simulated forces are to be trusted to."""
-    forces, ends = np.split(best.fun, [model.measured.size])
-    free = curve.force[model.detached(curve, best.x)]
-    sigma = noise(curve.force)
-    least = SIMULATED * float(np.abs(model.measured).max()) if sigma else 0.0
-    return judged(forces, ends, free, _spare(best), max(sigma, least))
 
 
 def _spare(best: OptimizeResult) -> int:

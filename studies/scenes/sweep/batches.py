@@ -13,14 +13,8 @@ from studies.scenes.sweep.store import failed_line, found_line
 from studies.shared.batches import Clock
 
 Point = tuple[int, Mapping[str, Any]]
-
-
 Function = Callable[[Any], Mapping[str, Any]]
-
-
 SECONDS = 0.25  # that a batch should take
-
-
 AHEAD = 2  # batches per worker, one of them waiting
 
 

@@ -47,7 +47,15 @@ class Store:
         """Open or begin the file. ValueError if it holds another sweep."""
         self.path = path
         if path.exists():
-            _refuse_another(path, identity)
+            with path.open(encoding="utf-8", errors="replace") as file:
+                saved = _object(file.readline())
+            wanted = json.loads(json.dumps(identity))
+            differing = [key for key in wanted if key not in saved or saved[key] != wanted[key]]
+            if differing:
+                raise ValueError(
+                    f"{path} holds another sweep (it differs in {', '.join(differing)}): give "
+                    "another folder with --out, or remove that file to begin anew"
+                )
         else:
             path.parent.mkdir(parents=True, exist_ok=True)
             beside = path.with_name(f"{path.name}.{os.getpid()}.part")
@@ -90,18 +98,6 @@ def _object(line: str) -> Found:
     except ValueError:
         return {}
     return found if isinstance(found, dict) else {}
-
-
-def _refuse_another(path: Path, identity: Any) -> None:
-    with path.open(encoding="utf-8", errors="replace") as file:
-        saved = _object(file.readline())
-    wanted = json.loads(json.dumps(identity))
-    differing = [key for key in wanted if key not in saved or saved[key] != wanted[key]]
-    if differing:
-        raise ValueError(
-            f"{path} holds another sweep (it differs in {', '.join(differing)}): give another "
-            "folder with --out, or remove that file to begin anew"
-        )
 
 
 @dataclass(frozen=True)
