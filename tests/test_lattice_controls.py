@@ -1,4 +1,4 @@
-"""Dead load and machine on the lattice: the loads are balanced, the energy balance closes exactly."""
+"""Dead load and machine on the lattice: the loads are balanced, and so is the energy, exactly."""
 
 import numpy as np
 import pytest
