@@ -20,7 +20,6 @@ from energy.validity import Deformation, assumptions
 
 Array = NDArray[np.float64]
 _SAMPLES = 257  # of each contact
-_ONE_SIDED = 1e-9  # of the room beside a corner, to read the slope on one side of it
 QUANTITIES = ("half_width", "force", "energy")
 
 
@@ -161,9 +160,9 @@ class Equilibrium:
         At a corner f' is taken on the contact's side (12); at a lone tip on the outer side.
         """
         sides = np.array([-1.0, 1.0])
-        width = self.contacts[:, 1:] - self.contacts[:, :1]
-        inward = np.where(self.pinned & (width > 0), -sides, np.where(self.pinned, sides, 0.0))
-        f1 = self._slopes_beside(np.where(width > 0, width, self._rooms()) * inward)
+        wide = self.contacts[:, 1:] > self.contacts[:, :1]
+        own = np.where(self.pinned, np.where(wide, -sides, sides), 0.0)
+        f1 = self.scene.indenter.slope_beside(self.contacts, own)
         u, radii = self.depth - self.scene.indenter.height(self.contacts), self._radii
         outwards = self.tail.slope(u, radii) if self.scene.gamma1 else np.zeros_like(u)
         if len(u) > 1:
@@ -171,29 +170,6 @@ class Equilibrium:
             outwards[:-1, 1] = self.tail.slope_between(width, right, left, radii[:-1, 1])
             outwards[1:, 0] = self.tail.slope_between(width, left, right, radii[1:, 0])
         return sides * f1, outwards
-
-    def _rooms(self) -> Array:
-        """Distances (m, 1) from each contact to the nearest corner or end of the profile, or l."""
-        indenter, at = self.scene.indenter, self.contacts[:, :1]
-        known = np.concatenate([indenter.corners, indenter.extent])
-        apart = np.abs(np.append(known, math.inf) - at)
-        nearest = np.where(apart > 0, apart, math.inf).min(axis=1, keepdims=True)
-        own = self.scene.elastocapillary_length or self.scene.layer.h
-        return np.where(np.isfinite(nearest), nearest, own)
-
-    def _slopes_beside(self, room: Array) -> Array:
-        """f' at the contact lines (m, 2), on the side towards x + room; at x itself without room.
-
-        2f'(x + s) - f'(x + 2s) with a short s leaves an error of s² only.
-        """
-        step = _ONE_SIDED * room
-        near, far = (
-            self.scene.indenter.slope(
-                np.clip(self.contacts + steps * step, *self.scene.indenter.extent)
-            )
-            for steps in (1, 2)
-        )
-        return np.asarray(2 * near - far)
 
     @property
     def angle_deficits(self) -> Array:

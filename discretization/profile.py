@@ -33,7 +33,6 @@ _NOISE = 1e-12  # of the steepest slope: it is not known better
 _FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
 _ROUNDS = 48
 _HALVINGS = 60
-_ASIDE = 4 * float(np.finfo(float).eps)  # of |x|, to read a slope beside a corner
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
 _WIDEST = 2.0**40
@@ -254,9 +253,7 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, Arra
 
 def _read(indenter: Indenter, corners: Array, x: Array, side: int) -> Array:
     """f and f' (2, n), the slope at corners on this side of them."""
-    aside = np.where(np.isin(x, corners), side * _ASIDE * max(abs(x[0]), abs(x[-1]), 0.0), 0.0)
-    at = x + aside
-    slope = np.asarray(indenter.slope(np.clip(at, *indenter.extent)), float)
+    slope = indenter.slope_beside(x, np.where(np.isin(x, corners), side, 0))
     return np.array([heights(indenter, x), slope])
 
 

@@ -32,6 +32,7 @@ from energy.checks import array, finite, not_a_class
 
 Array = NDArray[np.float64]
 UNBOUNDED = (-math.inf, math.inf)
+_BESIDE = 8 * float(np.finfo(float).eps)  # of |x| and the corners: beyond what rounding moves them
 
 
 class Indenter:
@@ -53,6 +54,16 @@ class Indenter:
     def slope(self, x: ArrayLike) -> Array:
         """f'(x) [1]."""
         raise NotImplementedError
+
+    def slope_beside(self, x: ArrayLike, side: ArrayLike) -> Array:
+        """f'(x + 0) for side = 1, f'(x - 0) for side = -1, which differ at a corner; 0: at x.
+
+        Read as near to x as rounding allows, inside the extent.
+        """
+        x, corners = floats(x), np.asarray(self.corners, float)
+        size = np.maximum(np.abs(x), np.abs(corners[[0, -1]]).max() if corners.size else 0.0)
+        near = np.maximum(_BESIDE * size, np.finfo(float).tiny)
+        return self.slope(np.clip(x + np.asarray(side) * near, *self.extent))
 
     def shifted(self, x0: float) -> Indenter:
         """The profile moved sideways: f(x - x0)."""

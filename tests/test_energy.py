@@ -245,3 +245,21 @@ def test_stripes_are_as_wide_as_they_say_with_the_strong_one_in_the_middle():
         *(0.3, 0.3, 0.9, 0.9, 0.9, 0.3, 0.3, 0.9),
     ]
     assert max(np.abs(stripes.edges)) >= 5.5
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_slopes_beside_a_corner_are_those_of_its_sides(side):
+    t = math.tan(0.3)
+    bent = Sampled([-2.0, -0.5, 1.0, 3.0], [1.0, 0.0, 0.5, 3.0])
+    known = {
+        Wedge(0.3): (0.0, side * t),
+        Wedge(0.3).shifted(1e6): (1e6, side * t),
+        Wedge(0.3).shifted(-1e-6).tilted(0.1): (-1e-6, side * t + 0.1),
+        Wedge(0.3) + Parabola(2.0).shifted(3.0): (0.0, side * t - 1.5),
+        FlatPunch(2.0): (2.0, 0.0),
+        bent.shifted(0.1): (1.1, 1 / 3 if side < 0 else 1.25),
+    }
+    for body, (x, slope) in known.items():
+        own = -1 if isinstance(body, FlatPunch) else side
+        assert float(body.slope_beside(x, own)) == pytest.approx(slope, rel=1e-12, abs=1e-12)
+        assert body.slope_beside(np.array([x, x]), np.array([own, own])).shape == (2,)

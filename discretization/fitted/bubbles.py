@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from energy import Scene
 
 Array = NDArray[np.float64]
-_ASIDE = 1e-9
 
 
 def parted(scene: Scene, depth: float, contacts: Array) -> Array:
@@ -37,8 +36,7 @@ def _gaps(scene: Scene, depth: float, corners: Array) -> Array:
     """Both lines of the gap at each corner that opens (n, 2)."""
     if not corners.size:
         return np.empty((0, 2))
-    aside = _ASIDE * scene.elastocapillary_length
-    fall = scene.indenter.slope(corners - aside) - scene.indenter.slope(corners + aside)
+    fall = scene.indenter.slope_beside(corners, -1) - scene.indenter.slope_beside(corners, 1)
     rest = fall - math.sqrt(8 * scene.work_of_adhesion / scene.gamma1)
     g = depth - scene.indenter.height(corners)
     opens = (rest > 0) & (g > 0)
