@@ -95,9 +95,8 @@ def verdict(sections: Sequence[Section]) -> str:
     missed = [one.name for one in sections if not one.status and one.said("missed")]
     if failed:
         told = f"<span class=bad>{len(failed)} of {len(sections)} studies failed</span>"
-        return f"{told}: {', '.join(failed)}." + (
-            f" Limits missed: {', '.join(missed)}." * bool(missed)
-        )
+        limits = f" Limits missed: {', '.join(missed)}." if missed else ""
+        return f"{told}: {', '.join(failed)}.{limits}"
     if missed:
         told = f"All {len(sections)} studies passed, but not all their limits were kept"
         return f"<span class=bad>{told}</span>: {', '.join(missed)}."
@@ -115,9 +114,7 @@ def _section(one: Section) -> list[str]:
     parts += [f"<p class=bad>Missed: {_text(missed)}</p>" for missed in one.said("missed")]
     files = sorted(path for path in one.folder.rglob("*") if path.is_file())
     parts += [_figure(one, path) for path in files if path.suffix in PICTURES]
-    for path in files:
-        if path.suffix == ".csv":
-            parts.append(_table(one, path))
+    parts += [_table(one, path) for path in files if path.suffix == ".csv"]
     links = ", ".join(_link(one, path) for path in files if path.suffix in DOCUMENTS)
     parts.append(f"<p>{one.seconds:.1f} s{'; also: ' * bool(links)}{links}</p>")
     folded = f"<details{' open' * bool(one.status)}><summary>What it printed</summary>"

@@ -37,8 +37,6 @@ class Parameters:
 
 
 FULL = Parameters()
-
-
 QUICK = Parameters(
     ratios=(1e-4, 1e-3, 0.01, 0.1, 0.4, 0.8, 1.3, 1.8),
     steepness=(0.03, 0.1, 0.3, 1.0),

@@ -72,15 +72,8 @@ def measure(nodes: int) -> Row:
     works[1]()
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    return Row(
-        nodes,
-        *alone,
-        *estimate,
-        abs(state.half_width / a - 1),
-        abs(state.force / force - 1),
-        peak / (8 * nodes),
-        state.certificate.ok,
-    )
+    errors = abs(state.half_width / a - 1), abs(state.force / force - 1)
+    return Row(nodes, *alone, *estimate, *errors, peak / (8 * nodes), state.certificate.ok)
 
 
 COLUMNS = Columns(

@@ -18,11 +18,12 @@ from discretization import NotCertifiedError
 from discretization.lattice.state import on_lattice
 from studies.shared.batches import Progress, each
 from studies.shared.random_cases import Case, in_turn
-from studies.shared.table import Table
+from studies.shared.table import Columns, Table
 from studies.shared.types import QUANTITIES
 
 FEWEST, MOST = 2.0, 400.0  # nodes per l
 UNKNOWN = (math.nan,) * 3
+COLUMNS = Columns("nodes per l -11|states 7|refused 8|withheld 9|trusted 8|worst e/estimate 17.2g")
 ROUNDING = 1e-14  # of errors relative to the sums of their terms
 
 
@@ -88,15 +89,12 @@ def run(count: int, seed: int, show: Callable[[Progress], object], jobs: int = 1
 
 def summary(states: Sequence[Sparse]) -> str:
     """A line for few, some and many nodes per l."""
-    lines = ["nodes per l  states  refused  withheld  trusted  worst e/estimate"]
-    edges = (FEWEST, 8.0, 50.0, MOST)
-    for low, high in pairwise(edges):
+    lines = [COLUMNS.head]
+    for low, high in pairwise((FEWEST, 8.0, 50.0, MOST)):
         own = [state for state in states if low <= state.nodes <= high]
         counts = [sum(s.word == word for s in own) for word in ("refused", "withheld")]
-        worst = max((s.worst for s in own), default=0.0)
-        trusted = sum(s.trusted for s in own)
-        row = f"{low:5.0f}-{high:<5.0f}  {len(own):6d}  {counts[0]:7d}  {counts[1]:8d}"
-        lines.append(f"{row}  {trusted:7d}  {worst:16.2g}")
+        judged = sum(s.trusted for s in own), max((s.worst for s in own), default=0.0)
+        lines.append(COLUMNS.line(f"{low:5.0f}-{high:<5.0f}", len(own), *counts, *judged))
     return "\n".join(lines)
 
 

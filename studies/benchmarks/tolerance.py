@@ -30,10 +30,14 @@ from studies.shared import command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.random_cases import Case, in_turn
+from studies.shared.table import Columns
 from studies.shared.types import QUANTITIES
 
 FLOOR, ROUNDING = 1e-12, 1e-15
 SHARE = 0.99
+COLUMNS = Columns(
+    "slopes -6|scenes 7|honoured 9|trusted 8|worst e/max(rtol, 1e-12) 25.2g|worst e/estimate 17.2g"
+)
 
 
 @dataclass(frozen=True)
@@ -102,15 +106,14 @@ def passed(trials: Sequence[Trial]) -> bool:
 
 def summary(trials: Sequence[Trial]) -> str:
     """A line for small and one for finite slopes."""
-    lines = ["slopes  scenes  honoured  trusted  worst e/max(rtol, 1e-12)  worst e/estimate"]
+    lines = [COLUMNS.head]
     for slopes in ("small", "finite"):
         own = [trial for trial in trials if trial.slopes == slopes]
         excess = max(max(t.errors) / max(t.rtol, FLOOR) for t in own)
         pairs = [p for t in own for p in zip(t.errors, t.estimates, strict=True)]
         short = max(error / estimate for error, estimate in pairs if estimate)
-        honoured, trusted = sum(t.honoured for t in own), sum(t.trusted for t in own)
-        counts = f"{slopes:6s}  {len(own):6d}  {honoured:8d}  {trusted:7d}"
-        lines.append(f"{counts}  {excess:24.2g}  {short:16.2g}")
+        counts = (sum(getattr(t, name) for t in own) for name in ("honoured", "trusted"))
+        lines.append(COLUMNS.line(slopes, len(own), *counts, excess, short))
     return "\n".join(lines)
 
 

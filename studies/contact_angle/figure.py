@@ -51,9 +51,8 @@ def _draw_residuals(axes: Any, record: Record) -> None:
         ("small slopes - (15)", record.of("small")),
     ]
     for h in list(record.lattice_errors())[::3]:
-        parts.append(
-            (f"lattice Δx = {h:g} l - (15)", [x for x in record.lattice if x.spacing == h])
-        )
+        own = [angle for angle in record.lattice if angle.spacing == h]
+        parts.append((f"lattice Δx = {h:g} l - (15)", own))
     for i, (label, angles) in enumerate(parts):
         residuals = [max(angle.residual, 1e-17) for angle in angles]
         style: dict[str, Any] = {"ls": "", "marker": MARKERS[i], "color": COLOURS[i], "ms": 4}
@@ -67,20 +66,16 @@ def _draw_loops(panels: Any, record: Record) -> None:
     """One loading path in full above, the differences to Young's law on all of them below."""
     top, bottom = panels
     chosen = max(record.loops, key=lambda one: (one.ratio, one.shape == "parabola"))
-    kinds = {
-        "deficit": "π - θ",
-        "indenter": "indenter's inclination",
-        "layer": "surface's inclination",
-    }
-    ways = (
-        ("", chosen.advance, {"mfc": "none", "ms": 8}),
-        (", retracting", chosen.retract, {"ms": 4}),
-    )
+    kinds = {"deficit": "π - θ", "indenter": "indenter's inclination"}
+    kinds["layer"] = "surface's inclination"
     for colour, marker, (kind, name) in zip(COLOURS, MARKERS, kinds.items(), strict=False):
-        for way, angles, look in ways:
+        style: dict[str, Any] = {"ls": "", "color": colour, "marker": marker}
+        for label, angles, look in (
+            (name, chosen.advance, {"mfc": "none", "ms": 8}),
+            (f"{name}, retracting", chosen.retract, {"ms": 4}),
+        ):
             values = [math.degrees(getattr(angle, kind)) for angle in angles]
-            style: dict[str, Any] = {"ls": "", "color": colour, "marker": marker, **look}
-            top.plot([_scaled(angle) for angle in angles], values, label=name + way, **style)
+            top.plot([_scaled(angle) for angle in angles], values, label=label, **style, **look)
     top.axhline(math.degrees(chosen.angles[0].law), label="Young's law (8)", **LINE)
     top.set(xlabel="depth d/δ₀", ylabel="angle in degrees")
     top.set_title(f"on a loading path ({chosen.shape}, w/γ₁ = {chosen.ratio:g}) only π - θ stays")

@@ -9,8 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 BAR = 1e-8  # of π - θ, for the fitted mesh
-
-
 ORDER = (1.8, 2.2)  # of the lattice
 
 
@@ -30,8 +28,6 @@ class Parameters:
 
 
 FULL = Parameters()
-
-
 QUICK = Parameters(
     ratios=(1e-4, 0.01, 0.1, 0.5, 1.2),
     widths=(0.3, 2.0),

@@ -133,17 +133,15 @@ def summary(record: Record) -> str:
     """The answer, from the numbers."""
     finite, small = record.of("finite"), record.of("small")
     ratios = [angle.ratio for angle in finite]
+    around = [angle for angle in record.states if angle.shape in ROUND]
     lines = [
         f"finite slopes: {len(finite)} contact lines, w/γ₁ = {min(ratios):g} to {max(ratios):g}: "
         f"π - θ is Young's (8) within {record.worst('finite'):.0e} of itself",
         f"small slopes:  {len(small)} contact lines: π - θ is (15) within "
         f"{record.worst('small'):.0e} of itself",
-    ]
-    around = [angle for angle in record.states if angle.shape in ROUND]
-    lines.append(
         f"of these around an axis: {len(around)} contact lines of sphere, cone and cubic, within "
-        f"{max(angle.residual for angle in around):.0e}"
-    )
+        f"{max(angle.residual for angle in around):.0e}",
+    ]
     for one in record.loops:
         widths = [angle.half_width for angle in one.angles]
         turn = np.degrees(np.ptp([angle.layer for angle in one.angles]))
@@ -169,15 +167,14 @@ def answer(record: Record) -> str:
     """Whether the angle is that of its law everywhere."""
     lines = len(record.states) + sum(len(loop.angles) for loop in record.loops)
     worst = max(record.worst("finite"), record.worst("small"))
+    order = f"on the lattice it converges with the order {record.order:.2f}."
     if record.passed:
         return (
             f"Yes: at {lines} contact lines on the fitted mesh π - θ is that of its law within "
-            f"{worst:.0e} of itself; on the lattice it converges with the order {record.order:.2f}."
+            f"{worst:.0e} of itself; {order}"
         )
-    return (
-        f"Not as simulated: π - θ differs from its law by up to {worst:.0e} of itself, and on the "
-        f"lattice it converges with the order {record.order:.2f}."
-    )
+    told = f"π - θ differs from its law by up to {worst:.0e} of itself"
+    return f"Not as simulated: {told}, and {order}"
 
 
 def law_gap(record: Record) -> list[tuple[float, float]]:

@@ -28,8 +28,6 @@ class Parameters:
 
 
 FULL = Parameters()
-
-
 QUICK = Parameters(
     tensions=(0.02, 0.4),
     works=(WORK,),

@@ -197,20 +197,18 @@ def answer(record: Record) -> str:
 
 def table(record: Record) -> Table:
     """Columns and a row per check, with the error of every level."""
-    names = ["equation", "what", "unit", "simulated", "closed_form", "error", "bar", "order"]
-    names += ["order_low", "order_high", "fitted_error", "fitted_bar", "lattice_only"]
-    names += ["passed", "seconds", "note"]
-    names += [f"error_{n}" for n in record.parameters.cells]
+    names = "equation what unit simulated closed_form error bar order order_low order_high"
+    names += " fitted_error fitted_bar lattice_only passed seconds note"
     rows = []
     for r in record.results:
         item, band = r.check, r.check.order or ("", "")
-        equation = " ".join(map(str, item.equations))
-        values = (r.simulated, r.closed_form, r.error, item.bar)
-        observed = r.observed_order if item.order else "exact"
-        fitted = (r.fitted_error, item.fitted_bar, item.lattice_only)
-        verdict = (observed, *band, *fitted, r.passed, round(r.seconds, 3), r.note)
-        rows.append([equation, item.what, item.unit, *values, *verdict, *r.errors])
-    return names, rows
+        given = " ".join(map(str, item.equations)), item.what, item.unit
+        lattice = r.simulated, r.closed_form, r.error, item.bar
+        order = r.observed_order if item.order else "exact", *band
+        fitted = r.fitted_error, item.fitted_bar, item.lattice_only
+        judged = r.passed, round(r.seconds, 3), r.note
+        rows.append([*given, *lattice, *order, *fitted, *judged, *r.errors])
+    return [*names.split(), *(f"error_{n}" for n in record.parameters.cells)], rows
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -42,10 +42,8 @@ def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
     path = any("pull_off_force" in result.get("found", {}) for result in record.results)
     for axes, (name, label, unit) in zip(panels, PATH if path else STATE, strict=True):
         keep = tuple(slice(None) if i in (first, second) else 0 for i in range(len(shape)))
-        table, error = (
-            record.column(column).reshape(shape)[keep] for column in (name, f"error_{name}")
-        )
-        apart = record.detached.reshape(shape)[keep]
+        columns = record.column(name), record.column(f"error_{name}"), record.detached
+        table, error, apart = (column.reshape(shape)[keep] for column in columns)
         if second is not None and first > second:
             table, error, apart = table.T, error.T, apart.T
         unit += per_length * (unit != "m")
