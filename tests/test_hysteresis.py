@@ -13,7 +13,7 @@ from discretization.paths.plots import plot as figure
 from energy import Parabola, Wedge, cards
 from studies.hysteresis import study as hysteresis
 from studies.hysteresis.animation import animate, frames, surface
-from studies.hysteresis.landscape import curves, landscape
+from studies.hysteresis.figures import curves, landscape
 from studies.pull_off import study as pull_off
 from studies.pull_off.conclusions import trend
 from studies.shared import loops

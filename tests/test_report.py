@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from studies import MODULES, REPORTED, STUDIES, page, report, template
+from studies import MODULES, REPORTED, STUDIES, report, template
+from studies import report as page
 from studies.shared import figures
 
 

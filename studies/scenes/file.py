@@ -20,7 +20,7 @@
     [indenter]
     shape = "parabola"            # plane | flat_punch half_width | wedge delta (rad) or
     R = 0.1                       # delta_degrees | parabola R | circle R | power_law c, n |
-                                  # sampled x, z, kind or file (studies/scenes/measured.py)
+                                  # sampled x, z, kind or file (studies/scenes/curve_file.py)
     tilted = 0.0                  # optional slope, applied first
     shifted = 0.0                 # optional distance in m
 
@@ -37,7 +37,7 @@
     spacing = 1e-6                # method = "lattice" only
     rtol = 1e-8
 
-    [measured]                    # optional: how `fit` reads a curve (studies/scenes/measured.py)
+    [measured]                    # optional: how `fit` reads a curve (studies/scenes/curve_file.py)
 
 title, source and depth stand above the first [section], as TOML has it. Unknown keys, missing keys
 and values of a wrong type are refused by file and key. A list or a range for any other number
@@ -60,7 +60,7 @@ from numpy.typing import NDArray
 import energy
 from energy import ElasticLayer, Indenter, Scene, SurfaceEnergies
 from energy.checks import nearest
-from studies.scenes import measured as scene_measured
+from studies.scenes import curve_file
 from studies.scenes.curve_file import Reading
 from studies.scenes.table import TOP, Table
 
@@ -143,7 +143,7 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
         raise ValueError(f"{path}: {error}") from None
     programme = _programme(path, content["path"], options) if "path" in content else None
     title, source = file.text("title", path.stem), file.text("source", "not stated")
-    measured = scene_measured.reading(path, content.get("measured", {}))
+    measured = curve_file.reading(path, content.get("measured", {}))
     return SceneFile(path, title, source, scene, _depths(file), options, programme, measured)
 
 
@@ -166,14 +166,14 @@ def _indenter(path: Path, content: Any) -> Indenter:
             f"{', '.join(SHAPES)}"
         )
     kind, keys = SHAPES[shape]
-    extra = ("kind", *scene_measured.PROFILE) if shape == "sampled" else ()
+    extra = ("kind", *curve_file.PROFILE) if shape == "sampled" else ()
     known = ("shape", *keys, *extra, "shifted", "tilted")
     table = Table(path, "indenter", content, known)
     indenter: Indenter
     if "file" in table.table:
-        indenter = scene_measured.profile(table)
+        indenter = curve_file.profile(table)
     elif shape == "sampled":
-        for key in scene_measured.PROFILE[1:]:
+        for key in curve_file.PROFILE[1:]:
             if key in table.table:
                 table.refuse(key, table.table[key], "needs file: x and z in this file are in m")
         samples = map(table.numbers, keys)

@@ -7,7 +7,7 @@ order (loading, unloading; a contact that is lost and touches again begins anew)
 work of adhesion of a contact that opens is fitted too, from a loop of loading and unloading. DATA
 has columns named depth and force, with units above them, such as `depth [µm], force [mN/m]`; the
 delimiter, decimal mark, encoding and preamble are found, other columns and forces in newtons need
-the options below or a table [measured] in the scene file (studies/scenes/measured.py); around an
+the options below or a table [measured] in the scene file (studies/scenes/curve_file.py); around an
 axis (geometry = "axisymmetric") newtons are what the model has. Instrument files are read with the
 extra elastocap[afm]. The scene file gives the rest and where the search
 begins; its depth and [path] do not matter. Points whose force is noise at both ends of a contact
@@ -48,13 +48,12 @@ import numpy as np
 
 from energy.text_lines import DELIMITERS, NUMBER
 from energy.units import prefixed
-from studies.scenes.curve_file import Reading, read_curve
+from studies.scenes.curve_file import LAYOUT, Reading, read_curve
 from studies.scenes.file import load
 from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.model import DEFAULT, NAMES
-from studies.scenes.measured import LAYOUT
 from studies.shared import command
 from studies.shared.batches import tell
 from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
