@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import History
+from discretization.fitted.quadrature import along
+from discretization.paths.fitted_branch import FittedBranch
 from discretization.paths.plots import draw, units
 from energy import cards
 from energy.units import prefixed
@@ -186,17 +188,15 @@ def curves(history: History, steps: Sequence[int]) -> list[Curve]:
 
 
 def _curve(history: History, step: int, a: Array) -> Curve:
-    """U = ∫ (k/2 g² + γ₁/2 f'²) dx + √(kγ₁) g(a)² - 2wa, outside decaying over l by Eq. (6)."""
+    """U by the quadrature with which load paths are integrated."""
     scene, depth = history.scene, float(history.depth[step])
-    k, gamma1, ell = scene.stiffness, scene.gamma1, scene.elastocapillary_length
-    apex, (x, weight) = scene.indenter.apex or 0.0, np.polynomial.legendre.leggauss(40)
-    at = apex + a[:, None] * (1 + x) / 2
-    g, slope = depth - scene.indenter.height(at), scene.indenter.slope(at)
-    inside = a * ((k * g**2 + gamma1 * slope**2) / 2 @ weight)
-    end = depth - scene.indenter.height(apex + a)
-    energy = inside + np.sqrt(gamma1 * k) * end**2 - 2 * scene.work_of_adhesion * a
-    through = ell * scene.indenter.slope(apex + a) < end
-    return Curve(depth, a, energy, through, (history.at(step).half_width, history.at(step).energy))
+    apex = scene.indenter.apex or 0.0
+    surfaces = FittedBranch.of(scene, 1e-8).surfaces
+    between, _ = along(surfaces, np.full(a.size, depth), apex + a[:, None] * np.array([-1, 1]))
+    end, slope = depth - scene.indenter.height(apex + a), scene.indenter.slope(apex + a)
+    through = scene.elastocapillary_length * slope < end
+    state = history.at(step)
+    return Curve(depth, a, between.energy, through, (state.half_width, state.energy))
 
 
 def landscape(history: History, steps: Sequence[int]) -> Figure:

@@ -5,28 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from energy import FlatPunch, cards
+from studies.verify import scenes
 from studies.verify.convergence import FIRST, Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
 from studies.verify.observe import even_energy, last_contact, least_force
-from studies.verify.scenes import (
-    PARABOLA,
-    POWER_LAWS,
-    PUNCH,
-    WEDGE,
-    Case,
-    case,
-    constants,
-    gel,
-    pulled_parabola,
-    sharp_wedge,
-)
+from studies.verify.scenes import PARABOLA, POWER_LAWS, PUNCH, WEDGE, case, constants, gel
 
 LEVELS = np.array([-0.45, 0.2, 1.1])  # depths over δ₀
 
 
 @check(what="energy U(d) of punch, wedge, parabola, |x|ⁿ", unit="N", anchored=True)
 def energies(mesh: Mesh) -> Found:
-    known = (PUNCH, cards.flat_punch), (WEDGE, cards.wedge), (PARABOLA, cards.parabola)
+    known = (
+        (PUNCH, cards.flat_punch),
+        (WEDGE, cards.wedge),
+        (PARABOLA, cards.parabola),
+    )
     for shape, card in *known, *((p, cards.power_law) for p in POWER_LAWS):
         yield from swept(mesh, [case(shape, LEVELS)], "energy", card.energy)
 
@@ -40,7 +34,7 @@ def power_law_half_width(mesh: Mesh) -> Found:
 @check(what="parabola: pull-off force, Λ = 0.2, 0.5, 0.8", unit="N/m")
 def smooth_pull_off(mesh: Mesh) -> Found:
     for Lambda in (0.2, 0.5, 0.8):
-        shape = pulled_parabola(Lambda)
+        shape = scenes.pulled_parabola(Lambda)
         scene = gel(shape)
         least = least_force(mesh, scene, -0.95 * scene.critical_separation, 0.0)
         yield Comparison(least, cards.parabola.pull_off(R=shape.R, **constants(scene)).force)
@@ -60,7 +54,7 @@ def abrupt_pull_off(mesh: Mesh) -> Found:
     The fitted mesh leaves it at a = 1e-9 l, the distance at which it probes the slope outside.
     """
     for Lambda in (1.3, 2.1):
-        shape = pulled_parabola(Lambda)
+        shape = scenes.pulled_parabola(Lambda)
         scene = gel(shape)
         depths = np.linspace(last_contact(mesh, scene), 0.0, 9)
         least = mesh.sweep(scene, depths, "force").min()
@@ -69,10 +63,10 @@ def abrupt_pull_off(mesh: Mesh) -> Found:
 
 @check(what="sharp wedge held at its tip: P = 2kld", unit="N/m", anchored=True)
 def tip_pinned_force(mesh: Mesh) -> Found:
-    shape = sharp_wedge(1.7)
+    shape = scenes.sharp_wedge(1.7)
     scene, _, given = case(shape, LEVELS)
     depths = np.array([0.2, 0.5, 0.8]) * cards.wedge.tip_pinned_depths(**given)[1]
-    return swept(mesh, [Case(scene, depths, given)], "force", cards.wedge.force)
+    return swept(mesh, [scenes.Case(scene, depths, given)], "force", cards.wedge.force)
 
 
 @check(what="flat punch: depth where detached has less energy", unit="m")

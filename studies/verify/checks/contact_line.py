@@ -8,21 +8,11 @@ import numpy as np
 
 from discretization import Equilibrium
 from energy import Indenter, Parabola, Scene, SurfaceEnergies, cards
+from studies.verify import scenes
 from studies.verify.convergence import DIFFERENCED, EXACT, FIRST, Comparison, Found, check
 from studies.verify.mesh import Array, Mesh
 from studies.verify.observe import line_by_far_field, punch_difference, slopes_at_line, tail
-from studies.verify.scenes import (
-    GAMMA1,
-    GAMMA2,
-    LAYER,
-    PARABOLA,
-    POWER_LAWS,
-    WEDGE,
-    WORK,
-    constants,
-    gel,
-    uneven_profiles,
-)
+from studies.verify.scenes import GAMMA1, LAYER, PARABOLA, POWER_LAWS, WORK, constants, gel
 
 LEVELS = np.array([-0.55, 0.25, 1.1])  # depths over δ₀
 TENSIONS = (0.012, GAMMA1, 0.19)
@@ -43,7 +33,7 @@ def _lines(scene: Scene) -> tuple[Array, Array]:
 def young_angle(mesh: Mesh) -> Found:
     """The small-slope energy gives (15), which is below Young's angle by w/12γ₁ < 1e-7."""
     for w in (1e-6 * GAMMA1, 4e-7 * GAMMA1):
-        surfaces = SurfaceEnergies(GAMMA1, GAMMA2, GAMMA1 + GAMMA2 - w)
+        surfaces = SurfaceEnergies(GAMMA1, scenes.GAMMA2, GAMMA1 + scenes.GAMMA2 - w)
         scene = Scene(LAYER, surfaces, Parabola(R=0.6))
         gammas = (surfaces.gamma1, surfaces.gamma2, surfaces.gamma12)
         deficits = [state.angle_deficit for state in _states(mesh, scene)]
@@ -117,12 +107,12 @@ def _line_residuals(mesh: Mesh, indenters: Iterable[Indenter]) -> Found:
 
 @check(16, what="f(a) - d - δ₀ + lf'(a), |x|ⁿ, n = 1, 1.5, 2, 3, 4", unit="m")
 def place_of_the_line(mesh: Mesh) -> Found:
-    return _line_residuals(mesh, (WEDGE, PARABOLA, *POWER_LAWS))
+    return _line_residuals(mesh, (scenes.WEDGE, PARABOLA, *POWER_LAWS))
 
 
 @check(16, what="the same at both ends of four lopsided profiles", unit="m")
 def place_of_both_lines(mesh: Mesh) -> Found:
-    return _line_residuals(mesh, uneven_profiles())
+    return _line_residuals(mesh, scenes.uneven_profiles())
 
 
 @check(16, what="outermost contact node: raw half-width", unit="m", order=FIRST, bar=2e-3)
@@ -135,7 +125,7 @@ def raw_half_width(mesh: Mesh) -> Comparison:
 
 @check(18, what="γ₁ = 0, lowest energy: f(a) = d + δ₀", order=EXACT, unit="m")
 def no_tension(mesh: Mesh) -> Found:
-    for indenter in (WEDGE, PARABOLA, POWER_LAWS[1]):
+    for indenter in (scenes.WEDGE, PARABOLA, POWER_LAWS[1]):
         scene = gel(indenter, gamma1=0.0)
         depths = LEVELS * scene.critical_separation
         options = {"length": 3e-5, "branch": "global"}
@@ -165,8 +155,8 @@ def neutral_surfaces(mesh: Mesh) -> Found:
         wider = punch_difference(mesh, LAYER, surfaces, 4e-7)
         w = wider.force * 4e-7 / 2 - wider.energy
         ell = tail(mesh.solve(scene, 4e-7)).decay_length
-        gamma12 = cards.nonadhesive.interfacial_energy(gamma1, GAMMA2)
-        yield Comparison(wider.force / 4e-7 * ell**2 - w, gamma12 - GAMMA2)
+        gamma12 = cards.nonadhesive.interfacial_energy(gamma1, scenes.GAMMA2)
+        yield Comparison(wider.force / 4e-7 * ell**2 - w, gamma12 - scenes.GAMMA2)
 
 
 @check(35, what="θ = π without adhesion, three tensions", unit="rad", fitted_bar=DIFFERENCED)
@@ -180,5 +170,5 @@ def no_kink(mesh: Mesh) -> Found:
 
 def _neutral(gamma1: float) -> SurfaceEnergies:
     """Surface energies with w = 0."""
-    gamma12 = float(cards.nonadhesive.interfacial_energy(gamma1, GAMMA2))
-    return SurfaceEnergies(gamma1, GAMMA2, gamma12)
+    gamma12 = float(cards.nonadhesive.interfacial_energy(gamma1, scenes.GAMMA2))
+    return SurfaceEnergies(gamma1, scenes.GAMMA2, gamma12)

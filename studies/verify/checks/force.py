@@ -8,14 +8,9 @@ from typing import Any
 import numpy as np
 
 from energy import Indenter, Parabola, Scene, cards
+from studies.verify import observe
 from studies.verify.convergence import Comparison, Found, check
 from studies.verify.mesh import Array, Mesh
-from studies.verify.observe import (
-    contact_pressure,
-    energy_derivative,
-    slopes_at_line,
-    whole_line_force,
-)
 from studies.verify.scenes import GAMMA1, PARABOLA, POWER_LAWS, WEDGE, case
 
 LEVELS = np.array([-0.55, -0.1, 1.6])  # depths over δ₀
@@ -38,7 +33,7 @@ def _cases() -> list[tuple[Scene, Array, Array]]:
 @check(9, what="∫ pressure dx over the contact, five shapes", unit="N/m")
 def elastic_force(mesh: Mesh) -> Found:
     for scene, depths, widths in _cases():
-        force = [contact_pressure(mesh.solve(scene, d)) for d in depths]
+        force = [observe.contact_pressure(mesh.solve(scene, d)) for d in depths]
         f, k = scene.indenter.height, scene.stiffness
         yield Comparison(force, cards.force.elastic(depths, widths, f=f, k=k))
 
@@ -46,7 +41,7 @@ def elastic_force(mesh: Mesh) -> Found:
 @check(10, what="-2γ₁u' from the field's slope, slopes of 3e-4", unit="N/m", fitted_bar=1e-7)
 def surface_force_from_slope(mesh: Mesh) -> Comparison:
     scene, depths, expected = _faint()
-    slopes = [slopes_at_line(mesh.solve(scene, d))[1] for d in depths]
+    slopes = [observe.slopes_at_line(mesh.solve(scene, d))[1] for d in depths]
     return Comparison(-2 * GAMMA1 * np.array(slopes), expected)
 
 
@@ -54,7 +49,7 @@ def surface_force_from_slope(mesh: Mesh) -> Comparison:
 def surface_force_from_balance(mesh: Mesh) -> Comparison:
     scene, depths, expected = _faint()
     states = [mesh.solve(scene, d) for d in depths]
-    return Comparison([s.force - contact_pressure(s) for s in states], expected)
+    return Comparison([s.force - observe.contact_pressure(s) for s in states], expected)
 
 
 def _faint() -> tuple[Scene, Array, Array]:
@@ -81,7 +76,7 @@ def total_force(mesh: Mesh) -> Found:
 
 @check(11, what="total force as k∫u dx over the whole line", unit="N/m")
 def total_force_from_field(mesh: Mesh) -> Found:
-    return _compared(lambda scene, ds: [whole_line_force(mesh.solve(scene, d)) for d in ds])
+    return _compared(lambda scene, ds: [observe.whole_line_force(mesh.solve(scene, d)) for d in ds])
 
 
 @check(
@@ -92,4 +87,4 @@ def total_force_from_field(mesh: Mesh) -> Found:
     fitted_bar=QUADRATURE,
 )
 def total_force_from_energy(mesh: Mesh) -> Found:
-    return _compared(lambda scene, ds: [energy_derivative(mesh, scene, d) for d in ds])
+    return _compared(lambda scene, ds: [observe.energy_derivative(mesh, scene, d) for d in ds])
