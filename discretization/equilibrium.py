@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization import display, plots
 from discretization.certificate import Certificate, Proof
+from discretization.deformation import deformation, range_of_heights
 from discretization.label import label
 from discretization.parts import Parts, parts_of
 from discretization.tail import Tail
 from energy import Assumption, Scene
-from energy.validity import Deformation, assumptions
+from energy.validity import assumptions
 
 Array = NDArray[np.float64]
-_SAMPLES = 257  # of each contact
 QUANTITIES = ("half_width", "force", "energy")
 
 
@@ -83,27 +83,8 @@ class Equilibrium:
 
     @functools.cached_property
     def range_of_heights(self) -> tuple[float, float]:
-        """Least and largest f in contact, looked for at many points; nan without contact.
-
-        Where the layer is pressed anywhere, the least is that of the whole profile: were it free,
-        the surface would stand above it by more than anywhere in contact.
-        """
-        if not self.contacts.size:
-            return math.nan, math.nan
-        f = self.scene.indenter.height(self._points_in_contact())
-        return float(f.min()), float(f.max())
-
-    def _points_in_contact(self) -> Array:
-        """Many x in contact, with the ends, corners, knots and the apex among them."""
-        indenter, known = self.scene.indenter, self.contacts
-        if not np.isfinite(known).all():
-            return np.zeros(1)
-        even = np.linspace(known[:, 0], known[:, 1], _SAMPLES).ravel()
-        apex = [] if indenter.apex is None else [indenter.apex]
-        kinks = np.concatenate(
-            [np.asarray(p, float) for p in (indenter.corners, indenter.knots, apex)]
-        )
-        return np.concatenate([even, kinks[self._inside(kinks)]])
+        """Least and largest f in contact; see discretization.deformation."""
+        return range_of_heights(self)
 
     @property
     def indentation(self) -> float:
@@ -181,10 +162,10 @@ class Equilibrium:
             return np.full_like(self.contacts, math.nan)
         f1, u1 = self.line_slopes
         found = f1 + u1 if self.scene.slopes == "small" else np.arctan(f1) + np.arctan(u1)
-        return np.where(self._at_axis, math.nan, found)
+        return np.where(self.at_axis, math.nan, found)
 
     @property
-    def _at_axis(self) -> NDArray[np.bool_]:
+    def at_axis(self) -> NDArray[np.bool_]:
         """Which ends of contacts (m, 2) are the axis, and no lines."""
         return (self.contacts == 0) & self.scene.axisymmetric & np.array([True, False])
 
@@ -196,7 +177,7 @@ class Equilibrium:
     @property
     def angle_deficit(self) -> float:
         """Mean π - θ [rad] over all contact lines; nan without a contact line."""
-        deficits = self.angle_deficits[~self._at_axis]
+        deficits = self.angle_deficits[~self.at_axis]
         return float(deficits.mean()) if deficits.size else math.nan
 
     @property
@@ -207,7 +188,7 @@ class Equilibrium:
     def displacement(self, x: ArrayLike) -> Array:
         """u(x), positive downwards: d - f(x) in contact (4), the free surface (6) outside."""
         x = self._measured(x)
-        u, inside = np.where(np.isnan(x), math.nan, 0.0), self._inside(x)
+        u, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
         if not (self.scene.gamma1 and self.contacts.size):
             return u
@@ -229,7 +210,7 @@ class Equilibrium:
         """Positions, or distances from the axis."""
         return np.abs(np.asarray(x, float)) if self.scene.axisymmetric else np.asarray(x, float)
 
-    def _inside(self, x: Array) -> NDArray[np.bool_]:
+    def inside(self, x: Array) -> NDArray[np.bool_]:
         """Whether x is in contact."""
         if not self.contacts.size:
             return np.zeros(x.shape, bool)
@@ -254,23 +235,13 @@ class Equilibrium:
         Zero outside the contact. The surface tension adds line forces at the contact lines (10).
         """
         x = self._measured(x)
-        known = self._inside(x) | np.isnan(x)
+        known = self.inside(x) | np.isnan(x)
         return np.where(known, self.scene.stiffness * self.displacement(x), 0.0)
 
     @property
     def validity(self) -> tuple[Assumption, ...]:
         """How far the assumptions of the model hold here; see energy.validity."""
-        return assumptions(self.scene, self._deformation() if self.contacts.size else None)
-
-    def _deformation(self) -> Deformation:
-        """What the contact does to the layer; free surfaces move and bend most at their lines."""
-        steepest = float(np.abs(self.scene.indenter.slope(self._points_in_contact())).max())
-        if np.isfinite(self.contacts).all():
-            steepest = max(steepest, float(np.max(np.abs(self.line_slopes))))
-        farthest = max(abs(self.depth - height) for height in self.range_of_heights)
-        widths = self.contacts[:, 1] - self.contacts[:, 0]
-        narrowest = float(np.min(np.where(self._at_axis[:, 0], widths, widths / 2)))
-        return Deformation(self.indentation, farthest, narrowest, steepest)
+        return assumptions(self.scene, deformation(self) if self.contacts.size else None)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -86,13 +86,20 @@ def load_path(
         _same(after, history)
         _go_to_end(path, after)
         history = after
+    return _followed(path, history, values, save, every)
+
+
+def _followed(
+    path: LoadPath, history: History, values: Array, save: str | Path | None, every: int
+) -> History:
+    """The history extended by these values, and kept in a file after so many of them each."""
     size = every if save is not None else values.size
     for start in range(0, values.size, size):
         part = values[start : start + size]
         for value in part.tolist():
             path.go(value)
-        branch.certify(path.point.state, path.point.depth)
-        history = history.extended(branch, part, *path.recorded())
+        path.branch.certify(path.point.state, path.point.depth)
+        history = history.extended(path.branch, part, *path.recorded())
         if save is not None:
             history.to_csv(save)
     return history
