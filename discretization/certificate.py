@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-TOLERANCE = 1e-9
+TOLERANCE = 1e-9  # of the scales of the terms: far above rounding, far below what is asked
 
 
 class NotCertifiedError(RuntimeError):

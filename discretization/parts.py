@@ -30,7 +30,7 @@ _VALUES = np.polynomial.legendre.legvander(_POINTS, _POINTS.size - 1)
 _DERIVATIVE = np.linalg.solve(
     _VALUES.T, np.polynomial.legendre.legval(_POINTS, np.polynomial.legendre.legder(np.eye(12)))
 ).T  # of the polynomial through values at the points
-_HALVINGS = 9
+_HALVINGS = 9  # of a panel, 500 parts: of rougher profiles the parts are less exact
 _AGREED = 1e-13  # change of the integrals relative to their size: all but rounding
 _GRADED = 2.0 ** np.arange(-3, 6)  # lengths l from a line at which panels in a gap end
 

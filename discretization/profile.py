@@ -31,11 +31,11 @@ _PART = 1 / 64  # of √(2w/γ₁), which a slope must change by for a contact l
 _OF_RANGE = 1 / 256  # of how much the slope varies within an interval
 _NOISE = 1e-12  # of the steepest slope: it is not known better
 _FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
-_ROUNDS = 48
-_HALVINGS = 60
+_ROUNDS = 48  # of halving, more than _FINEST allows
+_HALVINGS = 60  # of an interval, to the spacing of floating-point numbers
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
-_WIDEST = 2.0**40
+_WIDEST = 2.0**40  # elastocapillary lengths: an endless profile that has not risen by then falls
 _BEFORE = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
 
 

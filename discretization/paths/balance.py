@@ -11,7 +11,7 @@ from discretization.paths.control import Control, moved, point_of_fold
 from discretization.paths.events import Event, PullOff, Snapshot
 
 Segment = tuple[Snapshot, Snapshot]
-_ENOUGH = 33
+_ENOUGH = 33  # states of a run: between fewer, others are looked at
 
 
 def work(

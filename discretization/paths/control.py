@@ -16,17 +16,17 @@ from typing import NamedTuple
 from discretization.fitted.roots import bracketed
 from discretization.paths.branch import Branch, Point
 
-_MARCH = 40
-_HALVINGS = 60
-_ROUNDING = 1e-14
-_NUDGE = 1e-6
-_NEAREST = 1e-5
+_MARCH = 40  # secant steps: four or five do where P is smooth
+_HALVINGS = 60  # of a bracket, to the spacing of floating-point numbers
+_ROUNDING = 1e-14  # of k δ₀ times the width: forces that are no imbalance
+_NUDGE = 1e-6  # of the distance from touching and δ₀: a first step without a guess
+_NEAREST = 1e-5  # of the distance to a fold: the first trial beside its end
 _STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
-_STRIDE = 0.006  # ε^(1/7)
-_SAMPLES = 32
-_WIDER, _MOST_STEPS = 1.1, 200
+_STRIDE = 0.006  # ε^(1/7) of the distance: where rounding and the seventh order are alike
+_SAMPLES = 32  # steps per δ₀ of a march to the next equilibrium
+_WIDER, _MOST_STEPS = 1.1, 200  # growth of these steps, and how many: beyond 1e6 δ₀
 _LEAST = 1e-18  # of the depths, where it closes at depth 0
-_LOCAL = 1e-2
+_LOCAL = 1e-2  # of the depths: secants drawn over less have an error known by _CLOSE
 _REDUCED = 1e-10  # of the first imbalance: one more secant step makes it rounding
 _CLOSE = 1e-14  # error of a secant step: itself times the distance of the points it is drawn by
 

@@ -13,7 +13,7 @@ from discretization.paths.control import Control, jumped, lost_point, moved, set
 from discretization.paths.events import Event, Snapshot
 
 Array = NDArray[np.float64]
-_TINY = 4e-16
+_TINY = 4e-16  # of the depth: brackets of a change this short are closed
 _LEAST = 1e-18  # for events at depth 0
 _NEAR = 1e-9  # of the depth and δ₀: another event than the one that made a state unstable
 
