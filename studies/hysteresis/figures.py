@@ -88,7 +88,10 @@ def over_control(record: Record) -> Figure:
         for axes, loop in zip(column, own, strict=True):
             area = loop.history.dissipated / (2 * WORK * SIZE)
             draw(axes, loop.history, "force", units([loop.history], "force"), BLUE)
-            axes.set_title(f"{shape}, {_said(loop)}: loop area {area:.3g}·2wb", fontsize=11)
+            words = {"depth": "imposed depth", "force": "dead load"}
+            stiffness = loop.control.removeprefix("K = ").replace(" ", "·")
+            held = words.get(loop.control, f"spring of stiffness {stiffness}")
+            axes.set_title(f"{shape}, {held}: loop area {area:.3g}·2wb", fontsize=11)
             axes.axhline(0, color="black", lw=0.6, ls=":")
             axes.grid(alpha=0.25)
     drawn.suptitle(
@@ -96,13 +99,6 @@ def over_control(record: Record) -> Figure:
         f"γ₁ = {quantity_of(gamma1, 'N/m')}, b = {quantity_of(SIZE, 'm')}"
     )
     return drawn
-
-
-def _said(loop: Loop) -> str:
-    """The control of a loop in words."""
-    words = {"depth": "imposed depth", "force": "dead load"}
-    machine = f"spring of stiffness {loop.control.removeprefix('K = ').replace(' ', '·')}"
-    return words.get(loop.control, machine)
 
 
 def dissipation(record: Record) -> Figure:

@@ -67,7 +67,10 @@ def answer(given: Inputs, slopes: str) -> Exact | None:
     k, w, d = given["k"], given["w"], given["d"]
     if d < -(2 * w / k).sqrt():
         return None
-    return _flat(given) if "a" in given else _power(given)
+    if "a" not in given:
+        return _power(given)
+    a, width = given["a"], given["a"] + (given["gamma1"] / k).sqrt()
+    return Exact(a, 2 * k * d * width, k * d * d * width - 2 * w * a)
 
 
 @precise()
@@ -75,11 +78,6 @@ def from_detachment(given: Inputs) -> float:
     """|d + δ₀|/δ₀."""
     critical = (2 * given["w"] / given["k"]).sqrt()
     return float(abs(given["d"] / critical + 1))
-
-
-def _flat(v: Inputs) -> Exact:
-    k, d, a, ell = v["k"], v["d"], v["a"], (v["gamma1"] / v["k"]).sqrt()
-    return Exact(a, 2 * k * d * (a + ell), k * d * d * (a + ell) - 2 * v["w"] * a)
 
 
 def _power(v: Inputs) -> Exact | None:

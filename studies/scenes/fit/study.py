@@ -49,7 +49,7 @@ import numpy as np
 from energy.text_lines import DELIMITERS, NUMBER
 from energy.units import prefixed
 from studies.scenes.curve_file import LAYOUT, Reading, read_curve
-from studies.scenes.file import load
+from studies.scenes.file import SceneFile, load
 from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import loading
@@ -127,13 +127,28 @@ def _reading_options(parser: Any) -> None:
     group.add_argument("--skip", type=int, metavar="LINES", help="of text, above the data")
 
 
-def _reading(options: argparse.Namespace, given: Reading) -> Reading:
-    """The reading of the scene file with what the command line has in its place."""
+def _reading(options: argparse.Namespace, given: SceneFile) -> Reading:
+    """The reading of the scene file with what the command line has in its place.
+
+    Around an axis forces are those of the whole contact: ValueError for a length of the line.
+    """
     said = {key: value for key, value in vars(options).items() if value is not None}
-    layout = replace(given.layout, **{key: said[key] for key in LAYOUT if key in said})
+    layout = {key: said[key] for key in LAYOUT if key in said}
     own = {"columns": tuple, "width": float}
     changed: dict[str, Any] = {key: kind(said[key]) for key, kind in own.items() if key in said}
-    return replace(given, layout=layout, number=said.get("curve", given.number), **changed)
+    known = given.measured
+    found = replace(
+        known,
+        layout=replace(known.layout, **layout),
+        number=said.get("curve", known.number),
+        **changed,
+    )
+    if not given.scene.axisymmetric:
+        return found
+    if found.width is not None:
+        refusal = f"width = {found.width!r} with geometry = 'axisymmetric': leave it out"
+        raise ValueError(refusal)
+    return replace(found, width=1.0)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -156,21 +171,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.self_test:
         scene = load(options.scene).scene if options.scene else fit_trials.SCENE
         trials = (20 if quick else 100) if options.trials is None else options.trials
-        chosen = tuple(options.parameters)
-        params = fit_trials.Parameters(scene, chosen, trials, profile=not quick)
+        names = tuple(options.parameters)
+        params = fit_trials.Parameters(scene, names, trials, profile=not quick)
         return fit_trials.report(params, out, options.jobs)
     if options.data is None or options.scene is None:
         parser.error("DATA.csv and --scene are needed; or give --self-test")
     if options.jobs > 1:
         parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
     given = load(options.scene)
-    reading = _reading(options, given.measured)
-    if given.scene.axisymmetric:  # forces are those of the whole contact
-        if reading.width is not None:
-            refusal = f"width = {reading.width!r} with geometry = 'axisymmetric': leave it out"
-            raise ValueError(refusal)
-        reading = replace(reading, width=1.0)
-    curve = read_curve(options.data, reading)
+    curve = read_curve(options.data, _reading(options, given))
     found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
