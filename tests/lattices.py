@@ -5,8 +5,11 @@ import math
 import numpy as np
 
 from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.fronts import Region
+from discretization.lattice.ground import Ground
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
+from energy import Profile
 
 
 def lattice(ell, *, k=37.0, spacing=0.03, w=0.0):
@@ -29,12 +32,18 @@ def rough_heights(rng, n, *, hurst=0.8, roll_off=3, offset=-0.3):
     return 0.07 * (z / z.std() + offset)
 
 
-def of_heights(lattice, g, ends):
-    """Contacts of these heights, with nothing 16 nodes around them."""
-    g = np.pad(np.asarray(g, float), 16, constant_values=-math.inf)
-    depth = float(np.abs(g[np.isfinite(g)]).max())
-    work = np.full(g.size - 1, lattice.w * lattice.spacing)
-    return ContactSet(lattice, g, np.array(ends) + 16, depth, work, work)
+def of_heights(lattice, g, ends, depth=None):
+    """Contacts of nodes 0, 1, ... with these g, nothing beside them, at a depth of their size."""
+    depth = float(np.abs(g).max()) if depth is None else depth
+    where = Region(0, len(g) - 1, int(np.argmax(g)))
+    nothing = Profile(lambda x: 0 * x, lambda x: 0 * x)
+    ground = Ground(lattice, nothing, where, (lattice.w, lattice.w), depth - np.asarray(g, float))
+    return ContactSet(ground, [*map(tuple, ends)], depth)
+
+
+def over(lattice, indenter, depth, *nodes):
+    """Contacts between these first and last nodes under an indenter."""
+    return ContactSet(Ground.of(lattice, indenter, depth), nodes, depth)
 
 
 def random_lattice(seed, most=14):

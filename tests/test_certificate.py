@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lattices import nodes_of, of_heights, over
 from scenes import adhesive, steep
 
 from discretization import Lattice, NodalEnergy, minimise
-from discretization.lattice import fronts
-from discretization.lattice.judgement import certify
-from discretization.lattice.sums import measured
+from discretization.lattice.judge import judge
+from discretization.lattice.state import on_lattice
+from discretization.lattice.totals import totals
 from energy import (
     ElasticLayer,
     FlatPunch,
@@ -28,14 +29,12 @@ ROUGH = adhesive(Sampled([-1.0, 0.0, 1.0, 2.0], [3.0, 0.0, 1.0, 0.5]))
 
 
 def judged(scene, depth, change=(0, 0), sums_change=None, dx=DX):
-    lattice = Lattice.of(scene, dx)
-    where = fronts.region(lattice, scene.indenter, depth)
-    contact = fronts.adhered(lattice, scene.indenter, depth, where)
-    moved = contact._replace(first=contact.first + change[0], last=contact.last + change[1])
-    sums = measured(lattice, scene.indenter, depth, moved)
+    lattice, ((first, last),) = nodes_of(on_lattice(scene, depth, dx))
+    moved = over(lattice, scene.indenter, depth, (first + change[0], last + change[1]))
+    sums = totals(moved)
     if sums_change:
         sums = sums._replace(**sums_change(sums))
-    return certify(lattice, scene.indenter, depth, where, moved, sums)
+    return judge(moved, sums)
 
 
 def test_the_equilibrium_passes_with_violations_at_rounding():
@@ -88,11 +87,9 @@ def test_a_node_holds_as_much_as_its_bonds(gamma1, bonds, share, failures):
 @pytest.mark.parametrize(("share", "failures"), [(1.0, ()), (-1.0, ("opening",))])
 def test_a_lone_node_holds_nothing(share, failures):
     lattice = Lattice.of(SCENE, DX)
-    lone = fronts.Contact(0, 0, lattice.critical_gap)
     depth = share * lattice.critical_gap / 100
-    where = fronts.region(lattice, SCENE.indenter, depth)._replace(first=0, last=0)
-    sums = measured(lattice, SCENE.indenter, depth, lone)
-    assert certify(lattice, SCENE.indenter, depth, where, lone, sums).failures == failures
+    contacts = of_heights(lattice, [depth], [(0, 0)], depth)
+    assert judge(contacts, totals(contacts)).failures == failures
 
 
 def test_a_second_contact_is_not_ignored():
@@ -175,7 +172,7 @@ def test_a_layer_lifted_far_is_warned_of_at_any_depth():
 def test_blocked_sums_are_the_nodal_energy(first, last, indenter, gamma1):
     lattice = Lattice.of(adhesive(indenter, gamma1=gamma1), DX, origin=0.0)
     u = DEPTH - indenter.height(lattice.x(np.arange(first, last + 1.0)))
-    sums = measured(lattice, indenter, DEPTH, fronts.Contact(first, last, 0.0))
+    sums = totals(over(lattice, indenter, DEPTH, (first, last)))
     energy = NodalEnergy(lattice, np.ones(u.size, bool))
     for name, value in energy.terms(u).items():
         assert getattr(sums, name) == pytest.approx(value, rel=1e-12, abs=0)

@@ -6,15 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lattices import over
 from random_scenes import Dice, depth_of, scene_and_depth, within
 from scenes import DELTA0, SCENE, L, adhesive
 
 from discretization import load_path, minimise
-from discretization.lattice.contact_set import ContactSet, judged, totals
+from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_rules import RadialRules
 from discretization.lattice.radial_spans import ring_spans
 from discretization.lattice.rings import rings
+from discretization.lattice.totals import totals
 from energy import FlatPunch, Parabola, Patches, Profile, Sampled
 
 GAMMA1, W = SCENE.gamma1, SCENE.work_of_adhesion
@@ -208,13 +210,11 @@ def test_a_ring_with_a_line_on_another_node_is_not_certified(moved):
     body = lattice.seen(scene).indenter
     state = on_nodes(scene, 0.5 * DELTA0, lattice.spacing)
     nodes = np.rint(state.nodes / lattice.spacing).astype(int)
-    f = body.height(lattice.spacing * np.arange(150.0))
-    work = lattice.on_links(np.full(149, W * lattice.cell), np.arange(150))
     for column, step in ((0, 0), (0, moved), (1, moved)):
         ends = nodes.copy()
         ends[0, column] += step
-        contacts = ContactSet(lattice, 0.5 * DELTA0 - f, ends, 0.5 * DELTA0, work, work)
-        assert judged(contacts, totals(contacts)).ok == (step == 0)
+        contacts = over(lattice, body, 0.5 * DELTA0, *map(tuple, ends.tolist()))
+        assert judge(contacts, totals(contacts)).ok == (step == 0)
 
 
 LOOP = np.concatenate([np.linspace(-0.1, 2, 20), np.linspace(2, -3, 50)]) * DELTA0

@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lattices import over
 from scenes import ALPHA, DELTA0, SCENE, L, adhesive
 from scipy.special import k0e, k1e
 from test_radial_contacts import Row as Nodes
 from test_radial_contacts import bumps, dimple, on_nodes, relaxed, stiffness, turned
 
 from discretization import minimise
-from discretization.lattice.fronts import Contact
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_lowest import lowest_rings
 from discretization.lattice.row import Row
-from discretization.lattice.sums import measured
+from discretization.lattice.totals import totals
 from energy import FlatPunch, Parabola, Profile, Sampled, Wedge
 
 W = SCENE.work_of_adhesion
@@ -141,8 +141,7 @@ def test_a_convex_profile_that_may_have_several_stable_lines_is_searched():
         assert state.proof.violation <= 1e-12
         adhered, lattice = on_nodes(turned(body), depth, L / 40), Lattice.of(turned(body), L / 40)
         last = round(float(adhered.nodes[0, 1]) / lattice.spacing)
-        held, seen = Contact(0, last, lattice.critical_gap), lattice.seen(turned(body))
-        sums = measured(lattice, seen.indenter, depth, held)
+        sums = totals(over(lattice, lattice.seen(turned(body)).indenter, depth, (0, last)))
         assert state.proof.bound <= min(0.0, sums.energy + 1e-12 * sums.energy_scale)
 
 

@@ -10,16 +10,16 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from lattices import over
 from scenes import ALPHA, DELTA0, SCENE, L, adhesive, steep
 from scipy.integrate import quad
 from scipy.special import k0e, k1e
 
 from discretization import minimise
-from discretization.lattice.fronts import Contact, region
-from discretization.lattice.judgement import certify
+from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.rings import rings
-from discretization.lattice.sums import measured
+from discretization.lattice.totals import totals
 from energy import Circle, FlatPunch, Parabola, PowerLaw, Profile, Sampled, Wedge
 
 K, GAMMA1, W = SCENE.stiffness, SCENE.gamma1, SCENE.work_of_adhesion
@@ -123,8 +123,7 @@ def test_energy_and_force_of_a_contact_set_are_sums_over_all_nodes():
     lattice = Lattice.of(scene, spacing)
     for last in (1, 2, 9, 30):
         f = scene.indenter.height(spacing * np.arange(last + 1.0))
-        contact = Contact(0, last, lattice.critical_gap)
-        sums = measured(lattice, lattice.seen(scene).indenter, depth, contact)
+        sums = totals(over(lattice, lattice.seen(scene).indenter, depth, (0, last)))
         low, own, high = (
             least_energy(scene, spacing, last, depth + step - f, last + 300)
             for step in (-0.1 * DELTA0, 0.0, 0.1 * DELTA0)
@@ -242,11 +241,9 @@ def test_a_line_on_another_node_is_not_certified(moved):
         lattice.seen(scene).indenter,
         round(on_nodes(scene, depth, spacing).nodes[0, 1] / spacing),
     )
-    where, reach = region(lattice, body, depth), lattice.critical_gap
     for node, fine in ((last, True), (last + moved, False)):
-        contact = Contact(0, node, reach)
-        sums = measured(lattice, body, depth, contact)
-        assert certify(lattice, body, depth, where, contact, sums).ok == fine
+        contacts = over(lattice, body, depth, (0, node))
+        assert judge(contacts, totals(contacts)).ok == fine
 
 
 @pytest.mark.parametrize("name", ["parabola", "cone", "power", "circle", "profile", "samples"])

@@ -9,8 +9,9 @@ from lattices import of_heights
 from scenes import adhesive
 
 from discretization import Lattice, minimise
-from discretization.lattice import shortest_path, springs
-from discretization.lattice.contact_set import totals
+from discretization.lattice import shortest_path
+from discretization.lattice.judge import judge
+from discretization.lattice.totals import totals
 from energy import Parabola, Profile, Sampled
 
 
@@ -125,6 +126,4 @@ def test_a_spring_left_alone_must_not_gain_by_attaching(share, free):
         ([[0, 1]], {"opening", "neighbours"} if share > 1 else set()),
     ):
         contacts = of_heights(lattice, g, ends)
-        sums = totals(contacts)
-        judged = springs._judged(contacts, "global", sums.force, sums.force_by_reactions)
-        assert set(judged.failures) == failures
+        assert set(judge(contacts, totals(contacts), lowest=True).failures) == failures

@@ -6,13 +6,14 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
+from lattices import over
 from scenes import adhesive
 
 from discretization import NodalEnergy
 from discretization.lattice import fronts
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.state import on_lattice
-from discretization.lattice.sums import measured
+from discretization.lattice.totals import totals
 from energy import Parabola, Wedge
 
 DX = 0.013
@@ -50,8 +51,8 @@ def test_twelve_digits_for_any_ratio_of_length_to_spacing(decade, indenter):
         f, rise = float(indenter.height(a)), float(indenter.slope(a))
         d, lattice = f - scene.critical_separation + ell * rise, Lattice.of(scene, DX)
         where = fronts.region(lattice, indenter, d)
-        first, last, _ = contact = fronts.adhered(lattice, indenter, d, where)
-        sums = measured(lattice, indenter, d, contact)
+        first, last = contact = fronts.adhered(lattice, indenter, d, where)
+        sums = totals(over(lattice, indenter, d, contact))
         energy, force = exact(lattice, height, d, first, last)
         assert first == -last < -50 and on_lattice(scene, d, DX).certificate.ok
         assert abs(sums.energy - energy) <= 1e-12 * sums.energy_scale

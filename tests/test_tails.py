@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lattices import over
 from scenes import adhesive, steep
 
 from discretization import Lattice, NodalEnergy
-from discretization.lattice import fronts
-from discretization.lattice.sums import measured
 from discretization.lattice.tails import tail_response
+from discretization.lattice.totals import totals
 from energy import Parabola
 
 
@@ -93,7 +93,7 @@ def test_blocked_sums_are_the_nodal_energy(indenter):
     scene = steep(indenter)
     lattice = Lattice.of(scene, scene.elastocapillary_length / 100, origin=0.0)
     u = 2e-3 - indenter.height(lattice.x(np.arange(-90, 71.0)))
-    sums = measured(lattice, indenter, 2e-3, fronts.Contact(-90, 70, 0.0))
+    sums = totals(over(lattice, indenter, 2e-3, (-90, 70)))
     energy = NodalEnergy(lattice, np.ones(u.size, bool))
     for name, value in energy.terms(u).items():
         assert getattr(sums, name) == pytest.approx(value, rel=1e-12, abs=0)

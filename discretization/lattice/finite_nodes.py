@@ -55,10 +55,15 @@ class FiniteLattice(Lattice):
         """γ₁ - w."""
         return self.gamma1 - self.w
 
-    @property
-    def greatest_displacement(self) -> float:
-        """1.3 l, near √2 l where the surface turns over, and Δx, to which it is resolved."""
-        return TURNING * self.length + self.spacing
+    def refuse_overhang(self, depth: float, lift: float, at: str = "", slack: float = 0.0) -> None:
+        """Beyond 1.3 l, near √2 l where it turns over, and Δx, to which it is resolved."""
+        limit = TURNING * self.length + self.spacing
+        if abs(lift) > limit + slack:
+            raise ValueError(
+                f"depth = {depth!r}: at the contact line{at} the surface is displaced by {lift!r}, "
+                f"more than 1.3 l + Δx = {limit!r}, where it would all but turn over; use "
+                "method='fitted', a smaller |depth|, a smaller w or a blunter indenter"
+            )
 
     @property
     def tail(self) -> LatticeTail:

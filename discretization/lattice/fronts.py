@@ -13,8 +13,6 @@ touching node outwards to the first link that resists; after a retraction, from 
 first link that holds. Where the profile is convex the gap grows outwards, too, and the line is
 bracketed with O(log n) heights; else it takes one pass over the contact, in blocks. Around an axis
 that is so while the contact is pressed; see `Lattice.gap_grows`.
-
-γ₁ = 0: springs are independent. One attaches when touched, not before, and lets go at u = -δ₀.
 """
 
 from __future__ import annotations
@@ -38,14 +36,6 @@ MAX_NODES = 1 << 31
 _SEARCH_NODES = 1 << 24
 _BOTH: Array = np.array([[0.0], [1.0]])  # nodes of a link
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
-
-
-class Contact(NamedTuple):
-    """Contact nodes first..last, and the gap up to which a link of it holds."""
-
-    first: int
-    last: int
-    reach: float
 
 
 class Region(NamedTuple):
@@ -98,12 +88,19 @@ def blocks(
     lattice: Lattice, indenter: Indenter, start: int, stop: int
 ) -> Iterator[tuple[int, Array]]:
     """Heights from node start to node stop in growing blocks that share one node."""
+    for first, last in blocks_between(start, stop):
+        way = 1 if stop >= start else -1
+        yield first, heights(lattice, indenter, np.arange(first, last + way, way, dtype=float))
+
+
+def blocks_between(start: int, stop: int) -> Iterator[tuple[int, int]]:
+    """First and last nodes of these blocks."""
     side, size = (1 if stop >= start else -1), FIRST_BLOCK
     if abs(stop - start) >= MAX_NODES:
         stop = start + side * MAX_NODES
     while True:
         end = start + side * min(size, abs(stop - start))
-        yield start, heights(lattice, indenter, np.arange(start, end + side, side, dtype=float))
+        yield start, end
         if end == stop:
             return
         start, size = end, min(4 * size, BLOCK)
@@ -178,45 +175,31 @@ def _bottomless(lattice: Lattice, indenter: Indenter, nodes: int) -> str:
     )
 
 
-def adhered(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -> Contact | None:
-    """Contact of the path that touches first and then moves to `depth`; None: it has let go."""
+def adhered(
+    lattice: Lattice, indenter: Indenter, depth: float, where: Region
+) -> tuple[int, int] | None:
+    """First and last contact node of the path that touches first and then moves to `depth`.
+
+    None: it has let go. γ₁ > 0.
+    """
     first, last, lowest = where
-    touch = height(lattice, indenter, lowest)
-    pressed = max(depth, touch)
+    pressed = max(depth, height(lattice, indenter, lowest))
     mirror = mirror_axis(lattice, indenter, lowest, lowest) is not None
     right = _advance(lattice, indenter, pressed, lowest, last, 1)
     left = 2 * lowest - right if mirror else _advance(lattice, indenter, pressed, lowest, first, -1)
-    reach = lattice.critical_gap
-    if not lattice.gamma1:
-        reach = min(reach, pressed - depth)
     if depth == pressed:
-        return Contact(left, right, reach)
+        return left, right
     stops = (lowest, lowest) if mirror or indenter.convex else (left, right)
-    last = _recede(lattice, indenter, depth, right, stops[0], reach)
-    first = 2 * lowest - last
-    if not mirror:
-        first = _recede(lattice, indenter, depth, left, stops[1], reach)
-    lone_holds = not lattice.gamma1 and touch - depth <= reach * (1 + _TIE)
-    return Contact(first, last, reach) if first < last or (first == last and lone_holds) else None
-
-
-def held(lattice: Lattice, indenter: Indenter, depth: float, where: Region) -> Contact | None:
-    """γ₁ = 0: the contact of lowest energy, every spring with u >= -δ₀ attached, Eq. (18)."""
-    reach, lowest = lattice.critical_gap, where.lowest
-    if height(lattice, indenter, lowest) > depth + reach:
-        return None
-    first, last = (
-        _advance(lattice, indenter, depth + reach, lowest, end, side)
-        for end, side in zip(where[:2], (-1, 1), strict=True)
-    )
-    return Contact(first, last, reach)
+    last = _recede(lattice, indenter, depth, right, stops[0])
+    first = 2 * lowest - last if mirror else _recede(lattice, indenter, depth, left, stops[1])
+    return (first, last) if first < last else None
 
 
 def _advance(
     lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int, side: int
 ) -> int:
     """Outwards from node start to the first link whose adhesion does not pay for its gap."""
-    reach = lattice.critical_gap * (1 + _TIE) if lattice.gamma1 else 0.0
+    reach = lattice.critical_gap * (1 + _TIE)
     if indenter.convex:
         stop = _bracketed(lattice, indenter, depth, start, limit, reach)
         if stop != limit:
@@ -265,17 +248,15 @@ def _linked(
 def unknown(lattice: Lattice, depth: float, node: int) -> str:
     """What to say of a contact that reaches the last node of a profile that may go on."""
     return (
-        f"depth = {depth!r} spreads the contact to x = {lattice.x(node)!r}, where the profile "
-        "is not known any more; give a wider profile, a smaller depth, or add a FlatPunch whose "
-        "edge ends the indenter there"
+        f"depth = {depth!r} spreads the contact over the whole known profile, to x = "
+        f"{lattice.x(node)!r}, beyond which it is not known any more; give a wider profile, a "
+        "smaller depth, or add a FlatPunch whose edge ends the indenter there"
     )
 
 
-def _recede(
-    lattice: Lattice, indenter: Indenter, depth: float, end: int, stop: int, reach: float
-) -> int:
+def _recede(lattice: Lattice, indenter: Indenter, depth: float, end: int, stop: int) -> int:
     """Inwards from the contact's end to the first link that holds; `stop` if none does."""
-    side, reach = (1 if end >= stop else -1), reach * (1 + _TIE)
+    side, reach = (1 if end >= stop else -1), lattice.critical_gap * (1 + _TIE)
     if lattice.gap_grows(indenter):
         return _bracketed(lattice, indenter, depth, stop, end, reach)
     for node, f in blocks(lattice, indenter, end, stop):

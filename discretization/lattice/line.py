@@ -24,9 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice import span
-from discretization.lattice.fronts import FIRST_BLOCK, Contact, Region, heights, mirror_axis
+from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
-from energy import Indenter
 
 Array = NDArray[np.float64]
 Room = tuple[int, int]  # first and last node there are for a line
@@ -50,19 +49,19 @@ class End(NamedTuple):
     """One end of a contact: the nodes beside it, and what its line's advance over a link changes.
 
     Nodes are counted outwards from the last one of the contact, node 0, which is `node` on the
-    lattice; link j leads from node j to j + 1. limit: the last node there is on this side. f: at
-    the nodes from 0 on. gap, energy, force: `Lattice.advance` of the links from `start` <= 0 on,
-    `span.advance` where the line faces another one.
+    lattice and displaced by u; link j leads from node j to j + 1. gap, energy, force:
+    `Lattice.advance` of the links from `start` <= 0 on, `span.advance` where the line faces another
+    one; rise: of the profile over them.
     """
 
     node: int
     side: int
-    limit: int
-    f: Array
+    u: float
     start: int
     gap: list[float]
     energy: list[float]
     force: list[float]
+    rise: list[float]
 
 
 class Facing(NamedTuple):
@@ -72,30 +71,16 @@ class Facing(NamedTuple):
     x: float
 
 
-def raw(lattice: Lattice, indenter: Indenter, node: int) -> Line:
+def raw(ground: Ground, node: int) -> Line:
     """A line left on its node."""
-    return Line(lattice.x(node), 0.0, 0.0, 0.0 in _corners(lattice, indenter, node, 1))
+    return Line(ground.lattice.x(node), 0.0, 0.0, 0.0 in _corners(ground, node, 1))
 
 
-def ends_of(
-    lattice: Lattice, indenter: Indenter, depth: float, where: Region, contact: Contact
-) -> list[End]:
-    """Both ends of a single contact, the right one first.
-
-    That one alone of a mirrored contact, and of one that includes the axis.
-    """
-    (first, last, _), room = contact, where[:2]
-    right = _end(lattice, indenter, depth, room, last, 1, FIRST_BLOCK)
-    if lattice.x(first) == lattice.axis or mirror_axis(lattice, indenter, first, last) is not None:
-        return [right]
-    return [right, _end(lattice, indenter, depth, room, first, -1, FIRST_BLOCK)]
-
-
-def outer(lattice: Lattice, indenter: Indenter, reach: float, ends: list[End]) -> tuple[Line, Line]:
-    """Left and right line of a single contact with these `ends_of`."""
-    right = _line(lattice, indenter, ends[0], reach)
+def outer(ground: Ground, reach: float, ends: list[End]) -> tuple[Line, Line]:
+    """Left and right line of a single contact with these outermost ends."""
+    lattice, indenter, right = ground.lattice, ground.indenter, _line(ground, ends[0], reach)
     if len(ends) > 1:
-        return _line(lattice, indenter, ends[1], reach), right
+        return _line(ground, ends[1], reach), right
     if not math.isnan(lattice.axis):
         return Line(lattice.axis, 0.0, 0.0, False), right
     x = max(2 * (indenter.apex or 0.0) - right.x, indenter.extent[0])
@@ -103,32 +88,31 @@ def outer(lattice: Lattice, indenter: Indenter, reach: float, ends: list[End]) -
 
 
 def between(
-    lattice: Lattice, indenter: Indenter, depth: float, one: tuple[int, int], other: tuple[int, int]
+    ground: Ground, depth: float, one: tuple[int, int], other: tuple[int, int]
 ) -> tuple[Line, Line]:
     """Both lines of a gap: the right one of contact nodes a..b, the left one of c..d.
 
     A lone contact node keeps its lines.
     """
-    (a, b), (c, d), reach = one, other, lattice.critical_gap
-    left, right = raw(lattice, indenter, b), raw(lattice, indenter, c)
+    (a, b), (c, d), lattice, reach = one, other, ground.lattice, ground.lattice.critical_gap
+    left, right = raw(ground, b), raw(ground, c)
     for _ in range(_TURNS):
         before = left.x, right.x
         if b > a:
-            left = recover(lattice, indenter, depth, (a, c - 1), b, 1, reach, Facing(c, right.x))
+            left = recover(ground, depth, (a, c - 1), b, 1, reach, Facing(c, right.x))
         if d > c:
-            right = recover(lattice, indenter, depth, (b + 1, d), c, -1, reach, Facing(b, left.x))
+            right = recover(ground, depth, (b + 1, d), c, -1, reach, Facing(b, left.x))
         moved = max(abs(left.x - before[0]), abs(right.x - before[1]))
         far = c - b > span.FAR / lattice.log_decay
         if far or moved <= _SETTLED * lattice.spacing + _ROUNDING * abs(left.x):
             break
     if left.x >= right.x:
-        return raw(lattice, indenter, b), raw(lattice, indenter, c)
+        return raw(ground, b), raw(ground, c)
     return left, right
 
 
 def recover(
-    lattice: Lattice,
-    indenter: Indenter,
+    ground: Ground,
     depth: float,
     room: Room,
     node: int,
@@ -137,55 +121,46 @@ def recover(
     facing: Facing | None = None,
 ) -> Line:
     """Contact line beyond `node` on `side` (+1 right, -1 left); a link holds while gap <= reach."""
-    end = _end(lattice, indenter, depth, room, node, side, _OUTWARDS, facing)
-    return _line(lattice, indenter, end, reach)
+    return _line(ground, end_of(ground, depth, room, node, side, facing), reach)
 
 
-def _end(
-    lattice: Lattice,
-    indenter: Indenter,
-    depth: float,
-    room: Room,
-    node: int,
-    side: int,
-    outwards: int,
-    facing: Facing | None = None,
+def end_of(
+    ground: Ground, depth: float, room: Room, node: int, side: int, facing: Facing | None = None
 ) -> End:
-    """The end of a contact at `node`, with so many nodes outwards."""
+    """The end of a contact at `node`."""
     before, beyond = (node - room[0], room[1] - node)[::side]
-    start, stop = -min(before, _INWARDS), min(beyond, outwards) + 1
-    nodes = np.arange(node + side * start, node + side * stop, side, dtype=float)
-    f = heights(lattice, indenter, nodes)
-    near = f[: _OUTWARDS + 1 - start]
+    start, stop = -min(before, _INWARDS), min(beyond, _OUTWARDS)
+    f = ground.heights(node + side * start, node + side * stop)
+    nodes = node + side * np.arange(float(start), stop)
     if facing is None:
-        place = lattice.at(nodes[: near.size - 1], side)
-        gap, energy, force = place.advance(near[:-1], near[1:], depth)
+        changes = ground.lattice.at(nodes, side).advance(f[:-1], f[1:], depth)
     else:
-        gap, energy, force = _facing(lattice, indenter, depth, nodes, near, facing)
-    limit, changes = node + side * beyond, (gap.tolist(), energy.tolist(), force.tolist())
-    return End(node, side, limit, f[-start:], start, *changes)
+        changes = _facing(ground, depth, nodes, f, facing)
+    gap, energy, force = (change.tolist() for change in changes)
+    return End(node, side, depth - float(f[-start]), start, gap, energy, force, np.diff(f).tolist())
 
 
 def _facing(
-    lattice: Lattice, indenter: Indenter, depth: float, nodes: Array, f: Array, facing: Facing
+    ground: Ground, depth: float, nodes: Array, f: Array, facing: Facing
 ) -> tuple[Array, Array, Array]:
     """`Lattice.advance` between these nodes, heights f, towards another line.
 
     gap: with that line where it is; energy and force: with it half way there from its node.
     """
-    x, there = lattice.x(nodes[:-1]), lattice.x(facing.node)
-    found = []
+    lattice, found = ground.lattice, []
+    x, there = lattice.x(nodes), lattice.x(facing.node)
     for end in (facing.x, (facing.x + there) / 2):
         links = np.maximum(np.abs(end - x) / lattice.spacing, _CLOSEST)
-        u = depth - float(indenter.height(end))
+        u = depth - float(ground.indenter.height(end))
         found.append(span.advance(lattice, depth - f, links, u))
     (gap, _, _), (_, energy, force) = found
     return gap, energy, force
 
 
-def _line(lattice: Lattice, indenter: Indenter, end: End, reach: float) -> Line:
+def _line(ground: Ground, end: End, reach: float) -> Line:
     """The line at this end; a link holds while gap <= reach."""
-    corners = _corners(lattice, indenter, end.node, end.side)
+    lattice, indenter = ground.lattice, ground.indenter
+    corners = _corners(ground, end.node, end.side)
     excess = {link: gap - reach for link, gap in enumerate(end.gap, end.start)}
     zeta, links, pinned = _locate(lattice, excess, corners)
     x = lattice.x(end.node + end.side * zeta)
@@ -209,8 +184,9 @@ def _added(start: int, steps: list[float], links: list[int], zeta: float) -> flo
     return _value(_differences(own), zeta - links[0])
 
 
-def _corners(lattice: Lattice, indenter: Indenter, node: int, side: int) -> list[float]:
+def _corners(ground: Ground, node: int, side: int) -> list[float]:
     """Corners within the stencil as positions ζ outwards, those on a node exactly there."""
+    lattice, indenter = ground.lattice, ground.indenter
     if not len(indenter.corners):
         return []
     corners = np.asarray(indenter.corners, float)

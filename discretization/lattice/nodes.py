@@ -166,9 +166,20 @@ class Lattice:
         """Weights of what adheres in a contact of these nodes: links, or nodes where γ₁ = 0."""
         return last - first if self.gamma1 else last - first + 1
 
-    def relaxed(self, g: Array, contact: Any, first: int) -> Array:
-        """Displacements (n,): g on the contact nodes, spans between and tails beyond them."""
-        return span.displacement(self, g, contact)
+    def between(self, left: Any, right: Any, nodes: Any) -> tuple[Any, Any]:
+        """Shares of u at the contact nodes left and right in u at free nodes between them."""
+        near, far, _ = span.shares(self.log_decay, nodes - np.float64(left), right - 1.0 * nodes)
+        return near, far
+
+    def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
+        """B, 1 - A - B and S of the free node next to a line that faces another one, `other`.
+
+        It is displaced by A u + B u' with the lines; S: its stiffness with both at rest.
+        """
+        links = np.abs(other - node)
+        far, both = self._gap(links)
+        near, _, _ = span.shares(self.log_decay, np.ones(np.shape(links)), links - 2.0)
+        return far, both, self.spring + self.link + self.link * (1 - near)
 
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Displacements of a tail so many nodes from the one it is held at, by u."""
@@ -192,10 +203,8 @@ class Lattice:
         """Tension of the surface in contact."""
         return self.gamma1
 
-    @property
-    def greatest_displacement(self) -> float:
-        """Displacement at a contact line beyond which the tail is not described."""
-        return math.inf
+    def refuse_overhang(self, depth: float, lift: float, at: str = "", slack: float = 0.0) -> None:
+        """ValueError for a line displaced so far that its surface all but turns over."""
 
     @property
     def tail(self) -> LatticeTail:

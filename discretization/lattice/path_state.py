@@ -1,148 +1,73 @@
-"""States of several contacts on a row of nodes: the end of the path that leads there.
+"""States of the path that touches first, and then is moved to its depth.
 
-Around the axis also those of lowest energy.
+A contact that was alone all the way is found without following the path.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-
 import numpy as np
-from numpy.typing import NDArray
 
-from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
-from discretization.lattice import fronts, line
-from discretization.lattice.between import interpolated
-from discretization.lattice.changes import pressed, retracted
-from discretization.lattice.contact_set import ContactSet, judged, totals
-from discretization.lattice.judgement import certify
-from discretization.lattice.lowest import (
+from discretization.lattice import fronts
+from discretization.lattice.assembly import (
+    Question,
     of_contacts,
-    passed,
+    of_row,
     refuse_unknown,
-    state_of,
     without_contact,
 )
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.radial_lowest import lowest_rings, where_contact_pays
+from discretization.lattice.changes import Contacts, pressed, retracted
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.ground import Ground
+from discretization.lattice.judge import judge
 from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
-from discretization.lattice.sums import Sums, measured
-from energy import Scene
+from discretization.lattice.totals import totals
 
 
-def on_path(
-    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
-) -> Equilibrium | None:
-    """The certified state of the contacts on this path; None where there is only one on the way.
+def on_one_contact(asked: Question, ground: Ground) -> Equilibrium:
+    """The certified state of one contact or none. ValueError or NotCertifiedError for others."""
+    depth, where = asked.depth, ground.where
+    found = fronts.adhered(ground.lattice, ground.indenter, depth, where)
+    if found is None:
+        return without_contact(asked, ground)
+    raised = asked.branch == "global" and depth <= ground.lowest
+    if raised and totals(ContactSet(ground, (found,), depth)).energy > 0:
+        return without_contact(asked, ground)
+    return of_contacts(asked, ground, [found])
 
-    NotCertifiedError and ValueError as `of_contacts`.
+
+def on_path(asked: Question, ground: Ground) -> Equilibrium:
+    """The certified state of the contacts on this path. NotCertifiedError and ValueError as there.
+
+    With adhesion that differs from link to link, or when a contact is opened, and around an axis
+    the path is always followed.
     """
-    same = scene.pattern is None and scene.opening is None
-    if lattice.axis == 0 or lattice.slopes == "finite" or not same:
-        return _held(scene, depth, lattice, where)
-    nodes = contacts_on_path(scene, depth, lattice, where)
-    if nodes is None:
-        return None
-    return of_contacts(scene, depth, "adhered", lattice, where, nodes)
+    scene, lattice = asked.scene, ground.lattice
+    if lattice.axis == 0 or scene.pattern is not None or scene.opening is not None:
+        row, nodes = _followed(asked, ground)
+        return of_row(asked, ground, row, nodes) if nodes else without_contact(asked, ground)
+    if scene.slopes == "finite" or _alone(asked, ground):
+        return on_one_contact(asked, ground)
+    row, nodes = _followed(asked, ground)
+    return of_contacts(asked, ground, np.array(nodes).reshape(-1, 2) + row.first)
 
 
-def _held(scene: Scene, depth: float, lattice: Lattice, where: fronts.Region) -> Equilibrium:
-    """The state with adhesion that differs from link to link, or when a contact is opened.
-
-    Also any with rotational symmetry, or finite slopes.
-    """
-    row, nodes = _followed(scene, depth, lattice, where)
-    if not nodes.size:
-        return without_contact(scene, depth, "adhered", lattice, where)
-    return _of_row(scene, depth, "adhered", row, nodes)[0]
-
-
-def on_lowest_rings(
-    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
-) -> Equilibrium:
-    """The certified state of lowest energy of all contact sets around the axis, with its proof.
-
-    ValueError for too many nodes, and for a contact that reaches an end of the known profile.
-    """
-    row = where_contact_pays(scene, depth, lattice, where)
-    nodes, bound = lowest_rings(row, depth)
-    if not nodes.size:
-        state, attained, scale = without_contact(scene, depth, "global", lattice, where), 0.0, 0.0
-    else:
-        refuse_unknown(scene, depth, lattice, where, nodes + row.first)
-        state, sums = _of_row(scene, depth, "global", row, nodes)
-        attained, scale = sums.energy, sums.energy_scale
-    proof = Proof(bound, attained, scale, margin=math.nan)
-    return replace(state, proof=proof, method="shortest_path")
-
-
-def _of_row(
-    scene: Scene, depth: float, branch: str, row: Row, nodes: NDArray[np.int64]
-) -> tuple[Equilibrium, Sums]:
-    """The certified state of these contacts of a row, and its sums over the nodes."""
-    contacts = ContactSet.on_row(row, depth, nodes)
-    sums = totals(contacts)
-    certificate = passed(depth, judged(contacts, sums))
-    found = interpolated(row, scene.indenter, nodes.reshape(1, -1), np.array([depth]))
-    corners = scene.indenter.corners
-    lines = [line.Line(x, 0.0, 0.0, x in corners) for x in found[0][0].tolist()]
-    pairs = list(zip(lines[::2], lines[1::2], strict=True))
-    own = (nodes + row.first).tolist()
-    state = state_of(scene, depth, branch, row.lattice, own, sums, certificate, pairs)
-    return replace(state, force=float(found[1][0]), energy=float(found[2][0])), sums
-
-
-def contacts_on_path(
-    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
-) -> NDArray[np.int64] | None:
-    """Contacts (m, 2) of the path that touches first and then moves to this depth.
-
-    None where there is only one contact on the way, that of fronts.py, or where the path cannot
-    be followed.
-    """
-    if scene.indenter.convex or not (scene.work_of_adhesion and scene.gamma1):
-        return None
-    deepest = max(depth, fronts.height(lattice, scene.indenter, where.lowest))
-    contact = fronts.adhered(lattice, scene.indenter, deepest, where)
-    alone = contact is not None and _alone(scene, deepest, lattice, where, contact)
-    if contact is not None and alone and not _torn(scene, depth, lattice, contact):
-        return None
-    row, nodes = _followed(scene, depth, lattice, where)
-    return nodes + row.first
-
-
-def _followed(
-    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region
-) -> tuple[Row, NDArray[np.int64]]:
-    """The nodes there may be in contact, and the contacts (m, 2) among them on this path.
+def _followed(asked: Question, ground: Ground) -> tuple[Row, Contacts]:
+    """The nodes there may be in contact, and the contacts among them on this path.
 
     ValueError where the path leads to an end of the known profile.
     """
-    deepest = max(depth, fronts.height(lattice, scene.indenter, where.lowest))
-    row = Row.of(scene, lattice, where, deepest)
+    deepest = max(asked.depth, ground.lowest)
+    row = Row.of(asked.scene, ground.lattice, ground.where, deepest)
     closing, opening = row.rules
     nodes = pressed(closing, (), deepest, row.touch)
-    refuse_unknown(scene, deepest, lattice, where, np.array(nodes) + row.first)
-    if depth < deepest:
-        nodes = retracted(opening, nodes, depth)
-    return row, np.array(nodes, np.int64).reshape(-1, 2)
+    refuse_unknown(ground, deepest, row.first + nodes[0][0], row.first + nodes[-1][1])
+    return row, retracted(opening, nodes, asked.depth) if asked.depth < deepest else nodes
 
 
-def _torn(scene: Scene, depth: float, lattice: Lattice, contact: fronts.Contact) -> bool:
-    """Whether a node inside a contact is torn open on the way from first touch to this depth."""
-    nodes = np.arange(contact.first, contact.last + 1, dtype=float)
-    work = np.full(nodes.size - 1, lattice.w * lattice.spacing)
-    rules = Rules(lattice, fronts.heights(lattice, scene.indenter, nodes), work)
-    return nodes.size > 2 and rules.tears(0, nodes.size - 1)[0] > depth
-
-
-def _alone(
-    scene: Scene, depth: float, lattice: Lattice, where: fronts.Region, contact: fronts.Contact
-) -> bool:
-    """Whether a contact pressed from first touch to this depth was alone all the way.
+def _alone(asked: Question, ground: Ground) -> bool:
+    """Whether there is only one contact, never torn, on the way from first touch to this depth.
 
     v = u - g falls with the depth and with every node that comes into contact. So no other contact
     has begun if v >= 0 now, and if v > 0 at each node just before the line came there: with the
@@ -150,15 +75,21 @@ def _alone(
 
         max D_i (i < j) < f_j + (f_{j+1} - f_j)/(1 - λ).
     """
-    for end in contact[:2]:
-        side = 1 if end >= where.lowest else -1
-        nodes = np.arange(where.lowest, end + side, side, dtype=float)
-        f = fronts.heights(lattice, scene.indenter, nodes)
+    lattice, where, deepest = ground.lattice, ground.where, max(asked.depth, ground.lowest)
+    contact = fronts.adhered(lattice, ground.indenter, deepest, where)
+    if contact is None:
+        return False
+    for end in contact:
+        f = ground.heights(where.lowest, end)
         touches = f[:-1] + np.diff(f) / lattice.loss
         passes = touches - lattice.critical_gap / lattice.loss
         arrival = np.maximum.accumulate(np.append(f[0], passes))[:-1]
         if (touches <= arrival)[1:].any():
             return False
-    sums = measured(lattice, scene.indenter, depth, contact)
-    found = certify(lattice, scene.indenter, depth, where, contact, sums)
-    return found.ok and found.penetration == 0
+    contacts = ContactSet(ground, (contact,), deepest)
+    found = judge(contacts, totals(contacts))
+    if not found.ok or found.penetration:
+        return False
+    f = ground.heights(*contact)
+    rules = Rules(lattice, f, np.full(f.size - 1, lattice.w * lattice.spacing))
+    return f.size < 3 or rules.tears(0, f.size - 1)[0] <= asked.depth

@@ -28,7 +28,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_spans import RingSpans, ring_spans
 from discretization.lattice.rings import Rings, rings
@@ -106,17 +105,12 @@ class RadialLattice(Lattice):
         """Tables of so many nodes, in steps, so that few are made."""
         return ring_spans(self.spring / self.link, 1 << int(np.max(last, initial=1)).bit_length())
 
-    def relaxed(self, g: Array, contact: Any, first: int) -> Array:
-        if not self.gamma1:
-            return np.where(contact, g, 0.0)
-        u, spans = np.where(contact, g, 0.0), self._rings(np.array([first + g.size]))
-        for start, stop in span.runs(~np.asarray(contact, bool)).tolist():
-            ends = start - 1, stop + 1
-            values = [float(u[end]) if 0 <= end < g.size else 0.0 for end in ends]
-            left, right = (first + end if 0 <= end < g.size else None for end in ends)
-            a, b, _ = spans.shape(left, right, slice(first + start, first + stop + 1))
-            u[start : stop + 1] = a * values[0] + b * values[1]
-        return u
+    def between(self, left: Any, right: Any, nodes: Any) -> tuple[Any, Any]:
+        return self._rings(right).shape(left, right, nodes)[:2]
+
+    def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
+        far, both, stiffness = self._rings(np.maximum(node, other)).beside(node, side, other)
+        return far, both, stiffness * self.link
 
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Node by node from the line outwards."""

@@ -70,17 +70,16 @@ class RingSpans:
         other = self.inside[right] + self._whole[right] * far - tie
         return Pair(*(np.asarray(part, float) for part in (tie, one, other)))
 
-    def beside(self, node: int, side: int, other: int) -> tuple[float, float, float]:
-        """b, 1 - a - b and S of the free node next to one end, with the other end at `other`.
+    def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
+        """b, 1 - a - b and S of free nodes next to one end, with the other end at `other`.
 
-        S: its stiffness with both ends at rest.
+        S: their stiffness with both ends at rest.
         """
         at = node + side
-        ends = (at, other) if side > 0 else (other, at)
-        tie, left, right = self.pair(*ends)
-        spring, own = float(self.spring[at]), float(left if side > 0 else right)
-        whole = spring + node + side / 2 + float(tie) + own
-        return float(tie) / whole, (spring + own) / whole, whole
+        tie, left, right = self.pair(*((at, other) if side > 0 else (other, at)))
+        spring, own = self.spring[at].astype(float), left if side > 0 else right
+        whole = spring + node + side / 2 + tie + own
+        return tie / whole, (spring + own) / whole, whole
 
     def shape(
         self, left: int | None, right: int | None, at: Array | slice

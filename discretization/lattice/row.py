@@ -9,16 +9,17 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.finite_nodes import FiniteLattice
-from discretization.lattice.finite_rules import FiniteRules
-from discretization.lattice.fronts import Region, blocks, heights
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.fronts import Region, blocks, heights, unknown
+from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial import RadialLattice
 from discretization.lattice.radial_rules import RadialRules
@@ -100,6 +101,17 @@ class Row:
         if opening == closing:
             return first, first
         return first, replace(first, work=opening * self.bonds)
+
+    def contacts(
+        self, ground: Ground, nodes: Sequence[tuple[int, int]], depth: float
+    ) -> ContactSet:
+        """Contacts between these of its nodes, on what is kept here of the ground."""
+        known = replace(ground, works=self.works)
+        if not self.clear:
+            where = Region(self.first, self.first + self.f.size - 1, self.first + self.touch)
+            known = replace(known, where=where, f=self.f, bonds=self.bonds)
+        pairs = [(self.first + first, self.first + last) for first, last in nodes]
+        return ContactSet(known, pairs, depth)
 
     @functools.cached_property
     def sums(self) -> Sums:
@@ -206,10 +218,7 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, deepest: 
             return np.asarray(whole[: resists[0] + 1 + _SPARE])
     end = scene.indenter.extent[0 if way < 0 else 1]
     if end not in scene.indenter.walls:
-        raise ValueError(
-            f"depth = {deepest!r} spreads the contact over the whole known profile, to x = "
-            f"{end!r}; give a wider profile or smaller depths"
-        )
+        raise ValueError(unknown(lattice, deepest, limit))
     return whole
 
 

@@ -25,14 +25,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import at_offsets, interpolated, offsets
 from discretization.lattice.changes import Contacts, parts, pressed, recedes, retracted
-from discretization.lattice.contact_set import ContactSet, judged, totals
-from discretization.lattice.fronts import region
+from discretization.lattice.ground import Ground
+from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
 from discretization.lattice.stretch import Stretch, stretch, work_of
+from discretization.lattice.totals import totals
 from discretization.lattice.unseen import Unseen, looked_between, unseen
 from discretization.lattice.ways import rise
 from discretization.routes import route
@@ -66,6 +68,7 @@ class LatticeBranch:
 
     scene: Scene
     seen: Scene
+    ground: Ground
     row: Row
     closing: Rules
     opening: Rules
@@ -80,8 +83,9 @@ class LatticeBranch:
         route(scene, "path", nodes=True)
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
-        row = Row.of(seen, lattice, region(lattice, seen.indenter, deepest), deepest)
-        return cls(scene, seen, row, *row.rules, deepest)
+        ground = Ground.of(lattice, seen.indenter, deepest)
+        row = Row.of(seen, lattice, ground.where, deepest)
+        return cls(scene, seen, ground, row, *row.rules, deepest)
 
     @functools.cached_property
     def hidden(self) -> Unseen:
@@ -162,30 +166,15 @@ class LatticeBranch:
         else:
             nodes = retracted(self.opening, nodes, depth)
         self._inside(nodes, depth)
-        self._refuse_overhang(nodes, depth)
+        for node in (nodes[0][0], nodes[-1][1]) if nodes else ():
+            self.row.lattice.refuse_overhang(depth, depth - float(self.row.f[node]))
         return self._state(nodes)
 
-    def _refuse_overhang(self, nodes: Contacts, depth: float) -> None:
-        """ValueError for lines at which the surface would all but turn over (finite slopes)."""
-        for node in (nodes[0][0], nodes[-1][1]) if nodes else ():
-            lift = depth - float(self.row.f[node])
-            if abs(lift) > self.row.lattice.greatest_displacement:
-                raise ValueError(
-                    f"depth = {depth!r} displaces the surface at a contact line by {lift!r}, where "
-                    "it would all but turn over; use method='fitted' or a smaller |depth|"
-                )
-
     def _inside(self, nodes: Contacts, depth: float) -> None:
-        body = self.seen.indenter
-        lo, hi = body.extent
-        for node, end, last in (
-            ((nodes[0][0], lo, 0), (nodes[-1][1], hi, self.row.f.size - 1)) if nodes else ()
-        ):
-            if node == last and end not in body.walls:
-                raise ValueError(
-                    f"depth = {depth!r} spreads the contact over the whole known profile; give a "
-                    "wider profile or smaller depths"
-                )
+        """ValueError for contacts that reach an end of the known profile."""
+        if nodes:
+            first = self.row.first
+            refuse_unknown(self.ground, depth, first + nodes[0][0], first + nodes[-1][1])
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
@@ -267,16 +256,11 @@ class LatticeBranch:
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        self._judge(nodes, depth)
-
-    def _judge(self, nodes: Contacts, depth: float) -> None:
-        """NotCertifiedError unless the surface over these contacts passes its certificate."""
-        contacts = ContactSet.on_row(self.row, depth, np.array(nodes))
-        certificate = judged(contacts, totals(contacts))
-        failures = certificate.failures
-        if failures:
+        contacts = self.row.contacts(self.ground, nodes, depth)
+        certificate = judge(contacts, totals(contacts))
+        if not certificate.ok:
             raise NotCertifiedError(
-                f"the contacts at depth = {depth!r} violate {', '.join(failures)} "
+                f"the contacts at depth = {depth!r} violate {', '.join(certificate.failures)} "
                 f"({certificate}); the path stops before them"
             )
 

@@ -21,9 +21,11 @@ from discretization import AccuracyWarning, Lattice, NodalEnergy, load_path, min
 from discretization.fitted import free_surface, response
 from discretization.fitted.quadrature import totals
 from discretization.lattice import fronts
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.ground import Ground
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.shortest_path import global_minimum, window
-from discretization.lattice.sums import measured
+from discretization.lattice.totals import totals as totals_of
 from discretization.paths.fitted_branch import FittedBranch
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Profile, Scene, SurfaceEnergies
 from studies.benchmarks.rivals.active_set import held_at, solved
@@ -164,16 +166,16 @@ def far_field() -> Pair:
     """Sums over one contact set with exact ends, against nodes out to 40 l."""
     own = scene(w=0.0)
     lattice = Lattice.of(own, own.elastocapillary_length / 50)
-    where = fronts.region(lattice, own.indenter, DEPTH)
-    contact = fronts.adhered(lattice, own.indenter, DEPTH, where)
+    ground = Ground.of(lattice, own.indenter, DEPTH)
+    contact = fronts.adhered(lattice, own.indenter, DEPTH, ground.where)
     assert contact is not None
-    n = 2 * (contact.last + FAR * 50) + 1
+    n = 2 * (contact[1] + FAR * 50) + 1
     grid = Grid(own, DEPTH, n, lattice.spacing * (n // 2))
     held = np.zeros(n, bool)
-    held[n // 2 + contact.first : n // 2 + contact.last + 1] = True
+    held[n // 2 + contact[0] : n // 2 + contact[1] + 1] = True
 
     def skips() -> Numbers:
-        found = measured(lattice, own.indenter, DEPTH, contact)
+        found = totals_of(ContactSet(ground, (contact,), DEPTH))
         return found.force, found.energy
 
     def general() -> Numbers:
@@ -194,9 +196,11 @@ def convex_nodes() -> Pair:
     own = scene()
     lattice = Lattice.of(own, _lattice(own, 200_000)["spacing"])
 
-    def last(indenter: Indenter) -> Numbers:
-        where = fronts.region(lattice, indenter, DEPTH)
-        return fronts.adhered(lattice, indenter, DEPTH, where) or (0, 0, 0)
+    def last(indenter: Indenter) -> Route:
+        def route() -> Numbers:
+            where = fronts.region(lattice, indenter, DEPTH)
+            contact = fronts.adhered(lattice, indenter, DEPTH, where)
+            return (*contact, 0) if contact else (0, 0, 0)
 
     return partial(last, own.indenter), partial(last, declared(own.indenter, convex=False))
 

@@ -39,7 +39,9 @@ from itertools import product
 
 from discretization import Lattice, NotCertifiedError, minimise
 from discretization.lattice import fronts
-from discretization.lattice.sums import measured
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.ground import Ground
+from discretization.lattice.totals import totals
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene, SurfaceEnergies
 from studies.benchmarks.stress import profiles as stress_profiles
 from studies.benchmarks.stress import reference
@@ -131,20 +133,20 @@ def lattice(params: Parameters) -> Iterator[Point]:
 def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
     """Energy, force and place of the line on a lattice, against 60 digits."""
     body, lat = scene.indenter, Lattice.of(scene, spacing)
-    where = fronts.region(lat, body, depth)
-    contact = fronts.adhered(lat, body, depth, where)
+    ground = Ground.of(lat, body, depth)
+    contact = fronts.adhered(lat, body, depth, ground.where)
     if contact is None:
         return NO_DIGITS, 0.0, "refused", "no contact node"
-    sums = measured(lat, body, depth, contact)
+    sums, (_, last) = totals(ContactSet(ground, (contact,), depth)), contact
     given = reference.inputs(scene, depth)
-    force, energy = reference.on_nodes(given, spacing, contact.last)
-    before, beyond = (reference.resistance(given, spacing, contact.last - i) for i in (1, 0))
+    force, energy = reference.on_nodes(given, spacing, last)
+    before, beyond = (reference.resistance(given, spacing, last - i) for i in (1, 0))
     errors = [
         max(0.0, before, -beyond),
         float(abs(Decimal(sums.force) - force) / Decimal(sums.force_scale)),
         float(abs(Decimal(sums.energy) - energy) / Decimal(sums.energy_scale)),
     ]
-    found = verdict(errors, (max(1.0, contact.last), 10.0, 10.0), True)
+    found = verdict(errors, (max(1.0, last), 10.0, 10.0), True)
     try:
         state = minimise(scene, depth, method="lattice", spacing=spacing)
     except NotCertifiedError as refusal:

@@ -1,0 +1,181 @@
+"""From contact nodes to an equilibrium: totals, certificate, and lines between the nodes."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import Certificate, NotCertifiedError
+from discretization.equilibrium import QUANTITIES, Equilibrium, detached
+from discretization.lattice import fronts, line
+from discretization.lattice.between import interpolated
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.ground import Ground
+from discretization.lattice.judge import judge, judge_apart
+from discretization.lattice.row import Row
+from discretization.lattice.totals import totals
+from energy import Scene
+
+Pair = tuple[line.Line, line.Line]  # left and right line of a contact
+_INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
+_UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of a scene as far as it has nodes; the arguments are those of `on_lattice`."""
+
+    scene: Scene
+    depth: float
+    branch: str
+    method: str = "lattice"
+    margin: bool = True
+
+
+def without_contact(asked: Question, ground: Ground) -> Equilibrium:
+    """The certified flat surface. NotCertifiedError if the indenter would be in it."""
+    certificate, lattice = judge_apart(ground, asked.depth), ground.lattice
+    _refuse_failed(asked, certificate)
+    return detached(
+        asked.scene, asked.depth, asked.branch, lattice.tail, certificate, lattice.spacing
+    )
+
+
+def of_contacts(
+    asked: Question,
+    ground: Ground,
+    nodes: Sequence[tuple[int, int]] | NDArray[np.int64],
+    lines: list[Pair] | None = None,
+) -> Equilibrium:
+    """The certified state with contacts between these first and last nodes (m, 2).
+
+    lines: left and right one of each contact, where they are known. NotCertifiedError if it is no
+    equilibrium; ValueError for a contact that reaches the end of the known profile.
+    """
+    pairs = [(int(first), int(last)) for first, last in nodes]
+    if not pairs:
+        return without_contact(asked, ground)
+    refuse_unknown(ground, asked.depth, pairs[0][0], pairs[-1][1])
+    contacts = ContactSet(ground, pairs, asked.depth)
+    return _certified(asked, contacts, _lines(contacts) if lines is None else lines)
+
+
+def of_row(
+    asked: Question, ground: Ground, row: Row, nodes: Sequence[tuple[int, int]]
+) -> Equilibrium:
+    """The same with contacts between these of its nodes, of any works of adhesion."""
+    contacts, corners = row.contacts(ground, nodes, asked.depth), ground.indenter.corners
+    refuse_unknown(ground, asked.depth, contacts.first, contacts.last)
+    depth = np.array([asked.depth])
+    x, force, energy = interpolated(row, ground.indenter, np.reshape(nodes, (1, -1)), depth)
+    lines = [line.Line(at, 0.0, 0.0, at in corners) for at in x[0].tolist()]
+    pairs = list(zip(lines[::2], lines[1::2], strict=True))
+    state = _certified(asked, contacts, pairs)
+    return replace(state, force=float(force[0]), energy=float(energy[0]))
+
+
+def _certified(asked: Question, contacts: ContactSet, lines: list[Pair]) -> Equilibrium:
+    _refuse_overhang(contacts, lines)
+    lattice, ends, sums = (
+        contacts.lattice,
+        [end for pair in lines for end in pair],
+        totals(contacts),
+    )
+    certificate = judge(contacts, sums, lowest=asked.branch == "global")
+    _refuse_failed(asked, certificate)
+    return Equilibrium(
+        scene=asked.scene,
+        depth=asked.depth,
+        contacts=np.array([_interval(*pair) for pair in lines]),
+        nodes=np.array([[lattice.x(node) for node in pair] for pair in contacts.nodes]),
+        pinned=np.array([[left.pinned, right.pinned] for left, right in lines]),
+        force=sum((end.force for end in ends), start=sums.force),
+        energy=sum((end.energy for end in ends), start=sums.energy),
+        certificate=certificate,
+        tail=lattice.tail,
+        scales={"force": sums.force_scale, "energy": sums.energy_scale},
+        errors=_UNKNOWN,
+        method="lattice",
+        branch=asked.branch,
+        spacing=lattice.spacing,
+        neutral=_neutral(contacts),
+    )
+
+
+def _neutral(contacts: ContactSet) -> bool:
+    """Whether moving the right line of a single contact by several links costs nothing."""
+    ground, lattice, last = contacts.ground, contacts.lattice, contacts.last
+    if (
+        len(contacts.nodes) > 1
+        or last - contacts.first < 3
+        or not lattice.w
+        or ground.bonds is not None
+    ):
+        return False
+    end, most = contacts.outer[0], _INDIFFERENT * lattice.w * lattice.cell
+    inside = zip(end.gap[: -end.start], end.energy, strict=False)
+    return all(gap > 0 and abs(energy) <= most for gap, energy in inside)
+
+
+def _interval(left: line.Line, right: line.Line) -> list[float]:
+    """x of both lines; their middle if the contact is smaller than interpolation resolves."""
+    return [left.x, right.x] if left.x <= right.x else 2 * [(left.x + right.x) / 2]
+
+
+def refuse_unknown(ground: Ground, depth: float, first: int, last: int) -> None:
+    """ValueError for a contact at an end of the profile that is not the end of the body."""
+    body, where = ground.indenter, ground.where
+    for node, limit, end in zip((first, last), where[:2], body.extent, strict=True):
+        if node == limit and end not in body.walls:
+            raise ValueError(fronts.unknown(ground.lattice, depth, node))
+
+
+def _refuse_failed(asked: Question, certificate: Certificate) -> None:
+    """What to say of a state that has not passed its certificate."""
+    if certificate.ok:
+        return
+    if asked.scene.slopes == "finite" and "penetration" in certificate.failures:
+        raise ValueError(
+            f"slopes = 'finite' at depth = {asked.depth!r}: the surface beside the contact meets "
+            "the indenter again, and several contacts are only found for small slopes; use "
+            "slopes='small', another depth, or a profile with a single contact"
+        )
+    raise NotCertifiedError(
+        f"the state found at depth = {asked.depth!r} violates {', '.join(certificate.failures)} "
+        f"({certificate}): rounding has spoilt it, or the solver's tolerance, or a profile that is "
+        "said to be convex is not; try another spacing or method"
+    )
+
+
+def _refuse_overhang(contacts: ContactSet, lines: list[Pair]) -> None:
+    """ValueError for lines at which the surface would all but turn over (finite slopes)."""
+    lattice, depth = contacts.lattice, contacts.depth
+    if lattice.slopes == "small":
+        return
+    x = np.array([end.x for pair in lines for end in pair])
+    lifts = depth - contacts.ground.indenter.height(x)
+    for at, lift, node in zip(x.tolist(), lifts.tolist(), contacts.ends[1].ravel(), strict=True):
+        lattice.refuse_overhang(depth, lift, f" x = {at!r}")
+        lattice.refuse_overhang(depth, float(node), f" x = {at!r}", lattice.spacing)
+
+
+def _lines(contacts: ContactSet) -> list[Pair]:
+    """Left and right line of each contact, those that face each other together."""
+    ground, depth, rows = contacts.ground, contacts.depth, contacts.nodes
+    reach, where = ground.lattice.critical_gap, ground.where
+    if len(rows) == 1:
+        return [line.outer(ground, reach, contacts.outer)]
+    (a, b), (c, d) = rows[0], rows[-1]
+    found = [line.raw(ground, a), line.raw(ground, d)]
+    if a < b:
+        found[0] = line.recover(ground, depth, (where.first, b), a, -1, reach)
+    if c < d:
+        found[1] = line.recover(ground, depth, (c, where.last), d, 1, reach)
+    for one, other in itertools.pairwise(rows):
+        found[-1:-1] = line.between(ground, depth, one, other)
+    return list(zip(found[::2], found[1::2], strict=True))

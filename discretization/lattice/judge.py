@@ -1,0 +1,215 @@
+"""The certificate of contacts on the lattice: are they an equilibrium, whoever found them?
+
+The conditions of ../certificate.py, of the surface itself and of single moves away from it:
+
+    penetration   max (g_i - u_i)/δ over the free nodes contact could reach,      <= tolerance
+    stationarity  max |∂U/∂u_i| / kΔxδ over the free nodes,                       <= tolerance
+    opening       a contact node pulled (∂U/∂u_i < 0) may only be held by its adhesion: opening
+                  that node alone, -r²/(2(kΔx+2t)) + 2wΔx, must not lower the energy
+                  (finite slopes: t that of the steepest link, its smallest; a lone node has none)
+    neighbours    no line gains energy by one link either way, after which the surface stays above
+                  the indenter: ΔE = ±[S/2 gap² - wΔx], S the stiffness of the free node that comes
+                  into contact or lets go, as a fraction of both terms; a gap of two links closes
+                  with both
+    force         dU/dd (sum of nodal forces on the contacts) against kΔx Σ u_i over the whole line
+
+δ is the largest of |d|, |u| at the lines and δ₀, so that no unit enters. Not counted is what double
+precision leaves in a nodal force, 32 ε (kΔx + 4t) δ, in their sum, 4 ε √Σ(link tension)², and in a
+gap, 32 ε δ; for these |u| at the lowest node counts for δ, too.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import Certificate
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.fronts import FIRST_BLOCK, blocks_between
+from discretization.lattice.ground import Ground
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.totals import Totals
+
+Array = NDArray[np.float64]
+_TAIL = np.arange(1.0, FIRST_BLOCK + 1)
+_EPSILON = float(np.finfo(float).eps)
+_TINY = float(np.finfo(float).tiny)
+
+
+def judge_apart(ground: Ground, depth: float) -> Certificate:
+    """Of the state without contact."""
+    scale = max(abs(depth), math.sqrt(2 * ground.lattice.w / ground.lattice.k)) or 1.0
+    return Certificate.undeformed(max(0.0, (depth - ground.lowest) / scale))
+
+
+def judge(contacts: ContactSet, sums: Totals, *, lowest: bool = False) -> Certificate:
+    """Of the state with these contacts, and these totals.
+
+    lowest: without links (γ₁ = 0) springs that were never touched may not gain by attaching, too.
+    """
+    lat, size = contacts.lattice, _size(contacts)
+    if size == 0:  # touching, nothing deformed
+        return Certificate.undeformed()
+    delta, noise = contacts.scale or size, rounding(lat, size)
+    unit, deepest, imbalance = lat.spring * delta, sums.penetration, sums.imbalance
+    for node, side, u, *_ in contacts.outer:
+        deepest = max(deepest, _penetration(contacts, node, side, u))
+        imbalance = max(imbalance, _imbalance(lat, node, side, u))
+    adhesive = 2 if lat.gamma1 else 1
+    held = 2 * (lat.spring + 2 * sums.stiffness) * adhesive * contacts.ground.works[1] * lat.cell
+    alone = 0.0 if lat.gamma1 else math.sqrt(held)
+    pulled = max(-sums.weakest - math.sqrt(held), -sums.lone - alone)
+    gains = [0.0, *_gains(contacts, 32 * _EPSILON * size)]
+    if lowest and not lat.gamma1:
+        gains.append(_attaching(contacts, deepest, 32 * _EPSILON * size))
+    apart = abs(sums.force - sums.force_by_reactions) - _summed_rounding(contacts, sums)
+    return Certificate(
+        penetration=max(0.0, deepest) / delta,
+        stationarity=max(0.0, imbalance - noise) / unit,
+        opening=max(0.0, pulled - noise) / unit,
+        neighbours=max(gains),
+        force=max(0.0, apart) / (sums.force_scale or 1.0),
+    )
+
+
+def _size(contacts: ContactSet) -> float:
+    """What rounding is relative to: δ, and |u| at the lowest node."""
+    return max(contacts.scale, abs(contacts.depth - contacts.ground.lowest))
+
+
+def rounding(lat: Lattice, delta: float) -> float:
+    """What a nodal force of displacements of size δ can be off by in double precision."""
+    return 32 * _EPSILON * (lat.spring + 4 * lat.link) * delta
+
+
+def _summed_rounding(contacts: ContactSet, sums: Totals) -> float:
+    """What the nodal forces' sum can be off by: every link's tension T enters twice, 4 ε √ΣT²."""
+    lat = contacts.lattice
+    return 4 * _EPSILON * math.sqrt(2 * sums.surface * lat.link * lat.on_nodes(1.0, contacts.last))
+
+
+def _penetration(contacts: ContactSet, node: int, side: int, u: float) -> float:
+    """max (g_i - u_i) over the free nodes beyond an outermost line at a node; u: there.
+
+    A tail pressed down is convex: where the profile is so, too, it can only be met at the line.
+    """
+    lat, ground, deepest = contacts.lattice, contacts.ground, -math.inf
+    limit = ground.where.last if side > 0 else ground.where.first
+    clear = contacts.depth + max(0.0, -u)  # above it a rising profile cannot be met any more
+    rising = ground.indenter.apex is not None or ground.indenter.convex
+    for start, stop in blocks_between(node, limit):
+        f = ground.heights(start, stop)[1:]
+        if f.size:
+            steps = abs(start - node) + 1 + np.arange(float(f.size))
+            through = contacts.depth - f
+            through -= lat.beyond(node, side, steps, u)
+            deepest = max(deepest, float(through[through.argmax()]))
+            if rising and f[-1] >= clear:
+                break
+        if ground.indenter.convex and u >= 0:
+            break
+    return deepest
+
+
+def _imbalance(lat: Lattice, node: int, side: int, u: float) -> float:
+    """max |∂U/∂u_i| per weight over the first free nodes of a tail."""
+    steps = _TAIL if side > 0 or math.isnan(lat.axis) else _TAIL[:node]
+    tail = np.concatenate([[u], lat.beyond(node, side, steps, u)])
+    nodes = range(node, node + side * tail.size, side)
+    tension = lat.on_links(lat.tension(tail[1:] - tail[:-1]), nodes)
+    force = lat.spring * lat.on_nodes(tail[1:], nodes[1:])
+    force += tension
+    force[:-1] -= tension[1:]
+    force[-1] += lat.at(nodes[-1], side).tail_reaction(tail[-1])
+    size = np.abs(lat.per_weight(force, nodes[1:]))
+    return float(size[size.argmax()])
+
+
+class _Move(NamedTuple):
+    """A line that passes the link outwards from one of its nodes, or comes back over it (opening).
+
+    after: where the line is then; other: the node of the line it faces, if there is one; gap: of
+    the node that comes into contact or lets go; rate: stored energy over gap²; work: adhesion.
+    """
+
+    opening: bool
+    after: int
+    side: int
+    other: int | None
+    gap: float
+    rate: float
+    work: float
+
+
+def _gains(contacts: ContactSet, noise: float) -> Iterator[float]:
+    """Energy gained by each line that moves by one link, over the terms of that change."""
+    for move in (*_outer_moves(contacts), *_facing_moves(contacts)):
+        size = move.work + move.rate * move.gap**2 + _TINY
+        if move.opening:
+            gain = move.rate * max(move.gap - noise, 0.0) ** 2 - move.work
+        else:
+            gain = move.work - move.rate * (abs(move.gap) + noise) ** 2
+        if gain > 0 and _stays_clear(contacts, move, noise):
+            yield gain / size
+
+
+def _attaching(contacts: ContactSet, highest: float, noise: float) -> float:
+    """What the highest free spring gains by attaching, over w; highest: its g."""
+    work = contacts.ground.works[0]
+    stored = contacts.lattice.k / 2 * (min(highest, 0.0) - noise) ** 2
+    return (work - stored) / (work or 1.0)
+
+
+def _outer_moves(contacts: ContactSet) -> Iterator[_Move]:
+    """Of the outermost lines."""
+    lat, ground = contacts.lattice, contacts.ground
+    for end in contacts.outer:
+        a, b = contacts.nodes[-1 if end.side > 0 else 0]
+        for link in (0, -1) if a < b else (0,):
+            i, start = link - end.start, end.node + end.side * link
+            if i == len(end.gap) or (not lat.gamma1 and link == 0 and end.gap[i] >= 0):
+                continue  # nothing further out, or a spring that was not touched
+            arc, after = float(lat.arc(end.rise[i])), end.node + end.side * (1 if not link else -1)
+            rate = float(lat.at(start, end.side).stored(1.0)) * arc
+            work = ground.work(start, start + end.side, opening=link < 0) * arc
+            yield _Move(link < 0, after, end.side, None, end.gap[i], rate, work)
+
+
+def _facing_moves(contacts: ContactSet) -> Iterator[_Move]:
+    """Of the lines that face another one."""
+    if len(contacts.nodes) < 2 or not contacts.lattice.gamma1:
+        return
+    lat, ground, (nodes, _) = contacts.lattice, contacts.ground, contacts.ends
+    for side, opening in itertools.product((1, -1), (False, True)):
+        start, other = (nodes[:-1, 1], nodes[1:, 0])[::side]
+        if opening:
+            long = np.diff(nodes[:-1] if side > 0 else nodes[1:])[:, 0] > 0
+            start, other = start[long] - side, other[long]
+        end = start + side
+        f, f_next, facing = (ground.at(np.asarray(at, float)) for at in (start, end, other))
+        far, rest, stiffness = lat.beside(start, side, other)
+        gaps = f_next - f + far * (f - facing) - rest * (contacts.depth - f)
+        for a, b, c, gap, rate in zip(start, end, other, gaps, stiffness / 2, strict=True):
+            until = int(c if abs(c - a) == 2 else b)
+            work = ground.work(int(a), until, opening=opening)
+            after = int(a) if opening else until
+            yield _Move(opening, after, side, int(c), float(gap), float(rate), work)
+
+
+def _stays_clear(contacts: ContactSet, move: _Move, noise: float) -> bool:
+    """Whether the surface stays above the indenter after a move."""
+    lat, ground, depth = contacts.lattice, contacts.ground, contacts.depth
+    if move.other is None:
+        u = depth - float(ground.heights(move.after, move.after)[0])
+        return _penetration(contacts, move.after, move.side, u) <= noise
+    left, right = min(move.after, move.other), max(move.after, move.other)
+    if right - left < 2:
+        return True
+    g = depth - ground.heights(left, right)
+    near, far = lat.between(left, right, np.arange(left + 1, right))
+    return bool((g[1:-1] - near * g[0] - far * g[-1] <= noise).all())
