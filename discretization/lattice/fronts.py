@@ -235,6 +235,20 @@ def _rise(lattice: Lattice, indenter: Indenter, start: int, side: int, links: Ar
     return f_next - f
 
 
+def below(lattice: Lattice, indenter: Indenter, where: Region, level: float) -> tuple[int, int]:
+    """First and last node of a convex profile with f <= level, at least that of the lowest one."""
+    found = []
+    for end in where[:2]:
+        way = 1 if end > where.lowest else -1
+
+        def f(links: Array, way: int = way) -> Array:
+            nodes = where.lowest + way * (links + 1)
+            return indenter.height(_positions(lattice, indenter, nodes))
+
+        found.append(where.lowest + way * first_above(level, f, abs(end - where.lowest)))
+    return found[0], found[1]
+
+
 def _linked(
     lattice: Lattice, indenter: Indenter, start: int, side: int, links: Array
 ) -> tuple[Array, Array, Array]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.equilibrium import Equilibrium
-from discretization.lattice import line, span
+from discretization.lattice import fronts, line, span
 from discretization.lattice.assembly import Pair, Question, of_contacts, without_contact
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Ground
@@ -26,12 +26,17 @@ _TIE = 1e-12
 
 def on_springs(asked: Question, ground: Ground) -> Equilibrium:
     """Certified state of independent springs on this branch; see the module."""
-    first, g = window(ground.lattice, ground.indenter, asked.depth)
-    reach = _reach(ground.lattice, asked.branch, float(g.max()))
-    nodes = span.runs(g >= -reach * (1 + _TIE)) + first
-    if not nodes.size:
+    lattice, body, depth = ground.lattice, ground.indenter, asked.depth
+    reach = _reach(lattice, asked.branch, depth - ground.lowest)
+    level = depth + reach * (1 + _TIE)
+    if level < ground.lowest:
         return without_contact(asked, ground)
-    return of_contacts(asked, ground, nodes, _lines(ground, asked.depth, nodes, reach))
+    if body.convex:
+        nodes = np.array([fronts.below(lattice, body, ground.where, level)])
+    else:
+        first, g = window(lattice, body, depth)
+        nodes = span.runs(depth - g <= level) + first
+    return of_contacts(asked, ground, nodes, _lines(ground, depth, nodes, reach))
 
 
 def _reach(lattice: Lattice, branch: str, highest: float) -> float:
