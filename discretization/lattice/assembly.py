@@ -139,12 +139,6 @@ def _refuse_failed(asked: Question, certificate: Certificate) -> None:
     """What to say of a state that has not passed its certificate."""
     if certificate.ok:
         return
-    if asked.scene.slopes == "finite" and "penetration" in certificate.failures:
-        raise ValueError(
-            f"slopes = 'finite' at depth = {asked.depth!r}: the surface beside the contact meets "
-            "the indenter again, and several contacts are only found for small slopes; use "
-            "slopes='small', another depth, or a profile with a single contact"
-        )
     raise NotCertifiedError(
         f"the state found at depth = {asked.depth!r} violates {', '.join(certificate.failures)} "
         f"({certificate}): rounding has spoilt it, or the solver's tolerance, or a profile that is "

@@ -92,7 +92,6 @@ class ContactSet:
         if not free.any():
             return g, None
         left, at = own[free], at[free]
-        near, far = self.lattice.between(nodes[left, 1], nodes[left + 1, 0], at)
-        u = g.copy()
-        u[free] = near * u_ends[left, 1] + far * u_ends[left + 1, 0]
+        lines, u = (nodes[left, 1], nodes[left + 1, 0]), g.copy()
+        u[free] = self.lattice.free(*lines, u_ends[left, 1], u_ends[left + 1, 0], at)
         return u, free

@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import span
 from discretization.lattice.bracket import falling_root
 from discretization.lattice.finite_spans import ENDLESS, FiniteSpan, finite_span
 from discretization.lattice.nodes import Lattice
@@ -23,6 +22,7 @@ from discretization.lattice.tails import (
 from energy import Scene
 
 Array = NDArray[Any]
+_ROUNDING = 64 * float(np.finfo(float).eps)  # of energies of surfaces
 
 
 @dataclass(frozen=True)
@@ -114,19 +114,28 @@ class FiniteLattice(Lattice):
         shape = np.broadcast_shapes(np.shape(depth), np.shape(left))
         return self.gamma1 * self.length * np.reshape(found, shape)
 
-    def relaxed(self, g: Array, contact: Any, first: int) -> Array:
-        u = np.where(contact, g, 0.0)
-        for start, stop in span.runs(~np.asarray(contact, bool)).tolist():
-            own = slice(start, stop + 1)
-            if start == 0 or stop == u.size - 1:
-                end, way = (stop + 1, -1) if start == 0 else (start - 1, 1)
-                steps = np.arange(1.0, stop - start + 2)[::way]
-                if end < u.size and end >= 0:
-                    u[own] = self.beyond(end, way, steps, u[end])
-                continue
-            ends = u[start - 1], u[stop + 1]
-            u[own] = self.length * self.between(*ends, stop - start + 2).u[1:-1]
+    def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
+        u, rows = np.empty(nodes.size), np.broadcast_arrays(left, right, u_left, u_right, nodes)[:4]
+        for start in np.unique(rows[0]):
+            own = rows[0] == start
+            a, b, one, other = (row[own][0] for row in rows)
+            u[own] = self.length * self.between(one, other, int(b - a)).u[nodes[own] - int(a)]
         return u
+
+    def lifted(self, node: Array, side: int, other: Array, u: tuple[Array, ...]) -> tuple[Any, ...]:
+        """The same from the energies of the surfaces before and after."""
+        rows, found = zip(np.abs(other - node).tolist(), *u, strict=True), []
+        unit = self.gamma1 * self.length
+        for links, own, beyond, facing in rows:
+            before, after = (
+                self.between(own, facing, links),
+                self.between(beyond, facing, links - 1),
+            )
+            link = float(self.link_energies(np.array(beyond - own))) + self.spring / 2 * beyond**2
+            parts = unit * after.energy, link, -unit * before.energy
+            gap = self.length * before.u[1] - beyond
+            found.append((gap, max(sum(parts), 0.0), _ROUNDING * sum(map(abs, parts))))
+        return tuple(np.array(found).T)
 
     def tension(self, steps):
         slope = steps / self.spacing

@@ -64,8 +64,10 @@ class Ground:
         lattice, (first, last) = self.lattice, sorted((node, other))
         if not lattice.gamma1:
             bonds = lattice.cell * float(lattice.on_nodes(1.0, other))
-        elif self.bonds is None:
+        elif self.bonds is None and lattice.slopes == "small":
             bonds = lattice.cell * lattice.bound(first, last)
         else:
-            bonds = float(self.bonds[first - self.where.first : last - self.where.first].sum())
+            arcs = lattice.arc(np.diff(self.heights(first, last)))
+            own = slice(first - self.where.first, last - self.where.first)
+            bonds = float(np.sum((lattice.cell if self.bonds is None else self.bonds[own]) * arcs))
         return self.works[opening] * bonds

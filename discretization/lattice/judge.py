@@ -134,7 +134,8 @@ class _Move(NamedTuple):
     """A line that passes the link outwards from one of its nodes, or comes back over it (opening).
 
     after: where the line is then; other: the node of the line it faces, if there is one; gap: of
-    the node that comes into contact or lets go; rate: stored energy over gap²; work: adhesion.
+    the node that comes into contact or lets go; stored: energy that contact there takes, without
+    adhesion, with its rounding; work: adhesion.
     """
 
     opening: bool
@@ -142,20 +143,25 @@ class _Move(NamedTuple):
     side: int
     other: int | None
     gap: float
-    rate: float
+    stored: float
+    rounding: float
     work: float
 
 
 def _gains(contacts: ContactSet, noise: float) -> Iterator[float]:
-    """Energy gained by each line that moves by one link, over the terms of that change."""
+    """Energy gained by each line that moves by one link, over the terms of that change.
+
+    noise: of gaps, of whose squares the stored energies are multiples.
+    """
     for move in (*_outer_moves(contacts), *_facing_moves(contacts)):
-        size = move.work + move.rate * move.gap**2 + _TINY
+        gap = abs(move.gap) or 1.0
         if move.opening:
-            gain = move.rate * max(move.gap - noise, 0.0) ** 2 - move.work
+            stored = move.stored * (max(move.gap - noise, 0.0) / gap) ** 2 - move.rounding
+            gain = stored - move.work
         else:
-            gain = move.work - move.rate * (abs(move.gap) + noise) ** 2
+            gain = move.work - move.stored * (1 + noise / gap) ** 2 - move.rounding
         if gain > 0 and _stays_clear(contacts, move, noise):
-            yield gain / size
+            yield gain / (move.work + move.stored + _TINY)
 
 
 def _attaching(contacts: ContactSet, highest: float, noise: float) -> float:
@@ -175,9 +181,9 @@ def _outer_moves(contacts: ContactSet) -> Iterator[_Move]:
             if i == len(end.gap) or (not lat.gamma1 and link == 0 and end.gap[i] >= 0):
                 continue  # nothing further out, or a spring that was not touched
             arc, after = float(lat.arc(end.rise[i])), end.node + end.side * (1 if not link else -1)
-            rate = float(lat.at(start, end.side).stored(1.0)) * arc
-            work = ground.work(start, start + end.side, opening=link < 0) * arc
-            yield _Move(link < 0, after, end.side, None, end.gap[i], rate, work)
+            stored = float(lat.at(start, end.side).stored(end.gap[i])) * arc
+            work = ground.work(start, start + end.side, opening=link < 0)
+            yield _Move(link < 0, after, end.side, None, end.gap[i], stored, 0.0, work)
 
 
 def _facing_moves(contacts: ContactSet) -> Iterator[_Move]:
@@ -190,15 +196,14 @@ def _facing_moves(contacts: ContactSet) -> Iterator[_Move]:
         if opening:
             long = np.diff(nodes[:-1] if side > 0 else nodes[1:])[:, 0] > 0
             start, other = start[long] - side, other[long]
-        end = start + side
-        f, f_next, facing = (ground.at(np.asarray(at, float)) for at in (start, end, other))
-        far, rest, stiffness = lat.beside(start, side, other)
-        gaps = f_next - f + far * (f - facing) - rest * (contacts.depth - f)
-        for a, b, c, gap, rate in zip(start, end, other, gaps, stiffness / 2, strict=True):
-            until = int(c if abs(c - a) == 2 else b)
-            work = ground.work(int(a), until, opening=opening)
-            after = int(a) if opening else until
-            yield _Move(opening, after, side, int(c), float(gap), float(rate), work)
+        at = start, start + side, other
+        u = tuple(contacts.depth - ground.at(np.asarray(each, float)) for each in at)
+        rows = zip(start.tolist(), other.tolist(), *lat.lifted(start, side, other, u), strict=True)
+        for a, c, gap, stored, rounded in rows:
+            until = c if abs(c - a) == 2 else a + side
+            work = ground.work(a, until, opening=opening)
+            after = a if opening else until
+            yield _Move(opening, after, side, c, float(gap), float(stored), float(rounded), work)
 
 
 def _stays_clear(contacts: ContactSet, move: _Move, noise: float) -> bool:
@@ -211,5 +216,5 @@ def _stays_clear(contacts: ContactSet, move: _Move, noise: float) -> bool:
     if right - left < 2:
         return True
     g = depth - ground.heights(left, right)
-    near, far = lat.between(left, right, np.arange(left + 1, right))
-    return bool((g[1:-1] - near * g[0] - far * g[-1] <= noise).all())
+    beyond = lat.free(left, right, g[0], g[-1], np.arange(left + 1, right))
+    return bool((g[1:-1] - beyond <= noise).all())

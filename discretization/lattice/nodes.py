@@ -166,10 +166,10 @@ class Lattice:
         """Weights of what adheres in a contact of these nodes: links, or nodes where γ₁ = 0."""
         return last - first if self.gamma1 else last - first + 1
 
-    def between(self, left: Any, right: Any, nodes: Any) -> tuple[Any, Any]:
-        """Shares of u at the contact nodes left and right in u at free nodes between them."""
+    def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
+        """Displacements of free nodes (n,) between these contact nodes, displaced by those (n,)."""
         near, far, _ = span.shares(self.log_decay, nodes - np.float64(left), right - 1.0 * nodes)
-        return near, far
+        return np.asarray(near * u_left + far * u_right)
 
     def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
         """B, 1 - A - B and S of the free node next to a line that faces another one, `other`.
@@ -180,6 +180,15 @@ class Lattice:
         far, both = self._gap(links)
         near, _, _ = span.shares(self.log_decay, np.ones(np.shape(links)), links - 2.0)
         return far, both, self.spring + self.link + self.link * (1 - near)
+
+    def lifted(self, node: Array, side: int, other: Array, u: tuple[Array, ...]) -> tuple[Any, ...]:
+        """What lines pass next to that face others: its gap, the energy that takes, its rounding.
+
+        u: d - f at the lines, at the nodes next to them and at the other lines; without adhesion.
+        """
+        (own, beyond, facing), (far, rest, stiffness) = u, self.beside(node, side, other)
+        gap = own - beyond + far * (facing - own) - rest * own
+        return gap, stiffness / 2 * gap**2, 0 * gap
 
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Displacements of a tail so many nodes from the one it is held at, by u."""

@@ -40,14 +40,15 @@ def on_one_contact(asked: Question, ground: Ground) -> Equilibrium:
 def on_path(asked: Question, ground: Ground) -> Equilibrium:
     """The certified state of the contacts on this path. NotCertifiedError and ValueError as there.
 
-    With adhesion that differs from link to link, or when a contact is opened, and around an axis
-    the path is always followed.
+    With adhesion that differs from link to link, or when a contact is opened, around an axis and
+    with finite slopes the path is always followed.
     """
     scene, lattice = asked.scene, ground.lattice
-    if lattice.axis == 0 or scene.pattern is not None or scene.opening is not None:
+    same = scene.pattern is None and scene.opening is None
+    if lattice.axis == 0 or lattice.slopes == "finite" or not same:
         row, nodes = _followed(asked, ground)
         return of_row(asked, ground, row, nodes) if nodes else without_contact(asked, ground)
-    if scene.slopes == "finite" or _alone(asked, ground):
+    if _alone(asked, ground):
         return on_one_contact(asked, ground)
     row, nodes = _followed(asked, ground)
     return of_contacts(asked, ground, np.array(nodes).reshape(-1, 2) + row.first)

@@ -105,8 +105,9 @@ class RadialLattice(Lattice):
         """Tables of so many nodes, in steps, so that few are made."""
         return ring_spans(self.spring / self.link, 1 << int(np.max(last, initial=1)).bit_length())
 
-    def between(self, left: Any, right: Any, nodes: Any) -> tuple[Any, Any]:
-        return self._rings(right).shape(left, right, nodes)[:2]
+    def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
+        near, far, _ = self._rings(right).shape(left, right, nodes)
+        return np.asarray(near * u_left + far * u_right)
 
     def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
         far, both, stiffness = self._rings(np.maximum(node, other)).beside(node, side, other)

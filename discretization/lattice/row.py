@@ -9,7 +9,6 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -18,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.finite_nodes import FiniteLattice
+from discretization.lattice.finite_rules import FiniteRules
 from discretization.lattice.fronts import Region, blocks, heights, unknown
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice

@@ -19,15 +19,16 @@ from discretization.lattice.contact_set import ContactSet, Mask
 from discretization.lattice.fronts import BLOCK
 
 Array = NDArray[np.float64]
+_UNBOUND = 1e-6  # root of a pattern's factor that is as good as 0
 
 
 class Totals(NamedTuple):
     """Energy terms and force by two routes of contacts, and what is worst between their ends.
 
     weakest: the least pull per weight (`Lattice.on_nodes`) of a node between two links in contact,
-    more by what a pattern makes it hold more; lone: that of a node without links; stiffness: the
-    least one of the links; penetration, imbalance: the largest of the free nodes between contacts,
-    the latter per weight.
+    over the root of the pattern's factor there; lone: that of a node no adhesion holds;
+    stiffness: the least one of the links; penetration, imbalance: the largest of the free nodes
+    between contacts, the latter per weight.
     """
 
     springs: float
@@ -105,11 +106,11 @@ def totals(contacts: ContactSet) -> Totals:
 
 
 def _adhesion(contacts: ContactSet, surface: float) -> float:
-    """Of all contact links, their energy as free surface being that (several: small slopes)."""
-    ground, lat = contacts.ground, contacts.lattice
-    if ground.bonds is None:
-        return lat.adhesion(sum(lat.bound(*pair) for pair in contacts.nodes), surface)
-    return -sum(ground.work(*pair, opening=False) for pair in contacts.nodes)
+    """Of all contact links; surface: energy of all links."""
+    ground, lat, nodes = contacts.ground, contacts.lattice, contacts.nodes
+    if ground.bonds is None and (lat.slopes == "small" or len(nodes) == 1):
+        return lat.adhesion(sum(lat.bound(*pair) for pair in nodes), surface)
+    return -sum(ground.work(*pair) for pair in nodes)
 
 
 def _lone(contacts: ContactSet, pulls: list[float], beyond: list[float]) -> float:
@@ -179,27 +180,33 @@ def _worst(
 
     force: per weight.
     """
+    lone = math.inf
     if not force.size:
-        return math.inf, math.inf, 0.0
+        return math.inf, lone, 0.0
     pulled = force
     if contacts.ground.bonds is not None:
-        pulled = force + _held_more(contacts, low + 1, force.size)
+        share = _held(contacts, low + 1, force.size)
+        bound = share > _UNBOUND
+        pulled = np.where(bound, force / np.where(bound, share, 1.0), math.inf)
+        lone = float(force[~bound & (True if free is None else ~free[1:-1])].min(initial=math.inf))
     if free is None:
-        return float(pulled[pulled.argmin()]), math.inf, 0.0
+        return float(pulled[pulled.argmin()]), lone, 0.0
     held = ~free
     inner, links = held[1:-1], held[:-2].astype(int) + held[2:]
     bound = links == 2 if contacts.lattice.gamma1 else links >= 0
     weakest = pulled[inner & bound].min(initial=math.inf)
-    lone = force[inner & (links == 0)].min(initial=math.inf)
-    return float(weakest), float(lone), -float(np.abs(force[~inner]).max(initial=0.0))
+    lone = min(lone, float(force[inner & (links == 0)].min(initial=math.inf)))
+    return float(weakest), lone, -float(np.abs(force[~inner]).max(initial=0.0))
 
 
-def _held_more(contacts: ContactSet, first: int, count: int) -> Array:
-    """By how much more than with factor 1 nodes may be pulled, for the factors on their links."""
+def _held(contacts: ContactSet, first: int, count: int) -> Array:
+    """What two links hold each of these nodes by, over what they do where a pattern's factor is 1.
+
+    Less than that of links of true length: those of finite slopes.
+    """
     ground, lat = contacts.ground, contacts.lattice
     assert ground.bonds is not None
     start = first - 1 - ground.where.first
     bonds = ground.bonds[start : start + count + 1]
     both = lat.per_weight(bonds[1:] + bonds[:-1], first + np.arange(count))
-    unit = 2 * (lat.spring + 2 * lat.link) * ground.works[1]
-    return np.asarray(np.sqrt(unit * both) - math.sqrt(unit * 2 * lat.cell))
+    return np.asarray(np.sqrt(both / (2 * lat.cell)))

@@ -196,11 +196,9 @@ def convex_nodes() -> Pair:
     own = scene()
     lattice = Lattice.of(own, _lattice(own, 200_000)["spacing"])
 
-    def last(indenter: Indenter) -> Route:
-        def route() -> Numbers:
-            where = fronts.region(lattice, indenter, DEPTH)
-            contact = fronts.adhered(lattice, indenter, DEPTH, where)
-            return (*contact, 0) if contact else (0, 0, 0)
+    def last(indenter: Indenter) -> Numbers:
+        where = fronts.region(lattice, indenter, DEPTH)
+        return fronts.adhered(lattice, indenter, DEPTH, where) or (0, 0)
 
     return partial(last, own.indenter), partial(last, declared(own.indenter, convex=False))
 
