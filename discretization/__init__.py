@@ -27,7 +27,7 @@ that no digit changes:
 | surface tension      | free surfaces, their solves     | fitted.state.on_one_contact             |
 | adhesion             | search over contact sets        | lattice.lowest.lowest_contacts          |
 | second side, fitted  | line of a symmetric profile     | fitted.state._lines                     |
-| second side, lattice | half of the sums, if symmetric  | lattice.sums.measured                   |
+| second side, lattice | half of the sums, if symmetric  | lattice.totals.totals                   |
 | line of a punch      | bracketing of a line at an edge | fitted.lines.find_line                  |
 | contact              | all but the touching point      | lattice.fronts.adhered                  |
 | far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |

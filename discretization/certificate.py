@@ -7,8 +7,8 @@
     force         dU/dd against k∫u dx over the whole line
 
 Each is a dimensionless violation, judged against the state itself and not by how it was found: on
-nodes by lattice/judgement.py (one contact), lattice/contact_set.py (any number) and
-lattice/springs.py (γ₁ = 0), on the fitted mesh by fitted/state.py (one) and fitted/judgement.py.
+nodes by lattice/judge.py, on the fitted mesh by fitted/state.py (one contact) and
+fitted/judgement.py.
 """
 
 from __future__ import annotations

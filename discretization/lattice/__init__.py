@@ -1,18 +1,19 @@
 """Fixed nodes: the energy of a set of contact nodes is known, its minimum is searched over sets.
 
-One contact: nodes (nodes.py, tails.py, nodal_energy.py) -> contact nodes (fronts.py, bracket.py)
--> sums (sums.py) -> certificate (judgement.py), lines between nodes (line.py) -> Equilibrium, by
-state.py.
+A state is a tuple of contacts, the first and last node of each; one contact is no special case.
+Whoever finds them, assembly.py makes an equilibrium of them: the profile over the nodes
+(ground.py), contacts on it (contact_set.py) -> totals (totals.py) -> certificate (judge.py), lines
+between the nodes (line.py).
 
-Lowest energy of any number of contacts: window -> contact set (obstacle.py where w = 0;
-shortest_path.py with bounds.py, recursion.py, starts.py; oracle.py; springs.py where γ₁ = 0) ->
-free spans (span.py), sums and certificate (contact_set.py) -> Equilibrium, by lowest.py.
-
-Metastable, any number of contacts: heights and their running sums (row.py), the depths at which
-something happens (rules.py, waiting.py), how free parts and contacts change with the depth
-(ways.py, changes.py, stretch.py), and lines between the nodes (between.py); of these stand the
-states of several contacts on the path from first touch on (path_state.py) and all load paths
-(../paths/lattice_branch.py).
+They are found by state.py, which asks one of
+    fronts.py        a single contact, by bracketing (bracket.py)
+    springs.py       γ₁ = 0
+    lowest.py        lowest energy: window -> contacts (obstacle.py where w = 0; shortest_path.py
+                     with bounds.py, recursion.py, starts.py; radial_lowest.py; oracle.py)
+    path_state.py    the end of a path from first touch on: heights and their running sums (row.py),
+                     the depths at which something happens (rules.py, waiting.py), how free parts
+                     and contacts change with the depth (ways.py, changes.py, stretch.py), and lines
+                     between the nodes (between.py); load paths (../paths/lattice_branch.py) too
 
 With finite slopes (finite_nodes.py) tails are known from a functional equation (tails.py), and
 surfaces between two contacts are solved (finite_spans.py), so that depths of changes are roots
