@@ -56,14 +56,6 @@ class Point(NamedTuple):
         return self.method.startswith("ours")
 
 
-class Floor(NamedTuple):
-    """Seconds of one dptsv with n unknowns and of one pass over n numbers."""
-
-    unknowns: int
-    dptsv: float
-    one_pass: float
-
-
 def machine() -> str:
     """What it ran on, in one line."""
     name = platform.processor() or platform.machine()
@@ -76,19 +68,17 @@ def machine() -> str:
     return f"{name}, {os.cpu_count()} cores, threads: {threads}; {versions}"
 
 
-def rows(points: Sequence[Point], floors: Sequence[Floor]) -> Table:
+def rows(points: Sequence[Point], floors: dict[int, float]) -> Table:
     """Columns and a row per point, then the floors."""
     names = ["error_half_width", "error_force", "error_energy", "error_angle"]
     head = ["task", "method", "size", "unknowns", "modelling_seconds", "first_seconds"]
     found: list[list[object]] = [[*p[:9], *p.errors, p.success, p.note] for p in points]
-    for floor in floors:
-        n, blank = floor.unknowns, ["", 1.0, *[""] * 4, True, ""]
-        found.append(["floor", "dptsv", n, n, "", "", floor.dptsv, *blank])
-        found.append(["floor", "one pass", n, n, "", "", floor.one_pass, *blank])
+    for n, seconds in floors.items():
+        found.append(["floor", "dptsv", n, n, "", "", seconds, "", 1.0, *[""] * 4, True, ""])
     return [*head, "seconds", "spread", "ratio_to_dptsv", *names, "success", "note"], found
 
 
-def table(points: Sequence[Point], floors: Sequence[Floor], exponents: dict[str, float]) -> str:
+def table(points: Sequence[Point], floors: dict[int, float], exponents: dict[str, float]) -> str:
     """Everything measured, in Markdown."""
     names = dict.fromkeys(p.task for p in points)
     tasks = {task: [p for p in points if p.task == task] for task in names}
@@ -98,8 +88,8 @@ def table(points: Sequence[Point], floors: Sequence[Floor], exponents: dict[str,
     for task in (task for task in tasks if task != "rough"):
         told = "time to an error of a, and times our fastest"
         lines += [f"### {task}: {told}", "", levels(tasks[task]), ""]
-    times = [[f"{f.unknowns}", *(f"{t * 1e3:.4g}" for t in f[1:])] for f in floors]
-    lines += ["### floors", "", markdown(("n", "dptsv ms", "one pass ms"), times)]
+    times = [[f"{n}", f"{seconds * 1e3:.4g}"] for n, seconds in floors.items()]
+    lines += ["### floors", "", markdown(("n", "dptsv ms"), times)]
     lines += ["", "Cost exponents (time over unknowns):", ""]
     lines += [f"- {name}: {value:.2f}" for name, value in exponents.items()]
     return "\n".join(lines) + "\n"
@@ -153,7 +143,7 @@ def family(method: str) -> str:
     return next((kind for word, kind in kinds.items() if word in method), method)
 
 
-def plot(task: str, points: Sequence[Point], floors: Sequence[Floor]) -> Figure:
+def plot(task: str, points: Sequence[Point], floors: dict[int, float]) -> Figure:
     """Time against each error, or where there is none but of U against the size; a line per method.
 
     A ring: the method says that it failed.
@@ -175,11 +165,11 @@ def plot(task: str, points: Sequence[Point], floors: Sequence[Floor]) -> Figure:
             if quantity is not None:
                 own = [p for p in own if np.isfinite(p.errors[quantity])]
             _draw(axes, own, quantity, kinds.index(family(method)))
-        for floor in floors:
-            axes.axhline(floor.dptsv, color="0.6", lw=0.8, ls="--", zorder=0)
+        for n, seconds in floors.items():
+            axes.axhline(seconds, color="0.6", lw=0.8, ls="--", zorder=0)
             place = {"xycoords": ("axes fraction", "data"), "fontsize": 7, "color": "0.35"}
-            text = f"one tridiagonal solve, n = {floor.unknowns:g}"
-            axes.annotate(text, (0.99, floor.dptsv), ha="right", va="bottom", **place)
+            text = f"one tridiagonal solve, n = {n:g}"
+            axes.annotate(text, (0.99, seconds), ha="right", va="bottom", **place)
         axes.set(xscale="log", yscale="log", xlabel="unknowns")
         axes.grid(alpha=0.25)
         if quantity is not None:
@@ -195,9 +185,9 @@ def plot(task: str, points: Sequence[Point], floors: Sequence[Floor]) -> Figure:
     return figure
 
 
-def fastest(points: Sequence[Point], level: float = 1e-6) -> str:
+def fastest(points: Sequence[Point]) -> str:
     """Our fastest method and the fastest of others, to an error of a where that is known."""
-    found, known = reached(points, level), f"to an error of a of {level:.0e}: "
+    found, known = reached(points, 1e-6), "to an error of a of 1e-06: "
     if not found:  # each at its least size
         found, known = {p.method: p for p in sorted(points, key=lambda p: -p.unknowns)}, ""
     sides = ([p for p in found.values() if p.ours == own] for own in (True, False))

@@ -16,7 +16,7 @@ value on the path or their own; θ over θ) for
 Every point carries its size, its success and the spread of its time; times are medians, as ratios
 to one LAPACK `dptsv` of that size measured in between. Modelling (building a cvxpy problem,
 matrices, the first solve of a parametrised one) is timed apart from solving. The floors in each
-figure: one `dptsv`, one pass over an array.
+figure: one `dptsv` of each size.
 
 --check measures only the ratios of rivals.tasks.guarded and compares them with
 studies/benchmarks/baseline.json: a ratio 1.5 times larger fails. --update stores new ones.
@@ -38,7 +38,7 @@ import numpy as np
 
 from studies.benchmarks.rivals.problem import Method, Task, installed
 from studies.benchmarks.rivals.tasks import TASKS, guarded, named
-from studies.benchmarks.runtime_report import Floor, Point, fastest, machine, plot, rows, table
+from studies.benchmarks.runtime_report import Point, fastest, machine, plot, rows, table
 from studies.shared import command
 from studies.shared.batches import each
 from studies.shared.timing import middle, seconds, tridiagonal_seconds
@@ -71,15 +71,6 @@ def timed(work: Callable[[], Any], repeats: int, patience: float) -> tuple[list[
         answer = work()
         times.append(time.perf_counter() - start)
     return times, answer
-
-
-def floors(sizes: Sequence[int], repeats: int) -> list[Floor]:
-    """The least one can do with n unknowns."""
-    found = []
-    for n in sizes:
-        passes = timed(np.ones(n).sum, repeats, 1.0)[0]
-        found.append(Floor(n, tridiagonal_seconds(n, repeats), statistics.median(passes)))
-    return found
 
 
 def measure(task: Task, method: Method, size: float, parameters: Parameters) -> Point:
@@ -208,7 +199,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     quick = options.preset == "quick"
     parameters = QUICK if quick else Parameters()
     points = run(parameters, options.tasks, lambda point: command.say(line(point)))
-    least = floors(parameters.sizes, parameters.repeats)
+    least = {n: tridiagonal_seconds(n, parameters.repeats) for n in parameters.sizes}
     out.table("runtime_vs_error.csv", parameters, *rows(points, least), notes=[machine()])
     text = table(points, least, exponents(points, 10**3 if quick else 10**4))
     out.text("runtime_vs_error.md", text)

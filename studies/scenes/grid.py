@@ -51,6 +51,11 @@ class Grid:
 
     axes: tuple[Axis, ...]
 
+    def __post_init__(self) -> None:
+        for axis in self.axes:
+            if not axis.values:
+                raise ValueError(f"{axis.key} = () has no values; give at least one")
+
     def __len__(self) -> int:
         return math.prod(len(axis.values) for axis in self.axes)
 

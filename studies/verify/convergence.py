@@ -78,7 +78,9 @@ def swept(
 class Check:
     """One statement about a numbered equation of the paper; no number: beyond the paper.
 
-    lattice_only: why the measure has no meaning on the fitted mesh; empty if it has.
+    bar: largest relative error on the finest grid; fitted_bar: on the fitted mesh. anchored: not
+    repeated on shifted grids, for a quantity that is of second order only with the tip of the
+    indenter on a node. lattice_only: why the measure has no meaning on the fitted mesh.
     """
 
     equations: tuple[int, ...]
@@ -86,10 +88,10 @@ class Check:
     measure: Callable[[Any], Comparison | Iterable[Comparison]]
     order: Band | None
     bar: float
-    unit: str
-    anchored: bool
-    fitted_bar: float
-    lattice_only: str
+    unit: str = ""
+    anchored: bool = False
+    fitted_bar: float = ROUNDING
+    lattice_only: str = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickled by name: the decorated function's name in its module is this check."""
@@ -106,23 +108,17 @@ def check(
     what: str,
     order: Band | None = SECOND,
     bar: float | None = None,
-    unit: str = "",
-    anchored: bool = False,
-    fitted_bar: float = ROUNDING,
-    lattice_only: str = "",
+    **options: Any,
 ) -> Callable[[Callable[[Any], Comparison | Iterable[Comparison]]], Check]:
     """Decorator: turns a function Mesh -> Comparison, or a generator of several, into a Check.
 
-    bar: largest relative error on the finest grid; fitted_bar: on the fitted mesh. anchored: not
-    repeated on shifted grids, for a quantity that is of second order only with the tip of the
-    indenter on a node. lattice_only: the reason why the function needs a Grid.
+    bar: the usual one of the order if not given; options: the further fields of `Check`.
     """
     if bar is None:
         if order not in (SECOND, EXACT):
             raise ValueError(f"order = {order!r} has no usual limit; give bar=...")
         bar = SECOND_BAR if order == SECOND else ROUNDING
-    given = order, bar, unit, anchored, fitted_bar, lattice_only
-    return lambda measure: Check(equations, what, measure, *given)
+    return lambda measure: Check(equations, what, measure, order, bar, **options)
 
 
 @dataclass(frozen=True)

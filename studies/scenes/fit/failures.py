@@ -22,7 +22,7 @@ from discretization import load_path
 from energy import Parabola, Scene, SurfaceEnergies, Wedge
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve
-from studies.scenes.fit.model import DEFAULT, parameters_of, scene_with
+from studies.scenes.fit.model import DEFAULT, astray, parameters_of, scene_with
 from studies.scenes.fit.quality import Quality
 from studies.shared.batches import Progress, each, tell
 from studies.shared.table import Table
@@ -117,10 +117,8 @@ def case(p: Parameters, kind: str, number: int) -> Case:
     if kind == "level":
         force = force + rng.choice([-1.0, 1.0]) * rng.uniform(0.08, 0.2) * largest
     curve = Curve(depth + zero * rise, -force if kind == "sign" else force)
-    true = parameters_of(scene)
-    start = true | {"w": true["w"] / p.wrong, "gamma1": true["gamma1"] * p.wrong}
     names = tuple(n for n in DEFAULT if n != "offset") if kind == "zero" else DEFAULT
-    return Case(curve, scene_with(scene, start), names)
+    return Case(curve, astray(scene, names, p.wrong), names)
 
 
 def _varied(scene: Scene, rng: np.random.Generator) -> Scene:

@@ -47,6 +47,13 @@ def scene_with(scene: Scene, p: dict[str, float]) -> Scene:
     return replace(scene, layer=layer, surfaces=surfaces, opening=opening)
 
 
+def astray(scene: Scene, names: Sequence[str], factor: float) -> Scene:
+    """The scene with some parameters off by a factor, γ₁ upwards and the others downwards."""
+    off = {"w": 1 / factor, "gamma1": factor, "stiffness": 1 / factor}
+    own = {n: v * off.get(n, 1) if n in names else v for n, v in parameters_of(scene).items()}
+    return scene_with(scene, own)
+
+
 @dataclass(frozen=True)
 class Model:
     """A measured curve against the simulator, as a function of coordinates x (m,).

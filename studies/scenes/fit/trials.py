@@ -15,7 +15,7 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies.scenes.fit import failures as fit_failures
 from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import Curve
-from studies.scenes.fit.model import DEFAULT, parameters_of, scene_with
+from studies.scenes.fit.model import DEFAULT, astray, parameters_of
 from studies.shared.batches import Progress, each, tell
 from studies.shared.command import Output
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
@@ -93,11 +93,7 @@ def _truth(p: Parameters) -> dict[str, float]:
 
 def wrong_start(p: Parameters) -> Scene:
     """The scene with the fitted parameters off by a factor, w downwards and γ₁ upwards."""
-    off = {"w": 1 / p.wrong, "gamma1": p.wrong, "stiffness": 1 / p.wrong}
-    true = parameters_of(p.scene)
-    return scene_with(
-        p.scene, {n: v * off.get(n, 1) if n in p.names else v for n, v in true.items()}
-    )
+    return astray(p.scene, p.names, p.wrong)
 
 
 def run(p: Parameters, show: Callable[[Progress], object] = tell, jobs: int = 1) -> Record:

@@ -71,15 +71,11 @@ def sweep(
     workers = (os.cpu_count() or 1) if jobs is None else jobs
     if workers < 1:
         raise ValueError(f"jobs = {jobs!r} must be at least 1: give the number of workers")
-    for axis in grid.axes:
-        if not axis.values:
-            raise ValueError(f"{axis.key} = () has no values; give at least one")
     name = f"{function.__module__}.{function.__qualname__}" if identity is None else identity
     store = Store(Path(path), {"function": name, "axes": list(grid.axes), "made_with": versions()})
     known = store.results()
     done = {at for at, line in known.items() if not (retry and "error" in line)}
-    failed = sum("error" in known[at] for at in done)
-    clock = BatchClock(len(done), len(grid), failed, show)
+    clock = BatchClock(len(done), len(grid), sum("error" in known[at] for at in done), show)
     todo = ((at, grid.point(at)) for at in scattered(len(grid)) if at not in done)
     try:
         with store, nullcontext(executor) if executor else processes(workers) as pool:
