@@ -73,7 +73,8 @@ _BENT = (
     "lowest energy is only found for slopes='small'"
 )
 _NODES_PATH = (
-    "gamma1 = {scene.gamma1!r}: a load path on the lattice needs gamma1 > 0; use method='fitted'"
+    "gamma1 = {scene.gamma1!r}: a load path on the lattice needs gamma1 > 0; without tension every "
+    "spring is by itself, and nodes would only add their error: use method='fitted'"
 )
 _ENDLESS = (
     "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, such as a "
