@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from discretization.paths.branch import Branch, Point
+from discretization.paths.branches import branch_of, pressed_by
 from discretization.paths.control import Control
-from discretization.paths.history import History, on_mesh, on_nodes, pressed_by
+from discretization.paths.history import History
 from discretization.paths.load_path import LoadPath
 from energy import Scene
 from energy.checks import array, finite, option, positive
@@ -125,13 +126,12 @@ def _branch(
     option("method", method, METHODS)
     if (method == "lattice") != (spacing is not None):
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
-    if spacing is None:
-        made = functools.partial(on_mesh, scene, rtol)
-    else:
-        made = functools.partial(on_nodes, scene, positive("spacing", spacing))
+    if spacing is not None:
+        spacing = positive("spacing", spacing)
+    made = functools.partial(branch_of, scene, rtol, spacing)
     if control.stiffness is None:
         return made(deepest)
-    return pressed_by(scene, made, lambda depth: control.load(depth, deepest))
+    return pressed_by(made, lambda depth: control.load(depth, deepest))
 
 
 def _begun(saved: History, values: Array, save: str | Path) -> History:

@@ -6,7 +6,6 @@ import functools
 import json
 import math
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,24 +15,15 @@ from numpy.typing import NDArray
 
 from discretization.paths import balance, display, plots
 from discretization.paths.branch import Branch, State
+from discretization.paths.branches import branch_of
 from discretization.paths.control import Control
 from discretization.paths.events import Event, PullOff, Snapshot, half_length
-from discretization.paths.fitted_branch import FittedBranch
-from discretization.paths.fitted_many import FittedMany
-from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.load_path import inner_lines
-from discretization.paths.springs_branch import SpringsBranch
-from discretization.routes import route
 from energy import Scene
 from energy.description import alike, described, rebuilt
 
 Array = NDArray[np.float64]
 _TITLE = "elastocap load path"
-_ON_MESH: dict[str, type[FittedBranch | SpringsBranch | FittedMany]] = {
-    "one contact": FittedBranch,
-    "springs": SpringsBranch,
-    "several contacts": FittedMany,
-}
 _NOTES = (
     "in the units of the scene, of a line contact per its unit length: control [length or force],",
     "depth d [length] > 0 into the layer, force P [force] > 0 compressive, energy U [energy],",
@@ -242,42 +232,7 @@ class History:
 
     @functools.cached_property
     def _branch(self) -> Branch:
-        if self.spacing is None:
-            return on_mesh(self.scene, self.rtol, float(self.depth.max()))
-        return on_nodes(self.scene, self.spacing, float(self.depth.max()))
-
-
-def on_mesh(scene: Scene, rtol: float, deepest: float) -> Branch:
-    """The fitted mesh's branch, for depths up to the deepest."""
-    return _ON_MESH[route(scene, "path", nodes=False)].of(scene, rtol, deepest)
-
-
-def pressed_by(
-    scene: Scene, made: Callable[[float], Branch], load: Callable[[float], float]
-) -> Branch:
-    """The branch `made` for depths down to one at which the contact resists this load L(d).
-
-    Or to one at which it has left the known profile: the programme may end before that.
-    """
-    depth, size = 0.0, scene.opened.critical_separation or scene.layer.h
-    while True:
-        branch = made(depth)
-        if isinstance(branch, FittedBranch):
-            return branch
-        depth = max(depth, branch.touch)
-        try:
-            force = branch.force(branch.follow(None, depth), depth)
-            deeper = branch.touch + (2 * (depth - branch.touch) or size)
-            if force >= load(depth):
-                return made(deeper + size) if isinstance(branch, LatticeBranch) else branch
-        except ValueError:
-            return branch
-        depth = deeper
-
-
-def on_nodes(scene: Scene, spacing: float, deepest: float) -> Branch:
-    """The lattice's branch."""
-    return LatticeBranch.of(scene, spacing, deepest)
+        return branch_of(self.scene, self.rtol, self.spacing, float(self.depth.max()))
 
 
 def _snapshot(parts: list[Any]) -> Snapshot:
