@@ -31,8 +31,7 @@ from discretization import Equilibrium, History, load_path, minimise
 from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
 from energy.units import prefixed, quantity
 from studies.shared import command
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, MARKERS, RIGID, SOFT, Figure, canvas, shades
 from studies.shared.table import Columns, Table
 from studies.shared.types import Array

@@ -26,8 +26,7 @@ import numpy as np
 from discretization import load_path
 from energy import Circle, ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.shared import command
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, GREEN, GREY, LINE, ORANGE, Figure, canvas, plain_ticks
 from studies.shared.table import Columns, Table
 from studies.shared.types import Array

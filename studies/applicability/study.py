@@ -43,8 +43,7 @@ from studies.applicability.record import (
     Record,
 )
 from studies.shared import command, small_slopes
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.small_slopes import KINDS, SHAPES, Errors, at_unit_width, punch, scene
 
 

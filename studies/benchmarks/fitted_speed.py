@@ -31,8 +31,7 @@ from numpy.typing import NDArray
 from discretization import minimise
 from energy import Plane, Profile, Sampled, cards
 from studies.shared import command
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, COLOURS, MARKERS, ORANGE, Figure, canvas
 from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
 from studies.shared.table import Columns, Table

@@ -20,8 +20,7 @@ import numpy as np
 
 from studies.benchmarks.skipping_routes import ROUTES
 from studies.shared import command
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, GREY, Figure, canvas
 from studies.shared.table import Columns
 from studies.shared.timing import interpreter_seconds, seconds

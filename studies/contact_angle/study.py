@@ -26,8 +26,7 @@ from energy import Indenter, Parabola, PowerLaw, Scene, Wedge
 from studies.contact_angle.figure import plot
 from studies.contact_angle.record import FULL, QUICK, Angle, Loop, Parameters, Record
 from studies.shared import command
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.small_slopes import depth_by_16, detachment, scene, simulated
 from studies.shared.table import Table
 from studies.verify.mesh import Grid

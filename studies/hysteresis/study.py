@@ -29,8 +29,7 @@ from studies.hysteresis import figures as hysteresis_figures
 from studies.hysteresis.animation import animate
 from studies.hysteresis.record import BAR, FULL, LEDGER, QUICK, Loop, Map, Parameters, Record
 from studies.shared import command, loops
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
 from studies.shared.types import Array

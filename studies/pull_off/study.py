@@ -32,8 +32,7 @@ from studies.pull_off import figures as pull_off_figures
 from studies.pull_off.conclusions import conclusions
 from studies.pull_off.record import Curve, Pull, State
 from studies.shared import command, loops
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.figures import Figure
 from studies.shared.loops import INDENTERS, LAYER, SIZE
 from studies.shared.table import Columns, Table

@@ -15,6 +15,7 @@ from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+Show = Callable[[str], object]  # is told a line
 Case = TypeVar("Case")
 Result = TypeVar("Result")
 PAUSE = 1.0  # s between two lines of progress
@@ -91,6 +92,10 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def silent(line: object) -> None:
+    """In place of what tells a line, where nobody listens."""
 
 
 def tell(progress: Progress) -> None:

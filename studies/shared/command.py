@@ -16,7 +16,6 @@ from typing import Any, TypeVar
 from studies import TIMED
 from studies.shared import figures, table
 from studies.shared.figures import Figure
-from studies.shared.types import Show as Show
 
 P = TypeVar("P")
 
@@ -137,10 +136,6 @@ def start(
     """
     options, out = parse(parser(name, doc, quick), argv)
     return small if options.preset == "quick" else full, options.jobs, out
-
-
-def silent(line: object) -> None:
-    """In place of `say`, where nobody listens."""
 
 
 def answer(text: str) -> None:

@@ -22,8 +22,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from studies.shared import command
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.figures import Figure
 from studies.shared.table import Columns, Table, markdown
 from studies.verify import curves

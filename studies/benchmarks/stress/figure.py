@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.benchmarks.stress.profiles import NAMES
-from studies.benchmarks.stress.verdicts import BAD, Trial
+from studies.benchmarks.stress.verdicts import BAD, NAMES, Trial
 from studies.shared.figures import Figure, canvas, edges
 
 PANELS = {  # title, x, y

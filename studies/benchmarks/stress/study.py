@@ -43,8 +43,7 @@ from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Ground
 from discretization.lattice.totals import totals
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene, SurfaceEnergies
-from studies.benchmarks.stress import profiles as stress_profiles
-from studies.benchmarks.stress import reference
+from studies.benchmarks.stress import reference, verdicts
 from studies.benchmarks.stress.figure import plot
 from studies.benchmarks.stress.verdicts import (
     BAD,
@@ -59,8 +58,7 @@ from studies.benchmarks.stress.verdicts import (
     verdict,
 )
 from studies.shared import command
-from studies.shared.batches import each
-from studies.shared.command import Show, silent
+from studies.shared.batches import Show, each, silent
 from studies.shared.table import Table
 
 REASON = 120  # characters
@@ -170,9 +168,9 @@ def edge(params: Parameters) -> Iterator[Point]:
 def profiles(params: Parameters) -> Iterator[Point]:
     """Odd profiles in all units, and lattice against the default method."""
     units = range(-9, 10, 3 * params.stride)
-    names = enumerate(stress_profiles.NAMES)
+    names = enumerate(verdicts.NAMES)
     for (number, name), unit, depth in product(names, units, (0.5, -0.3)):
-        work = partial(stress_profiles.compare, name, depth, 10.0**unit)
+        work = partial(verdicts.compare, name, depth, 10.0**unit)
         yield name, unit, number + depth / 2, work
 
 
