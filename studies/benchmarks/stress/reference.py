@@ -148,7 +148,7 @@ def conditions(given: Inputs, slopes: str, scales: Exact) -> tuple[float, float,
     """Σ |p ∂Q/∂p|/scale over the inputs p: by what an input's rounding is magnified."""
     base, total = answer(given, slopes), [Decimal(0)] * 3
     assert base is not None
-    for name in given.keys() - {"n"}:
+    for name in (name for name in given if name != "n"):
         near = (
             answer({**given, name: given[name] * (1 + step)}, slopes) for step in (_STEP, -_STEP)
         )
