@@ -12,7 +12,6 @@ import contextlib
 import datetime
 import html
 import importlib
-import importlib.metadata
 import io
 import math
 import platform
@@ -21,6 +20,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
+
+from PIL import Image, UnidentifiedImageError
 
 from studies import MODULES, REPORTED, TIMED
 from studies.shared import command
@@ -140,14 +141,11 @@ def _figure(one: Section, path: Path) -> str:
     return f"<figure>{shown}<figcaption>{told} ({_link(one, path)})</figcaption></figure>"
 
 
-def caption(png: bytes) -> str:
-    """The title that a PNG carries; empty if it has none."""
-    found = re.search(rb"(....)([ti][ET][Xx]t)Title\0", png[:4096], re.S)
-    if found is None:
-        return ""
-    start = found.end(2)
-    words = png[start : start + int.from_bytes(found[1], "big")].rsplit(b"\0", 1)[-1]
-    return words.decode("utf-8" if found[2] == b"iTXt" else "latin-1")
+def caption(picture: bytes) -> str:
+    """The title that a picture carries; empty if it has none."""
+    with contextlib.suppress(UnidentifiedImageError), Image.open(io.BytesIO(picture)) as image:
+        return str(image.info.get("Title", ""))
+    return ""
 
 
 def _table(one: Section, path: Path) -> str:
@@ -231,10 +229,7 @@ def run(name: str, preset: str, out: Path, jobs: int) -> Section:
 
 def facts() -> str:
     """Versions, commit, machine and time."""
-    found = versions()
-    for package in ("cvxpy", "matplotlib"):
-        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            found[package] = importlib.metadata.version(package)
+    found = versions("cvxpy", "matplotlib")
     found["commit"] = commit()
     found["machine"] = f"{platform.machine()}, {platform.system()}"
     found["written"] = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC")

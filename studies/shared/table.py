@@ -25,10 +25,10 @@ def naming(path: Path) -> Iterator[None]:
         raise OSError(error.errno, error.strerror, str(path)) from error
 
 
-def versions() -> dict[str, str]:
-    """Versions of elastocap, Python, numpy and scipy."""
+def versions(*more: str) -> dict[str, str]:
+    """Versions of elastocap, Python, numpy, scipy and more packages, where they are installed."""
     found = {"elastocap": "from source", "python": platform.python_version()}
-    for package in ("elastocap", "numpy", "scipy"):
+    for package in ("elastocap", "numpy", "scipy", *more):
         try:
             found[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:

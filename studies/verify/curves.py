@@ -127,8 +127,6 @@ def _study(
     **options: float,
 ) -> Study:
     scene, _, given = case(indenter, (), **options)
-    if not scene.work_of_adhesion:
-        del given["w"]
     width, force = (partial(law, **given) for law in laws)
     return Study(name, sources, scene, (least, 1.5), shown, width, force)
 

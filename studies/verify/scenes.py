@@ -66,8 +66,9 @@ def case(indenter: Any, levels: ArrayLike, **options: Any) -> Case:
 
 
 def constants(scene: Scene) -> dict[str, float]:
-    """k, γ₁ and w of a scene, as the closed forms take them."""
-    return {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+    """k, γ₁ and w of a scene, as the closed forms take them: those for w = 0 take no w."""
+    adhesion = {"w": scene.work_of_adhesion} if scene.work_of_adhesion else {}
+    return {"k": scene.stiffness, "gamma1": scene.gamma1, **adhesion}
 
 
 def uneven_profiles() -> tuple[Indenter, ...]:

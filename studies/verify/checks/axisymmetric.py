@@ -131,7 +131,6 @@ def cylinder_global_pull_off(mesh: Mesh) -> Comparison:
 @check(what="sphere without adhesion: d(a) = (a² + 2alq)/(2R)", unit="m")
 def sphere_without_adhesion(mesh: Mesh) -> Comparison:
     scene, _, given = case(SPHERE, LEVELS, w=0.0, **ROUND)
-    del given["w"]
     states = [mesh.solve(scene, d) for d in np.array([0.3, 1.1]) * 1e-6]
     expected = [axi.sphere.depth_without_adhesion(state.radius, **given) for state in states]
     return Comparison([state.depth for state in states], expected)

@@ -8,7 +8,7 @@ from energy import Scene, cards
 from studies.verify.convergence import Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
 from studies.verify.observe import line_by_far_field
-from studies.verify.scenes import GAMMA1, PARABOLA, POWER_LAWS, Case, gel
+from studies.verify.scenes import GAMMA1, PARABOLA, POWER_LAWS, Case, case, constants, gel
 
 DEPTHS = np.array([2e-7, 5e-7, 9e-7])
 TENSIONS = (0.012, GAMMA1, 0.19)
@@ -21,11 +21,10 @@ def _scenes() -> list[Scene]:
 @check(36, what="no adhesion: f'(a) + (C/l)exp(-a/l), C, l from the field", unit="rad")
 def slope_jump(mesh: Mesh) -> Found:
     for scene in _scenes():
-        k, gamma1 = scene.stiffness, scene.gamma1
         for d in DEPTHS:
             state = mesh.solve(scene, d)
             slope, u_a = float(scene.indenter.slope(state.half_width)), line_by_far_field(state)
-            jump = cards.nonadhesive.slope_jump(slope, u_a, k=k, gamma1=gamma1)
+            jump = cards.nonadhesive.slope_jump(slope, u_a, **constants(scene))
             yield Comparison(jump, 0.0, slope)
 
 
@@ -33,8 +32,8 @@ def slope_jump(mesh: Mesh) -> Found:
 def line_condition(mesh: Mesh) -> Found:
     for scene in _scenes():
         a, f = mesh.sweep(scene, DEPTHS, "half_width"), scene.indenter
-        spring = {"k": scene.stiffness, "gamma1": scene.gamma1}
-        misfit = cards.nonadhesive.line_residual(DEPTHS, f.height(a), f.slope(a), **spring)
+        given = DEPTHS, f.height(a), f.slope(a)
+        misfit = cards.nonadhesive.line_residual(*given, **constants(scene))
         yield Comparison(misfit, 0.0, DEPTHS)
 
 
@@ -47,10 +46,8 @@ def quadratic(mesh: Mesh) -> Found:
 
 
 def _cases() -> list[Case]:
-    scenes = [gel(PARABOLA, gamma1=gamma1, w=0.0) for gamma1 in TENSIONS]
-    return [
-        Case(s, DEPTHS, {"R": PARABOLA.R, "k": s.stiffness, "gamma1": s.gamma1}) for s in scenes
-    ]
+    cases = (case(PARABOLA, (), gamma1=gamma1, w=0.0) for gamma1 in TENSIONS)
+    return [own._replace(depths=DEPTHS) for own in cases]
 
 
 @check(39, what="no adhesion: half-width a(d), three tensions", unit="m")

@@ -10,7 +10,16 @@ from energy import Indenter, cards
 from studies.verify.convergence import DIFFERENCED, EXACT, Comparison, Found, check
 from studies.verify.mesh import Grid, Mesh
 from studies.verify.observe import curvature, membrane
-from studies.verify.scenes import PARABOLA, POWER_LAWS, PUNCH, WEDGE, case, gel, uneven_profiles
+from studies.verify.scenes import (
+    PARABOLA,
+    POWER_LAWS,
+    PUNCH,
+    WEDGE,
+    case,
+    constants,
+    gel,
+    uneven_profiles,
+)
 
 LEVELS = np.array([-0.55, 0.2, 1.1])  # depths over δ₀
 
@@ -36,8 +45,7 @@ def contact_field(mesh: Mesh) -> Found:
 def contact_field_by_programme(grid: Grid) -> Comparison:
     """w = 0; the contact (39) has to come out, to within the link at either end."""
     scene, d, R = gel(PARABOLA, w=0.0), 1.3e-7, PARABOLA.R
-    given = {"R": R, "k": scene.stiffness, "gamma1": scene.gamma1}
-    a = float(cards.nonadhesive.parabola_half_width(d, **given))
+    a = float(cards.nonadhesive.parabola_half_width(d, R=R, **constants(scene)))
     x, u = membrane(grid, scene, d, 1.5 * a)
     inside = np.abs(x) <= a - (x[1] - x[0])
     return Comparison(u[inside], d - PARABOLA.height(x[inside]), d)
