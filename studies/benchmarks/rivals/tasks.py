@@ -36,17 +36,16 @@ MARGIN = 15.0  # elastocapillary lengths of free surface that a rival's grid cov
 
 def named(name: str, steps: int) -> Task:
     """One of TASKS; steps: of a loop."""
-    turned: dict[str, Any] = {"geometry": "axisymmetric"}
     known = Method("ours, default", _known(ours.default), tolerances=True), OURS[1]
     known_path = Method("ours, load_path", _known(ours.path), tolerances=True), PATHS[1]
     made: dict[str, Callable[[], Task]] = {
-        "nonadhesive": partial(_blunt, name, (*OURS, *_convex()), w=0.0),
-        "adhesive": partial(_blunt, name, (*OURS, *BY_HAND)),
+        "nonadhesive": lambda: _blunt(name, (*OURS, *_convex()), w=0.0),
+        "adhesive": lambda: _blunt(name, (*OURS, *BY_HAND)),
         "finite": _finite,
-        "loop": partial(_blunt, name, (*PATHS, LAST), steps=steps),
+        "loop": lambda: _blunt(name, (*PATHS, LAST), steps=steps),
         "rough": _rough,
-        "sphere": partial(_blunt, name, known, **turned),
-        "sphere_loop": partial(_blunt, name, known_path, steps=steps, **turned),
+        "sphere": lambda: _blunt(name, known, geometry="axisymmetric"),
+        "sphere_loop": lambda: _blunt(name, known_path, steps=steps, geometry="axisymmetric"),
     }
     return made[name]()
 

@@ -133,22 +133,16 @@ def _reading(options: argparse.Namespace, given: SceneFile) -> Reading:
     Around an axis forces are those of the whole contact: ValueError for a length of the line.
     """
     said = {key: value for key, value in vars(options).items() if value is not None}
-    layout = {key: said[key] for key in LAYOUT if key in said}
-    own = {"columns": tuple, "width": float}
-    changed: dict[str, Any] = {key: kind(said[key]) for key, kind in own.items() if key in said}
     known = given.measured
-    found = replace(
-        known,
-        layout=replace(known.layout, **layout),
-        number=said.get("curve", known.number),
-        **changed,
-    )
-    if not given.scene.axisymmetric:
-        return found
-    if found.width is not None:
-        refusal = f"width = {found.width!r} with geometry = 'axisymmetric': leave it out"
-        raise ValueError(refusal)
-    return replace(found, width=1.0)
+    layout = replace(known.layout, **{key: said[key] for key in LAYOUT if key in said})
+    columns = tuple(options.columns) if options.columns else known.columns
+    width, number = said.get("width", known.width), said.get("curve", known.number)
+    if given.scene.axisymmetric:
+        if width is not None:
+            refusal = f"width = {width!r} with geometry = 'axisymmetric': leave it out"
+            raise ValueError(refusal)
+        width = 1.0
+    return Reading(columns, width, layout, number)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
