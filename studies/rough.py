@@ -144,13 +144,11 @@ def line(loop: Loop) -> str:
 
 def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
     """The touching surface at the least and the largest tension; force, contacts and fraction."""
-    figure, axes = canvas(13, 8, 2, 6)
-    whole = axes[0, 0].get_gridspec()
-    for one in axes.flat:
-        one.remove()
-    for place, loop in zip((whole[0, :3], whole[0, 3:]), (loops[0], loops[-1]), strict=True):
-        _touching(figure.add_subplot(place), params, loop)
-    panels = [figure.add_subplot(whole[1, i : i + 2]) for i in (0, 2, 4)]
+    figure, lone = canvas(13, 8)
+    lone.remove()
+    left, right, *panels = figure.subplot_mosaic("AAABBB;CCDDEE").values()
+    _touching(left, params, loops[0])
+    _touching(right, params, loops[-1])
     depth = prefixed(params.programme, "m")
     force = prefixed(np.concatenate([loop.path.force for loop in loops]), "N/m")
     for colour, marker, loop in zip(shades(len(loops)), MARKERS, loops, strict=False):

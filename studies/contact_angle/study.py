@@ -72,12 +72,11 @@ def single(p: Parameters, shape: str) -> list[Angle]:
     """States at many w/γ₁ and depths; those that would turn over are left out."""
     body, found = SHAPES[shape], list[Angle]()
     for ratio in p.ratios:
+        small = given(shape, ratio, "small")
         if shape in TILTED:
-            small = scene(body, 1.0, ratio, "small")
             found += measured("small", shape, minimise(small, 0.5))
             continue
         for width in p.widths:
-            small = given(shape, ratio, "small")
             depth = depth_by_16(small, (body.apex or 0.0) + width)
             found += measured("small", shape, minimise(small, depth))
             steep = shape in ROUND and ratio > STEEPEST

@@ -64,11 +64,10 @@ class Record:
     @property
     def violated(self) -> tuple[Assumption, ...]:
         """Each violated assumption once, at its worst over the states in contact."""
-        found: dict[str, Assumption] = {}
+        found: dict[str, list[Assumption]] = {}
         for one in (one for state in self.attached for one in broken(state)):
-            if one.name not in found or one.value > found[one.name].value:
-                found[one.name] = one
-        return tuple(found.values())
+            found.setdefault(one.name, []).append(one)
+        return tuple(max(same, key=lambda one: one.value) for same in found.values())
 
 
 def strains(state: Equilibrium) -> list[float]:

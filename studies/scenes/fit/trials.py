@@ -13,7 +13,7 @@ import numpy as np
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies.scenes.fit import failures as fit_failures
-from studies.scenes.fit.estimate import Fit, fit
+from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import DEFAULT, astray, parameters_of
 from studies.shared.batches import Progress, each, tell
@@ -108,16 +108,13 @@ def run(p: Parameters, show: Callable[[Progress], object] = tell, jobs: int = 1)
 
 
 def _tried(p: Parameters, start: Scene, truth: dict[str, float], curve: Curve) -> tuple[Trial, ...]:
-    found = fit(start, curve, p.names, profiles=False)
-    return tuple(_judged(p, found, i, truth) for i in range(len(p.names)))
-
-
-def _judged(p: Parameters, found: Fit, i: int, truth: dict[str, float]) -> Trial:
-    estimate, true = found.estimates[i], truth[p.names[i]]
-    low, high = estimate.interval or (math.inf, -math.inf)  # withheld: it holds nothing
-    holds = low <= true <= high
-    inside = found.inside_profile(i, true) if p.profile else holds
-    return Trial(estimate.value, estimate.interval, holds, inside)
+    found, trials = fit(start, curve, p.names, profiles=False), []
+    for i, one in enumerate(found.estimates):
+        low, high = one.interval or (math.inf, -math.inf)  # withheld: it holds nothing
+        holds = low <= truth[one.name] <= high
+        inside = found.inside_profile(i, truth[one.name]) if p.profile else holds
+        trials.append(Trial(one.value, one.interval, holds, inside))
+    return tuple(trials)
 
 
 def told(record: Record) -> str:

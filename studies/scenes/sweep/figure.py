@@ -74,18 +74,14 @@ def _draw(
     axes: Any, record: Record, chosen: tuple[int, int | None], values: Values, quantity: str
 ) -> None:
     """The values over the axes chosen: lines through the states in contact, crosses for others."""
-    x, label, log = _coordinate(record, chosen[0])
-    axes.set_xscale("log" if log else "linear")
-    axes.set_xlabel(label)
+    x = _coordinates(axes, "x", record, chosen[0])
     if chosen[1] is None:
         axes.errorbar(x, values.attached, yerr=values.error, fmt="o-", color=BLUE, ms=3, capsize=2)
         _crosses(axes, x, values)
     elif values.table.shape[1] <= LINES:
         _lines(axes, x, values, record, chosen[1])
     else:
-        y, label, log = _coordinate(record, chosen[1])
-        axes.set_yscale("log" if log else "linear")
-        axes.set_ylabel(label)
+        y = _coordinates(axes, "y", record, chosen[1])
         shown = {"cmap": "cividis", "shading": "nearest", "rasterized": True}
         colours = axes.pcolormesh(x, y, values.attached.T, **shown)
         axes.figure.colorbar(colours, ax=axes, label=quantity)
@@ -132,13 +128,15 @@ def _unit(record: Record, i: int) -> Unit:
     return prefixed(axis.values, unit)
 
 
-def _coordinate(record: Record, i: int) -> tuple[Array, str, bool]:
-    """Positions, label and whether they are spaced by a factor; texts by their number."""
+def _coordinates(axes: Any, which: str, record: Record, i: int) -> Array:
+    """Positions along x or y, whose label and scale are set; texts stand at their numbers."""
     axis, unit = record.grid.axes[i], _unit(record, i)
     if isinstance(axis.values[0], str):
-        return np.arange(len(axis.values), dtype=float), f"{axis.key}: {axis.values}", False
+        axes.set(**{f"{which}label": f"{axis.key}: {axis.values}"})
+        return np.arange(len(axis.values), dtype=float)
     values = np.array(axis.values, float)
-    symbol = f" in {unit.symbol}" if unit.symbol else ""
     far = bool((values > 0).all()) and float(values.max() / values.min()) > 30
     log = far and bool(np.ptp(np.diff(np.log(values))) < np.ptp(np.diff(values)) / values.min())
-    return values / unit.size, f"{axis.key}{symbol}", log
+    label = f"{axis.key} in {unit.symbol}" if unit.symbol else axis.key
+    axes.set(**{f"{which}scale": "log" if log else "linear", f"{which}label": label})
+    return values / unit.size
