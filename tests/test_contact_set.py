@@ -68,7 +68,7 @@ def test_the_certificate_accepts_every_global_minimum(scene):
     judgements = 0
     for seed in range(100):
         lattice, g = scene(seed)
-        ends = global_minimum(lattice, g, margin=False).contacts
+        ends = global_minimum(lattice, g).contacts
         if len(ends):
             contacts = of_heights(lattice, g, ends)
             certificate = judge(contacts, totals(contacts))
@@ -92,7 +92,7 @@ def crowded(seed):
 @pytest.mark.parametrize("seed", [1772, 3277, 3576, 4495, 5523, *range(40)])
 def test_crowded_contacts_are_the_least_of_all_spans(seed):
     lattice, g = crowded(seed)
-    found = global_minimum(lattice, g, margin=False)
+    found = global_minimum(lattice, g)
     rounding = 1e-12 * (found.proof.scale or 1.0)
     assert found.proof.attained == pytest.approx(unpruned(lattice, g), rel=0, abs=rounding)
     if len(found.contacts):

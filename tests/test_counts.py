@@ -141,7 +141,7 @@ def test_nodes_visited_by_the_shortest_path(monkeypatch):
     monkeypatch.setattr(shortest_path, "shortest", watched)
     lattice = Lattice.of(plain(Wedge(math.atan(0.05))), 0.01)
     g = 0.2 - 0.05 * abs(x) + 0.02 * np.sin(7 * x)
-    shortest_path.global_minimum(lattice, g, margin=False)
+    shortest_path.global_minimum(lattice, g)
     assert len(visited) == 1
     assert visited[0] <= 1675
 
@@ -177,7 +177,8 @@ def test_starts_compared_by_the_shortest_path(compared):
     counts = {}
     for margin in (False, True):
         compared.clear()
-        shortest_path.global_minimum(Lattice(1.0, 0.0, 1.0, 30.0, 0.5), g, margin=margin)
+        proof = shortest_path.global_minimum(Lattice(1.0, 0.0, 1.0, 30.0, 0.5), g).proof
+        assert not margin or proof.margin >= 0
         counts[margin] = compared["landings"] / n, compared["pairs"] / n
     assert counts[False][0] <= 1.15
     assert counts[False][1] <= 3.45
@@ -187,6 +188,6 @@ def test_starts_compared_by_the_shortest_path(compared):
 def test_starts_that_lost_are_dropped(compared):
     """On a profile that is pulled everywhere, where many spans could still be the best."""
     g = -0.3 - 0.3 * roughness(2000, 300, 6)
-    shortest_path.global_minimum(Lattice(1.0, 0.0, 1.0, 400.0, 1.5), g, margin=False)
+    shortest_path.global_minimum(Lattice(1.0, 0.0, 1.0, 400.0, 1.5), g)
     assert compared["landings"] == g.size
     assert compared["pairs"] <= 29 * g.size

@@ -103,7 +103,7 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
         lattice = Lattice.of(scene, max(spacing / 2**i, least))
         found: set[Lines] = {()}
         for at in (depth - beside, depth, depth + beside):
-            nodes, _ = lowest_contacts(scene, at, lattice, "lattice", False)
+            nodes, _ = lowest_contacts(scene, at, lattice, "lattice")
             near = parted(scene, at, np.asarray(lattice.x(nodes.astype(float))))
             lines = np.clip(near.ravel(), *scene.indenter.extent)
             found.add(motion.settled(tuple(lines.tolist()), depth))

@@ -171,7 +171,7 @@ def _asked(
     solve: Solver, state: Equilibrium, spacing: float, origin: float | None = None
 ) -> Equilibrium | None:
     """The same question on other nodes; None if it has no answer."""
-    asked = {"branch": state.branch, "origin": origin, "margin": False}
+    asked = {"branch": state.branch, "origin": origin}
     try:
         return solve(state.scene, state.depth, spacing, **asked)
     except (ValueError, NotCertifiedError):

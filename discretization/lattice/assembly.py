@@ -34,7 +34,6 @@ class Question:
     depth: float
     branch: str
     method: str = "lattice"
-    margin: bool = True
 
 
 def without_contact(asked: Question, ground: Ground) -> Equilibrium:

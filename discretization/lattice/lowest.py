@@ -39,7 +39,7 @@ def on_lowest(asked: Question, ground: Ground) -> Equilibrium:
     of the known profile.
     """
     scene, method = asked.scene, asked.method
-    nodes, proof = lowest_contacts(scene, asked.depth, ground.lattice, method, asked.margin)
+    nodes, proof = lowest_contacts(scene, asked.depth, ground.lattice, method)
     name = "shortest_path" if method == "lattice" and proof else method
     return replace(of_contacts(asked, ground, nodes), proof=proof, method=name)
 
@@ -58,12 +58,12 @@ def on_lowest_rings(asked: Question, ground: Ground) -> Equilibrium:
         attained, scale = sums.energy, sums.energy_scale
     else:
         state = without_contact(asked, ground)
-    proof = Proof(bound, attained, scale, margin=math.nan)
+    proof = Proof(bound, attained, scale)
     return replace(state, proof=proof, method="shortest_path")
 
 
 def lowest_contacts(
-    scene: Scene, depth: float, lattice: Lattice, method: str, margin: bool
+    scene: Scene, depth: float, lattice: Lattice, method: str
 ) -> tuple[Nodes, Proof | None]:
     """First and last nodes (m, 2) of the contacts of lowest energy, and the proof if there is one.
 
@@ -84,11 +84,11 @@ def lowest_contacts(
         row = where_contact_pays(scene, depth, lattice, where)
         return lowest_rings(row, depth)[0], None
     first, g = window(lattice, scene.indenter, depth)
-    nodes, proof = _search(lattice, g, method, margin)
+    nodes, proof = _search(lattice, g, method)
     return nodes + first, proof
 
 
-def _search(lattice: Lattice, g: Array, method: str, margin: bool) -> tuple[Nodes, Proof | None]:
+def _search(lattice: Lattice, g: Array, method: str) -> tuple[Nodes, Proof | None]:
     """First and last node of each contact (m, 2), and the proof if there is one."""
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
@@ -97,5 +97,5 @@ def _search(lattice: Lattice, g: Array, method: str, margin: bool) -> tuple[Node
     if method == "lattice" and not lattice.w:
         contact = obstacle(lattice, g).contact
         return span.runs(contact if contact.any() else g == 0), None
-    found = global_minimum(lattice, g, margin=margin)
+    found = global_minimum(lattice, g)
     return found.contacts, found.proof

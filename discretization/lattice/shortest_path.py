@@ -22,6 +22,7 @@ The recursion is exact but for rounding; a step costs a few vector operations ov
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -65,12 +66,12 @@ class GlobalMinimum:
         return span.displacement(self.lattice, self.g, self.in_contact)
 
 
-def global_minimum(lattice: Lattice, g: ArrayLike, *, margin: bool = True) -> GlobalMinimum:
+def global_minimum(lattice: Lattice, g: ArrayLike) -> GlobalMinimum:
     """Lowest energy of all contact sets of n nodes in a row with g = d - f (n,).
 
     Beyond both ends are free tails; contact must be impossible there (see `window`). Of states
-    whose energies agree within 1e-12 wΔx per contact the one with more contact. margin=False skips
-    the proof's margin, at least half of the work. ValueError if γ₁ = 0 or g is empty or not finite.
+    whose energies agree within 1e-12 wΔx per contact the one with more contact. ValueError if
+    γ₁ = 0 or g is empty or not finite.
     """
     if not lattice.gamma1:
         raise ValueError("gamma1 = 0.0 leaves the springs independent: use `fronts.held`")
@@ -88,7 +89,7 @@ def global_minimum(lattice: Lattice, g: ArrayLike, *, margin: bool = True) -> Gl
         bound=span.energy(lattice, g, held) + paths.least,
         attained=float(sum(terms)),
         scale=float(sum(abs(term) for term in terms)),
-        margin=_margin(lattice, chain, contacts, paths) if margin else math.nan,
+        find_margin=functools.partial(_margin, lattice, chain, contacts, paths),
     )
     return GlobalMinimum(lattice, g, contacts, proof.attained, proof)
 

@@ -38,14 +38,12 @@ def on_lattice(
     branch: str = "adhered",
     origin: float | None = None,
     method: str = "lattice",
-    margin: bool = True,
 ) -> Equilibrium:
     """Certified equilibrium at an imposed depth on nodes `spacing` apart, one of them on `origin`.
 
     min U[u] s.t. u_i >= d - f(x_i), U that of `NodalEnergy`; a, P and U are interpolated between
     the nodes. branch, and method "lattice", "shortest_path" or "oracle", are those of `minimise`,
-    which looks at its arguments first; origin: by default that of `Lattice.of`; margin: whether the
-    proof of a global minimum says how far above it the next topology lies.
+    which looks at its arguments first; origin: by default that of `Lattice.of`.
 
     ValueError for a spacing too large for the body, and for a contact that would leave the profile;
     NotCertifiedError if no equilibrium was found.
@@ -55,7 +53,7 @@ def on_lattice(
         if method != "lattice":
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
-    asked = Question(lattice.seen(scene), depth, branch, method, margin)
+    asked = Question(lattice.seen(scene), depth, branch, method)
     ground = Ground.of(lattice, asked.scene.indenter, depth)
     state = ON_NODES[route(scene, question_of(method, branch), nodes=True)](asked, ground)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))

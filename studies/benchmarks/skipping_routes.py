@@ -101,7 +101,7 @@ def no_adhesion() -> Pair:
         return float(np.count_nonzero(found.contact)), found.energy
 
     def general() -> Numbers:
-        found = global_minimum(lattice, g, margin=False)
+        found = global_minimum(lattice, g)
         return float(np.sum(np.diff(found.contacts) + 1)), found.energy
 
     return skips, general
