@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.meniscus_surfaces import MeniscusSurfaces
-from discretization.fitted.roots import bracketed
 from discretization.fitted.surfaces import At, Surfaces
+from discretization.roots import bracketed
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]

@@ -19,9 +19,9 @@ from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, refined
 from discretization.fitted.response import ABSENT
-from discretization.fitted.roots import bracketed
 from discretization.fitted.tail import FittedTail
 from discretization.profile import Resolved, resolve
+from discretization.roots import bracketed
 from energy import Scene
 
 Array = NDArray[np.float64]

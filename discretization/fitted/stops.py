@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.roots import bracketed
 from discretization.profile import Resolved
+from discretization.roots import bracketed
 
 Array = NDArray[np.float64]
 Function = Callable[[Any, Any, Any], Any]  # of x, f(x), f'(x): numbers or arrays

@@ -20,17 +20,15 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
 
 from discretization.lattice.bracket import falling_root
 from discretization.lattice.finite_nodes import FiniteLattice
 from discretization.lattice.finite_spans import ENDLESS
 from discretization.lattice.rules import Nodes, Rules
+from discretization.roots import bracketed
 
 Array = NDArray[np.float64]
 _NEAR = 1e-2  # of δ₀ and d: first width beside the depth of small slopes
-_ROUNDING = 1e-15  # of the same
-_CLOSE = 1e-9  # of the distance of two touches: where the energy of two lines' moves is least
 
 
 class FiniteRules(Rules):
@@ -73,7 +71,7 @@ class FiniteRules(Rules):
             high, width = high + width, 4 * width
         if low == high:
             return guess
-        return float(brentq(excess, low, high, xtol=_ROUNDING * size))
+        return float(bracketed(lambda depth: -excess(depth), low, high))
 
     def _clearance(self, left: int | None, right: int | None, m: Nodes, depth: float) -> Array:
         """u - g at free nodes between two contacts (None: none there)."""
@@ -127,6 +125,19 @@ class FiniteRules(Rules):
         cost += self.lattice.spring / 2 * float(np.sum((depth - self.f[list(new)]) ** 2))
         return cost - sum(self.adhesion(*part) for part in parts if part[1] - part[0] == 1)
 
+    def _rate(self, left: int, right: int, new: tuple[int, ...], depth: float) -> float:
+        """The change of that energy with the depth."""
+
+        def pull(one: int, other: int) -> float:
+            return sum(
+                self._on.between(depth - self.f[one], depth - self.f[other], other - one).pulls
+            )
+
+        parts = itertools.pairwise([left, *new, right])
+        pulls = sum(pull(*part) for part in parts) - pull(left, right)
+        squeezed = self.lattice.spring * float(np.sum(depth - self.f[list(new)]))
+        return self.lattice.gamma1 * pulls + squeezed
+
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         if other is None:
@@ -150,12 +161,7 @@ class FiniteRules(Rules):
         touches = sorted(self._touch(left, right, np.array([node])) for node in new)
         best = touches[0]
         if touches[1] > touches[0]:
-            best = minimize_scalar(
-                lambda d: self._cost(left, right, new, d),
-                bounds=touches,
-                method="bounded",
-                options={"xatol": _CLOSE * (touches[1] - touches[0])},
-            ).x
+            best = bracketed(lambda d: self._rate(left, right, new, d), *touches)
         if self._cost(left, right, new, best) > 0:
             return math.inf
         return self._root(lambda d: self._cost(left, right, new, min(d, best)), best)

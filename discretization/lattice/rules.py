@@ -179,7 +179,7 @@ class Rules:
     def advance_both(self, left: int, right: int) -> float:
         """The same if no other node is penetrated then, else inf."""
         depth = self.passes_both(left, right)
-        clear = right - left <= 3 or self._clear(left + 1, right - 1, depth)
+        clear = right - left <= 3 or (depth < math.inf and self._clear(left + 1, right - 1, depth))
         return depth if clear else math.inf
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019

@@ -26,7 +26,6 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from discretization.lattice.finite_spans import ENDLESS, finite_span
 
@@ -181,10 +180,17 @@ class FiniteTail(LatticeTail):
     def between(
         self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
     ) -> Array:
-        """A smooth line through nodes about as far apart as the lattice's."""
+        """Cubics through nodes about as far apart as the lattice's, with their u''."""
         if self.rate * width > ENDLESS:
             return self.displacement(p, left) + self.displacement(q, right)
-        return np.asarray(self._through(width, left, right)(p))
+        u, bend, _ = self._through(width, left, right)
+        h = width / (u.size - 1)
+        i = np.clip((p / h).astype(int), 0, u.size - 2)
+        t = p / h - i
+        chord = u[i] + t * (u[i + 1] - u[i])
+        return np.asarray(
+            chord - h * h / 6 * t * (1 - t) * ((2 - t) * bend[i] + (1 + t) * bend[i + 1])
+        )
 
     def slope_between(
         self, width: Array, own: Array, other: Array, radius: Any = math.inf
@@ -194,16 +200,18 @@ class FiniteTail(LatticeTail):
         lines = zip(width.tolist(), own.tolist(), other.tolist(), far.tolist(), strict=True)
         return np.array(
             [
-                float(self.slope(np.array(u)) if apart else self._through(size, u, v)(0.0, 1))
+                float(self.slope(np.array(u))) if apart else self._through(size, u, v)[2]
                 for size, u, v, apart in lines
             ]
         )
 
-    def _through(self, width: float, left: float, right: float) -> CubicSpline:
+    def _through(self, width: float, left: float, right: float) -> tuple[Array, Array, float]:
+        """Nodes u, their u'' = u (1 + u'²)^{3/2}/l², and the slope u' at the left line."""
         links = max(_LEAST_LINKS, round(width / (self.response.h * self.length)))
-        ends = left / self.length, right / self.length
-        found = finite_span(width / links / self.length, *ends, links)
-        return CubicSpline(np.linspace(0, width, links + 1), self.length * found.u)
+        ends, h = (left / self.length, right / self.length), width / links
+        u = self.length * finite_span(h / self.length, *ends, links).u
+        bend = u * (1 + np.gradient(u, h) ** 2) ** 1.5 / self.length**2
+        return u, bend, float((u[1] - u[0]) / h - h * (2 * bend[0] + bend[1]) / 6)
 
 
 @functools.lru_cache(maxsize=64)

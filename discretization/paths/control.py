@@ -13,8 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from discretization.fitted.roots import bracketed
 from discretization.paths.branch import Branch, Point
+from discretization.roots import bracketed
 
 _MARCH = 40  # secant steps: four or five do where P is smooth
 _HALVINGS = 60  # of a bracket, to the spacing of floating-point numbers
