@@ -101,8 +101,8 @@ def _moving(axes: Any, history: History, frame: Frame, window: tuple[Array, Unit
     (x, across, up), (low, high) = window, axes.get_ylim()
     u, body = (-y / up.size for y in surface(history, frame.state, x))
     body, s = np.where(np.isfinite(body), body, np.nan), x / across.size
-    a = frame.state.half_width
-    told = "no contact" if math.isnan(a) else f"contact of half-width a = {quantity(a, 'm')}"
+    width = f"contact of half-width a = {quantity(frame.state.half_width, 'm')}"
+    told = "no contact" if math.isnan(frame.state.left) else width
     axes.set_title(frame.caption or told)
     return [
         axes.fill_between(s, u, low, color=SOFT, lw=0),
