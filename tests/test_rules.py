@@ -7,7 +7,7 @@ from lattices import lattice
 from discretization import NodalEnergy
 from discretization.lattice.changes import recedes
 from discretization.lattice.rules import Rules
-from discretization.lattice.waiting import held_nodes
+from discretization.lattice.waiting import advances, held_nodes
 
 NODES = 40
 HELD = [(6, 12), (18, 24)]  # a gap of six links
@@ -93,7 +93,7 @@ def test_a_line_waits_where_a_node_would_be_penetrated_once_it_has_passed():
     waits = 0
     for seed in range(800):
         rules = case(seed, ell=2.0)
-        alone, depth = rules.passes(12, 1, None), rules.advances(12, 1, None)
+        alone, depth = rules.passes(12, 1, None), advances(rules, 12, 1, None)
         if not depth > alone + 1e-9 or depth == np.inf:
             assert depth >= alone
             continue

@@ -141,10 +141,6 @@ class FiniteLattice(Lattice):
         slope = steps / self.spacing
         return self.gamma1 * slope / np.sqrt(1 + slope * slope)
 
-    def surface_energy(self, steps: Array, nodes: Any) -> float:
-        squares = (steps / self.spacing) ** 2
-        return self.gamma1 * self.spacing * float(np.sum(squares / (1 + np.sqrt(1 + squares))))
-
     def link_energies(self, steps: Array) -> Array:
         squares = (steps / self.spacing) ** 2
         return self.gamma1 * self.spacing * squares / (1 + np.sqrt(1 + squares))

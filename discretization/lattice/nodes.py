@@ -20,45 +20,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice import span
+from discretization.lattice.place import Place
 from discretization.lattice.tails import LatticeTail
 from energy import Indenter, Scene
 from energy.checks import positive
 
 Array = NDArray[Any]
-
-
-class Place(Protocol):
-    """What contact lines at some nodes, all facing the same way, need to know of a lattice.
-
-    loss: 1 - λ there.
-    """
-
-    @property
-    def loss(self) -> Any: ...
-
-    def gap(self, f: Any, f_next: Any, depth: Any) -> Any: ...
-
-    def holds(self, f: Array, f_next: Array, depth: float, reach: float) -> Array: ...
-
-    def rest_depth(self, f: Any, f_next: Any, work: Any) -> Any: ...
-
-    def stored(self, gap: Any) -> Any: ...
-
-    def advance(self, f: Any, f_next: Any, depth: float) -> tuple[Any, Any, Any]: ...
-
-    def tail_energy(self, u: Any) -> Any: ...
-
-    def tail_reaction(self, u: Any) -> Any: ...
-
-    def tail_force(self, u: Any) -> Any: ...
-
-    def tail_stiffness(self, u: Any) -> Any: ...
 
 
 @dataclass(frozen=True)
@@ -256,10 +229,6 @@ class Lattice:
     def tension(self, steps):
         """Vertical force of links over which u changes by `steps`."""
         return self.link * steps
-
-    def surface_energy(self, steps: Array, nodes: Any) -> float:
-        """Energy of the links between these nodes, u changing by `steps`, as free surface."""
-        return self.link / 2 * float(self.on_links(steps, nodes).dot(steps))
 
     def link_energies(self, steps: Array) -> Array:
         """Energy of each of these links, of the free surface."""

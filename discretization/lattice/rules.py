@@ -32,13 +32,17 @@ from numpy.typing import NDArray
 
 from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.waiting import ordered, waiting_depth
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
 _ROUNDING = 256 * float(np.finfo(float).eps)
 _LEAST = 1e-10
-_TIE = 64 * float(np.finfo(float).eps)
+TIE = 64 * float(np.finfo(float).eps)
+
+
+def ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:
+    """Left and right contact node of the free part on this side of a node."""
+    return (node, other) if side > 0 else (other, node)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +183,7 @@ class Rules:
     def advance_both(self, left: int, right: int) -> float:
         """The same if no other node is penetrated then, else inf."""
         depth = self.passes_both(left, right)
-        clear = right - left <= 3 or (depth < math.inf and self._clear(left + 1, right - 1, depth))
+        clear = right - left <= 3 or (depth < math.inf and self.clears(left + 1, right - 1, depth))
         return depth if clear else math.inf
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
@@ -241,20 +245,6 @@ class Rules:
         """
         return _LEAST * self._strongest or math.inf
 
-    def gains(self, side: int, links: range, own: Array, when: Array) -> Array:
-        """Energy gained by an outermost line that passes links at other depths than its own.
-
-        links: as they are counted in `outwards`, with their own depths there.
-        """
-        lat, f = self.lattice, self.f[::side]
-        at = np.arange(links.start, links.stop, links.step)
-        work, near, far = self.work[::side][at], f[at], f[at + 1]
-        place = lat.at(self.nodes[::side].start + side * at, side)
-        gap = place.gap(near, far, when)
-        gain = np.abs(place.stored(gap) - work) * lat.arc(far - near)
-        rounding = _TIE * (np.abs(self.f).max() + np.abs(own) + np.abs(when))
-        return np.where(np.abs(place.loss * (own - when)) > rounding, gain, 0.0)
-
     def first_touch(self, node: int, side: int) -> float:
         """Depth at which the surface beyond an outermost line at `node` touches another node."""
         return self.touches(*ordered(side, node, None))[0]
@@ -264,7 +254,7 @@ class Rules:
 
         The largest difference quotient of heights that enters them is that of a span of two links.
         """
-        return _TIE * (abs(one) + abs(other) + self.lift) / self.least_rest
+        return TIE * (abs(one) + abs(other) + self.lift) / self.least_rest
 
     @functools.cached_property
     def lift(self) -> float:
@@ -280,25 +270,12 @@ class Rules:
     def _strongest(self) -> float:
         return float(self.work.max(initial=0.0))
 
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def advances(self, node: int, side: int, other: int | None) -> float:
-        """Depth at which a line passes the next link if no other node may be penetrated then.
-
-        inf: another node touches before.
-        """
-        alone, after = self.passes(node, side, other), node + side
-        if other is not None and abs(other - after) < 2:
-            return alone
-        if self._clear(*ordered(side, after, other), alone):
-            return alone
-        return waiting_depth(self, node, side, other, alone)
-
     def recede_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span open a link at once, none of the nodes pressed."""
         ends = left - 1, right + 1
         return min(self.passes_both(*ends), self.touches(*ends)[0])
 
-    def _clear(self, left: int | None, right: int | None, depth: float) -> bool:
+    def clears(self, left: int | None, right: int | None, depth: float) -> bool:
         """Whether the surface between two contact nodes (None: none there) clears the indenter."""
         touch = self.touches(left, right)[0]
         return touch == math.inf or touch >= depth - self.tie(touch, depth)

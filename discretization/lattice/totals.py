@@ -159,12 +159,12 @@ def _parts(contacts: ContactSet, start: int, stop: int) -> Iterator[_Part]:
         force[:-1] -= tension
         force[1:] += tension
         own = slice(int(low > start), u.size - int(high < stop))
-        whole = slice(None if high == stop else -1)
+        whole = slice(None if high == stop else -1)  # of the links
         added = [
             float(weighted[own].dot(u[own])),
             float(weighted[own].sum()),
             dasum(weighted[own]),
-            lat.surface_energy(step[whole], nodes[whole]),
+            float(lat.on_links(lat.link_energies(step), nodes)[whole].sum()),
             float((force[own] if free is None else force[own][~free[own]]).sum()),
         ]
         worst = _worst(contacts, low, lat.per_weight(force[1:-1], nodes[1:-1]), free)

@@ -7,22 +7,30 @@ depth is found by halving.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from discretization.lattice.rules import Rules
+from discretization.lattice.rules import Rules, ordered
 
 
-def ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:
-    """Left and right contact node of the free part on this side of a node."""
-    return (node, other) if side > 0 else (other, node)
+@functools.lru_cache(maxsize=1 << 16)
+def advances(rules: Rules, node: int, side: int, other: int | None) -> float:
+    """Depth at which a line passes the next link if no other node may be penetrated then.
+
+    inf: another node touches before.
+    """
+    alone, after = rules.passes(node, side, other), node + side
+    if other is not None and abs(other - after) < 2:
+        return alone
+    if rules.clears(*ordered(side, after, other), alone):
+        return alone
+    return _waiting_depth(rules, node, side, other, alone)
 
 
-def waiting_depth(rules: Rules, node: int, side: int, other: int | None, alone: float) -> float:
+def _waiting_depth(rules: Rules, node: int, side: int, other: int | None, alone: float) -> float:
     """Depth at which a line passes the next link, above that at which it would alone.
 
     inf: another node touches before.

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.rules import Rules
+from discretization.lattice.rules import TIE, Rules
+from discretization.lattice.waiting import advances
 
 Array = NDArray[np.float64]
 Part = tuple[int | None, int | None]
@@ -76,9 +77,9 @@ def rise(rules: Rules, left: int | None, right: int | None) -> Rise:
     touch, node = rules.touches(left, right)
     found = []
     if left is not None and left + 1 < rules.f.size:
-        found.append(Rise(rules.advances(left, 1, right), left + 1, right))
+        found.append(Rise(advances(rules, left, 1, right), left + 1, right))
     if right is not None and right > 0:
-        found.append(Rise(rules.advances(right, -1, left), left, right - 1))
+        found.append(Rise(advances(rules, right, -1, left), left, right - 1))
     if left is not None and right is not None:
         found.append(Rise(rules.advance_both(left, right), left + 1, right - 1))
     found.append(Rise(touch, left, right, node))
@@ -222,8 +223,23 @@ def _lag(rules: Rules, side: int, start: int, way: int, own: Array, when: Array)
     if not (own != when).any():
         return None
     links = range(start, start + way * own.size, way)
-    behind = np.flatnonzero(np.cumsum(rules.gains(side, links, own, when)) > rules.least)
+    behind = np.flatnonzero(np.cumsum(_gains(rules, side, links, own, when)) > rules.least)
     return float(when[behind[0]]) if behind.size else None
+
+
+def _gains(rules: Rules, side: int, links: range, own: Array, when: Array) -> Array:
+    """Energy gained by an outermost line that passes links at other depths than its own.
+
+    links: as they are counted in `Rules.outwards`, with their own depths there.
+    """
+    lat, f = rules.lattice, rules.f[::side]
+    at = np.arange(links.start, links.stop, links.step)
+    work, near, far = rules.work[::side][at], f[at], f[at + 1]
+    place = lat.at(rules.nodes[::side].start + side * at, side)
+    gap = place.gap(near, far, when)
+    gain = np.abs(place.stored(gap) - work) * lat.arc(far - near)
+    rounding = TIE * (np.abs(rules.f).max() + np.abs(own) + np.abs(when))
+    return np.where(np.abs(place.loss * (own - when)) > rounding, gain, 0.0)
 
 
 def _clear(
