@@ -32,12 +32,17 @@ def rough_heights(rng, n, *, hurst=0.8, roll_off=3, offset=-0.3):
     return 0.07 * (z / z.std() + offset)
 
 
-def of_heights(lattice, g, ends, depth=None):
-    """Contacts of nodes 0, 1, ... with these g, nothing beside them, at a depth of their size."""
+def of_heights(lattice, g, ends, depth=None, factor=None):
+    """Contacts of nodes 0, 1, ... with these g, nothing beside them, at a depth of their size.
+
+    factor: of a pattern that is the same on all links.
+    """
     depth = float(np.abs(g).max()) if depth is None else depth
     where = Region(0, len(g) - 1, int(np.argmax(g)))
     nothing = Profile(lambda x: 0 * x, lambda x: 0 * x)
-    ground = Ground(lattice, nothing, where, (lattice.w, lattice.w), depth - np.asarray(g, float))
+    bonds = None if factor is None else np.full(len(g) - 1, factor * lattice.cell)
+    f, works = depth - np.asarray(g, float), (lattice.w, lattice.w)
+    ground = Ground(lattice, nothing, where, works, f, bonds)
     return ContactSet(ground, [*map(tuple, ends)], depth)
 
 

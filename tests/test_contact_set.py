@@ -1,6 +1,7 @@
 """The certificate of any number of contacts on the lattice, and the least energy of all sets."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.shortest_path import global_minimum
-from discretization.lattice.span import displacement
+from discretization.lattice.span import displacement, mask_of
 from discretization.lattice.state import on_lattice
 from discretization.lattice.totals import totals
 from energy import Profile
@@ -163,3 +164,61 @@ def test_a_lone_node_is_not_pulled(g, failures):
     lattice = Lattice(1.0, 0.0, 2.0, 50.0, 1.0)
     contacts = of_heights(lattice, [-1.0, g, -1.0], [[1, 1]])
     assert judge(contacts, totals(contacts)).failures == failures
+
+
+APART = [[0, 12], [17, 29]]
+
+
+@pytest.mark.parametrize(("share", "failures"), [(0.99, set()), (1.01, {"opening"})])
+@pytest.mark.parametrize("factor", [None, 1.0, 0.2, 0.0])
+@pytest.mark.parametrize("ends", [APART, APART[:1]])
+def test_a_node_in_contact_is_pulled_by_no_more_than_its_links_hold(share, factor, failures, ends):
+    lattice = Lattice(1.0, 0.0, 2.0, 50.0, 1e-4)
+    g = 0.01 * np.ones(30)
+    g[13:17] = -1.0
+    stiffness = lattice.spring + 2 * lattice.link
+    held = math.sqrt(4 * stiffness * lattice.w * (1.0 if factor is None else factor))
+    pull = share * held if held else (share - 1) * lattice.spring * 1e-3
+    g[6] -= (pull + lattice.spring * g[6]) / stiffness
+    contacts = of_heights(lattice, g[: ends[-1][1] + 1], ends, factor=factor)
+    assert set(judge(contacts, totals(contacts)).failures) == failures
+
+
+@pytest.mark.parametrize(("off", "failures"), [(1e-5, set()), (-1e-5, {"opening"})])
+@pytest.mark.parametrize("lone", [0, 1, 2])
+def test_a_lone_node_among_contacts_is_not_pulled(off, failures, lone):
+    lattice = Lattice(1.0, 0.0, 2.0, 50.0, 1e-4)
+    ends = [[4, 8], [13, 18], [23, 27]]
+    ends[lone] = [ends[lone][0]] * 2
+    held = mask_of(32, np.array(ends))
+    g = np.where(held, 0.01, -1.0)
+    others = held.copy()
+    others[ends[lone][0]] = False
+    g[ends[lone][0]] = displacement(lattice, g, others)[ends[lone][0]] + off
+    contacts = of_heights(lattice, g, ends)
+    assert set(judge(contacts, totals(contacts)).failures) == failures
+
+
+@pytest.mark.parametrize("ends", [[[0, 7]], [[3, 9], [14, 14], [20, 27]], [[0, 5], [12, 30]]])
+@pytest.mark.parametrize("kind", ["small", "finite", "round"])
+@pytest.mark.parametrize("factor", [None, 0.3])
+def test_totals_are_the_nodal_energy_of_any_contacts(ends, kind, factor):
+    scene = adhesive(SCENE.indenter, w=0.02, slopes="finite" if kind == "finite" else "small")
+    if kind == "round":
+        scene = replace(scene, geometry="axisymmetric")
+    lattice = Lattice.of(scene, L / 7)
+    g = 0.2 * L * (0.3 + np.random.default_rng(3).random(33))
+    contacts = of_heights(lattice, g, ends, factor=None if kind == "round" else factor)
+    sums, held = totals(contacts), mask_of(33, np.array(ends))
+    first, last = ends[0][0], ends[-1][1]
+    u, free = contacts.surface(first, g[first : last + 1])
+    assert (~held[first : last + 1]).sum() == (0 if free is None else free.sum())
+    model = NodalEnergy(lattice, held[first : last + 1], first)
+    terms, forces = model.terms(u), model.gradient(u)
+    if contacts.ground.bonds is not None:
+        terms["adhesion"] *= factor
+    for name, value in terms.items():
+        assert getattr(sums, name) == pytest.approx(value, rel=1e-12, abs=0)
+    pressed = forces[held[first : last + 1]].sum()
+    assert abs(sums.force_by_reactions - pressed) <= 1e-13 * sums.force_scale
+    assert abs(sums.force - pressed) <= 1e-12 * sums.force_scale

@@ -160,14 +160,6 @@ class FiniteLattice(Lattice):
         whole = self.link_over_decay / self.link * np.hypot(1, rise)
         return self.spacing * self.response.parting(u, rise) / np.sqrt(whole)
 
-    def holds(self, f, f_next, depth, reach):
-        u = (depth - f) / self.length
-        parting = f_next - f - self.spacing * self.response.fall(u)  # never less than the gap
-        holds = (parting <= 0) | ((parting <= reach) & (np.abs(u) <= self.response.reach))
-        rest = ~holds
-        holds[rest] = self.gap(f[rest], f_next[rest], depth) <= reach
-        return holds
-
     def rest_depth(self, f, f_next, work):
         """The same by root finding, as the gap falls with d; where the tail is described."""
         reach = np.sqrt(2 * work / self.link_over_decay)

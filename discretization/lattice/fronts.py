@@ -207,7 +207,7 @@ def _advance(
     else:
         for node, f in blocks(lattice, indenter, start, limit):
             place = lattice.at(range(node, node + side * (f.size - 1), side), side)
-            holds = place.holds(f[:-1], f[1:], depth, reach)
+            holds = place.gap(f[:-1], f[1:], depth) <= reach
             if not holds.all():
                 return node + side * int(np.argmin(holds))
     end = indenter.extent[0 if side < 0 else 1]
@@ -275,7 +275,7 @@ def _recede(lattice: Lattice, indenter: Indenter, depth: float, end: int, stop: 
         return _bracketed(lattice, indenter, depth, stop, end, reach)
     for node, f in blocks(lattice, indenter, end, stop):
         place = lattice.at(range(node - side, node - side * f.size, -side), side)
-        holds = place.holds(f[1:], f[:-1], depth, reach)
+        holds = place.gap(f[1:], f[:-1], depth) <= reach
         if holds.any():
             return node - side * int(np.argmax(holds))
     return stop

@@ -253,10 +253,6 @@ class Lattice:
         """
         return f_next - f - self.loss * (depth - f)
 
-    def holds(self, f, f_next, depth, reach):
-        """Whether the line advances over these links: gap <= reach."""
-        return self.gap(f, f_next, depth) <= reach
-
     def rest_depth(self, f, f_next, work):
         """D: the depth at which a line passes links of this adhesion [energy/length] each.
 

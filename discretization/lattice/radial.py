@@ -155,9 +155,6 @@ class Around:
     def gap(self, f, f_next, depth):
         return (f_next - f - self.loss * (depth - f)) / self._scale
 
-    def holds(self, f, f_next, depth, reach):
-        return self.gap(f, f_next, depth) <= reach
-
     def rest_depth(self, f, f_next, work):
         reach = np.sqrt(2 * work / (self.lattice.link_over_decay * self.weight)) * self._scale
         return f + (f_next - f - reach) / self.loss

@@ -17,13 +17,14 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.equilibrium import AccuracyWarning, Equilibrium
-from discretization.lattice import span
+from discretization.certificate import Certificate
+from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.lattice.fronts import heights
 from discretization.lattice.nodes import Lattice
 from discretization.profile import resolve
@@ -79,16 +80,13 @@ def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
 
 def looked_at(state: Equilibrium, lattice: Lattice, stacklevel: int) -> Equilibrium:
     """The state; AccuracyWarning where its surface misses what the nodes do not see."""
-    hidden = unseen(state.scene, state.depth, lattice)
+    hidden = unseen(lattice.seen(state.scene), state.depth, lattice)
     if not state.contacts.size and state.depth > hidden.touch:
         place, height = np.array([hidden.lowest]), np.array([hidden.touch])
         hidden = Unseen(place, height, np.zeros(1))
     if hidden.x.size:
-        missed = state.depth - hidden.f - state.displacement(hidden.x)
-        ends = state.contacts.ravel()
-        missed = np.where(np.searchsorted(ends, hidden.x) % 2, hidden.off, missed)
         size = max(abs(state.depth), state.scene.critical_separation)
-        _warn(hidden, missed, size, lattice, stacklevel + 1)
+        _warn(hidden, _missed(state, hidden), size, lattice, stacklevel + 1)
     return state
 
 
@@ -102,23 +100,25 @@ def looked_between(
 ) -> None:
     """AccuracyWarning where one of several surfaces misses what the nodes do not see.
 
-    depths (n,), and the lines of each surface, contact nodes at x, two for every contact. With
-    finite slopes too the surfaces looked at are those of small ones.
+    depths (n,), and the lines of each surface, contact nodes at x, two for every contact.
     """
     if not hidden.x.size or not len(lines):
         return
-    missed = np.full(hidden.x.size, -math.inf)
-    for depth, own in zip(depths.tolist(), lines, strict=True):
-        ends = np.asarray(own)
-        place = np.searchsorted(ends, hidden.x)
-        x = np.concatenate([[-math.inf], ends, [math.inf]])
-        g = np.concatenate([[0.0], depth - scene.indenter.height(ends), [0.0]])
-        p, q = hidden.x - x[place], x[place + 1] - hidden.x
-        near, far, _ = span.shares(lattice.log_decay / lattice.spacing, p, q)
-        above = depth - hidden.f - near * g[place] - far * g[place + 1]
-        missed = np.maximum(missed, np.where(place % 2, hidden.off, above))
+    apart = detached(scene, 0.0, "adhered", lattice.tail, Certificate.undeformed())
+    states = (
+        replace(apart, depth=depth, contacts=np.reshape(own, (-1, 2)))
+        for depth, own in zip(depths.tolist(), lines, strict=True)
+    )
+    missed = np.max([_missed(state, hidden) for state in states], axis=0)
     size = max(float(np.abs(depths).max()), scene.critical_separation)
     _warn(hidden, missed, size, lattice, stacklevel + 1)
+
+
+def _missed(state: Equilibrium, hidden: Unseen) -> Array:
+    """How far the surface of a state is from the indenter: through it, or in contact off it."""
+    through = state.depth - hidden.f - state.displacement(hidden.x)
+    inside = np.searchsorted(state.contacts.ravel(), hidden.x) % 2 == 1
+    return np.where(inside, hidden.off, through)
 
 
 def _warn(hidden: Unseen, missed: Array, size: float, lattice: Lattice, stacklevel: int) -> None:

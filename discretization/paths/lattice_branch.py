@@ -234,7 +234,7 @@ class LatticeBranch:
         """
         scene, row = self.seen, self.row
         whole = [state.lines for state in states]
-        looked_between(scene, row.lattice, self.hidden, depths, whole, stacklevel=4)
+        looked_between(self.scene, row.lattice, self.hidden, depths, whole, stacklevel=4)
         x, force, energy = np.empty((depths.size, 2)), np.empty(depths.size), np.empty(depths.size)
         counts = np.array([len(state.nodes) for state in states])
         for count in np.unique(counts).tolist():
