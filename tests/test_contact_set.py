@@ -122,6 +122,14 @@ def test_the_certificate_notices_force_and_balance():
     assert "stationarity" in judge(bent, totals(bent)).failures
 
 
+def test_the_certificate_notices_a_tail_out_of_balance():
+    lattice = Lattice(1.0, 0.0, 2.0, 50.0, 1e-4)
+    contacts = of_heights(lattice, [0.01, 0.01, 0.01], [[0, 2]])
+    assert judge(contacts, totals(contacts)).ok
+    vars(lattice).update(log_decay=lattice.log_decay * (1 + 1e-7))
+    assert judge(contacts, totals(contacts)).failures == ("stationarity",)
+
+
 def test_one_node_relaxes():
     lattice = Lattice.of(SCENE, L / 3)
     assert NodalEnergy(lattice, [True]).relaxed([0.3]).tolist() == [0.3]
