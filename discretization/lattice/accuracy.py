@@ -33,7 +33,7 @@ import numpy as np
 
 from discretization.certificate import NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
-from discretization.lattice.fronts import height, region
+from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
 from discretization.profile import resolve
 
@@ -101,9 +101,8 @@ def _tied(state: Equilibrium) -> bool:
     if scene.indenter.convex or state.branch != "adhered" or not scene.work_of_adhesion:
         return False
     lattice = Lattice.of(scene, state.spacing)
-    body = lattice.seen(scene).indenter
-    where = region(lattice, body, state.depth)
-    touch, profile = height(lattice, body, where.lowest), resolve(scene, state.depth)
+    ground = Ground.of(lattice, lattice.seen(scene).indenter, state.depth)
+    touch, profile = ground.lowest, resolve(scene, state.depth)
     summits = profile.x[profile.f <= touch]
     left = np.searchsorted(state.contacts[:, 0], summits + 2 * state.spacing) - 1
     near = state.contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits

@@ -23,7 +23,8 @@ from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import Oracle
-from discretization.lattice.radial_lowest import lowest_rings, where_contact_pays
+from discretization.lattice.radial_lowest import lowest_rings
+from discretization.lattice.row import Row
 from discretization.lattice.shortest_path import global_minimum, window
 from discretization.lattice.totals import totals
 from energy import Scene
@@ -49,7 +50,7 @@ def on_lowest_rings(asked: Question, ground: Ground) -> Equilibrium:
 
     ValueError for too many nodes, and for a contact that reaches an end of the known profile.
     """
-    row = where_contact_pays(asked.scene, asked.depth, ground.lattice, ground.where)
+    row = _around_axis(asked.scene, ground, asked.depth)
     nodes, bound = lowest_rings(row, asked.depth)
     attained = scale = 0.0
     if nodes.size:
@@ -79,13 +80,17 @@ def lowest_contacts(
             f"gamma1 = 0 leaves no links to search over: use 'lattice', not {method!r}"
         )
     if scene.axisymmetric:
-        scene = lattice.seen(scene)
-        where = Ground.of(lattice, scene.indenter, depth).where
-        row = where_contact_pays(scene, depth, lattice, where)
-        return lowest_rings(row, depth)[0], None
+        seen = lattice.seen(scene)
+        ground = Ground.of(lattice, seen.indenter, depth)
+        return lowest_rings(_around_axis(seen, ground, depth), depth)[0], None
     first, g = window(lattice, scene.indenter, depth)
     nodes, proof = _search(lattice, g, method)
     return nodes + first, proof
+
+
+def _around_axis(scene: Scene, ground: Ground, depth: float) -> Row:
+    """All known nodes; of a convex profile those that a contact reaches which is only touched."""
+    return Row.of(scene, ground, max(depth, ground.lowest))
 
 
 def _search(lattice: Lattice, g: Array, method: str) -> tuple[Nodes, Proof | None]:

@@ -60,7 +60,7 @@ def _followed(asked: Question, ground: Ground) -> tuple[Row, Contacts]:
     ValueError where the path leads to an end of the known profile.
     """
     deepest = max(asked.depth, ground.lowest)
-    row = Row.of(asked.scene, ground.lattice, ground.where, deepest)
+    row = Row.of(asked.scene, ground, deepest)
     closing, opening = row.rules
     nodes = pressed(closing, (), deepest, row.touch)
     refuse_unknown(ground, deepest, row.first + nodes[0][0], row.first + nodes[-1][1])

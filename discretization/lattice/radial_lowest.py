@@ -22,20 +22,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.fronts import Region, height
-from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_spans import RingSpans, ring_spans
 from discretization.lattice.row import Row
-from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 MOST = 6000  # nodes, for which it takes about ten seconds
-
-
-def where_contact_pays(scene: Scene, depth: float, lattice: Lattice, where: Region) -> Row:
-    """All known nodes; of a convex profile those that a contact reaches which is only touched."""
-    return Row.of(scene, lattice, where, max(depth, height(lattice, scene.indenter, where.lowest)))
 
 
 def lowest_rings(row: Row, depth: float) -> tuple[Nodes, float]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.finite_nodes import FiniteLattice
 from discretization.lattice.finite_rules import FiniteRules
-from discretization.lattice.fronts import Region, blocks, heights, unknown
+from discretization.lattice.fronts import Region, blocks, unknown
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial import RadialLattice
@@ -71,17 +71,18 @@ class Row:
     overhang: float = 0.0
 
     @classmethod
-    def of(cls, scene: Scene, lattice: Lattice, where: Region, deepest: float) -> Row:
+    def of(cls, scene: Scene, ground: Ground, deepest: float) -> Row:
         """The nodes that may be in contact up to the largest depth.
 
         Of a convex profile they end a few links beyond the last that holds there; of others they
         are all nodes of the region. ValueError if the profile ends before, or has too many nodes.
         """
+        lattice, where = ground.lattice, ground.where
         if scene.indenter.convex:
-            left, right = (_outwards(scene, lattice, where, way, deepest) for way in (-1, 1))
+            left, right = (_outwards(scene, ground, way, deepest) for way in (-1, 1))
             f, first = np.concatenate([left[:0:-1], right]), where.lowest - left.size + 1
         else:
-            f, first = _all(scene, lattice, where), where.first
+            f, first = _all(ground), where.first
         x = lattice.x(first + np.arange(f.size))
         bonds = factors(scene, (x[1:] + x[:-1]) / 2) * lattice.cell
         bonds = lattice.on_links(bonds, first + np.arange(f.size))
@@ -192,18 +193,19 @@ def _total(parts: Parts, nodes: Nodes, depth: Array) -> Array:
     return np.asarray(total, float)
 
 
-def _all(scene: Scene, lattice: Lattice, where: Region) -> Array:
+def _all(ground: Ground) -> Array:
+    lattice, where = ground.lattice, ground.where
     if where.last - where.first > MOST:
         raise ValueError(
             f"spacing = {lattice.spacing!r} puts {where.last - where.first} nodes on the indenter; "
             "give it a finite extent, or a larger spacing"
         )
-    nodes = np.arange(where.first, where.last + 1, dtype=float)
-    return heights(lattice, scene.indenter, nodes)
+    return ground.heights(where.first, where.last)
 
 
-def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, deepest: float) -> Array:
+def _outwards(scene: Scene, ground: Ground, way: int, deepest: float) -> Array:
     """Heights from the node that touches first to the link that resists, and three links more."""
+    lattice, where = ground.lattice, ground.where
     limit = where.first if way < 0 else where.last
     strongest = max(scene.pattern.factors) if scene.pattern else 1.0
     work = strongest * scene.work_of_adhesion * lattice.cell

@@ -84,7 +84,7 @@ class LatticeBranch:
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
         ground = Ground.of(lattice, seen.indenter, deepest)
-        row = Row.of(seen, lattice, ground.where, deepest)
+        row = Row.of(seen, ground, deepest)
         return cls(scene, seen, ground, row, *row.rules, deepest)
 
     @functools.cached_property
