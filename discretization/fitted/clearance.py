@@ -15,6 +15,8 @@ from discretization.roots import bracketed
 Array = NDArray[np.float64]
 _UNSURE = 1 / 16  # of the width of an interval and of how v' varies in it
 
+_HIGHER = 1 / 16  # of δ₀
+
 
 @dataclass(frozen=True, eq=False)
 class Clearance:
@@ -48,13 +50,17 @@ class Clearance:
         return best, place
 
     def _near(self, left: At | None, right: At | None, depth: float) -> Array:
-        """x, f and f' of the samples between two lines that are low: v >= f - max(d, f_line)."""
+        """x, f and f' of the samples between two lines that are low: v >= f - max(d, f_line).
+
+        And of those a little higher, so that the least v changes with the depth without a jump.
+        """
         ends = [
             line.x if line is not None else end * math.inf for end, line in ((-1, left), (1, right))
         ]
         own = self.profile.beyond(*ends)
         f = self.profile.f[own]
-        low = f <= max([depth, *(line.f for line in (left, right) if line is not None)])
+        top = max([depth, *(line.f for line in (left, right) if line is not None)])
+        low = f <= top + _HIGHER * self.surfaces.scene.opened.critical_separation
         kept = low.copy()
         kept[1:] |= low[:-1]
         kept[:-1] |= low[1:]

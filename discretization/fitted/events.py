@@ -29,11 +29,12 @@ from discretization.fitted.smooth import Smooth
 
 Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]
-_CLOSE = 4e-16  # of the size of depths: depths that close enclose an event
+_CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
-_AHEAD = 1e-9  # of the size of depths: beyond an event lines that go on smoothly do so that far
+_AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
 _MOST = 400  # trials: with the next rule three times as many as halvings of a double
+_PARTED = 6  # parts to come, each half as long as the next one, after which a way is not parted
 _PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
 _CREEPS = 1e-12  # of the size of depths: a part that short is one of a line that comes free by
 _CREEPING = 20  # roundings, and after so many in a row it is not followed any further
@@ -50,13 +51,17 @@ class Part(NamedTuple):
 
 
 class _Tried(NamedTuple):
-    """Surfaces taken to a depth: their lines, ∫P dd of each, what is left; surfaces that fail."""
+    """Surfaces taken to a depth: their lines, ∫P dd of each, what is left; surfaces that fail.
+
+    known: something is known to happen to one of these; else shorter ways may succeed.
+    """
 
     depth: float
     lines: Array
     work: Array
     rooms: Rooms
     failed: set[int]
+    known: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,67 +104,96 @@ class Events:
     def _part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
         surfaces = np.array(free(lines))
-        everything = set(range(len(surfaces)))
-        whole = self._tried(surfaces, everything, start, end)
-        if not whole.failed:
-            return Part(end, _flat(whole.lines), float(whole.work.sum()), None)
-        low, high, failed = self._enclosed(surfaces, whole, start)
-        others = everything - failed
-        rest = self._tried(surfaces, others, start, low.depth) if low.depth != start else None
-        if rest is not None and rest.failed:
-            return self._part(lines, start, (start + low.depth) / 2)
-        before, work = low.lines.copy(), float(low.work[sorted(failed)].sum())
-        if rest is not None:
-            kept = sorted(others)
-            before[kept], work = rest.lines[kept], work + float(rest.work[kept].sum())
-        return self._beyond(Part(high, _flat(before), work, None), failed, low.depth, end)
+        found = self._tried(surfaces, set(range(len(surfaces))), start, end)
+        low, high, own = self._enclosed(_kept(surfaces, start), found, start)
+        if low.depth != end:
+            found = _kept(surfaces, start)
+            if low.depth != start:
+                found = self._tried(surfaces, set(range(len(surfaces))) - own, start, low.depth)
+            if found.failed:
+                far, beyond, late = self._in_parts(
+                    _kept(surfaces, start), found, self._involved(found, start)
+                )
+                if beyond.failed:
+                    return self._part(lines, start, (start + low.depth) / 2)
+                _merge(far, late, found)
+        _merge(low, own, found)
+        part = Part(high.depth, _flat(found.lines), float(found.work.sum()), None)
+        return self._beyond(part, own, low.depth, end) if high.failed else part
+
+    def _in_parts(
+        self, low: _Tried, high: _Tried, involved: set[int]
+    ) -> tuple[_Tried, _Tried, set[int]]:
+        """Surfaces that fail taken to the end in parts, or as far as they go and then to a failure.
+
+        Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short parts
+        beside it.
+        """
+        ends = [high.depth, (low.depth + high.depth) / 2]
+        while ends and not high.known and len(ends) <= _PARTED:
+            high = self._tried(low.lines, involved, low.depth, ends[-1])
+            if high.failed:
+                ends.append((low.depth + high.depth) / 2)
+            else:
+                low = high._replace(work=low.work + high.work)
+                ends.pop()
+        return low, high, involved
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
         """What the lines do at an event, or where they only come free.
 
-        Lines count as resting by TIE longer than they do: where none jumps, and they do not go on
-        smoothly either, the depth is taken further by growing steps.
+        A line that does not rest is hardly told from one that does next to where an equilibrium
+        disappears. So what they do is found a little further on, and followed back to the event.
         """
         way, size = math.copysign(1.0, end - low), self.motion.resting.size
-        depth, step = part.depth, _CLOSE * size
-        after = self._after(part.lines, failed, low, depth)
-        while not self._happens(part.lines, after) and step < _AHEAD * size:
-            ahead = depth + way * min(_AHEAD * size, abs(end - depth))
-            if not self._tried(np.array(free(after)), failed, depth, ahead).failed:
-                break
-            step *= 4
-            depth += way * min(step, abs(end - depth))
-            after = self._after(part.lines, failed, low, depth)
-        back = self.smooth.over(np.array(free(after)), depth, part.depth)
-        return part._replace(after=_flat(back.lines) if back.smooth.all() else after)
+        surfaces, moved = np.array(free(part.lines)), set(failed)
+        behind = self.smooth.drives.ahead(surfaces, int(way)) - part.depth
+        with np.errstate(invalid="ignore"):
+            late = np.isfinite(surfaces) & (way * behind < -TIE * size)
+        moved |= set(np.flatnonzero(late.any(axis=1)).tolist())  # all at once by symmetry
+        for ahead in _AHEAD:
+            depth = part.depth + way * min(ahead * size, abs(end - part.depth))
+            after = self._after(part.lines, moved, low, depth)
+            back = self.smooth.over(np.array(free(after)), depth, part.depth)
+            if back.smooth.all():
+                return part._replace(after=_flat(back.lines))
+        return part._replace(after=after)
 
-    def _after(self, lines: Lines, failed: set[int], low: float, high: float) -> Lines:
-        """What the lines do at an event."""
-        motion = self.motion
+    def _after(self, lines: Lines, moved: set[int], low: float, high: float) -> Lines:
+        """What the lines of some free surfaces do between two depths."""
+        motion, surfaces = self.motion, free(lines)
         if high < low:
-            return motion.retracted(lines, high)
-        surfaces = np.array(free(lines))
-        behind = self.smooth.drives.ahead(surfaces, 1) < high - TIE * motion.resting.size
-        moved = failed | set(np.flatnonzero(behind.any(axis=1)).tolist())  # all at once by symmetry
+            still = {pair for i, pair in enumerate(surfaces) if i not in moved}
+            return motion.retracted(lines, high, frozenset(still))
         parts: list[float] = []
-        for i, (q, p) in enumerate(surfaces.tolist()):
+        for i, (q, p) in enumerate(surfaces):
             parts += motion.surface.lines(q, p, low, high) if i in moved else (q, p)
         return motion.relaxed(tuple(parts[1:-1]), high)
 
     def _enclosed(
-        self, surfaces: Array, whole: _Tried, start: float
-    ) -> tuple[_Tried, float, set[int]]:
-        """The last depth before the first event, with the lines of the surfaces it happens to."""
-        involved = self._involved(whole, start)
-        low = _Tried(start, surfaces, np.zeros(len(surfaces)), {}, set())
-        high, older, least = whole, low, _CLOSE * self.motion.resting.size
-        aim, off, widths = math.nan, math.inf, [math.inf] * _PATIENCE
+        self, low: _Tried, high: _Tried, start: float
+    ) -> tuple[_Tried, _Tried, set[int]]:
+        """The last depth before the first event, the first one beyond, and to what it happens.
+
+        Or a depth to which nothing happens, twice.
+        """
+        if not high.failed:
+            return high, high, set()
+        involved, whole = self._involved(high, start), True
+        older, least = low, _CLOSE * self.motion.resting.size
+        aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
         for _ in range(_MOST):
+            if whole and high.failed and not high.known:
+                low, high, involved = self._in_parts(low, high, involved)
+                whole = False
+            if not high.failed:
+                return low, low, involved
             middle = (low.depth + high.depth) / 2
             if abs(high.depth - low.depth) <= least or middle in (low.depth, high.depth):
                 break
-            last, aim = aim, _runs_out(older, low, high)
-            off = 2 * abs(aim - last) + least if not math.isnan(aim - last) else math.inf
+            last, aim = (aim, away), _runs_out(older, low, high)
+            away = abs(aim - low.depth)
+            off = abs(aim - last[0]) * min(1.0, away / last[1]) + least / 4
             widths.append(abs(high.depth - low.depth))
             slow = widths[-1] > widths[-1 - _PATIENCE] / 2
             depth = middle if slow else _next(low, high, aim, off)
@@ -172,7 +206,7 @@ class Events:
             raise NotCertifiedError(
                 f"the event near depth = {low.depth!r} is not enclosed; try other depths"
             )
-        return low, high.depth, involved
+        return low, high, involved
 
     def _involved(self, tried: _Tried, start: float) -> set[int]:
         """Surfaces to which something happens; of retracted lines with those beyond a contact."""
@@ -188,6 +222,7 @@ class Events:
         lines, work = surfaces.copy(), np.zeros(len(surfaces))
         lines[kept], work[kept] = found.lines, found.work
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
+        unknown = set(failed)
         reach = self.smooth.drives.reach(found.lines, end, 1 if end > start else -1)
         rooms: Rooms = {}
         for i, margin, (q, p) in zip(kept, found.margin.tolist(), reach.tolist(), strict=True):
@@ -195,7 +230,7 @@ class Events:
         if end > start:
             self._pressed(surfaces, lines, which - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)
-        return _Tried(end, lines, work, rooms, failed)
+        return _Tried(end, lines, work, rooms, failed, failed != unknown)
 
     def _pressed(
         self,
@@ -229,6 +264,17 @@ class Events:
                 failed |= {j, j + 1}
 
 
+def _kept(surfaces: Array, depth: float) -> _Tried:
+    """Surfaces where they are."""
+    return _Tried(depth, surfaces.copy(), np.zeros(len(surfaces)), {}, set(), False)
+
+
+def _merge(one: _Tried, own: set[int], other: _Tried) -> None:
+    """Put lines and work of some surfaces in place of those of another trial."""
+    kept = sorted(own)
+    other.lines[kept], other.work[kept] = one.lines[kept], one.work[kept]
+
+
 def _flat(surfaces: Array) -> Lines:
     """The lines of all free surfaces."""
     return tuple(surfaces.ravel()[1:-1].tolist())
@@ -253,7 +299,7 @@ def _next(low: _Tried, high: _Tried, aim: float, off: float) -> float:
     """
     width, middle = high.depth - low.depth, (low.depth + high.depth) / 2
     share, part = (aim - low.depth) / width, off / abs(width)
-    if not (-part < share < 1 and part < _WORTH):
+    if not (-part < share < 1 and part < _WORTH):  # nan: not known
         return middle
     depth = low.depth + width * (share - part if share > 2 * part else share + 2 * part)
     inside = min(low.depth, high.depth) < depth < max(low.depth, high.depth)

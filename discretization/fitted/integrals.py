@@ -24,6 +24,8 @@ from energy.terms import contact
 
 Array = NDArray[np.float64]
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_EXACT = 1e-15  # of a whole integral: what halving a panel may change it by
+_HALVINGS = 48
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,25 +33,49 @@ class Integrals:
     """∫1, ∫f, ∫f², ∫γ₁ψ(f') and ∫c s(f') of a resolved profile, heights from its lowest point.
 
     Only of what may be in contact, f <= level: what stands higher would but cost digits. parts
-    (5, n): from the lowest point to each sample. c is the factor of the scene's pattern on the work
-    of adhesion.
+    (5, n): from the lowest point to each x (n,), increasing, with the heights f. c is the factor of
+    the scene's pattern on the work of adhesion.
     """
 
     scene: Scene
     profile: Resolved
-    level: float
+    x: Array
+    f: Array
     parts: Array
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, level: float) -> Integrals:
-        """Summed between the samples by Gauss points, outwards from the lowest point."""
-        own = cls(scene, profile, level, np.empty((5, 0)))
-        parts = own._between(profile.x[:-1], profile.x[1:])
-        parts[:, np.minimum(profile.f[:-1], profile.f[1:]) > level] = 0.0
-        start = int(np.argmin(profile.f))
-        before = -np.cumsum(parts[:, :start][:, ::-1], axis=1)[:, ::-1]
-        after = np.cumsum(parts[:, start:], axis=1)
-        return cls(scene, profile, level, np.hstack([before, np.zeros((5, 1)), after]))
+        """Summed by Gauss points between the samples, halved until that changes nothing.
+
+        Outwards from the lowest point.
+        """
+        own = cls(scene, profile, profile.x, profile.f, np.empty((5, 0)))
+        low = np.minimum(profile.f[:-1], profile.f[1:]) <= level
+        lo, hi = profile.x[:-1], profile.x[1:]
+        ends, sums = np.array([lo[~low], hi[~low]]), np.zeros((5, int((~low).sum())))
+        lo, hi = lo[low], hi[low]
+        whole, size = own._between(lo, hi), None
+        for _ in range(_HALVINGS):
+            middle = (lo + hi) / 2
+            halves = own._between(lo, middle), own._between(middle, hi)
+            size = np.abs(whole).sum(axis=1, keepdims=True) if size is None else size
+            off = (np.abs(whole - halves[0] - halves[1]) > _EXACT * size).any(axis=0)
+            rough = off & (lo < middle) & (middle < hi)
+            ends = np.hstack([ends, [lo[~rough], hi[~rough]]])
+            sums = np.hstack([sums, whole[:, ~rough]])
+            lo = np.concatenate([lo[rough], middle[rough]])
+            hi = np.concatenate([middle[rough], hi[rough]])
+            whole = np.hstack([part[:, rough] for part in halves])
+            if not lo.size:
+                break
+        ends, sums = np.hstack([ends, [lo, hi]]), np.hstack([sums, whole])
+        order = np.lexsort((ends[1], ends[0]))
+        x = np.append(ends[0][order], ends[1][order[-1]])
+        f = np.asarray(profile.indenter.height(x), float)
+        start = int(np.argmin(f))
+        before = -np.cumsum(sums[:, order][:, :start][:, ::-1], axis=1)[:, ::-1]
+        after = np.cumsum(sums[:, order][:, start:], axis=1)
+        return cls(scene, profile, x, f, np.hstack([before, np.zeros((5, 1)), after]))
 
     def _between(self, lo: Array, hi: Array) -> Array:
         """The five integrals from lo to hi (n,)."""
@@ -66,10 +92,11 @@ class Integrals:
 
     def at(self, x: Array) -> Array:
         """The five integrals from the lowest point to x (n,)."""
-        f, last = self.profile.f, self.profile.x.size - 1
-        i = np.clip(np.searchsorted(self.profile.x, x) - 1, 0, last)
-        i = np.where(f[i] <= f[np.minimum(i + 1, last)], i, np.minimum(i + 1, last))  # the lower
-        return self.parts[:, i] + self._between(self.profile.x[i], x)
+        last = self.x.size - 1
+        i = np.clip(np.searchsorted(self.x, x) - 1, 0, last)
+        beyond = np.minimum(i + 1, last)
+        i = np.where(self.f[i] <= self.f[beyond], i, beyond)  # the lower
+        return self.parts[:, i] + self._between(self.x[i], x)
 
     def contact(self, x: Array, depth: Array, w: float) -> Array:
         """C(x), the sum of its terms' absolute values, and ∂C/∂d (3, n)."""

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.fitted.drives import Drives
 from discretization.fitted.pressed import Lines, Pressed, pairs
 from discretization.fitted.resting import MET, TIE, Pair, Resting
 from discretization.fitted.surfaces import Surfaces
@@ -44,6 +45,11 @@ class Motion:
         """With these free surfaces, for depths up to this one."""
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
         return cls(scene, profile, surfaces, Resting(scene, profile, surfaces, size))
+
+    @functools.cached_property
+    def drives(self) -> Drives:
+        """Where the lines of many surfaces rest."""
+        return Drives(self.resting)
 
     @functools.cached_property
     def surface(self) -> Pressed:
@@ -162,16 +168,22 @@ class Motion:
                     found.append((max(start, left), min(end, right)))
         return found
 
-    def retracted(self, lines: Lines, depth: float) -> Lines:
-        """Lines taken to a smaller depth."""
+    def retracted(
+        self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()
+    ) -> Lines:
+        """Lines taken to a smaller depth; still: free surfaces that are left as they are."""
         while lines:
-            moved: list[float] = []
-            inner = (-math.inf, *lines, math.inf)
-            for i, (left, right) in enumerate(free(lines)):
+            surfaces, inner = np.array(free(lines)), (-math.inf, *lines, math.inf)
+            behind = np.where(np.isfinite(surfaces), self.drives.ahead(surfaces, -1), -math.inf)
+            loose = (behind - depth > TIE * self.resting.size).any(axis=1)
+            for i in np.flatnonzero(loose).tolist():
+                if tuple(surfaces[i].tolist()) in still:
+                    continue
                 least = inner[2 * i - 1] if i else -math.inf
                 most = inner[2 * i + 2] if 2 * i + 2 < len(inner) else math.inf
-                moved += self.resting.apart(left, right, least, most, depth)
-            held = [x for pair in pairs(moved[1:-1]) if pair[0] <= pair[1] for x in pair]
+                surfaces[i] = self.resting.apart(*surfaces[i].tolist(), least, most, depth)
+            moved = surfaces.ravel()[1:-1].tolist()
+            held = [x for pair in pairs(moved) if pair[0] <= pair[1] for x in pair]
             kept = self._unpulled(tuple(held), depth)
             if len(kept) == len(lines):
                 return kept

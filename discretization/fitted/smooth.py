@@ -143,6 +143,14 @@ class Smooth:
             good &= (rests | ~held).all(axis=1)
         return x, good, margin
 
+    def totals(self, lines: Array, depth: float) -> tuple[float, float]:
+        """Energy and force of all surfaces (n, 2) of a state."""
+        energy = force = 0.0
+        for kind in kinds(lines):
+            found = self._totals(lines[kind][:, None], np.array([depth]), 1)
+            energy, force = energy + float(found[0].sum()), force + float(found[2].sum())
+        return energy, force
+
     def _totals(self, lines: Array, depths: Array, way: int) -> tuple[Array, Array, Array]:
         """Energy, the sum of its terms' absolute values, and force of surfaces (n, j, 2)."""
         x, d = lines.reshape(-1, 2), np.tile(depths, len(lines))

@@ -17,11 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.events import Events, Part
 from discretization.fitted.kinds import surfaces_of
-from discretization.fitted.motion import Lines, Motion
-from discretization.fitted.quadrature import Interval
+from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.several import state_of
 from discretization.paths.branch import at_edges
 from discretization.profile import resolve
@@ -131,16 +129,16 @@ class FittedMany:
         """What holds the outermost lines: "edge" or "" where they are free."""
         return at_edges(self.scene, state)
 
-    def _totals(self, state: Held, depth: float) -> Interval:
-        return totals(Contacts(self.motion, state.lines, depth), _EXACT)[1]
+    def _totals(self, state: Held, depth: float) -> tuple[float, float]:
+        return self.events.smooth.totals(np.array(free(state.lines)), depth)
 
     def force(self, state: State, depth: float) -> float:
         """P."""
-        return 0.0 if state is None else self._totals(state, depth).force
+        return 0.0 if state is None else self._totals(state, depth)[1]
 
     def energy(self, state: State, depth: float) -> float:
         """U."""
-        return 0.0 if state is None else self._totals(state, depth).energy
+        return 0.0 if state is None else self._totals(state, depth)[0]
 
     def friction(self, before: State, after: State) -> float:
         """Lost to adhesion hysteresis: w_opening - w of what opened without a jump."""
@@ -160,7 +158,7 @@ class FittedMany:
     def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,)."""
         found = [self._totals(s, d) for d, s in zip(depths.tolist(), states, strict=True)]
-        force, energy = np.array([(one.force, one.energy) for one in found]).T
+        energy, force = np.array(found).T
         return np.array([state.ends for state in states]), force, energy
 
     def certify(self, state: State, depth: float) -> None:
