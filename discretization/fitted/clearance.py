@@ -28,8 +28,9 @@ class Clearance:
     def least(self, left: At | None, right: At | None, depth: float) -> tuple[float, float]:
         """The least v between two lines, and where; a line that is None is infinitely far away.
 
-        Read at the samples; between two of them, where v' changes sign, at the minimum of the cubic
-        through v and v'. The least of all these is solved for, unless its sign is certain.
+        Read where it is negative at samples; between two of them, where v' changes sign, at the
+        minimum of the cubic through v and v'. The least of all these is solved for, unless its sign
+        is certain. Towards a line v vanishes: that is no minimum, ∞.
         """
         z, f, slope = self._near(left, right, depth)
         if not z.size:
@@ -37,8 +38,8 @@ class Clearance:
         u, u1 = self.surfaces.shape(z, left, right, depth)
         v, v1 = u - depth + f, u1 + slope
         i = int(np.argmin(v))
-        best, place = float(v[i]), float(z[i])
-        dips = np.flatnonzero((v1[:-1] < 0) & (v1[1:] > 0) & (np.diff(z) > 0))
+        best, place = (float(v[i]), float(z[i])) if v[i] < 0 else (math.inf, math.nan)
+        dips = np.flatnonzero((v1[:-1] < 0) & (v1[1:] > 0))
         if dips.size:
             low, unsure = _dips(z, v, v1, dips)
             j = int(np.argmin(low))

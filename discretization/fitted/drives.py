@@ -92,8 +92,11 @@ class Drives:
         Until a free line comes to the next one, or one that is held there comes free; all but
         linear in the depth. nan where there is none.
         """
+        found, profile = np.full(lines.shape, math.nan), self.resting.profile
+        if profile.joints.size <= 2 and not np.isin(lines, profile.indenter.walls).any():
+            return found
         held = way * (self.ahead(lines, way) - depth)
-        room, found = self.rooms(lines, way), np.full(lines.shape, math.nan)
+        room = self.rooms(lines, way)
         for kind in kinds(lines):
             own = lines[kind]
             inner = np.isfinite(own[0])
@@ -126,9 +129,9 @@ class Drives:
             lo, hi = np.repeat(room, x.shape[1], axis=1)[..., None]
             z[..., 1:] = np.clip(z[..., 1:], lo, hi)
         f, f1 = np.zeros((2, *z.shape))
-        for own in np.flatnonzero(inner).tolist():
-            f[:, own] = self.resting.profile.indenter.height(z[:, own])
-            f1[:, own] = self.resting.profile.indenter.slope(z[:, own])
+        lined = slice(None) if inner.all() else slice(*(0, 1) if inner[0] else (1, 2))
+        f[:, lined] = self.resting.profile.indenter.height(z[:, lined])
+        f1[:, lined] = self.resting.profile.indenter.slope(z[:, lined])
         moved, other = ([0, 1, 2, 0, 0], [0, 0, 0, 1, 2]) if rates else ([0], [0])
         value, rate = np.zeros_like(flat), np.zeros((*flat.shape, 2))
         for own, side in ((0, 1), (1, -1)):

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -69,6 +69,7 @@ class Events:
     """Motion from event to event."""
 
     motion: Motion
+    ahead: dict[tuple[float, ...], tuple[Array, float]] = field(default_factory=dict)
 
     @functools.cached_property
     def smooth(self) -> Smooth:
@@ -104,22 +105,51 @@ class Events:
     def _part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
         surfaces = np.array(free(lines))
-        found = self._tried(surfaces, set(range(len(surfaces))), start, end)
+        everything = set(range(len(surfaces)))
+        found = self._tried(surfaces, everything, start, end)
         low, high, own = self._enclosed(_kept(surfaces, start), found, start)
         if low.depth != end:
-            found = _kept(surfaces, start)
-            if low.depth != start:
-                found = self._tried(surfaces, set(range(len(surfaces))) - own, start, low.depth)
-            if found.failed:
-                far, beyond, late = self._in_parts(
-                    _kept(surfaces, start), found, self._involved(found, start)
-                )
-                if beyond.failed:
-                    return self._part(lines, start, (start + low.depth) / 2)
-                _merge(far, late, found)
+            passed, whole = everything - found.failed - own, found
+            found = self._cut(surfaces, passed, start, low.depth)
+            late = self._to(surfaces, everything - passed - own, start, low.depth)
+            if found.failed or late.failed:
+                self.ahead.clear()
+                return self._part(lines, start, (start + low.depth) / 2)
+            _merge(late, everything - passed - own, found)
+            self._remember(found, whole, passed, (high.depth, end))
         _merge(low, own, found)
         part = Part(high.depth, _flat(found.lines), float(found.work.sum()), None)
         return self._beyond(part, own, low.depth, end) if high.failed else part
+
+    def _cut(self, surfaces: Array, which: set[int], start: float, end: float) -> _Tried:
+        """Surfaces that move smoothly to this depth, as they do beyond it."""
+        found, kept = _kept(surfaces, start), sorted(which)
+        if start == end or not kept:
+            return found
+        moved = self.smooth.passing(surfaces[kept], start, end)
+        found.lines[kept], found.work[kept] = moved.lines, moved.work
+        return found._replace(failed=set() if moved.smooth.all() else which)
+
+    def _to(self, surfaces: Array, which: set[int], start: float, end: float) -> _Tried:
+        """Surfaces taken to a depth, in parts if need be."""
+        if start == end or not which:
+            return _kept(surfaces, start)
+        found = self._tried(surfaces, which, start, end)
+        if found.failed:
+            involved = self._involved(found, start) & which
+            low, high, _ = self._in_parts(_kept(surfaces, start), found, involved)
+            if high.failed:
+                return high
+            _merge(low, involved, found)
+        return found._replace(failed=set())
+
+    def _remember(self, here: _Tried, there: _Tried, which: set[int], depths: Pair) -> None:
+        """That surfaces which are here at one depth move smoothly there to another one."""
+        self.ahead.clear()
+        for i in which:
+            q, p = here.lines[i].tolist()
+            work = float(there.work[i] - here.work[i])
+            self.ahead[q, p, *depths] = there.lines[i].copy(), work
 
     def _in_parts(
         self, low: _Tried, high: _Tried, involved: set[int]
@@ -131,12 +161,17 @@ class Events:
         """
         ends = [high.depth, (low.depth + high.depth) / 2]
         while ends and not high.known and len(ends) <= _PARTED:
-            high = self._tried(low.lines, involved, low.depth, ends[-1])
-            if high.failed:
+            tried = self._tried(low.lines, involved, low.depth, ends[-1])
+            if tried.failed:
+                high = tried
                 ends.append((low.depth + high.depth) / 2)
-            else:
-                low = high._replace(work=low.work + high.work)
-                ends.pop()
+                continue
+            older, low = low, tried._replace(work=low.work + tried.work)
+            ends.pop()
+            aim = _runs_out(older, low, high, "stiff")
+            if (aim - low.depth) * (aim - high.depth) < 0:  # there is an event
+                break
+            high = tried if not ends else high
         return low, high, involved
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
@@ -154,9 +189,12 @@ class Events:
         for ahead in _AHEAD:
             depth = part.depth + way * min(ahead * size, abs(end - part.depth))
             after = self._after(part.lines, moved, low, depth)
-            back = self.smooth.over(np.array(free(after)), depth, part.depth)
+            there = np.array(free(after))
+            new = ~(there[:, None] == surfaces).all(axis=2).any(axis=1)
+            back = self.smooth.over(there[new], depth, part.depth)
             if back.smooth.all():
-                return part._replace(after=_flat(back.lines))
+                there[new] = back.lines
+                return part._replace(after=_flat(there))
         return part._replace(after=after)
 
     def _after(self, lines: Lines, moved: set[int], low: float, high: float) -> Lines:
@@ -217,9 +255,13 @@ class Events:
 
     def _tried(self, surfaces: Array, which: set[int], start: float, end: float) -> _Tried:
         """Surfaces taken to a depth, and what is left for each."""
-        kept = sorted(which)
-        found = self.smooth.over(surfaces[kept], start, end)
         lines, work = surfaces.copy(), np.zeros(len(surfaces))
+        known = [self.ahead.get((*pair, start, end)) for pair in surfaces.tolist()]
+        for i in which:
+            if (ahead := known[i]) is not None:
+                lines[i], work[i] = ahead
+        kept = [i for i in sorted(which) if known[i] is None]
+        found = self.smooth.over(surfaces[kept], start, end)
         lines[kept], work[kept] = found.lines, found.work
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
         unknown = set(failed)
@@ -228,7 +270,7 @@ class Events:
         for i, margin, (q, p) in zip(kept, found.margin.tolist(), reach.tolist(), strict=True):
             rooms["stiff", i], rooms["left", i], rooms["right", i] = margin, q, p
         if end > start:
-            self._pressed(surfaces, lines, which - failed, (start, end), rooms, failed)
+            self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)
         return _Tried(end, lines, work, rooms, failed, failed != unknown)
 
@@ -280,15 +322,22 @@ def _flat(surfaces: Array) -> Lines:
     return tuple(surfaces.ravel()[1:-1].tolist())
 
 
-def _runs_out(older: _Tried, low: _Tried, high: _Tried) -> float:
-    """The first depth at which something is used up, if it changes linearly; nan: not known."""
+def _runs_out(older: _Tried, low: _Tried, high: _Tried, what: str = "") -> float:
+    """The first depth at which something is used up, if it changes linearly; nan: not known.
+
+    By the secant through `low` and the nearer of the other two. what: of this kind.
+    """
     found = [math.nan]
     for key, room in low.rooms.items():
+        if not key[0].startswith(what):
+            continue
         other, before = high.rooms.get(key, math.nan), older.rooms.get(key, math.nan)
-        if other < 0 < room:
-            found.append((high.depth - low.depth) * room / (room - other))
-        elif before > room > 0:
-            found.append((low.depth - older.depth) * room / (before - room))
+        ahead, behind = high.depth - low.depth, low.depth - older.depth
+        closer = abs(behind) < abs(ahead) or not other < 0
+        if before > room > 0 and closer:
+            found.append(behind * room / (before - room))
+        elif other < 0 < room:
+            found.append(ahead * room / (room - other))
     return low.depth + min(found, key=lambda step: math.inf if math.isnan(step) else abs(step))
 
 

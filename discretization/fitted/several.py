@@ -25,6 +25,7 @@ from discretization.fitted.drives import Drives
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.motion import Lines, Motion
+from discretization.fitted.quadrature import Interval
 from discretization.fitted.tail import FittedTail
 from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
@@ -169,32 +170,43 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
     NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
     """
     scene = motion.scene
-    tail = FittedTail(scene.elastocapillary_length, motion.surfaces.response)
     if not lines:
+        tail = FittedTail(scene.elastocapillary_length, motion.surfaces.response)
         flat = detached(scene, depth, branch, tail, _UNKNOWN)
         lift = max(abs(depth), scene.opened.critical_separation) or 1.0
         through = motion.penetration(lines, depth) / lift
         return _passed(replace(flat, certificate=Certificate.undeformed(through)))
     contacts = Contacts(motion, lines, depth)
     coarse, fine = totals(contacts, rtol)
+    return certified(contacts, fine, errors(contacts, coarse, fine), branch)
+
+
+def certified(
+    contacts: Contacts, found: Interval, errors: dict[str, float], branch: str
+) -> Equilibrium:
+    """The certified state with these contacts, energy, force and errors.
+
+    NotCertifiedError if it is no equilibrium.
+    """
+    motion, depth = contacts.motion, contacts.depth
     state = Equilibrium(
-        scene=scene,
+        scene=motion.scene,
         depth=depth,
         contacts=contacts.x,
         nodes=contacts.x,
         pinned=contacts.pinned,
-        force=fine.force,
-        energy=fine.energy,
-        neutral=motion.neutral(lines, depth),
+        force=found.force,
+        energy=found.energy,
+        neutral=motion.neutral(contacts.lines, depth),
         certificate=_UNKNOWN,
-        tail=tail,
-        scales={"force": fine.force_scale, "energy": fine.energy_scale},
-        errors=errors(contacts, coarse, fine),
+        tail=FittedTail(motion.scene.elastocapillary_length, motion.surfaces.response),
+        scales={"force": found.force_scale, "energy": found.energy_scale},
+        errors=errors,
         method="fitted",
         branch=branch,
         spacing=math.nan,
     )
-    return _passed(replace(state, certificate=certify(contacts, state, fine)))
+    return _passed(replace(state, certificate=certify(contacts, state, found)))
 
 
 def _passed(state: Equilibrium) -> Equilibrium:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -66,17 +67,36 @@ class Smooth:
 
     def over(self, lines: Array, start: float, end: float) -> Moved:
         """The lines (n, 2) of these surfaces, at rest at one depth, taken to another."""
+        return self._each(self._alike, lines, start, end)
+
+    def passing(self, lines: Array, start: float, end: float) -> Moved:
+        """The same of lines that are known to move smoothly to this depth and further.
+
+        ∫P dd is by how much their energy changes, as they balance all the way.
+        """
+        return self._each(self._once, lines, start, end)
+
+    def _each(
+        self, moved: Callable[[Array, float, float], Moved], lines: Array, start: float, end: float
+    ) -> Moved:
+        """What is found for surfaces of each kind."""
         n, lines = len(lines), self.drives.snapped(lines)
         found = Moved(lines.copy(), np.zeros(n, bool), np.zeros(n), np.full(n, math.nan))
         for kind in kinds(lines):
-            own = self._alike(lines[kind], start, end)
-            for whole, part in zip(found, own, strict=True):
+            for whole, part in zip(found, moved(lines[kind], start, end), strict=True):
                 whole[kind] = part
         found.smooth[~np.isfinite(lines).any(axis=1)] = True
         return found
 
+    def _once(self, lines: Array, start: float, end: float) -> Moved:
+        """`passing` for surfaces of one kind."""
+        depths, way = np.array([start, end]), 1 if end >= start else -1
+        x, good, margin = self._followed(lines, depths, way)
+        energy, _, _ = self._totals(x, depths, way)
+        return Moved(self.drives.snapped(x[:, -1]), good, energy[:, 1] - energy[:, 0], margin)
+
     def _alike(self, lines: Array, start: float, end: float) -> Moved:
-        """The same for gaps alone, left lines of tails alone or right ones alone."""
+        """`over` for surfaces of one kind: gaps, left lines of tails or right ones."""
         t, weights, _ = rounded(_DEGREE)
         t = (t + 1) / 2
         depths = start + (end - start) * t * (2 - t)
@@ -125,6 +145,7 @@ class Smooth:
             x[own], even = new, np.abs(off).max(axis=(1, 2))
             rounding = (now <= _ROUNDED * size[own]) | (even <= _EVEN * high)
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
+            done |= np.isfinite(last[own]) & (now * now <= _STILL * size[own] * last[own])  # the next
             stopped = stuck.any(axis=(1, 2)) & (even > _EVEN * high)  # by a corner
             worse[own] += now > _SHRINKS * last[own]
             lost = stopped | (~done & (worse[own] > _PATIENCE))

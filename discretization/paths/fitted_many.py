@@ -17,10 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.fitted.contacts import Contacts
 from discretization.fitted.events import Events, Part
 from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Lines, Motion, free
-from discretization.fitted.several import state_of
+from discretization.fitted.quadrature import Interval
+from discretization.fitted.several import certified
 from discretization.paths.branch import at_edges
 from discretization.profile import resolve
 from energy import Scene
@@ -165,8 +167,13 @@ class FittedMany:
         """NotCertifiedError unless the state is in equilibrium."""
         if state is None:
             return
+        contacts, (energy, force) = Contacts(self.motion, state.lines, depth), self._totals(state, depth)
+        pulls, area = contacts.pulls, sum(each.area for each in contacts.free)
+        press = force - float(pulls.sum())
+        scale = abs(press) + float(np.abs(pulls).sum())
+        found = Interval(energy, force, press + area, abs(energy), scale, math.nan)
         try:
-            state_of(self.motion, state.lines, depth, "adhered", self.rtol)
+            certified(contacts, found, {}, "adhered")
         except NotCertifiedError as problem:
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"
