@@ -1,41 +1,27 @@
 """The first depth on a way at which something other than smooth motion happens to the lines.
 
-Free surfaces do not feel each other, as u = d - f is prescribed in contact. So each is followed by
-itself (smooth.py), and only those to which something happens are looked at closer: the event is
-enclosed between a depth up to which they move smoothly and one up to which they do not, until
-these are neighbouring numbers. What the lines do there is found as for a state (motion.py).
-
-What runs out at an event is known in between, and all but linear in the depth: the square of the
-stiffness against moving the lines of a surface, its least clearance, the width of a contact. So the
-next depth to try is where it would be zero; one in the middle, where that does not halve the range.
+How far they move smoothly is found by trials.py, what they do there as for a state (motion.py).
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.integrals import Integrals
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines
-from discretization.fitted.resting import TIE, Pair
-from discretization.fitted.smooth import Smooth
+from discretization.fitted.resting import TIE
+from discretization.fitted.trials import Trials, merge, unmoved
 
 Array = NDArray[np.float64]
-Rooms = dict[tuple[str, int], float]
-_CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
-_WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
-_MOST = 400  # trials: with the next rule three times as many as halvings of a double
-_PARTED = 6  # parts to come, each half as long as the next one, after which a way is not parted
-_PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
 _CREEPS = 1e-12  # of the size of depths: a part that short is one of a line that comes free by
 _CREEPING = 20  # roundings, and after so many in a row it is not followed any further
 _PARTS = 10_000  # places on one way at which lines only come free
@@ -50,33 +36,16 @@ class Part(NamedTuple):
     after: Lines | None
 
 
-class _Tried(NamedTuple):
-    """Surfaces taken to a depth: their lines, ∫P dd of each, what is left; surfaces that fail.
-
-    known: something is known to happen to one of these; else shorter ways may succeed.
-    """
-
-    depth: float
-    lines: Array
-    work: Array
-    rooms: Rooms
-    failed: set[int]
-    known: bool
-
-
 @dataclass(frozen=True, eq=False)
 class Events:
     """Motion from event to event."""
 
     motion: Motion
-    ahead: dict[tuple[float, ...], tuple[Array, float]] = field(default_factory=dict)
 
     @functools.cached_property
-    def smooth(self) -> Smooth:
+    def trials(self) -> Trials:
         """What follows lines between events."""
-        resting = self.motion.resting
-        level = resting.size + max(resting.size, self.motion.profile.touch)
-        return Smooth(resting, Integrals.of(resting.scene, resting.profile, level))
+        return Trials(self.motion)
 
     def next(self, lines: Lines, start: float, end: float) -> Part:
         """To the first event on the way from one depth to another, or to its end."""
@@ -104,75 +73,22 @@ class Events:
 
     def _part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
-        surfaces = np.array(free(lines))
+        surfaces, trials = np.array(free(lines)), self.trials
         everything = set(range(len(surfaces)))
-        found = self._tried(surfaces, everything, start, end)
-        low, high, own = self._enclosed(_kept(surfaces, start), found, start)
+        found = trials.tried(surfaces, everything, start, end)
+        low, high, own = trials.enclosed(unmoved(surfaces, start), found, start)
         if low.depth != end:
             passed, whole = everything - found.failed - own, found
-            found = self._cut(surfaces, passed, start, low.depth)
-            late = self._to(surfaces, everything - passed - own, start, low.depth)
+            found = trials.cut(surfaces, passed, start, low.depth)
+            late = trials.to(surfaces, everything - passed - own, start, low.depth)
             if found.failed or late.failed:
-                self.ahead.clear()
+                trials.ahead.clear()
                 return self._part(lines, start, (start + low.depth) / 2)
-            _merge(late, everything - passed - own, found)
-            self._remember(found, whole, passed, (high.depth, end))
-        _merge(low, own, found)
+            merge(late, everything - passed - own, found)
+            trials.remember(found, whole, passed, (high.depth, end))
+        merge(low, own, found)
         part = Part(high.depth, _flat(found.lines), float(found.work.sum()), None)
         return self._beyond(part, own, low.depth, end) if high.failed else part
-
-    def _cut(self, surfaces: Array, which: set[int], start: float, end: float) -> _Tried:
-        """Surfaces that move smoothly to this depth, as they do beyond it."""
-        found, kept = _kept(surfaces, start), sorted(which)
-        if start == end or not kept:
-            return found
-        moved = self.smooth.passing(surfaces[kept], start, end)
-        found.lines[kept], found.work[kept] = moved.lines, moved.work
-        return found._replace(failed=set() if moved.smooth.all() else which)
-
-    def _to(self, surfaces: Array, which: set[int], start: float, end: float) -> _Tried:
-        """Surfaces taken to a depth, in parts if need be."""
-        if start == end or not which:
-            return _kept(surfaces, start)
-        found = self._tried(surfaces, which, start, end)
-        if found.failed:
-            involved = self._involved(found, start) & which
-            low, high, _ = self._in_parts(_kept(surfaces, start), found, involved)
-            if high.failed:
-                return high
-            _merge(low, involved, found)
-        return found._replace(failed=set())
-
-    def _remember(self, here: _Tried, there: _Tried, which: set[int], depths: Pair) -> None:
-        """That surfaces which are here at one depth move smoothly there to another one."""
-        self.ahead.clear()
-        for i in which:
-            q, p = here.lines[i].tolist()
-            work = float(there.work[i] - here.work[i])
-            self.ahead[q, p, *depths] = there.lines[i].copy(), work
-
-    def _in_parts(
-        self, low: _Tried, high: _Tried, involved: set[int]
-    ) -> tuple[_Tried, _Tried, set[int]]:
-        """Surfaces that fail taken to the end in parts, or as far as they go and then to a failure.
-
-        Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short parts
-        beside it.
-        """
-        ends = [high.depth, (low.depth + high.depth) / 2]
-        while ends and not high.known and len(ends) <= _PARTED:
-            tried = self._tried(low.lines, involved, low.depth, ends[-1])
-            if tried.failed:
-                high = tried
-                ends.append((low.depth + high.depth) / 2)
-                continue
-            older, low = low, tried._replace(work=low.work + tried.work)
-            ends.pop()
-            aim = _runs_out(older, low, high, "stiff")
-            if (aim - low.depth) * (aim - high.depth) < 0:  # there is an event
-                break
-            high = tried if not ends else high
-        return low, high, involved
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
         """What the lines do at an event, or where they only come free.
@@ -182,16 +98,16 @@ class Events:
         """
         way, size = math.copysign(1.0, end - low), self.motion.resting.size
         surfaces, moved = np.array(free(part.lines)), set(failed)
-        behind = self.smooth.drives.ahead(surfaces, int(way)) - part.depth
+        behind = self.trials.smooth.drives.ahead(surfaces, int(way)) - part.depth
         with np.errstate(invalid="ignore"):
             late = np.isfinite(surfaces) & (way * behind < -TIE * size)
         moved |= set(np.flatnonzero(late.any(axis=1)).tolist())  # all at once by symmetry
-        for ahead in _AHEAD:
+        for ahead in _AHEAD[int(self.motion.scene.hysteretic) :]:  # there is no way back then
             depth = part.depth + way * min(ahead * size, abs(end - part.depth))
             after = self._after(part.lines, moved, low, depth)
             there = np.array(free(after))
             new = ~(there[:, None] == surfaces).all(axis=2).any(axis=1)
-            back = self.smooth.over(there[new], depth, part.depth)
+            back = self.trials.smooth.over(there[new], depth, part.depth)
             if back.smooth.all():
                 there[new] = back.lines
                 return part._replace(after=_flat(there))
@@ -208,148 +124,7 @@ class Events:
             parts += motion.surface.lines(q, p, low, high) if i in moved else (q, p)
         return motion.relaxed(tuple(parts[1:-1]), high)
 
-    def _enclosed(
-        self, low: _Tried, high: _Tried, start: float
-    ) -> tuple[_Tried, _Tried, set[int]]:
-        """The last depth before the first event, the first one beyond, and to what it happens.
-
-        Or a depth to which nothing happens, twice.
-        """
-        if not high.failed:
-            return high, high, set()
-        involved, whole = self._involved(high, start), True
-        older, least = low, _CLOSE * self.motion.resting.size
-        aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
-        for _ in range(_MOST):
-            if whole and high.failed and not high.known:
-                low, high, involved = self._in_parts(low, high, involved)
-                whole = False
-            if not high.failed:
-                return low, low, involved
-            middle = (low.depth + high.depth) / 2
-            if abs(high.depth - low.depth) <= least or middle in (low.depth, high.depth):
-                break
-            last, aim = (aim, away), _runs_out(older, low, high)
-            away = abs(aim - low.depth)
-            off = abs(aim - last[0]) * min(1.0, away / last[1]) + least / 4
-            widths.append(abs(high.depth - low.depth))
-            slow = widths[-1] > widths[-1 - _PATIENCE] / 2
-            depth = middle if slow else _next(low, high, aim, off)
-            tried = self._tried(low.lines, involved, low.depth, depth)
-            if tried.failed:
-                high, involved = tried, self._involved(tried, start) & involved
-            else:
-                older, low = low, tried._replace(work=low.work + tried.work)
-        else:
-            raise NotCertifiedError(
-                f"the event near depth = {low.depth!r} is not enclosed; try other depths"
-            )
-        return low, high, involved
-
-    def _involved(self, tried: _Tried, start: float) -> set[int]:
-        """Surfaces to which something happens; of retracted lines with those beyond a contact."""
-        if tried.depth > start:
-            return tried.failed
-        near = {i + j for i in tried.failed for j in (-1, 0, 1)}
-        return {i for i in near if 0 <= i < len(tried.lines)}
-
-    def _tried(self, surfaces: Array, which: set[int], start: float, end: float) -> _Tried:
-        """Surfaces taken to a depth, and what is left for each."""
-        lines, work = surfaces.copy(), np.zeros(len(surfaces))
-        known = [self.ahead.get((*pair, start, end)) for pair in surfaces.tolist()]
-        for i in which:
-            if (ahead := known[i]) is not None:
-                lines[i], work[i] = ahead
-        kept = [i for i in sorted(which) if known[i] is None]
-        found = self.smooth.over(surfaces[kept], start, end)
-        lines[kept], work[kept] = found.lines, found.work
-        failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
-        unknown = set(failed)
-        reach = self.smooth.drives.reach(found.lines, end, 1 if end > start else -1)
-        rooms: Rooms = {}
-        for i, margin, (q, p) in zip(kept, found.margin.tolist(), reach.tolist(), strict=True):
-            rooms["stiff", i], rooms["left", i], rooms["right", i] = margin, q, p
-        if end > start:
-            self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
-        self._contacts(lines, which, end, rooms, failed)
-        return _Tried(end, lines, work, rooms, failed, failed != unknown)
-
-    def _pressed(
-        self,
-        old: Array,
-        new: Array,
-        which: set[int],
-        depths: Pair,
-        rooms: Rooms,
-        failed: set[int],
-    ) -> None:
-        """What free surfaces touch as they are pressed."""
-        surface, size = self.motion.surface, self.motion.resting.size
-        for i in which:
-            q, p, moved = float(old[i, 0]), float(old[i, 1]), (float(new[i, 0]), float(new[i, 1]))
-            least, _ = surface.least(moved, depths[1])
-            rooms["clear", i] = least + TIE * size
-            if least < -TIE * size or surface.overtakes(q, p, moved, *depths):
-                failed.add(i)
-
-    def _contacts(
-        self, lines: Array, which: set[int], depth: float, rooms: Rooms, failed: set[int]
-    ) -> None:
-        """Contacts that close, are pulled or open."""
-        for j in range(len(lines) - 1):
-            if not {j, j + 1} <= which or {j, j + 1} & failed:
-                continue
-            left, right = float(lines[j, 1]), float(lines[j + 1, 0])
-            rooms["width", j] = right - left
-            beside = float(lines[j, 0]), float(lines[j + 1, 1])
-            if left > right or self.motion.opens(left, right, beside, depth):
-                failed |= {j, j + 1}
-
-
-def _kept(surfaces: Array, depth: float) -> _Tried:
-    """Surfaces where they are."""
-    return _Tried(depth, surfaces.copy(), np.zeros(len(surfaces)), {}, set(), False)
-
-
-def _merge(one: _Tried, own: set[int], other: _Tried) -> None:
-    """Put lines and work of some surfaces in place of those of another trial."""
-    kept = sorted(own)
-    other.lines[kept], other.work[kept] = one.lines[kept], one.work[kept]
-
 
 def _flat(surfaces: Array) -> Lines:
     """The lines of all free surfaces."""
     return tuple(surfaces.ravel()[1:-1].tolist())
-
-
-def _runs_out(older: _Tried, low: _Tried, high: _Tried, what: str = "") -> float:
-    """The first depth at which something is used up, if it changes linearly; nan: not known.
-
-    By the secant through `low` and the nearer of the other two. what: of this kind.
-    """
-    found = [math.nan]
-    for key, room in low.rooms.items():
-        if not key[0].startswith(what):
-            continue
-        other, before = high.rooms.get(key, math.nan), older.rooms.get(key, math.nan)
-        ahead, behind = high.depth - low.depth, low.depth - older.depth
-        closer = abs(behind) < abs(ahead) or not other < 0
-        if before > room > 0 and closer:
-            found.append(behind * room / (before - room))
-        elif other < 0 < room:
-            found.append(ahead * room / (room - other))
-    return low.depth + min(found, key=lambda step: math.inf if math.isnan(step) else abs(step))
-
-
-def _next(low: _Tried, high: _Tried, aim: float, off: float) -> float:
-    """The next depth to try: a little before what is aimed at, or if that is near, beyond it.
-
-    off: how far the aim may be off. The middle, where neither encloses the event much closer.
-    """
-    width, middle = high.depth - low.depth, (low.depth + high.depth) / 2
-    share, part = (aim - low.depth) / width, off / abs(width)
-    if not (-part < share < 1 and part < _WORTH):  # nan: not known
-        return middle
-    depth = low.depth + width * (share - part if share > 2 * part else share + 2 * part)
-    inside = min(low.depth, high.depth) < depth < max(low.depth, high.depth)
-    return depth if inside else middle

@@ -168,20 +168,19 @@ class Motion:
                     found.append((max(start, left), min(end, right)))
         return found
 
-    def retracted(
-        self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()
-    ) -> Lines:
+    def retracted(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
         """Lines taken to a smaller depth; still: free surfaces that are left as they are."""
         while lines:
             surfaces, inner = np.array(free(lines)), (-math.inf, *lines, math.inf)
             behind = np.where(np.isfinite(surfaces), self.drives.ahead(surfaces, -1), -math.inf)
             loose = (behind - depth > TIE * self.resting.size).any(axis=1)
             for i in np.flatnonzero(loose).tolist():
-                if tuple(surfaces[i].tolist()) in still:
+                q, p = surfaces[i].tolist()
+                if (q, p) in still:
                     continue
                 least = inner[2 * i - 1] if i else -math.inf
                 most = inner[2 * i + 2] if 2 * i + 2 < len(inner) else math.inf
-                surfaces[i] = self.resting.apart(*surfaces[i].tolist(), least, most, depth)
+                surfaces[i] = self.resting.apart(q, p, least, most, depth)
             moved = surfaces.ravel()[1:-1].tolist()
             held = [x for pair in pairs(moved) if pair[0] <= pair[1] for x in pair]
             kept = self._unpulled(tuple(held), depth)

@@ -102,8 +102,8 @@ class SmallSurfaces:
         return Free(gamma1 * length * energy, pulls, gamma1 * area, residual)
 
     def _unequal(self, even: float, odd: float, pull: float, apart: float) -> float:
-        """How far 2 ∂F/∂L is from u² - S² at a line, over u² + S²."""
+        """How far 2 ∂F/∂L is from u² - S² at a line, over the mean u² of both and S²."""
         even_rate, odd_rate = gap.rates(self.response.degree, apart)
         rate, own = even * even * even_rate + odd * odd * odd_rate, even + odd
-        size = own * own + pull * pull
+        size = even * even + odd * odd + pull * pull
         return float(abs(2 * rate - own * own + pull * pull) / (size or 1.0))

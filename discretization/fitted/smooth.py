@@ -145,7 +145,8 @@ class Smooth:
             x[own], even = new, np.abs(off).max(axis=(1, 2))
             rounding = (now <= _ROUNDED * size[own]) | (even <= _EVEN * high)
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
-            done |= np.isfinite(last[own]) & (now * now <= _STILL * size[own] * last[own])  # the next
+            fast = now * now <= _STILL * size[own] * last[own]  # the next step will be rounding
+            done |= fast & np.isfinite(last[own])
             stopped = stuck.any(axis=(1, 2)) & (even > _EVEN * high)  # by a corner
             worse[own] += now > _SHRINKS * last[own]
             lost = stopped | (~done & (worse[own] > _PATIENCE))

@@ -23,6 +23,7 @@ from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.several import certified
+from discretization.fitted.smooth import Smooth
 from discretization.paths.branch import at_edges
 from discretization.profile import resolve
 from energy import Scene
@@ -67,6 +68,11 @@ class FittedMany:
     def events(self) -> Events:
         """What follows lines from event to event."""
         return Events(self.motion)
+
+    @property
+    def smoothly(self) -> Smooth:
+        """What moves lines between events."""
+        return self.events.trials.smooth
 
     @property
     def touch(self) -> float:
@@ -132,7 +138,7 @@ class FittedMany:
         return at_edges(self.scene, state)
 
     def _totals(self, state: Held, depth: float) -> tuple[float, float]:
-        return self.events.smooth.totals(np.array(free(state.lines)), depth)
+        return self.smoothly.totals(np.array(free(state.lines)), depth)
 
     def force(self, state: State, depth: float) -> float:
         """P."""
@@ -146,7 +152,7 @@ class FittedMany:
         """Lost to adhesion hysteresis: w_opening - w of what opened without a jump."""
         if before is None or after is None or self.scene.opening is None:
             return 0.0
-        bound = [self.events.smooth.integrals.at(np.array(s.lines))[4] for s in (before, after)]
+        bound = [self.smoothly.integrals.at(np.array(s.lines))[4] for s in (before, after)]
         opened = np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0)
         more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
         return more * float(opened.sum())
@@ -167,7 +173,8 @@ class FittedMany:
         """NotCertifiedError unless the state is in equilibrium."""
         if state is None:
             return
-        contacts, (energy, force) = Contacts(self.motion, state.lines, depth), self._totals(state, depth)
+        contacts = Contacts(self.motion, state.lines, depth)
+        energy, force = self._totals(state, depth)
         pulls, area = contacts.pulls, sum(each.area for each in contacts.free)
         press = force - float(pulls.sum())
         scale = abs(press) + float(np.abs(pulls).sum())
