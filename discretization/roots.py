@@ -1,8 +1,15 @@
-"""Zero of a function between two points."""
+"""Zero and least value of a function between two points."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+_GOLDEN = (math.sqrt(5) - 1) / 2
+_SECTIONS = 64  # golden sections: of what is between two points a part of 4e-14 is left
 
 
 def bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:
@@ -34,3 +41,23 @@ def bracketed(h: Callable[[float], float], inside: float, outside: float) -> flo
             fraction += (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
         fraction = min(max(fraction, least), 1 - least)
     return best
+
+
+def least(h: Callable[[Any], Any], lo: Any, hi: Any, enough: float = -math.inf) -> tuple[Any, Any]:
+    """Where h, with one minimum between two points, is least, and h there, by golden sections.
+
+    Or where one value is not more than `enough`. Points may be arrays, of which h is asked at once.
+    """
+    one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
+    low, high = h(one), h(other)
+    for _ in range(_SECTIONS):
+        if np.min(low) <= enough or np.min(high) <= enough:
+            break
+        left = low <= high
+        lo, hi = np.where(left, lo, one)[()], np.where(left, other, hi)[()]
+        new = np.where(left, hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo))[()]
+        value = h(new)
+        one, other = np.where(left, new, other)[()], np.where(left, one, new)[()]
+        low, high = np.where(left, value, high)[()], np.where(left, low, value)[()]
+    left = low <= high
+    return np.where(left, one, other)[()], np.where(left, low, high)[()]

@@ -29,12 +29,11 @@ from discretization.fitted.contacts import Contacts
 from discretization.fitted.drives import Drives, kinds, margins
 from discretization.fitted.motion import free
 from discretization.fitted.quadrature import Interval
+from discretization.roots import least
 from energy import Scene
 
 Array = NDArray[np.float64]
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
-_GOLDEN = (math.sqrt(5) - 1) / 2
-_REFINEMENTS = 45
 _NEAR = 4.0
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
 _ROUNDING = 16 * float(np.finfo(float).eps)
@@ -103,8 +102,8 @@ def _unstable(contacts: Contacts) -> float:
     for _, loose, rates in _rates(contacts):
         stable, _ = margins(rates[:, None], loose)
         slack = _FALLING * np.abs(rates).max(axis=(1, 2))
-        least, _ = margins((rates + np.diag([1, -1]) * slack[:, None, None])[:, None], loose)
-        if not (stable | least).all():
+        nearly, _ = margins((rates + np.diag([1, -1]) * slack[:, None, None])[:, None], loose)
+        if not (stable | nearly).all():
             return 1.0
     return 0.0
 
@@ -125,11 +124,8 @@ def penetration(state: Equilibrium, points: Array) -> float:
     peak = (v[1:-1] >= v[:-2]) & (v[1:-1] >= v[2:]) & ~np.isin(x[1:-1], lines)
     peak &= v[1:-1] > -_NEAR * np.maximum(steps[:-1], steps[1:])
     lo, hi = x[:-2][peak], x[2:][peak]
-    for _ in range(_REFINEMENTS if lo.size else 0):
-        one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
-        left = deep(one) > deep(other)
-        lo, hi = np.where(left, lo, one), np.where(left, other, hi)
-    return float(max(v.max(), deep(lo).max(initial=-math.inf), 0.0))
+    highest = deep(least(lambda x: -deep(x), lo, hi)[0]) if lo.size else lo
+    return float(max(v.max(), highest.max(initial=-math.inf), 0.0))
 
 
 def _tension(contacts: Contacts, lift: float) -> float:

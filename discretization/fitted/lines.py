@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.meniscus_surfaces import MeniscusSurfaces
 from discretization.fitted.surfaces import At, Surfaces
-from discretization.roots import bracketed
+from discretization.roots import bracketed, least
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
@@ -39,7 +39,6 @@ _FEW_CORNERS = 8
 _HALVINGS = 64
 _ASIDE = 1e-13  # of the room beside a line, to read a slope on one side of it
 _STEP = 1e-4  # of l and of the position: the difference for a rate is good to its square
-_GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 class FittedLine(NamedTuple):
@@ -185,24 +184,11 @@ def least_drive(problem: Problem, outer: float, enough: float) -> tuple[float, f
 
     Or a place where it is not more than `enough`.
     """
-    lo, hi = 0.0, outer
     inside = one_sided(outer, outer) if outer in problem.scene.indenter.walls else 0.0
     if not outer or problem.drive(1, outer, -inside) <= enough:
         return outer, problem.drive(1, outer, -inside)
-    one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
-    low, high = problem.drive(1, one, 0.0), problem.drive(1, other, 0.0)
-    for _ in range(_HALVINGS):
-        if min(low, high) <= enough:
-            break
-        if low <= high:
-            hi, other, high = other, one, low
-            one = hi - _GOLDEN * (hi - lo)
-            low = problem.drive(1, one, 0.0)
-        else:
-            lo, one, low = one, other, high
-            other = lo + _GOLDEN * (hi - lo)
-            high = problem.drive(1, other, 0.0)
-    return min((low, one), (high, other), (problem.drive(1, outer, -inside), outer))[::-1]
+    x, low = least(lambda x: problem.drive(1, float(x), 0.0), 0.0, outer, enough)
+    return min((float(low), float(x)), (problem.drive(1, outer, -inside), outer))[::-1]
 
 
 def find_line(problem: Problem, side: int, start: float) -> FittedLine:

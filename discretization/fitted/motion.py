@@ -181,13 +181,28 @@ class Motion:
                 least = inner[2 * i - 1] if i else -math.inf
                 most = inner[2 * i + 2] if 2 * i + 2 < len(inner) else math.inf
                 surfaces[i] = self.resting.apart(q, p, least, most, depth)
-            moved = surfaces.ravel()[1:-1].tolist()
-            held = [x for pair in pairs(moved) if pair[0] <= pair[1] for x in pair]
+            held = self._met(surfaces.ravel().tolist(), depth)
             kept = self._unpulled(tuple(held), depth)
             if len(kept) == len(lines):
                 return kept
             lines = kept
         return lines
+
+    def _met(self, ends: list[float], depth: float) -> list[float]:
+        """Lines of the contacts that are left; of one that has narrowed to a corner, that twice.
+
+        Unless it is pulled there. ends: of all free surfaces.
+        """
+        held: list[float] = []
+        for i, (left, right) in enumerate(pairs(ends[1:-1])):
+            if left > right:
+                beside = ends[2 * i], ends[2 * i + 3]
+                corners = [x for x in (left, right) if x in self.profile.corners]
+                stays = bool(corners) and not self._pulled(corners[0], beside, depth)
+                held += 2 * corners[:1] if stays else []
+            else:
+                held += [left, right]
+        return held
 
     def _unpulled(self, lines: Lines, depth: float) -> Lines:
         """Without contacts of one point that are pulled: the surface is clear without them."""

@@ -35,37 +35,22 @@ _LUCK = 1 / 8  # of what the whole was off by: at a jump of f'' the halves are n
 
 
 class Interval(NamedTuple):
-    """Totals over a fitted contact and its free surfaces, with the force by two routes.
+    """Totals over fitted contacts and their free surfaces, with the force by two routes.
 
-    rounding: what the heights are off by as measured [length], counted in force and energy.
+    Numbers, or arrays (n,) of several states. rounding: what the heights are off by as measured
+    [length], counted in force and energy.
     """
 
-    energy: float
-    force: float
-    force_by_field: float
-    energy_scale: float
-    force_scale: float
-    weakest: float
-    rounding: float = 0.0
+    energy: Any
+    force: Any
+    force_by_field: Any
+    energy_scale: Any
+    force_scale: Any
+    weakest: Any
+    rounding: Any = 0.0
 
     def change(self, other: Interval) -> float:
-        """Larger of the relative differences of energy and force."""
-        energy = abs(self.energy - other.energy) / (self.energy_scale or 1.0)
-        return max(energy, abs(self.force - other.force) / (self.force_scale or 1.0))
-
-
-class Intervals(NamedTuple):
-    """`Interval` of several contacts, arrays (n,)."""
-
-    energy: Array
-    force: Array
-    force_by_field: Array
-    energy_scale: Array
-    force_scale: Array
-    weakest: Array
-
-    def change(self, other: Intervals) -> float:
-        """Largest relative difference of energy and force."""
+        """Largest of the relative differences of energy and force."""
         apart = np.abs([self.energy - other.energy, self.force - other.force])
         scale = np.array([self.energy_scale, self.force_scale])
         return float((apart / np.where(scale > 0, scale, 1.0)).max(initial=0.0))
@@ -233,7 +218,7 @@ def _halves(ends: Array) -> Array:
     return np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2]))
 
 
-def along(surfaces: Surfaces, depth: Array, lines: Array) -> tuple[Intervals, float]:
+def along(surfaces: Surfaces, depth: Array, lines: Array) -> tuple[Interval, float]:
     """Energy and force at depths (n,) between lines (n, 2), and their change from fewer points."""
     scene = surfaces.scene
     ends, parts, change = _ends(scene.indenter, lines), [], 0.0
@@ -249,11 +234,11 @@ def along(surfaces: Surfaces, depth: Array, lines: Array) -> tuple[Intervals, fl
         own, found = slice(start, start + step), []
         for grid in grids:
             sums, weakest = inside(scene, depth[own], grid[own])
-            found += [Intervals(*_summed(part, free[own].T), weakest) for part in sums]
+            found += [Interval(*_summed(part, free[own].T), weakest) for part in sums]
         *coarser, fine = found
         change = max(change, *map(fine.change, coarser))
         parts.append(fine)
-    return Intervals(*(np.concatenate(part) for part in zip(*parts, strict=True))), change
+    return Interval(*map(np.concatenate, list(zip(*parts, strict=True))[:-1])), change
 
 
 def pressing(surfaces: Surfaces, depth: float, left: float, right: float, rtol: float) -> float:

@@ -114,17 +114,12 @@ class Resting:
         raise NotCertifiedError(f"the contacts at depth = {depth!r} do not come to rest")
 
     def _lower(self, side: int, x: float, limit: float, facing: At | None, depth: float) -> float:
-        """Where a receding line rests; just beyond the other line of its contact if nowhere.
-
-        Or on that, at a corner: whether a contact of one point stays is not asked here.
-        """
+        """Where a receding line rests; just beyond the other line of its contact if nowhere."""
         behind = self.profile.past(x, -side)
         rests = self.rest(side, behind, *self.profile.at(x, -side), facing, -1)
         if x == limit or rests - depth <= TIE * self.size:
             return x
         stop = self._stop(side, x, limit, facing, depth, -1)
-        if stop is None and limit in self.profile.corners:
-            return limit
         return stop.x if stop is not None else math.nextafter(limit, -side * math.inf)
 
     def _outermost(self, q: float, p: float, depth: float) -> Pair | None:

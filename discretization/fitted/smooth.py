@@ -34,7 +34,7 @@ _DEGREE = 12  # of the Lobatto rule in t
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
 _SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
-_ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more
+_ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
 _LOCAL = 1e-5  # of the same: the changes of D are those of the step before
 _EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
 _BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
@@ -143,7 +143,7 @@ class Smooth:
             with np.errstate(invalid="ignore"):
                 now = np.where(free[own, None], np.abs(new - x[own]), 0.0).max(axis=(1, 2))
             x[own], even = new, np.abs(off).max(axis=(1, 2))
-            rounding = (now <= _ROUNDED * size[own]) | (even <= _EVEN * high)
+            rounding = (now <= _ROUNDED * size[own] * 4.0 ** worse[own]) | (even <= _EVEN * high)
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
             fast = now * now <= _STILL * size[own] * last[own]  # the next step will be rounding
             done |= fast & np.isfinite(last[own])

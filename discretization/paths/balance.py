@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import chain, pairwise
 
+import numpy as np
+
+from discretization.fitted.spectral import rounded
 from discretization.paths.branch import Branch, Point
 from discretization.paths.control import Control, moved, point_of_fold
 from discretization.paths.events import Event, PullOff, Snapshot
 
 Segment = tuple[Snapshot, Snapshot]
 _ENOUGH = 33  # states of a run: between fewer, others are looked at
+_FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
+_WORK = 1e-12
 
 
 def work(
@@ -27,6 +32,33 @@ def work(
         before, after = (hold.potential(depth, event.control) for depth in depths)
         total += before - after
     return total
+
+
+def integral(
+    force: Callable[[float], float], start: float, end: float, rtol: float = _WORK
+) -> float:
+    """∫P dd by Lobatto rules, on parts halved until fewer points agree to rtol of the whole."""
+    if start == end:
+        return 0.0
+
+    def part(lo: float, hi: float, order: int) -> tuple[float, float]:
+        points, weights, _ = rounded(order)
+        depths = [lo, *(lo + (points[1:-1] + 1) / 2 * (hi - lo)).tolist(), hi]
+        forces = np.array([force(depth) for depth in depths])
+        weights = weights * ((hi - lo) / 2)
+        return float(weights @ forces), float(np.abs(weights) @ np.abs(forces))
+
+    size = part(start, end, _FEW)[1]
+    done, parts = 0.0, [(start, end)]
+    while parts:
+        lo, hi = parts.pop()
+        fine = part(lo, hi, _MORE)[0]
+        middle = (lo + hi) / 2
+        if abs(fine - part(lo, hi, _FEW)[0]) <= rtol * size or middle in (lo, hi):
+            done += fine
+        else:
+            parts += [(lo, middle), (middle, hi)]
+    return done
 
 
 def most_tensile(branch: Branch, segments: Sequence[Segment]) -> PullOff:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,9 +29,9 @@ from discretization.fitted.lines import (
     mirrored,
 )
 from discretization.fitted.quadrature import along, arc_length, pressing, totals
-from discretization.fitted.spectral import rounded
 from discretization.fitted.state import certify_lines
 from discretization.fitted.surfaces import Surfaces
+from discretization.paths.balance import integral
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -42,8 +42,6 @@ _CLOSED = 1e-15
 _STALLED = 1e-12
 _LOCAL = 1e-3
 _REDUCED = 1e-10
-_FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
-_WORK = 1e-12
 _INSIDE = 1e-9  # of a radius: beside an edge
 
 
@@ -260,33 +258,6 @@ class FittedBranch:
                 f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
                 f"({certificate}); the path stops before it"
             )
-
-
-def integral(
-    force: Callable[[float], float], start: float, end: float, rtol: float = _WORK
-) -> float:
-    """∫P dd by Lobatto rules, on parts halved until fewer points agree to rtol of the whole."""
-    if start == end:
-        return 0.0
-
-    def part(lo: float, hi: float, order: int) -> tuple[float, float]:
-        points, weights, _ = rounded(order)
-        depths = [lo, *(lo + (points[1:-1] + 1) / 2 * (hi - lo)).tolist(), hi]
-        forces = np.array([force(depth) for depth in depths])
-        weights = weights * ((hi - lo) / 2)
-        return float(weights @ forces), float(np.abs(weights) @ np.abs(forces))
-
-    size = part(start, end, _FEW)[1]
-    done, parts = 0.0, [(start, end)]
-    while parts:
-        lo, hi = parts.pop()
-        fine = part(lo, hi, _MORE)[0]
-        middle = (lo + hi) / 2
-        if abs(fine - part(lo, hi, _FEW)[0]) <= rtol * size or middle in (lo, hi):
-            done += fine
-        else:
-            parts += [(lo, middle), (middle, hi)]
-    return done
 
 
 def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedLine | None:

@@ -20,7 +20,7 @@ from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, arc_length, refined
 from discretization.fitted.springs import at_level, below
 from discretization.paths.branch import at_edges
-from discretization.paths.fitted_branch import integral
+from discretization.paths.balance import integral
 from discretization.profile import Resolved, resolve
 from energy import Scene
 
