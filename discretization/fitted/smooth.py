@@ -65,9 +65,12 @@ class Smooth:
         """Where lines rest."""
         return Drives(self.resting)
 
-    def over(self, lines: Array, start: float, end: float) -> Moved:
-        """The lines (n, 2) of these surfaces, at rest at one depth, taken to another."""
-        return self._each(self._alike, lines, start, end)
+    def over(self, lines: Array, start: float, end: float, parts: int = 1) -> Moved:
+        """The lines (n, 2) of these surfaces, at rest at one depth, taken to another.
+
+        parts: of the way, on each of which the energy must balance.
+        """
+        return self._each(functools.partial(self._alike, parts=parts), lines, start, end)
 
     def passing(self, lines: Array, start: float, end: float) -> Moved:
         """The same of lines that are known to move smoothly to this depth and further.
@@ -95,23 +98,24 @@ class Smooth:
         energy, _, _ = self._totals(x, depths, way)
         return Moved(self.drives.snapped(x[:, -1]), good, energy[:, 1] - energy[:, 0], margin)
 
-    def _alike(self, lines: Array, start: float, end: float) -> Moved:
+    def _alike(self, lines: Array, start: float, end: float, parts: int) -> Moved:
         """`over` for surfaces of one kind: gaps, left lines of tails or right ones."""
         t, weights, _ = rounded(_DEGREE)
-        t = (t + 1) / 2
-        depths = start + (end - start) * t * (2 - t)
+        t, way, step = (t + 1) / 2, 1 if end >= start else -1, (end - start) / parts
+        depths = start + step * (np.arange(parts)[:, None] + t * (2 - t)).ravel()
         depths[-1] = end
-        way = 1 if end >= start else -1
         x, good, margin = self._followed(lines, depths, way)
         if not good.any():
             return Moved(x[:, -1], good, np.zeros(len(x)), margin)
-        energy, size, force = np.zeros((3, *x.shape[:2]))
-        energy[good], size[good], force[good] = self._totals(x[good], depths, way)
-        work = force @ (weights * (1 - t)) * (end - start)
-        change = energy[:, -1] - energy[:, 0]
-        rounding = _EVEN * self.resting.size * np.abs(force).max(axis=1)
-        good &= np.abs(change - work) <= BALANCED * size.max(axis=1) + rounding
-        return Moved(self.drives.snapped(x[:, -1]), good, work, margin)
+        found = np.zeros((3, *x.shape[:2]))
+        found[:, good] = self._totals(x[good], depths, way)
+        energy, size, force = found.reshape(3, len(x), parts, t.size)
+        work = force @ (weights * (1 - t)) * step
+        change = energy[..., -1] - energy[..., 0]
+        rounding = _EVEN * self.resting.size * np.abs(force).max(axis=2)
+        even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
+        good &= even.all(axis=1)
+        return Moved(self.drives.snapped(x[:, -1]), good, work.sum(axis=1), margin)
 
     def _followed(
         self, lines: Array, depths: Array, way: int

@@ -31,7 +31,7 @@ Rooms = dict[tuple[str, int], float]
 _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _MOST = 400  # trials: with the next rule three times as many as halvings of a double
-_PARTED = 6  # parts to come, each half as long as the next one, after which a way is not parted
+_PARTS = (4, 16)  # of a way
 _PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
 
 
@@ -67,7 +67,9 @@ class Trials:
         level = resting.size + max(resting.size, self.motion.profile.touch)
         return Smooth(resting, Integrals.of(resting.scene, resting.profile, level))
 
-    def tried(self, surfaces: Array, which: set[int], start: float, end: float) -> Tried:
+    def tried(
+        self, surfaces: Array, which: set[int], start: float, end: float, parts: int = 1
+    ) -> Tried:
         """Surfaces taken to a depth, and what is left for each."""
         lines, work = surfaces.copy(), np.zeros(len(surfaces))
         known = [self.ahead.get((*pair, start, end)) for pair in surfaces.tolist()]
@@ -75,7 +77,7 @@ class Trials:
             if (ahead := known[i]) is not None:
                 lines[i], work[i] = ahead
         kept = [i for i in sorted(which) if known[i] is None]
-        found = self.smooth.over(surfaces[kept], start, end)
+        found = self.smooth.over(surfaces[kept], start, end, parts)
         lines[kept], work[kept] = found.lines, found.work
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
         unknown = set(failed)
@@ -133,13 +135,17 @@ class Trials:
         if start == end or not which:
             return unmoved(surfaces, start)
         found = self.tried(surfaces, which, start, end)
-        if found.failed:
-            involved = self._involved(found, start) & which
-            low, high, _ = self._in_parts(unmoved(surfaces, start), found, involved)
-            if high.failed:
-                return high
-            merge(low, involved, found)
-        return found._replace(failed=set())
+        return self._in_parts(unmoved(surfaces, start), found, which)
+
+    def _in_parts(self, low: Tried, high: Tried, which: set[int]) -> Tried:
+        """Surfaces tried again in more parts where nothing is known to happen to those that fail.
+
+        Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short ones.
+        """
+        for parts in _PARTS:
+            if high.failed and not high.known:
+                high = self.tried(low.lines, which, low.depth, high.depth, parts)
+        return high
 
     def remember(self, here: Tried, there: Tried, which: set[int], depths: Pair) -> None:
         """That surfaces which are here at one depth move smoothly there to another one."""
@@ -149,45 +155,19 @@ class Trials:
             work = float(there.work[i] - here.work[i])
             self.ahead[q, p, *depths] = there.lines[i].copy(), work
 
-    def _in_parts(
-        self, low: Tried, high: Tried, involved: set[int]
-    ) -> tuple[Tried, Tried, set[int]]:
-        """Surfaces that fail taken to the end in parts, or as far as they go and then to a failure.
-
-        Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short parts
-        beside it.
-        """
-        ends = [high.depth, (low.depth + high.depth) / 2]
-        while ends and not high.known and len(ends) <= _PARTED:
-            tried = self.tried(low.lines, involved, low.depth, ends[-1])
-            if tried.failed:
-                high = tried
-                ends.append((low.depth + high.depth) / 2)
-                continue
-            older, low = low, tried._replace(work=low.work + tried.work)
-            ends.pop()
-            aim = _runs_out(older, low, high, "stiff")
-            if (aim - low.depth) * (aim - high.depth) < 0:  # there is an event
-                break
-            high = tried if not ends else high
-        return low, high, involved
-
     def enclosed(self, low: Tried, high: Tried, start: float) -> tuple[Tried, Tried, set[int]]:
         """The last depth before the first event, the first one beyond, and to what it happens.
 
         Or a depth to which nothing happens, twice.
         """
-        if not high.failed:
-            return high, high, set()
-        involved, whole = self._involved(high, start), True
+        involved, parts = self._involved(high, start), 1
         older, least = low, _CLOSE * self.motion.resting.size
         aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
         for _ in range(_MOST):
-            if whole and high.failed and not high.known:
-                low, high, involved = self._in_parts(low, high, involved)
-                whole = False
+            if parts == 1 and not high.known:
+                high, parts = self._in_parts(low, high, involved), _PARTS[0]
             if not high.failed:
-                return low, low, involved
+                return high._replace(work=low.work + high.work), high, involved
             middle = (low.depth + high.depth) / 2
             if abs(high.depth - low.depth) <= least or middle in (low.depth, high.depth):
                 break
@@ -197,7 +177,7 @@ class Trials:
             widths.append(abs(high.depth - low.depth))
             slow = widths[-1] > widths[-1 - _PATIENCE] / 2
             depth = middle if slow else _next(low, high, aim, off)
-            tried = self.tried(low.lines, involved, low.depth, depth)
+            tried = self.tried(low.lines, involved, low.depth, depth, parts)
             if tried.failed:
                 high, involved = tried, self._involved(tried, start) & involved
             else:
@@ -227,15 +207,13 @@ def merge(one: Tried, own: set[int], other: Tried) -> None:
     other.lines[kept], other.work[kept] = one.lines[kept], one.work[kept]
 
 
-def _runs_out(older: Tried, low: Tried, high: Tried, what: str = "") -> float:
+def _runs_out(older: Tried, low: Tried, high: Tried) -> float:
     """The first depth at which something is used up, if it changes linearly; nan: not known.
 
-    By the secant through `low` and the nearer of the other two. what: of this kind.
+    By the secant through `low` and the nearer of the other two.
     """
     found = [math.nan]
     for key, room in low.rooms.items():
-        if not key[0].startswith(what):
-            continue
         other, before = high.rooms.get(key, math.nan), older.rooms.get(key, math.nan)
         ahead, behind = high.depth - low.depth, low.depth - older.depth
         closer = abs(behind) < abs(ahead) or not other < 0
