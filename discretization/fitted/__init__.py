@@ -20,6 +20,6 @@ tension.py, pressed.py, motion.py; springs.py where γ₁ = 0) -> energy and for
 certificate and error estimate (judgement.py) -> Equilibrium, by several.py. Of "global", bubbles.py
 reads the contacts of a lattice.
 
-Paths of any profile: energies up to a line (integrals.py), lines that follow the depth (smooth.py),
-and what happens to them on the way (events.py).
+Paths of any profile: energies up to a line (integrals.py), lines that follow the depth (smooth.py)
+up to where (trials.py), and what happens to them there (events.py).
 """

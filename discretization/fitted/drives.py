@@ -16,6 +16,7 @@ from discretization.fitted.surfaces import At
 
 Array = NDArray[np.float64]
 _DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
+_SMALL = 1e-6  # of l
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 
 
@@ -40,9 +41,13 @@ class Drives:
             at = np.searchsorted(known, lines[:, own], side="right" if side * way > 0 else "left")
             at = np.clip(at, 1, known.size - 1)
             lo, hi = known[at - 1], known[at]
-            low, high = (_ULPS * np.spacing(np.abs(end)) for end in (lo, hi))
+            low, high = (_ULPS * self._spacing(end) for end in (lo, hi))
             found[:, :, own] = lo + low, hi - high
         return np.where(np.isfinite(lines), found, lines)
+
+    def _spacing(self, x: Array) -> Array:
+        """Rounding of positions, at 0 of a small part of l: an indenter may divide them by that."""
+        return np.spacing(np.maximum(np.abs(x), _SMALL * self.length))
 
     def snapped(self, lines: Array) -> Array:
         """Lines next to a corner put on it."""
@@ -51,7 +56,7 @@ class Drives:
             return lines
         at = np.searchsorted(known, lines)
         for near in (known[np.maximum(at - 1, 0)], known[np.minimum(at, known.size - 1)]):
-            close = np.abs(lines - near) <= 2 * _ULPS * np.spacing(np.abs(near))
+            close = np.abs(lines - near) <= 2 * _ULPS * self._spacing(near)
             lines = np.where(close, near, lines)
         return lines
 
@@ -93,7 +98,8 @@ class Drives:
         linear in the depth. nan where there is none.
         """
         found, profile = np.full(lines.shape, math.nan), self.resting.profile
-        if profile.joints.size <= 2 and not np.isin(lines, profile.indenter.walls).any():
+        held = self.resting.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
+        if profile.joints.size <= 2 and not held:
             return found
         held = way * (self.ahead(lines, way) - depth)
         room = self.rooms(lines, way)

@@ -37,6 +37,7 @@ _STILL = 1e-15  # of the position and l: a step of Newton's method that is round
 _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
 _LOCAL = 1e-5  # of the same: the changes of D are those of the step before
 _EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
+_HELD = 1e-11  # of the size of depths: lines so far from rest are held until they come free
 _BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
 BALANCED = 1e-12  # of the energy's terms
 
@@ -124,11 +125,13 @@ class Smooth:
         n, j = len(lines), depths.size
         x = np.repeat(lines[:, None, :], j, axis=1)
         inner = np.isfinite(lines)
-        free = inner & (way * (self.drives.ahead(lines, way) - depths[-1]) < 0)
+        rests = self.drives.ahead(lines, way)
+        free = inner & (way * (rests - depths[-1]) < 0)
+        waits = free & (way * (rests - depths[0]) > _HELD * self.resting.size)
         size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.drives.length
         rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf)
         room = self.drives.rooms(lines, way)
-        good, active, near = np.ones(n, bool), free.any(axis=1), False
+        good, active, near = ~waits.any(axis=1), free.any(axis=1), False
         high, worse = self.resting.size, np.zeros(n, int)
         for _ in range(_NEWTON):
             own = np.flatnonzero(active)
@@ -154,7 +157,7 @@ class Smooth:
             stopped = stuck.any(axis=(1, 2)) & (even > _EVEN * high)  # by a corner
             worse[own] += now > _SHRINKS * last[own]
             lost = stopped | (~done & (worse[own] > _PATIENCE))
-            good[own] = (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~lost
+            good[own] &= (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~lost
             near = bool((now <= np.minimum(_LOCAL * size[own], last[own] / 8)).all())
             last[own], active[own] = now, ~done & good[own]
         stable, margin = margins(rates, free)

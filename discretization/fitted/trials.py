@@ -160,33 +160,36 @@ class Trials:
 
         Or a depth to which nothing happens, twice.
         """
-        involved, parts = self._involved(high, start), 1
+        involved, parts, passed = self._involved(high, start), 1, False
         older, least = low, _CLOSE * self.motion.resting.size
         aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
         for _ in range(_MOST):
             if parts == 1 and not high.known:
                 high, parts = self._in_parts(low, high, involved), _PARTS[0]
-            if not high.failed:
-                return high._replace(work=low.work + high.work), high, involved
-            middle = (low.depth + high.depth) / 2
-            if abs(high.depth - low.depth) <= least or middle in (low.depth, high.depth):
+                high = high if high.failed else high._replace(work=low.work + high.work)
+            width = high.depth - low.depth
+            if not high.failed or abs(width) <= least or low.depth + width / 2 == low.depth:
                 break
             last, aim = (aim, away), _runs_out(older, low, high)
             away = abs(aim - low.depth)
             off = abs(aim - last[0]) * min(1.0, away / (last[1] or away or 1.0)) + least / 4
-            widths.append(abs(high.depth - low.depth))
+            widths.append(abs(width))
             slow = widths[-1] > widths[-1 - _PATIENCE] / 2
-            depth = middle if slow else _next(low, high, aim, off)
+            depth = low.depth + width / 2 if slow else _next(low, high, aim, off)
+            if passed and not high.known and not 0 < (aim - low.depth) / width < 1:
+                depth = high.depth  # from here nothing may happen
             tried = self.tried(low.lines, involved, low.depth, depth, parts)
-            if tried.failed:
+            passed = not tried.failed
+            if not passed:
                 high, involved = tried, self._involved(tried, start) & involved
-            else:
-                older, low = low, tried._replace(work=low.work + tried.work)
+                continue
+            older, low = low, tried._replace(work=low.work + tried.work)
+            high = low if depth == high.depth else high
         else:
             raise NotCertifiedError(
                 f"the event near depth = {low.depth!r} is not enclosed; try other depths"
             )
-        return low, high, involved
+        return (low if high.failed else high), high, involved
 
     def _involved(self, tried: Tried, start: float) -> set[int]:
         """Surfaces to which something happens; of retracted lines with those beyond a contact."""

@@ -40,8 +40,8 @@ class Held(NamedTuple):
 
     @property
     def ends(self) -> tuple[float, float]:
-        """x of the outermost lines."""
-        return self.lines[0], self.lines[-1]
+        """x of the outermost lines; nan where the profile has only been touched."""
+        return (self.lines[0], self.lines[-1]) if self.lines else (math.nan, math.nan)
 
 
 State = Held | None
@@ -171,7 +171,7 @@ class FittedMany:
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError unless the state is in equilibrium."""
-        if state is None:
+        if state is None or not state.lines:
             return
         contacts = Contacts(self.motion, state.lines, depth)
         energy, force = self._totals(state, depth)

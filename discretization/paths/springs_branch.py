@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, arc_length, refined
 from discretization.fitted.springs import at_level, below
-from discretization.paths.branch import at_edges
 from discretization.paths.balance import integral
+from discretization.paths.branch import at_edges
 from discretization.profile import Resolved, resolve
 from energy import Scene
 
