@@ -98,8 +98,8 @@ class Drives:
         linear in the depth. nan where there is none.
         """
         found, profile = np.full(lines.shape, math.nan), self.resting.profile
-        held = self.resting.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
-        if profile.joints.size <= 2 and not held:
+        kept = self.resting.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
+        if profile.joints.size <= 2 and not kept:
             return found
         held = way * (self.ahead(lines, way) - depth)
         room = self.rooms(lines, way)
