@@ -161,16 +161,20 @@ class Smooth:
             near = bool((now <= np.minimum(_LOCAL * size[own], last[own] / 8)).all())
             last[own], active[own] = now, ~done & good[own]
         stable, margin = margins(rates, free)
-        with np.errstate(invalid="ignore"):  # from where they are, and one way
-            whole = np.concatenate([lines[:, None], x], axis=1)
-            moved = way * np.diff(whole, axis=1) * (1.0, -1.0)
-            good &= ~(moved[:, 0] > _BACK * size[:, None]).any(axis=1)
-        good &= ~active & stable & ~(moved < -_BACK * size[:, None, None]).any(axis=(1, 2))
+        good &= ~active & stable & self._one_way(lines, x, way, size)
         held = inner & ~free
         if held.any():
             rests = way * (self.drives.ahead(x[:, -1], way) - depths[-1]) >= -_EVEN * high
             good &= (rests | ~held).all(axis=1)
         return x, good, margin
+
+    def _one_way(self, lines: Array, x: Array, way: int, size: Array) -> NDArray[np.bool_]:
+        """Whether lines move from where they are, and one way."""
+        with np.errstate(invalid="ignore"):
+            whole = np.concatenate([lines[:, None], x], axis=1)
+            moved = way * np.diff(whole, axis=1) * (1.0, -1.0)
+            away = (moved[:, 0] > _BACK * size[:, None]).any(axis=1)
+            return np.asarray(~away & ~(moved < -_BACK * size[:, None, None]).any(axis=(1, 2)))
 
     def totals(self, lines: Array, depth: float) -> tuple[float, float]:
         """Energy and force of all surfaces (n, 2) of a state."""
