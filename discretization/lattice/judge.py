@@ -58,8 +58,8 @@ def judge(contacts: ContactSet, sums: Totals, *, lowest: bool = False) -> Certif
     delta, noise = contacts.scale or size, rounding(lat, size)
     unit, deepest, imbalance = lat.spring * delta, sums.penetration, sums.imbalance
     for node, side, u, *_ in contacts.outer:
-        deepest = max(deepest, _penetration(contacts, node, side, u))
-        imbalance = max(imbalance, _imbalance(lat, node, side, u))
+        through, unbalanced = _outside(contacts, node, side, u)
+        deepest, imbalance = max(deepest, through), max(imbalance, unbalanced)
     adhesive = 2 if lat.gamma1 else 1
     held = 2 * (lat.spring + 2 * sums.stiffness) * adhesive * contacts.ground.works[1] * lat.cell
     alone = 0.0 if lat.gamma1 else math.sqrt(held)
@@ -93,8 +93,8 @@ def _summed_rounding(contacts: ContactSet, sums: Totals) -> float:
     return 4 * _EPSILON * math.sqrt(2 * sums.surface * lat.link * lat.on_nodes(1.0, contacts.last))
 
 
-def _penetration(contacts: ContactSet, node: int, side: int, u: float) -> float:
-    """max (g_i - u_i) over the free nodes beyond an outermost line at a node; u: there.
+def _outside(contacts: ContactSet, node: int, side: int, u: float) -> tuple[float, float]:
+    """max (g_i - u_i) and |∂U/∂u_i| per weight of free nodes beyond an outermost line; u: there.
 
     A tail pressed down is convex: where the profile is so, too, it can only be met at the line.
     """
@@ -102,24 +102,25 @@ def _penetration(contacts: ContactSet, node: int, side: int, u: float) -> float:
     limit = ground.where.last if side > 0 else ground.where.first
     clear = contacts.depth + max(0.0, -u)  # above it a rising profile cannot be met any more
     rising = ground.indenter.apex is not None or ground.indenter.convex
+    first = _TAIL if side > 0 or math.isnan(lat.axis) else _TAIL[:node]
+    tail = np.concatenate([[u], lat.beyond(node, side, first, u)])
+    worst = _imbalance(lat, node, side, tail)
     for start, stop in blocks_between(node, limit):
-        f = ground.heights(start, stop)[1:]
-        if f.size:
-            steps = abs(start - node) + 1 + np.arange(float(f.size))
-            through = contacts.depth - f
-            through -= lat.beyond(node, side, steps, u)
+        f = ground.heights(start, stop)
+        if start != node:
+            tail = lat.beyond(node, side, abs(start - node) + np.arange(float(f.size)), u)
+            worst = max(worst, _imbalance(lat, start, side, tail))
+        through = contacts.depth - f[1:]
+        through -= tail[1 : f.size]
+        if through.size:
             deepest = max(deepest, float(through[through.argmax()]))
-            if rising and f[-1] >= clear:
-                break
-        if ground.indenter.convex and u >= 0:
+        if (rising and f[-1] >= clear) or (ground.indenter.convex and u >= 0):
             break
-    return deepest
+    return deepest, worst
 
 
-def _imbalance(lat: Lattice, node: int, side: int, u: float) -> float:
-    """max |∂U/∂u_i| per weight over the first free nodes of a tail."""
-    steps = _TAIL if side > 0 or math.isnan(lat.axis) else _TAIL[:node]
-    tail = np.concatenate([[u], lat.beyond(node, side, steps, u)])
+def _imbalance(lat: Lattice, node: int, side: int, tail: Array) -> float:
+    """max |∂U/∂u_i| per weight over the nodes of a tail (n,) from this one on, but the first."""
     nodes = range(node, node + side * tail.size, side)
     tension = lat.on_links(lat.tension(tail[1:] - tail[:-1]), nodes)
     force = lat.spring * lat.on_nodes(tail[1:], nodes[1:])
@@ -211,7 +212,7 @@ def _stays_clear(contacts: ContactSet, move: _Move, noise: float) -> bool:
     lat, ground, depth = contacts.lattice, contacts.ground, contacts.depth
     if move.other is None:
         u = depth - float(ground.heights(move.after, move.after)[0])
-        return _penetration(contacts, move.after, move.side, u) <= noise
+        return _outside(contacts, move.after, move.side, u)[0] <= noise
     left, right = min(move.after, move.other), max(move.after, move.other)
     if right - left < 2:
         return True
