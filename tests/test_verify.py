@@ -16,8 +16,8 @@ from studies.verify.checks import CHECKS
 from studies.verify.checks import axisymmetric as around_axis
 from studies.verify.convergence import EXACT, FIRST, SECOND, refine
 
-CELLS = (50, 100, 200, 400)
-PRESET = verify.Parameters(cells=CELLS, offsets=(0.37,), points=5)
+PRESET = replace(verify.QUICK, points=5)
+CELLS = PRESET.cells
 
 
 def checks_of(equation):
