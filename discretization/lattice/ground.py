@@ -67,7 +67,9 @@ class Ground:
         elif self.bonds is None and lattice.slopes == "small":
             bonds = lattice.cell * lattice.bound(first, last)
         else:
-            arcs = lattice.arc(np.diff(self.heights(first, last)))
             own = slice(first - self.where.first, last - self.where.first)
-            bonds = float(np.sum((lattice.cell if self.bonds is None else self.bonds[own]) * arcs))
+            links = lattice.cell * np.ones(last - first) if self.bonds is None else self.bonds[own]
+            if lattice.slopes == "finite":
+                links = links * lattice.arc(np.diff(self.heights(first, last)))
+            bonds = float(links.sum())
         return self.works[opening] * bonds

@@ -136,9 +136,10 @@ def work_of(row: Row, ways: list[Way], start: float, end: float) -> float:
 def _over(row: Row, low: Array, high: Array, force: Callable[[Array], Array]) -> float:
     """Σ ∫ force dd from each of these depths to the other."""
     middles, lengths = (low + high) / 2, high - low
+    points, weights = (part.tolist() for part in _RULES[row.lattice.slopes])
     return sum(
         weight / 2 * float(lengths @ force(middles + at * lengths / 2))
-        for at, weight in zip(*_RULES[row.lattice.slopes], strict=True)
+        for at, weight in zip(points, weights, strict=True)
     )
 
 
