@@ -8,6 +8,7 @@ from scenes import ALPHA, DELTA0, L, adhesive, rippled, tips, wavy
 from scipy.optimize import brentq
 
 from discretization import AccuracyWarning, History, load_path, minimise
+from discretization.fitted.smooth import Smooth
 from discretization.paths.fitted_many import FittedMany
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
@@ -220,3 +221,35 @@ def test_a_line_that_a_corner_would_stop_is_not_at_rest_beside_it():
 
     q = brentq(above, 4.4 * L, 5.4 * L)
     assert motion.apart(q, p, -4 * L, tip, motion.rest_depths(q, p)[0])[1] > tip
+
+
+def test_a_tip_that_is_pressed_in_stays_in_contact_where_a_line_jumps_to_it():
+    """One side of it is too steep for any line, the other up to a corner."""
+    x, slopes = np.array([-4.0, -0.02, 0.0, 4.0]) * L, np.array([-1.2, -2.0, 4.0]) * ALPHA
+    body = Sampled(x, np.r_[0.0, np.cumsum(slopes * np.diff(x))] - (slopes * np.diff(x))[:2].sum())
+    path = load_path(adhesive(body), depths=np.r_[-0.1, 1.5, 0.1, -0.2] * DELTA0)
+    assert [event.kind for event in path.events] == ["touch", "jump", "jump", "detachment"]
+    *_, pulled, last = path.events
+    assert pulled.after.lines == last.before.lines == (0.0, 0.0)
+    assert pulled.depth > 0.1 * DELTA0
+    assert abs(last.depth) <= 1e-12 * DELTA0
+
+
+def test_lines_of_a_tiny_contact_stay_until_they_are_pulled_enough():
+    """Its lines move by less than 1e-7 l in a step; held, they must not be taken for moving."""
+    R = 1e-6 * L
+    tiny = Profile(lambda x: x * x / (2 * R), lambda x: x / R, (-L, L))
+    scene = adhesive(tiny, opening=0.004)
+    depths = np.r_[np.linspace(-0.1, 0.5, 9), np.linspace(0.5, -3, 9)] * DELTA0
+    path = load_path(scene, depths=depths)
+    assert path.friction > 0
+    assert abs(path.work() / path.dissipated - 1) <= 1e-12
+
+
+def test_steps_take_few_trials(monkeypatch):
+    """Lines pass kinks of f'', beside which ∫P dd does not converge on a whole step."""
+    scene, followed, trials = crests(), Smooth.over, []
+    monkeypatch.setattr(Smooth, "over", lambda *args: trials.append(1) or followed(*args))
+    path = load_path(scene, depths=LOOP)
+    assert len(path.events) >= 5
+    assert len(trials) <= 2 * LOOP.size + 10 * len(path.events)
