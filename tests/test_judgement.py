@@ -14,6 +14,7 @@ from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors, penetration
 from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Motion
+from discretization.fitted.surfaces import At
 from discretization.profile import resolve
 from energy import FlatPunch, Parabola, Profile
 
@@ -158,3 +159,10 @@ def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
     contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), 2 * DELTA0)
     found = errors(contacts, *totals(contacts, 1e-8))
     assert np.isfinite(list(found.values())).all()
+
+
+def test_a_gap_is_judged_over_the_displacement_of_both_its_lines():
+    surfaces = surfaces_of(adhesive(Parabola(0.02)), 1e-15)
+    for part in (0.0, 1e-7, 1e-5, 1e-3):
+        one, other = At(0.0, -part * DELTA0), At(9.5 * L, -0.3 * DELTA0)
+        assert surfaces.free(one, other, 0.0).residual <= 1e-12
