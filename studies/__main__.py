@@ -1,7 +1,5 @@
 """`python -m studies`, or `elastocap`, lists the studies; with NAME [options] it runs one."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import io

@@ -5,8 +5,6 @@ disk without a network: its figures are part of it, its links lead to the files 
 status 1 if a study fails; limits of time that were missed are told and do not fail.
 """
 
-from __future__ import annotations
-
 import base64
 import contextlib
 import datetime

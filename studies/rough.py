@@ -17,8 +17,6 @@ compared depends on l over the wavelengths and on δ₀ and d over the heights o
 Output: a line per l, rough.csv, rough.png.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -13,8 +13,6 @@ Small slopes depend on Λ alone; finite slopes, for the true arc, on w/γ₁ too
 Output: sphere.csv, sphere.png. Exit status 1 if an error of small slopes exceeds 1e-8.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

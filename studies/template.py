@@ -6,8 +6,6 @@ at d = 0 is set against the simulation, for several elastocapillary lengths l = 
 Output: half_width.csv, half_width.png. Exit status 1 if a relative error exceeds 1e-8.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The figures of `applicability`: maps of the error of Eq. (16), and γ₁ alone varied."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """What `applicability` compares: its parameters, and the record that figures and report read."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

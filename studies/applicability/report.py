@@ -3,8 +3,6 @@
 Every number is read from the record of simulated states; none stands here.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

@@ -18,8 +18,6 @@ Its steepness is f'(a₀), the error of a relative to a₀, the half-width (18) 
 Output: applicability.png, conjecture.png, applicability.csv, and the answer in applicability.md.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 import time

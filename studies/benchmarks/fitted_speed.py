@@ -16,8 +16,6 @@ Output: a line per indenter, fitted_speed.csv with a row per scene. Exit status 
 its limit, with --strict also if a time does: machines may be shared.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence

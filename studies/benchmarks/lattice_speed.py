@@ -11,8 +11,6 @@ limits hold for the largest size, and with the error estimate.
 Times and errors are those of the model, in which only k, γ₁ and w of a film enter; h is arbitrary.
 """
 
-from __future__ import annotations
-
 import statistics
 import tracemalloc
 from collections.abc import Callable, Sequence

@@ -4,8 +4,6 @@ Every built-in body, small and finite slopes, 2 to 400 nodes per elastocapillary
 offset of the nodes from the body; contacts from a fraction of a link up.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

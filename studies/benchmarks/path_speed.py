@@ -16,8 +16,6 @@ Output: a line per loop, path_speed.csv. Exit status 1 if an error misses its li
 also if a time misses 150 dptsv.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -22,8 +22,6 @@ figure: one `dptsv` of each size.
 studies/benchmarks/baseline.json: a ratio 1.5 times larger fails. --update stores new ones.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import statistics

@@ -9,8 +9,6 @@ of a, P and U, relative to each, which must be rounding. Imports are timed in fr
 Output: a line per row, skipping.csv, a figure. Exit status 1 if a digit changed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -7,8 +7,6 @@ The film is thicker than springs allow beside the contact, h > l: times and digi
 model, in which only k, γ₁ and w of a film enter.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -15,8 +15,6 @@ tolerance.png: true error and estimate against rtol. Exit status 1 if fewer than
 are honoured or one is not trusted.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

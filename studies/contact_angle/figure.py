@@ -1,7 +1,5 @@
 """The figure of `contact_angle`: measured angles with both laws, and along loading paths."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What `contact_angle` measures: its parameters, and the record that the figure reads."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -11,8 +11,6 @@ a spacing apart.
 Output: contact_angle.png and .csv, the numbers on the screen; exit status 1 if a law is missed.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator, Sequence

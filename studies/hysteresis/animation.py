@@ -1,7 +1,5 @@
 """A load path as an animation: the surface and the indenter, and the point on the loop P(d)."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -6,8 +6,6 @@ under imposed depth, and what separates one from the detached surface, U = 0, is
 keeps it metastable.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """What `hysteresis` records: loops beside their closed forms, and maps of the loop area."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -16,8 +16,6 @@ Exit status 1 if an error exceeds 1e-8 or the energy balance does not close
 within 1e-9.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from itertools import product

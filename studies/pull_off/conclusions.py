@@ -1,7 +1,5 @@
 """What the study `pull_off` says of the paper's conclusions, in words that follow the numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

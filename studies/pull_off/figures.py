@@ -1,7 +1,5 @@
 """Figures of the study `pull_off`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

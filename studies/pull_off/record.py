@@ -1,7 +1,5 @@
 """What `pull_off` records: the pull-off of each scene, simulated and in closed form."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -16,8 +16,6 @@ Output: the table with errors, the conclusions, pull_off.csv, figures. Exit stat
 exceeds 1e-8.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product

@@ -20,8 +20,6 @@ file = "scan.csv"                        # in place of x and z; beside the scene
 columns = ["x", "z [nm]"]                # and unit, delimiter, decimal, encoding, skip
 """
 
-from __future__ import annotations
-
 import importlib
 import logging
 from dataclasses import dataclass, field

@@ -44,8 +44,6 @@ and values of a wrong type are refused by file and key. A list or a range for an
 makes a sweep (studies/scenes/grid.py). `python -m studies new FILE` writes a commented file.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping

@@ -10,8 +10,6 @@ Any number in a section can be an axis, and so can the texts of [options]. A lis
 Points are numbered with the last axis running fastest.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Mapping, Sequence

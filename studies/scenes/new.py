@@ -10,8 +10,6 @@ of your own, in Python:
     python -m studies FILE.py --preset quick
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

@@ -9,8 +9,6 @@ reads it) and SCENE_path.png. A file with a list or range for any other number i
 `python -m studies sweep -h`. `python -m studies new FILE` writes a scene file to start from.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

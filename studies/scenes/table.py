@@ -1,7 +1,5 @@
 """A table of a scene file, read key by key; complaints name the file, the key and a remedy."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path

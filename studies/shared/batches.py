@@ -1,7 +1,5 @@
 """Cases computed in several processes, and the progress of long work told on the screen."""
 
-from __future__ import annotations
-
 import math
 import os
 import signal

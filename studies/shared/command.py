@@ -1,7 +1,5 @@
 """The options that all studies share, and where what they find is written."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import shlex

@@ -8,8 +8,6 @@ These are numbers of the model: over decades of l/b, and up to the last contact,
 h <= l cannot all hold for one film. With the same l/b they are those of a film for which they do.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ They test the numbers of the model, far beyond the limits of independent springs
 w of a layer enter, its thickness is any.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

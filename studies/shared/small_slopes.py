@@ -6,8 +6,6 @@ layer enters: slopes that are not small strain any film with h <= l by as much, 
 numbers of the model, outside the limits of independent springs.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Tables on disk: CSV under a header of commented lines that says how to make them again."""
 
-from __future__ import annotations
-
 import csv
 import functools
 import importlib.metadata

@@ -1,7 +1,5 @@
 """Wall times, their spread, and the solve against which they are measured."""
 
-from __future__ import annotations
-
 import functools
 import os
 import statistics

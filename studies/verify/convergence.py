@@ -15,8 +15,6 @@ The same measure is taken once more on the fitted mesh, which has no spacing to 
 must stay below a limit of its own: rounding, unless the measure or the closed form is coarser.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """The figures of `verify`, drawn from its curves."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

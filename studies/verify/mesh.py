@@ -1,7 +1,5 @@
 """Where a check solves: on a lattice of chosen spacing and shift, or on the fitted mesh."""
 
-from __future__ import annotations
-
 import warnings
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

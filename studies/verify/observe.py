@@ -1,7 +1,5 @@
 """Measurements on the simulated field and branch, by numerical means only: no closed form here."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise

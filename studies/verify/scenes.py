@@ -4,8 +4,6 @@ E = 310 Pa, ν = 0.38, h = 11 µm, γ₁ = 47 mN/m, w = 23 µJ/m²: l = 29.8 µm
 √(2w/γ₁) = 0.031. At d = 0 the assumptions of the model (d ≪ h ≪ a, small slopes, 2w ≪ γ₁) hold.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict
 from typing import Any, NamedTuple

@@ -14,8 +14,6 @@ leaves. Checks stand in studies/verify/checks.
 Output: one line per check, report.md with all figures, verify.csv. Exit status 1 if any fails.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass

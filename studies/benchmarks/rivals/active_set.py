@@ -5,8 +5,6 @@ changes. From {g > 0} it peels one node per iteration; the contact of a grid hal
 from which a few suffice.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from dataclasses import replace

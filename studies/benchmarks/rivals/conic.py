@@ -1,7 +1,5 @@
 """The w = 0 programme given to general solvers: through cvxpy, directly, and to scipy."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from functools import partial

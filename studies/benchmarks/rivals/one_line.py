@@ -1,7 +1,5 @@
 """One symmetric contact whose line is sought: by hand on a grid, as a boundary value problem."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

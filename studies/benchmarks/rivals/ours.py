@@ -1,7 +1,5 @@
 """What this package answers to the tasks of runtime_vs_error; each is given a task and a size."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from typing import Any

@@ -1,7 +1,5 @@
 """The tasks of runtime_vs_error: scenes with known answers, and who takes part in each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

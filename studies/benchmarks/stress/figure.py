@@ -1,7 +1,5 @@
 """The figure of `stress`: the fewest digits kept at each point of each grid."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

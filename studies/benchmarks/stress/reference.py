@@ -10,8 +10,6 @@ finite slopes (n = 2): energy.cards.finite with every angle written in square ro
 the sums over a contact of nodes -m..m and the rule by which its line advances.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal, localcontext

@@ -26,8 +26,6 @@ map of digits kept for each grid, a CSV, the list of what was lost or failed, wh
 refused. Exit status 1 if anything was lost or failed.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

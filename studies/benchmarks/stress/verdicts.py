@@ -3,8 +3,6 @@
 Odd profiles, which have no closed form: the same question in other units and on the lattice.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 import warnings

@@ -1,7 +1,5 @@
 """Estimates of surface energies from a measured curve, their intervals, and what stays open."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ constant force of 0.08 to 0.2 of the largest is added. (Under a flat punch hyste
 its line is pinned, so that one w describes the whole curve.)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """A measured force–depth curve: its turning points, its noise, its points in contact."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Does a fitted model describe the curve? Its residual against the noise of the data themselves."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

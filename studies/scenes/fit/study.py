@@ -35,8 +35,6 @@ intervals of a parameter hold the truth, or if of random curves with a reversed 
 or hysteresis one is not called, or of good ones more than 5 % are (studies/scenes/fit/failures.py).
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The self-test of `fit`: synthetic curves with noise, fitted from a wrong start."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

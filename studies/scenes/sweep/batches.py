@@ -1,7 +1,5 @@
 """Points of a sweep in batches for any executor, sized so that no worker idles."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence

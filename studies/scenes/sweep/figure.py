@@ -1,7 +1,5 @@
 """The figure of a sweep of a scene: two observables along one or two axes."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

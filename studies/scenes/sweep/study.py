@@ -24,8 +24,6 @@ over in batches of about a quarter of a second; the workers import `studies`, so
 where they run. Exit status 1 if a point failed.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence

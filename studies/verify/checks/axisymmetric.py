@@ -1,7 +1,5 @@
 """Rotational symmetry: spheres, cones, cylinders and a cubic on the same film."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

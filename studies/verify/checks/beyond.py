@@ -1,7 +1,5 @@
 """What the paper leaves open: energies, power laws, pull-off, a wedge held by its tip."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from energy import FlatPunch, cards

@@ -1,7 +1,5 @@
 """Contact angle and the place of the line: Eqs. (8), (12)-(16), (18), (34), (35)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Flat shapes: plane (19), (20) and flat punch (21)-(23)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from energy import FlatPunch, Plane, Scene, cards

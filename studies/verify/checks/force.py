@@ -1,7 +1,5 @@
 """Force on the indenter: Eqs. (9), (10), (11)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Layer and surfaces: Eqs. (1), (2), (3), (7), (17)."""
 
-from __future__ import annotations
-
 from itertools import product
 
 from energy import ElasticLayer, Plane, Scene, SurfaceEnergies, cards

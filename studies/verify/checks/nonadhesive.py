@@ -1,7 +1,5 @@
 """Contact without adhesion, w = 0: Eqs. (36)-(40)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from energy import Scene, cards

@@ -1,7 +1,5 @@
 """Parabola: Eqs. (31)-(33)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from energy import Parabola, cards

@@ -1,7 +1,5 @@
 """Surface in contact and outside: Eqs. (4), (5), (6)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Wedge: Eqs. (24)-(30)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
