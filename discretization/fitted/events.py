@@ -77,14 +77,15 @@ class Events:
         everything = set(range(len(surfaces)))
         found = trials.tried(surfaces, everything, start, end)
         low, high, own = trials.enclosed(unmoved(surfaces, start), found, start)
+        passed, later, whole = everything - found.failed - own, found.failed - own, found
         if low.depth != end:
-            passed, whole = everything - found.failed - own, found
             found = trials.cut(surfaces, passed, start, low.depth)
-            late = trials.to(surfaces, everything - passed - own, start, low.depth)
-            if found.failed or late.failed:
-                trials.ahead.clear()
-                return self._part(lines, start, (start + low.depth) / 2)
-            merge(late, everything - passed - own, found)
+        late = trials.to(surfaces, later, start, low.depth)
+        if late.failed or (found is not whole and found.failed):
+            trials.ahead.clear()
+            return self._part(lines, start, (start + low.depth) / 2)
+        merge(late, later, found)
+        if low.depth != end:
             trials.remember(found, whole, passed, (high.depth, end))
         merge(low, own, found)
         part = Part(high.depth, _flat(found.lines), float(found.work.sum()), None)
