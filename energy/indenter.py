@@ -33,6 +33,7 @@ from energy.checks import array, finite, not_a_class
 Array = NDArray[np.float64]
 UNBOUNDED = (-math.inf, math.inf)
 _BESIDE = 8 * float(np.finfo(float).eps)  # of |x| and the corners: beyond what rounding moves them
+_LEAST = 1e-150  # beside a corner at 0, in any unit: a profile may square it or divide by it
 
 
 class Indenter:
@@ -62,7 +63,7 @@ class Indenter:
         """
         x, corners = floats(x), np.asarray(self.corners, float)
         size = np.maximum(np.abs(x), np.abs(corners[[0, -1]]).max() if corners.size else 0.0)
-        near = np.maximum(_BESIDE * size, np.finfo(float).tiny)
+        near = np.maximum(_BESIDE * size, _LEAST)
         return self.slope(np.clip(x + np.asarray(side) * near, *self.extent))
 
     def shifted(self, x0: float) -> Indenter:

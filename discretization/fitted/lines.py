@@ -32,12 +32,11 @@ from discretization.roots import bracketed, least
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
-_TIE = 16 * float(np.finfo(float).eps)  # a line's drive where moving it costs nothing
+_TIE = 16 * float(np.finfo(float).eps)  # a line's shortfall where moving it costs nothing
 _COARSE = 1e-12
 _UPRIGHT = 2e-8  # so close to turning over no double resolves the slope
 _FEW_CORNERS = 8
 _HALVINGS = 64
-_ASIDE = 1e-13  # of the room beside a line, to read a slope on one side of it
 _STEP = 1e-4  # of l and of the position: the difference for a rate is good to its square
 
 
@@ -101,16 +100,17 @@ class Problem:
                 "no graph u(x); use a smaller |depth|, a smaller w or a blunter indenter"
             )
 
-    def drive(self, side: int, x: float, aside: float, adhesive: bool = True) -> float:
+    def shortfall(self, side: int, x: float, beside: int = 0, adhesive: bool = True) -> float:
         """D - d of a line at x, or D₀ - d without adhesion; where it is negative it advances.
 
-        The indenter's slope is read `aside` of x outwards, to choose the side of a corner.
+        beside: which slope of a corner counts, that on the outer (1) or the inner side (-1).
         """
         scene, indenter = self.scene, self.scene.indenter
         f = float(indenter.height(x))
         if not scene.gamma1:
             return f - (self.reach if adhesive else 0.0) - self.depth
-        f1, w = float(indenter.slope(x + side * aside)), scene.work_of_adhesion
+        f1 = float(indenter.slope_beside(x, side * beside) if beside else indenter.slope(x))
+        w = scene.work_of_adhesion
         rest = self.surfaces.rest_depth(side, x, f, f1, None, w if adhesive else 0.0)
         return float(rest) - self.depth
 
@@ -123,7 +123,7 @@ class Problem:
 
     @property
     def tie(self) -> float:
-        """Relative error of `drive`: rounding, and what a coarse surface's reaction is off by."""
+        """Relative error of `shortfall`: rounding, and that of a coarse surface's reaction."""
         return _TIE + min(self.surfaces.response.error, _COARSE)
 
     def distinct(
@@ -138,12 +138,12 @@ class Problem:
         return (-1, left, 1), (1, right, 1)
 
     def scale(self, ends: tuple[FittedLine, FittedLine]) -> float:
-        """Size of the terms that cancel in `drive`: |d|, δ₀ and l |f'|."""
+        """Size of the terms that cancel in `shortfall`: |d|, δ₀ and l |f'|."""
         scene, lines = self.scene, self.distinct(ends)
         g = max(abs(self.displaced(end.x)) for _, end, _ in lines)
         steepest = 0.0
         for side, end, _ in lines if scene.gamma1 else ():
-            slope = float(scene.indenter.slope(end.x - side * one_sided(end.x, abs(end.x) or g)))
+            slope = float(scene.indenter.slope_beside(end.x, -side))
             steepest = max(steepest, abs(slope))
         if scene.slopes == "finite":
             steepest /= math.hypot(1.0, steepest)
@@ -175,27 +175,27 @@ def outer_line(problem: Problem, start: float) -> FittedLine | None:
     if problem.depth >= problem.touch:
         return find_line(problem, 1, start)
     touching = Problem(problem.scene, problem.touch, problem.touch, problem.reach, problem.surfaces)
-    x, over = least_drive(problem, find_line(touching, 1, start).x, 0.0)
+    x, over = least_shortfall(problem, find_line(touching, 1, start).x, 0.0)
     return find_line(problem, 1, x) if over <= 0 else None
 
 
-def least_drive(problem: Problem, outer: float, enough: float) -> tuple[float, float]:
+def least_shortfall(problem: Problem, outer: float, enough: float) -> tuple[float, float]:
     """Where D - d is least at radii up to `outer`, by golden sections, and how much it is.
 
     Or a place where it is not more than `enough`.
     """
-    inside = one_sided(outer, outer) if outer in problem.scene.indenter.walls else 0.0
-    if not outer or problem.drive(1, outer, -inside) <= enough:
-        return outer, problem.drive(1, outer, -inside)
-    x, low = least(lambda x: problem.drive(1, float(x), 0.0), 0.0, outer, enough)
-    return min((float(low), float(x)), (problem.drive(1, outer, -inside), outer))[::-1]
+    last = problem.shortfall(1, outer, -1 if outer in problem.scene.indenter.walls else 0)
+    if not outer or last <= enough:
+        return outer, last
+    x, low = least(lambda x: problem.shortfall(1, float(x)), 0.0, outer, enough)
+    return min((float(low), float(x)), (last, outer))[::-1]
 
 
 def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     """First contact line outwards from `start`; at `start` itself where nothing beyond holds."""
     indenter = problem.scene.indenter
     size = problem.scene.elastocapillary_length or problem.lift
-    h = functools.cache(functools.partial(problem.drive, side))
+    h = functools.cache(functools.partial(problem.shortfall, side))
     if start in indenter.walls and start == indenter.extent[0 if side < 0 else 1]:
         return FittedLine(start, True, False)
     corners = indenter.corners
@@ -206,40 +206,31 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     if indenter.convex and len(outwards) > _FEW_CORNERS:
         start, outwards = _skipped(problem, side, start, outwards)
     for corner in [*map(float, outwards), None]:
-        aside = 0.0
-        if start in corners:
-            aside = one_sided(start, abs(corner - start) if corner is not None else size)
-        first = h(start, aside)
+        first = h(start, 1 if start in corners else 0)
         tie = problem.tie * (abs(first) + problem.lift)
         if first > tie or (corner is None and first >= 0):
             return FittedLine(start, True, False)
         if corner is None:
             break
-        last = h(corner, -aside)
+        last = h(corner, -1)
         if last > tie:
-            return FittedLine(bracketed(lambda x: h(x, 0.0), start, corner), False, False)
+            return FittedLine(bracketed(h, start, corner), False, False)
         if corner in indenter.walls:
             return FittedLine(corner, True, problem.lets_go and abs(last) <= tie)
         start = corner
     inside, outside = _around(problem, h, side, start, size)
-    return FittedLine(bracketed(lambda x: h(x, 0.0), inside, outside), False, False)
-
-
-def one_sided(x: float, room: float) -> float:
-    """How far from a corner the slope on one side of it is read."""
-    return max(_ASIDE * room, 4 * math.ulp(x))
+    return FittedLine(bracketed(h, inside, outside), False, False)
 
 
 def _skipped(
     problem: Problem, side: int, start: float, corners: Sequence[float] | Array
 ) -> tuple[float, Sequence[float] | Array]:
-    """The last corner the line passes for sure, and the next: a convex drive rises all the way."""
+    """The last corner the line passes for sure, and the next: D of a convex profile rises."""
     passed, stops = 0, len(corners)
     while passed < stops:
         middle = (passed + stops) // 2
         corner = float(corners[middle])
-        beyond = problem.drive(side, corner, one_sided(corner, abs(corner - start)))
-        if beyond < 0:
+        if problem.shortfall(side, corner, 1) < 0:
             passed = middle + 1
         else:
             stops = middle
@@ -247,7 +238,7 @@ def _skipped(
 
 
 def _around(
-    problem: Problem, h: Callable[[float, float], float], side: int, start: float, size: float
+    problem: Problem, h: Callable[[float], float], side: int, start: float, size: float
 ) -> tuple[float, float]:
     """Points on both sides of the line, or ValueError where the known profile ends before it."""
     limit = problem.scene.indenter.extent[0 if side < 0 else 1]
@@ -256,7 +247,7 @@ def _around(
         x = start + step
         if side * (x - limit) >= 0:
             x = limit
-        if math.isfinite(x) and h(x, 0.0) > 0:
+        if math.isfinite(x) and h(x) > 0:
             return inside, x
         if math.isfinite(x) and problem.displaced(x) < 0:  # pulled up, and further out even more
             problem.refuse_overhang(x)

@@ -17,7 +17,6 @@ from discretization.fitted.lines import (
     find_line,
     lowest_point,
     mirrored,
-    one_sided,
     outer_line,
 )
 from discretization.fitted.quadrature import Interval, totals
@@ -72,7 +71,7 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
     tail = FittedTail(scene.elastocapillary_length or 1.0, problem.surfaces.response)
     ends = _lines(problem, starts)
     if ends is None:
-        if abs(problem.drive(1, starts[1], 0.0)) <= _UNDECIDED * problem.lift:
+        if abs(problem.shortfall(1, starts[1])) <= _UNDECIDED * problem.lift:
             problem.refuse_overhang(starts[1])
         return _detached(problem, branch)
     for end in ends:
@@ -135,13 +134,14 @@ def certify_lines(
     step = 1e-7 * max(ends[1].x - ends[0].x, 1e-3 * problem.scene.elastocapillary_length)
     for side, end, _ in problem.distinct(ends):
         if ends[0].x < ends[1].x:
-            back = one_sided(end.x, step) if end.pinned else step  # D may fall towards an edge
-            inner = (opening or problem).drive(side, end.x - side * back, 0.0)
+            receding = opening or problem  # D may fall towards an edge
+            at = (end.x, -1) if end.pinned else (end.x - side * step, 0)
+            inner = receding.shortfall(side, *at)
             neighbours = max(neighbours, inner / scale)
         if end.x not in problem.scene.indenter.walls:  # beyond an edge nothing can be penetrated
             beyond = end.x + side * step
-            neighbours = max(neighbours, -problem.drive(side, beyond, 0.0) / scale)
-            penetration = max(penetration, -problem.drive(side, beyond, 0.0, False) / scale)
+            neighbours = max(neighbours, -problem.shortfall(side, beyond) / scale)
+            penetration = max(penetration, -problem.shortfall(side, beyond, adhesive=False) / scale)
         stationarity = max(stationarity, problem.imbalance(side, end.x))
     force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
     held = (opening or problem).scene.work_of_adhesion
@@ -150,9 +150,9 @@ def certify_lines(
 
 
 def _yield(problem: Problem, side: int, x: float, width: float, lost: float) -> float:
-    """How far a line moves per change of its drive, from a step inwards that rounding leaves."""
+    """How far a line moves per change of its shortfall, by a step that rounding leaves."""
     for step, least in ((1e-4 * width, 100), (width / 2, 4)):
-        rise = -problem.drive(side, x - side * step, 0.0)
+        rise = -problem.shortfall(side, x - side * step)
         if rise > least * lost:
             return step / rise
     return width / lost

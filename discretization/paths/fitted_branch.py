@@ -24,7 +24,7 @@ from discretization.fitted.lines import (
     FittedLine,
     Problem,
     find_line,
-    least_drive,
+    least_shortfall,
     lowest_point,
     mirrored,
 )
@@ -42,7 +42,6 @@ _CLOSED = 1e-15
 _STALLED = 1e-12
 _LOCAL = 1e-3
 _REDUCED = 1e-10
-_INSIDE = 1e-9  # of a radius: beside an edge
 
 
 class Contact(NamedTuple):
@@ -140,10 +139,10 @@ class FittedBranch:
             if near is not None:
                 closing.refuse_overhang(near.x)
                 return Contact(AXIS, near)
-        inside = _INSIDE * line.x if line.pinned else 0.0
-        if closing.drive(1, line.x, inside) < 0:
+        beside = 1 if line.pinned else 0
+        if closing.shortfall(1, line.x, beside) < 0:
             found = find_line(closing, 1, line.x)
-        elif opening.drive(1, line.x, -inside) <= 0:
+        elif opening.shortfall(1, line.x, -beside) <= 0:
             found = line
         elif opening.depth < self._fold[1]:
             return None
@@ -161,7 +160,7 @@ class FittedBranch:
         outer = find_line(opening, 1, self.apex).x
         if not outer:
             return 0.0, self.touch
-        x, least = least_drive(opening, outer, -math.inf)
+        x, least = least_shortfall(opening, outer, -math.inf)
         return x, self.touch + least
 
     def contact(self, depth: float, *lines: float) -> State:
@@ -271,7 +270,7 @@ def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedL
         inner = float(max(inner, corners[corners < side * line.x].max(initial=-math.inf)))
         outer = float(min(outer, corners[corners > side * line.x].min(initial=math.inf)))
     x0, x1 = line.x, line.x - side * _NUDGE * size
-    h0, h1, last = problem.drive(side, x0, 0.0), problem.drive(side, x1, 0.0), math.inf
+    h0, h1, last = problem.shortfall(side, x0), problem.shortfall(side, x1), math.inf
     least = _REDUCED * abs(h0)
     for _ in range(_SECANTS):
         if not (h1 - h0) * side * (x1 - x0) > 0:
@@ -284,5 +283,5 @@ def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedL
         x0, h0, x1, last = x1, h1, x1 + step, abs(step)
         if not inner < side * x1 < outer:
             return None
-        h1 = problem.drive(side, x1, 0.0)
+        h1 = problem.shortfall(side, x1)
     return None
