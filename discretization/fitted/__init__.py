@@ -15,7 +15,7 @@ One contact, where there can be no other: its lines by bracketing (lines.py, roo
 (gauss.py, quadrature.py) -> rounding of heights (height_rounding.py), certificate and error
 estimate -> Equilibrium, by state.py.
 
-Any profile: resting places (stops.py, resting.py, drives.py) -> states (clearance.py,
+Any profile: resting places (stops.py, resting.py, rests.py) -> states (clearance.py,
 tension.py, pressed.py, motion.py; springs.py where γ₁ = 0) -> energy and force (contacts.py),
 certificate and error estimate (judgement.py) -> Equilibrium, by several.py. Of "global", bubbles.py
 reads the contacts of a lattice.

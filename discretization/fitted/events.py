@@ -99,7 +99,7 @@ class Events:
         """
         way, size = math.copysign(1.0, end - low), self.motion.resting.size
         surfaces, moved = np.array(free(part.lines)), set(failed)
-        behind = self.trials.smooth.drives.ahead(surfaces, int(way)) - part.depth
+        behind = self.trials.smooth.rests.ahead(surfaces, int(way)) - part.depth
         with np.errstate(invalid="ignore"):
             late = np.isfinite(surfaces) & (way * behind < -TIE * size)
         moved |= set(np.flatnonzero(late.any(axis=1)).tolist())  # all at once by symmetry

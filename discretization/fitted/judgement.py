@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.contacts import Contacts
-from discretization.fitted.drives import Drives, kinds, margins
 from discretization.fitted.motion import free
 from discretization.fitted.quadrature import Interval
+from discretization.fitted.rests import Rests, kinds, margins
 from discretization.roots import least
 from energy import Scene
 
@@ -69,14 +69,14 @@ def _steepest(contacts: Contacts) -> float:
 
 def _at_lines(contacts: Contacts) -> tuple[float, float]:
     """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
-    drives, depth = Drives(contacts.motion.resting), contacts.depth
+    rests, depth = Rests(contacts.motion.resting), contacts.depth
     surfaces = np.array(free(contacts.lines))
     held = np.concatenate([[True], contacts.pinned.ravel(), [True]]).reshape(-1, 2)
     with np.errstate(invalid="ignore"):
         off = np.where(held, 0.0, _ULPS * np.spacing(np.abs(surfaces))) * (1, -1)
-    bare = drives.ahead(surfaces + off, 1, adhesive=False)
-    closing = drives.ahead(surfaces + off, 1)
-    opening = drives.ahead(surfaces - off, -1).ravel()[1:-1].reshape(-1, 2) - depth
+    bare = rests.ahead(surfaces + off, 1, adhesive=False)
+    closing = rests.ahead(surfaces + off, 1)
+    opening = rests.ahead(surfaces - off, -1).ravel()[1:-1].reshape(-1, 2) - depth
     opening = opening[contacts.x[:, 0] < contacts.x[:, 1]]
     gain = max(depth - float(closing.min()), float(opening.max(initial=-math.inf)))
     return depth - float(bare.min()), gain
@@ -84,12 +84,12 @@ def _at_lines(contacts: Contacts) -> tuple[float, float]:
 
 def _rates(contacts: Contacts) -> list[tuple[Array, NDArray[np.bool_], Array]]:
     """Lines (n, 2), which of them are free, and the changes of their D (n, 2, 2)."""
-    drives, surfaces = Drives(contacts.motion.resting), np.array(free(contacts.lines))
+    rests, surfaces = Rests(contacts.motion.resting), np.array(free(contacts.lines))
     held = np.concatenate([[True], contacts.pinned.ravel(), [True]]).reshape(-1, 2)
     found = []
     for own in kinds(surfaces):
         lines = surfaces[own]
-        _, rates = drives.rest_depths(lines[:, None], drives.rooms(lines, 1), 1, True)
+        _, rates = rests.rest_depths(lines[:, None], rests.rooms(lines, 1), 1, True)
         assert rates is not None
         found.append((lines, np.isfinite(lines) & ~held[own], rates[:, 0]))
     return found

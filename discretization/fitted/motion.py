@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.drives import Drives
 from discretization.fitted.pressed import Lines, Pressed, pairs
 from discretization.fitted.resting import MET, TIE, Pair, Resting
+from discretization.fitted.rests import Rests
 from discretization.fitted.surfaces import Surfaces
 from discretization.profile import Resolved
 from energy import Scene
@@ -47,9 +47,9 @@ class Motion:
         return cls(scene, profile, surfaces, Resting(scene, profile, surfaces, size))
 
     @functools.cached_property
-    def drives(self) -> Drives:
+    def rests(self) -> Rests:
         """Where the lines of many surfaces rest."""
-        return Drives(self.resting)
+        return Rests(self.resting)
 
     @functools.cached_property
     def surface(self) -> Pressed:
@@ -172,7 +172,7 @@ class Motion:
         """Lines taken to a smaller depth; still: free surfaces that are left as they are."""
         while lines:
             surfaces, inner = np.array(free(lines)), (-math.inf, *lines, math.inf)
-            behind = np.where(np.isfinite(surfaces), self.drives.ahead(surfaces, -1), -math.inf)
+            behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
             loose = (behind - depth > TIE * self.resting.size).any(axis=1)
             for i in np.flatnonzero(loose).tolist():
                 q, p = surfaces[i].tolist()

@@ -21,11 +21,11 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
-from discretization.fitted.drives import Drives
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
+from discretization.fitted.rests import Rests
 from discretization.fitted.tail import FittedTail
 from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
@@ -120,7 +120,7 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
     costs more than the surface that is free there.
     """
     profile = motion.profile
-    beyond = Drives(motion.resting).ahead(
+    beyond = Rests(motion.resting).ahead(
         np.column_stack([profile.x, np.full(profile.x.size, math.inf)]), 1
     )[:, 0]
     rests = np.flatnonzero((beyond[:-1] < depth) & (beyond[1:] >= depth)) + 1

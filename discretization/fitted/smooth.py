@@ -23,9 +23,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.drives import Drives, kinds, margins, solved
 from discretization.fitted.integrals import Integrals
 from discretization.fitted.resting import Resting
+from discretization.fitted.rests import Rests, kinds, margins, solved
 from discretization.fitted.spectral import rounded
 from discretization.fitted.surfaces import At
 
@@ -62,9 +62,9 @@ class Smooth:
     integrals: Integrals
 
     @functools.cached_property
-    def drives(self) -> Drives:
+    def rests(self) -> Rests:
         """Where lines rest."""
-        return Drives(self.resting)
+        return Rests(self.resting)
 
     def over(self, lines: Array, start: float, end: float, parts: int = 1) -> Moved:
         """The lines (n, 2) of these surfaces, at rest at one depth, taken to another.
@@ -84,7 +84,7 @@ class Smooth:
         self, moved: Callable[[Array, float, float], Moved], lines: Array, start: float, end: float
     ) -> Moved:
         """What is found for surfaces of each kind."""
-        n, lines = len(lines), self.drives.snapped(lines)
+        n, lines = len(lines), self.rests.snapped(lines)
         found = Moved(lines.copy(), np.zeros(n, bool), np.zeros(n), np.full(n, math.nan))
         for kind in kinds(lines):
             for whole, part in zip(found, moved(lines[kind], start, end), strict=True):
@@ -97,7 +97,7 @@ class Smooth:
         depths, way = np.array([start, end]), 1 if end >= start else -1
         x, good, margin = self._followed(lines, depths, way)
         energy, _, _ = self._totals(x, depths, way)
-        return Moved(self.drives.snapped(x[:, -1]), good, energy[:, 1] - energy[:, 0], margin)
+        return Moved(self.rests.snapped(x[:, -1]), good, energy[:, 1] - energy[:, 0], margin)
 
     def _alike(self, lines: Array, start: float, end: float, parts: int) -> Moved:
         """`over` for surfaces of one kind: gaps, left lines of tails or right ones."""
@@ -116,7 +116,7 @@ class Smooth:
         rounding = _EVEN * self.resting.size * np.abs(force).max(axis=2)
         even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
         good &= even.all(axis=1)
-        return Moved(self.drives.snapped(x[:, -1]), good, work.sum(axis=1), margin)
+        return Moved(self.rests.snapped(x[:, -1]), good, work.sum(axis=1), margin)
 
     def _followed(
         self, lines: Array, depths: Array, way: int
@@ -125,19 +125,19 @@ class Smooth:
         n, j = len(lines), depths.size
         x = np.repeat(lines[:, None, :], j, axis=1)
         inner = np.isfinite(lines)
-        rests = self.drives.ahead(lines, way)
+        rests = self.rests.ahead(lines, way)
         free = inner & (way * (rests - depths[-1]) < 0)
         waits = free & (way * (rests - depths[0]) > _HELD * self.resting.size)
-        size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.drives.length
+        size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.rests.length
         rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf)
-        room = self.drives.rooms(lines, way)
+        room = self.rests.rooms(lines, way)
         good, active, near = ~waits.any(axis=1), free.any(axis=1), False
         high, worse = self.resting.size, np.zeros(n, int)
         for _ in range(_NEWTON):
             own = np.flatnonzero(active)
             if not own.size:
                 break
-            value, fresh = self.drives.rest_depths(x[own], room[:, own], way, not near)
+            value, fresh = self.rests.rest_depths(x[own], room[:, own], way, not near)
             if fresh is not None:
                 rates[own] = fresh
             off = np.where(free[own, None], value - depths[:, None], 0.0)
@@ -164,7 +164,7 @@ class Smooth:
         good &= ~active & stable & self._one_way(lines, x, way, size)
         held = inner & ~free
         if held.any():
-            rests = way * (self.drives.ahead(x[:, -1], way) - depths[-1]) >= -_EVEN * high
+            rests = way * (self.rests.ahead(x[:, -1], way) - depths[-1]) >= -_EVEN * high
             good &= (rests | ~held).all(axis=1)
         return x, good, margin
 

@@ -81,7 +81,7 @@ class Trials:
         lines[kept], work[kept] = found.lines, found.work
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
         unknown = set(failed)
-        reach = self.smooth.drives.reach(found.lines, end, 1 if end > start else -1)
+        reach = self.smooth.rests.reach(found.lines, end, 1 if end > start else -1)
         rooms: Rooms = {}
         for i, margin, (q, p) in zip(kept, found.margin.tolist(), reach.tolist(), strict=True):
             rooms["stiff", i], rooms["left", i], rooms["right", i] = margin, q, p

@@ -21,7 +21,7 @@ _ULPS = 4.0  # a line so many roundings from a corner is at it
 
 
 @dataclass(frozen=True, eq=False)
-class Drives:
+class Rests:
     """Depths at which lines rest."""
 
     resting: Resting
