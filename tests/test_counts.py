@@ -42,9 +42,9 @@ def _counting(monkeypatch):
     counted.clear()
 
     def counting(name, work):
-        def counted_work(*args):
+        def counted_work(*args, **given):
             counted[name] += 1
-            return work(*args)
+            return work(*args, **given)
 
         return counted_work
 
