@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from discretization.equilibrium import AccuracyWarning
 from energy import Indenter, Scene
+from energy.axis import Radial
 
 Array = NDArray[np.float64]
 MOST = 200_000  # samples
@@ -37,21 +38,6 @@ _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is fol
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
 _WIDEST = 2.0**40  # elastocapillary lengths: an endless profile that has not risen by then falls
 _BEFORE = 1 - 2.0**-20  # of where a profile turns over: as far as it is known
-
-
-class Radial(Indenter):
-    """The half r >= 0 of a profile that is mirror-symmetric about the axis, which is its wall."""
-
-    def __init__(self, whole: Indenter) -> None:
-        end = whole.extent[1]
-        self.height, self.slope = whole.height, whole.slope  # type: ignore[method-assign]
-        self.extent, self.walls = (0.0, end), (0.0, *(x for x in whole.walls if x > 0))
-        self.corners, self.knots = (
-            np.asarray([x for x in places if x > 0], float)
-            for places in (whole.corners, whole.knots)
-        )
-        self.apex = 0.0 if whole.apex == 0 else None
-        self.complete, self.convex = whole.complete, whole.convex
 
 
 @dataclass(frozen=True, eq=False)

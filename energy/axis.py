@@ -48,6 +48,21 @@ class Mirrored(Indenter):
         return np.sign(x) * self.base.slope(np.abs(x))
 
 
+class Radial(Indenter):
+    """The half r >= 0 of a profile that is mirror-symmetric about the axis, which is its wall."""
+
+    def __init__(self, whole: Indenter) -> None:
+        end = whole.extent[1]
+        self.height, self.slope = whole.height, whole.slope  # type: ignore[method-assign]
+        self.extent, self.walls = (0.0, end), (0.0, *(x for x in whole.walls if x > 0))
+        self.corners, self.knots = (
+            np.asarray([x for x in places if x > 0], float)
+            for places in (whole.corners, whole.knots)
+        )
+        self.apex = 0.0 if whole.apex == 0 else None
+        self.complete, self.convex = whole.complete, whole.convex
+
+
 def about_axis(indenter: Indenter, length: float) -> Indenter:
     """The indenter as a profile that is mirror-symmetric about 0.
 

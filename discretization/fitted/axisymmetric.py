@@ -31,9 +31,9 @@ Array = NDArray[np.float64]
 _POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding
 _OUTER = 2  # octaves: from there on the elements beside a line end at the exact far field
 _LEAST = -40  # octaves: inside of 2^-40 l the springs do nothing
-FAR = 40.0
+FAR = 40.0  # l: the lines of a ring this wide do not feel each other, e^-40 = 4e-18
 _WIDER = 1.5  # ends of elements of a ring, over each other
-_LONGEST = 1.0
+_LONGEST = 1.0  # l: of an element, far from the axis
 
 
 def stiffness(degree: int, side: int, s: Any) -> Any:

@@ -40,7 +40,7 @@ from discretization.fitted.spectral import coefficients, rounded
 Array = NDArray[np.float64]
 _INSIDE = 1e-8  # of an element: a step to a place in it after which the error is rounding
 _POLISH = 3  # steps of Newton's method from what minimises F to rounding already
-_INVERSE = 8
+_INVERSE = 8  # steps of Newton's method, from a place in the right element
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from discretization.fitted.surfaces import MET, At, Free, alone
 from energy import Scene
 
 Array = NDArray[np.float64]
-_NEWTON = 3
+_NEWTON = 3  # steps from a table good to 1e-3: two reach rounding
 _EXACT = 1e-15  # of an inclination [rad]
 
 

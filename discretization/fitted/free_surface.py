@@ -25,10 +25,10 @@ from discretization.fitted.spectral import band, lobatto, nodes, polynomial, rou
 from energy import terms
 
 Array = NDArray[np.float64]
-ELEMENTS = (0.5, 1.0, 1.5)
+ELEMENTS = (0.5, 1.0, 1.5)  # l: lengths of the elements beside a line; then a tail
 OVERHANG = math.sqrt(2)
-_SHARPER = 4.0
-_ROUNDS = 6
+_SHARPER = 4.0  # while a step lowers U by less than a quarter of the last: no rounding yet
+_ROUNDS = 6  # of a fixed point that gains two digits in each
 _WIDER = 1.5  # each element next to the axis than the one before
 _INNER = 4.0  # l: free discs of a radius up to that are covered to the axis,
 _INSIDE = (0.125, 0.25, 0.625)  # by these parts of it
@@ -196,7 +196,7 @@ def steep(u0: float, degree: int) -> FreeSurface:
     """The finite-slope surface on a mesh of its own; solved from a less steep one if it must."""
     if abs(u0) >= OVERHANG:
         raise ValueError(
-            f"displacement {u0!r} l at the contact line exceeds √2 l: the surface would turn over "
+            f"displacement = {u0!r} l at a contact line exceeds √2 l: the surface would turn over "
             "(inclination beyond π/2) and is no graph u(x) any more; use a smaller |depth| or w"
         )
     lengths = graded(u0)

@@ -31,7 +31,7 @@ from discretization.fitted.free_surface import linear
 from discretization.fitted.spectral import lobatto, polynomials, rounded
 
 Array = NDArray[np.float64]
-_LONGEST = 0.5
+_LONGEST = 0.5  # l: of an element, which rounding then resolves
 _STEP = 1e-30  # of the length, along the imaginary axis
 FAR = 20.0  # half a gap whose lines are independent: exp(-2 FAR) is below rounding
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from energy import Indenter
 
 Array = NDArray[np.float64]
-_STEPS = 32
+_STEPS = 32  # steps of a contact in which heights are read
 _SHORT = 2.0**-10  # of a panel: a slope is smooth there, a height changes by more than its rounding
 _LEFT_OUT = 2  # of the steps, those with the largest differences
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)

@@ -30,14 +30,14 @@ from discretization.fitted.motion import free
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.rests import Rests, kinds, margins
 from discretization.roots import least
+from discretization.rounding import ROUNDING
 from energy import Scene
 
 Array = NDArray[np.float64]
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
-_NEAR = 4.0
+_NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
-_ROUNDING = 16 * float(np.finfo(float).eps)
-_POSITION = _ROUNDING / 4  # of |x|, to which a line is found
+_POSITION = ROUNDING / 4  # of |x|, to which a line is found
 
 
 def certify(contacts: Contacts, state: Equilibrium, found: Interval) -> Certificate:
@@ -149,7 +149,7 @@ def _tension(contacts: Contacts, lift: float) -> float:
 def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, float]:
     """Errors of surfaces and rounding times the condition of the lines, and of the quadrature."""
     motion, scene = contacts.motion, contacts.motion.scene
-    surface, move, push = _ROUNDING + motion.surfaces.response.error, 0.0, 0.0
+    surface, move, push = ROUNDING + motion.surfaces.response.error, 0.0, 0.0
     off = surface * motion.resting.size + fine.rounding
     for lines, loose, rates in _rates(contacts):
         for row, own, rate in zip(lines, loose, rates, strict=True):
@@ -160,9 +160,9 @@ def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, fl
                 push += float(_push(scene, contacts.depth, row[own]) @ moved)
     width = float(np.diff(contacts.x, axis=1).sum())
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
-    rounding = surface + 3 * _ROUNDING
+    rounding = surface + 3 * ROUNDING
     found = (
-        move / width + _ROUNDING if width else 0.0,
+        move / width + ROUNDING if width else 0.0,
         (abs(fine.force - coarse.force) + push) / force + rounding,
         abs(fine.energy - coarse.energy) / energy + rounding,
     )

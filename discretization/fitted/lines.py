@@ -29,14 +29,15 @@ from discretization.fitted.free_surface import OVERHANG
 from discretization.fitted.meniscus_surfaces import MeniscusSurfaces
 from discretization.fitted.surfaces import At, Surfaces
 from discretization.roots import bracketed, least
+from discretization.rounding import ROUNDING
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
-_TIE = 16 * float(np.finfo(float).eps)  # a line's shortfall where moving it costs nothing
-_COARSE = 1e-12
+_TIE = ROUNDING  # a line's shortfall where moving it costs nothing
+_COARSE = 1e-12  # of D: more than this a surface is refined for
 _UPRIGHT = 2e-8  # so close to turning over no double resolves the slope
-_FEW_CORNERS = 8
-_HALVINGS = 64
+_FEW_CORNERS = 8  # up to here one by one, more by halving
+_HALVINGS = 64  # to the spacing of floating-point numbers
 _STEP = 1e-4  # of l and of the position: the difference for a rate is good to its square
 
 

@@ -28,7 +28,7 @@ from discretization.fitted.free_surface import FreeSurface, far_stiffness
 from discretization.fitted.spectral import band, nodes, rounded
 
 Array = NDArray[np.float64]
-DEGREE = 16
+DEGREE = 16  # of the polynomials on an element
 STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind resolves them
 LEAST = {1: 2.0**-20, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is solved
 _MILD = math.radians(60)
@@ -37,11 +37,11 @@ _RADII, _INCLINATIONS = 20, 14  # points of a piece
 _FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each over the one before
 _HALVINGS = {False: 2, True: 7}  # of the first element, next to mild and to steep lines
 _INSIDE = np.array([0.08, 0.12, 0.2, 0.3, 0.3])  # of a disc, or of 8 l of it
-_ROUNDS = 60
+_ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
 _DEGREE = 12  # of the surfaces with small slopes, from which φ is looked for
 _STEP = 1e-6  # of φ, for a derivative that need not be exact
 _STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
-_SHARPER = 4.0
+_SHARPER = 4.0  # as in free_surface.py
 _FOUND = 1e-15  # of φ
 
 

@@ -28,7 +28,7 @@ from discretization.profile import Resolved
 from energy import Scene
 
 Array = NDArray[np.float64]
-_MOST = 100_000
+_MOST = 100_000  # changes on one way: a profile of a million corners has fewer
 
 
 @dataclass(frozen=True, eq=False)

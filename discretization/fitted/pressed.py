@@ -30,7 +30,7 @@ _TOUCHED = 1e-9  # of the same: the penetration at which a contact has begun
 _LEAST = 1 / 64  # of a range of depths: at least so much is cut off
 _AGAIN = 2  # smaller steps passed, after which a longer one is tried again
 _UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that does not tell
-_MOST = 100_000
+_MOST = 100_000  # changes on one way, as in motion.py
 
 
 @dataclass(frozen=True, eq=False)

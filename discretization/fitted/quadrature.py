@@ -22,15 +22,15 @@ from numpy.typing import NDArray
 from discretization.fitted import gauss
 from discretization.fitted.height_rounding import height_rounding
 from discretization.fitted.surfaces import At, Surfaces
+from discretization.rounding import EPSILON, ROUNDING
 from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
-_FEW_PANELS = 50
+_FEW_PANELS = 50  # fewer are taken with many points at once, more with few points first
 _MOST_PANELS = 1 << 12  # beyond those between declared corners and knots
 _PART = 0.1  # of rtol for the quadrature
-_ROUNDING = 16 * float(np.finfo(float).eps)
-_SUMMED = 80 * float(np.finfo(float).eps)  # of the sizes of the 80 terms of a panel's larger sum
-_CHUNK = 1 << 18
+_SUMMED = 80 * EPSILON  # of the sizes of the 80 terms of a panel's larger sum
+_CHUNK = 1 << 18  # numbers held at once, to stay in the cache
 _LUCK = 1 / 8  # of what the whole was off by: at a jump of f'' the halves are no better than that
 
 
@@ -126,7 +126,7 @@ def refined(
 
     ends (n, m + 1): of the panels in contact; free: what `surfaces` says of those beyond.
     """
-    allowed = max(_PART * rtol, _ROUNDING)
+    allowed = max(_PART * rtol, ROUNDING)
     if scene.indenter.complete:
         sums, weakest = inside(scene, np.array([depth]), ends)
         least, parts = float(weakest.min()), sums.sum(axis=2).tolist()

@@ -30,9 +30,9 @@ from discretization.fitted.spectral import nodes
 
 Array = NDArray[np.float64]
 DEGREES = {"small": (6, 8, 10, 12), "finite": (8, 12, 16, 20)}
-STEEP = 1.3
-_POINTS = 18
-_STEEP_POINTS = 12
+STEEP = 1.3  # l: displacement from which the surface is so steep that its elements are graded
+_POINTS = 18  # displacements at which surfaces are solved; all others to rounding between them
+_STEEP_POINTS = 12  # the same between 1.3 l and turning over
 _ANGLE = 1e-4  # part of rtol that the contact angle [rad] may be off by per u₀
 
 

@@ -26,12 +26,12 @@ Array = NDArray[np.float64]
 Pair = tuple[float, float]
 TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
 MET = 1e-9  # of l: lines closer than that have met
-_SWEEPS = 1000
+_SWEEPS = 1000  # over all lines; each is a contraction
 _STILL = 4e-16  # of the positions: a line that moves less has come to rest
 _ROUNDED = (
     1e-12  # of the same: a step of Newton's method that may be rounding if it shrinks no more
 )
-_NEWTON = 12
+_NEWTON = 12  # steps of Newton's method before halving
 _ALONG = np.arange(1, 9) / 8  # of a way: where a line is asked whether it rests
 _DIFFERENCE = 1e-6  # of the room between two lines, for the change of D
 

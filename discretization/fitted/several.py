@@ -31,6 +31,7 @@ from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_lowest import MOST
 from discretization.profile import Resolved, resolve
+from discretization.rounding import ROUNDING
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -39,9 +40,8 @@ _PER_WAVE = 16  # and per wave: from where the slope turns round to where it doe
 _NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count
 _FINER = 4  # lattices, each with half the spacing of the last
 _BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
-_MOST_NODES = 400_000
+_MOST_NODES = 400_000  # of a lattice of which only the topology is taken
 _SAME = 1e-9  # of the energy's scale: energies of the same state
-_ROUNDING = 16 * float(np.finfo(float).eps)
 _UNKNOWN = Certificate(*5 * (math.nan,))
 
 
@@ -57,7 +57,7 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
         motion = Motion.of(scene, profile, surfaces, depth)
         state = _found(motion, depth, branch, rtol)
         better = finer_surfaces(surfaces)
-        met = max(state.error_estimate.values()) <= rtol or surfaces.response.error <= _ROUNDING
+        met = max(state.error_estimate.values()) <= rtol or surfaces.response.error <= ROUNDING
         if met or better is None:
             return state
         surfaces = better

@@ -141,12 +141,7 @@ class Smooth:
             if fresh is not None:
                 rates[own] = fresh
             off = np.where(free[own, None], value - depths[:, None], 0.0)
-            lo, hi = room[:, own, None]
-            aim = x[own] - solved(rates[own], off, free[own])
-            new = np.where(free[own, None], np.clip(aim, lo, hi), x[own])
-            stuck = free[own, None] & (
-                ((aim < lo) & (x[own] == lo)) | ((aim > hi) & (x[own] == hi))
-            )
+            new, stuck = _stepped(x[own], rates[own], off, free[own], room[:, own, None])
             with np.errstate(invalid="ignore"):
                 now = np.where(free[own, None], np.abs(new - x[own]), 0.0).max(axis=(1, 2))
             x[own], even = new, np.abs(off).max(axis=(1, 2))
@@ -162,11 +157,16 @@ class Smooth:
             last[own], active[own] = now, ~done & good[own]
         stable, margin = margins(rates, free)
         good &= ~active & stable & self._one_way(lines, x, way, size)
-        held = inner & ~free
-        if held.any():
-            rests = way * (self.rests.ahead(x[:, -1], way) - depths[-1]) >= -_EVEN * high
-            good &= (rests | ~held).all(axis=1)
-        return x, good, margin
+        return x, good & self._still_held(x[:, -1], inner & ~free, depths[-1], way), margin
+
+    def _still_held(
+        self, lines: Array, held: NDArray[np.bool_], depth: float, way: int
+    ) -> NDArray[np.bool_]:
+        """Whether lines that did not move are still held at the end."""
+        if not held.any():
+            return np.ones(len(lines), bool)
+        rests = way * (self.rests.ahead(lines, way) - depth) >= -_EVEN * self.resting.size
+        return np.asarray((rests | ~held).all(axis=1))
 
     def _one_way(self, lines: Array, x: Array, way: int, size: Array) -> NDArray[np.bool_]:
         """Whether lines move from where they are, and one way."""
@@ -202,3 +202,16 @@ class Smooth:
         total += np.array([energy, energy, force])
         shape = lines.shape[:2]
         return tuple(part.reshape(shape) for part in total)  # type: ignore[return-value]
+
+
+def _stepped(
+    x: Array, rate: Array, off: Array, free: NDArray[np.bool_], room: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Free lines after a step of Newton's method within their rooms; which of them are at the end.
+
+    x, off (n, j, 2), rate (n, j, 2, 2), free (n, 2), room (2, n, 1, 2).
+    """
+    (lo, hi), free = room, free[:, None]
+    aim = x - solved(rate, off, free[:, 0])
+    stuck = free & (((aim < lo) & (x == lo)) | ((aim > hi) & (x == hi)))
+    return np.where(free, np.clip(aim, lo, hi), x), stuck

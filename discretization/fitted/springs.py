@@ -22,10 +22,10 @@ from discretization.fitted.response import ABSENT
 from discretization.fitted.tail import FittedTail
 from discretization.profile import Resolved, resolve
 from discretization.roots import bracketed
+from discretization.rounding import ROUNDING
 from energy import Scene
 
 Array = NDArray[np.float64]
-_ROUNDING = 16 * float(np.finfo(float).eps)
 _TIE = 1e-14  # of the level and δ₀: how far above the level a lowest point may lie by rounding
 
 
@@ -142,15 +142,15 @@ def _errors(
     size = np.abs(height) + abs(depth)
     width = float(np.diff(lines, axis=1).sum())
     with np.errstate(divide="ignore", invalid="ignore"):
-        moves = np.minimum((_ROUNDING * size + fine.rounding) / np.abs(slope), width)
+        moves = np.minimum((ROUNDING * size + fine.rounding) / np.abs(slope), width)
     moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
     push = scene.stiffness * np.abs(depth - height) * scene.measure(lines)
     pull = float((moves * push).sum())
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
     found = (
-        float(moves.sum()) / width + _ROUNDING if width else 0.0,
-        (abs(fine.force - coarse.force) + pull) / force + 4 * _ROUNDING,
-        abs(fine.energy - coarse.energy) / energy + 4 * _ROUNDING,
+        float(moves.sum()) / width + ROUNDING if width else 0.0,
+        (abs(fine.force - coarse.force) + pull) / force + 4 * ROUNDING,
+        abs(fine.energy - coarse.energy) / energy + 4 * ROUNDING,
     )
     return dict(zip(QUANTITIES, map(float, found), strict=True))
 

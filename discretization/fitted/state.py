@@ -21,12 +21,12 @@ from discretization.fitted.lines import (
 )
 from discretization.fitted.quadrature import Interval, totals
 from discretization.fitted.tail import FittedTail
+from discretization.rounding import ROUNDING
 from energy import Scene
 
 Array = NDArray[np.float64]
 _UNDECIDED = 1e-7  # letting go and turning over at once
-_ROUNDING = 16 * float(np.finfo(float).eps)
-_POSITION = _ROUNDING / 4  # of |x|, to which a line is found
+_POSITION = ROUNDING / 4  # of |x|, to which a line is found
 
 
 def on_one_contact(
@@ -46,7 +46,7 @@ def on_one_contact(
         apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
     starts, touch = (apex, apex), float(indenter.height(apex))
     state = _state(Problem.of(scene, depth, touch, branch, surfaces), starts, branch, rtol)
-    while max(state.error_estimate.values()) > rtol and surfaces.response.error > _ROUNDING:
+    while max(state.error_estimate.values()) > rtol and surfaces.response.error > ROUNDING:
         better = finer_surfaces(surfaces)
         if better is None:
             break
@@ -163,18 +163,18 @@ def _errors(
 ) -> dict[str, float]:
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
-    surface = _ROUNDING + problem.surfaces.response.error
+    surface = ROUNDING + problem.surfaces.response.error
     scale, rounding = problem.scale(ends), fine.rounding
     for side, end, count in problem.distinct(ends):
         if end.pinned or not width:
             continue
-        yielding = _yield(problem, side, end.x, width, _ROUNDING * scale + rounding)
+        yielding = _yield(problem, side, end.x, width, ROUNDING * scale + rounding)
         error = count * ((surface * scale + rounding) * yielding + _POSITION * abs(end.x))
         move += error
         push += error * abs(problem.force_rate(side, end.x))
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
     return {
-        "half_width": float(move / width) + _ROUNDING if width else 0.0,
-        "force": float((abs(fine.force - coarse.force) + push) / force) + surface + 3 * _ROUNDING,
-        "energy": float(abs(fine.energy - coarse.energy) / energy) + surface + 3 * _ROUNDING,
+        "half_width": float(move / width) + ROUNDING if width else 0.0,
+        "force": float((abs(fine.force - coarse.force) + push) / force) + surface + 3 * ROUNDING,
+        "energy": float(abs(fine.energy - coarse.energy) / energy) + surface + 3 * ROUNDING,
     }

@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.profile import Resolved
+from discretization.rounding import EPSILON
 from energy import Scene
 
 Array = NDArray[np.float64]
 _PARTS = 8  # of an interval between samples, of each of which the mean pull is taken
 _CLOSER = 2  # times the parts around the largest pull are taken apart again
 _SHORT = 1e-9  # of l: in shorter intervals f' is not known well enough
-_ROUNDING = 4 * float(np.finfo(float).eps)
+_ROUNDING = 4 * EPSILON  # of slopes
 
 
 class Pull(NamedTuple):

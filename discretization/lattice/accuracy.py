@@ -36,15 +36,16 @@ from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
 from discretization.profile import resolve
+from discretization.rounding import EPSILON
 
 Solver = Callable[..., Equilibrium]  # on_lattice
-LEAST, NARROW, SPARSE = 4, 96, 16
-UNEVEN = 0.02
-FINER = (2, 8, 64)
+LEAST, NARROW, SPARSE = 4, 96, 16  # links of a resolved and of a narrow contact; per l
+UNEVEN = 0.02  # of δ₀: by which heights may depart from the line through their neighbours
+FINER = (2, 8, 64)  # by which lattices are finer that are asked for a contact
 MOST = 200_000  # nodes, of a lattice that only looks for contacts
-_SAFETY = 1.5
-_FACTORS = (2.0, 1.7, 1.4)
-_ROUNDING = 4 * float(np.finfo(float).eps)
+_SAFETY = 1.5  # by which differences between two lattices are enlarged
+_FACTORS = (2.0, 1.7, 1.4)  # coarser spacings over this one
+_ROUNDING = 4 * EPSILON  # of every estimate
 UNRESOLVED = dict.fromkeys(QUANTITIES, math.inf)
 EXACT = dict.fromkeys(QUANTITIES, 0.0)
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 _AWAY: Array = np.exp2(np.arange(32.0))
 _FIRST: Array = _AWAY - 1
-_WIDER, _STEPS = 20, 80
-_ROUNDING = 4e-16
+_WIDER, _STEPS = 20, 80  # fourfold widenings of a bracket, and steps within it
+_ROUNDING = 4e-16  # of positions: the spacing of floating-point numbers
 _AROUND: Array = np.concatenate([-_AWAY[::-1], [0.0], _AWAY])
 
 

@@ -19,10 +19,11 @@ from discretization.lattice.tails import (
     TailResponse,
     tail_response,
 )
+from discretization.rounding import EPSILON
 from energy import Scene
 
 Array = NDArray[Any]
-_ROUNDING = 64 * float(np.finfo(float).eps)  # of energies of surfaces
+_ROUNDING = 64 * EPSILON  # of energies of surfaces
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from discretization.lattice.span import shares
 
 Array = NDArray[np.float64]
 ENDLESS = 40.0  # decay lengths, beyond which the ends are independent to rounding
-_NEWTON = 60
+_NEWTON = 60  # steps of Newton's method; four or five do
 _SETTLED = 1e-9  # of u: the step after which the next would be below rounding
 _ROUNDING = 1e-15  # of E
 

@@ -31,9 +31,9 @@ from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]
-BLOCK, FIRST_BLOCK = 1 << 14, 64
+BLOCK, FIRST_BLOCK = 1 << 14, 64  # nodes: a block stays in the cache, most scenes need the first
 MAX_NODES = 1 << 31
-_SEARCH_NODES = 1 << 24
+_SEARCH_NODES = 1 << 24  # in which a profile is looked through for its lowest node
 _BOTH: Array = np.array([[0.0], [1.0]])  # nodes of a link
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
 

@@ -34,10 +34,10 @@ from discretization.lattice.fronts import FIRST_BLOCK, blocks_between
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.totals import Totals
+from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
 _TAIL = np.arange(1.0, FIRST_BLOCK + 1)
-_EPSILON = float(np.finfo(float).eps)
 _TINY = float(np.finfo(float).tiny)
 
 
@@ -64,9 +64,9 @@ def judge(contacts: ContactSet, sums: Totals, *, lowest: bool = False) -> Certif
     held = 2 * (lat.spring + 2 * sums.stiffness) * adhesive * contacts.ground.works[1] * lat.cell
     alone = 0.0 if lat.gamma1 else math.sqrt(held)
     pulled = max(-sums.weakest - math.sqrt(held), -sums.lone - alone)
-    gains = [0.0, *_gains(contacts, 32 * _EPSILON * size)]
+    gains = [0.0, *_gains(contacts, 32 * EPSILON * size)]
     if lowest and not lat.gamma1:
-        gains.append(_attaching(contacts, deepest, 32 * _EPSILON * size))
+        gains.append(_attaching(contacts, deepest, 32 * EPSILON * size))
     apart = abs(sums.force - sums.force_by_reactions) - _summed_rounding(contacts, sums)
     return Certificate(
         penetration=max(0.0, deepest) / delta,
@@ -84,13 +84,13 @@ def _size(contacts: ContactSet) -> float:
 
 def rounding(lat: Lattice, delta: float) -> float:
     """What a nodal force of displacements of size δ can be off by in double precision."""
-    return 32 * _EPSILON * (lat.spring + 4 * lat.link) * delta
+    return 32 * EPSILON * (lat.spring + 4 * lat.link) * delta
 
 
 def _summed_rounding(contacts: ContactSet, sums: Totals) -> float:
     """What the nodal forces' sum can be off by: every link's tension T enters twice, 4 ε √ΣT²."""
     lat = contacts.lattice
-    return 4 * _EPSILON * math.sqrt(2 * sums.surface * lat.link * lat.on_nodes(1.0, contacts.last))
+    return 4 * EPSILON * math.sqrt(2 * sums.surface * lat.link * lat.on_nodes(1.0, contacts.last))
 
 
 def _outside(contacts: ContactSet, node: int, side: int, u: float) -> tuple[float, float]:

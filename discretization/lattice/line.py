@@ -30,8 +30,8 @@ from discretization.lattice.nodes import Lattice
 Array = NDArray[np.float64]
 Room = tuple[int, int]  # first and last node there are for a line
 _INWARDS, _OUTWARDS = 3, 4  # nodes beside the last one of a contact
-_ROUNDING = 1e-15
-_TURNS = 20
+_ROUNDING = 1e-15  # of positions, in links
+_TURNS = 20  # in which two facing lines are found; each is a contraction
 _SETTLED = 1e-12  # links
 _CLOSEST = 1.5  # links between two lines that are moved
 

@@ -10,8 +10,8 @@ from discretization.lattice.nodes import Lattice
 from energy import terms
 
 Array = NDArray[np.float64]
-_NEWTON = 60
-_ROUNDING = 1e-14
+_NEWTON = 60  # steps of Newton's method; ten do up to 80°
+_ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 
 
 class NodalEnergy:

@@ -35,8 +35,8 @@ from discretization.lattice.nodes import Lattice
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.intp]
-BLOCK = 16
-_TABLE = 256
+BLOCK = 16  # nodes of a block, blocks of a larger one
+_TABLE = 256  # links: of shorter spans the stiffness is looked up
 SLACK = 1 - 1e-12  # on bounds: rounding drops no node, the sign of its multiplier decides
 
 

@@ -32,8 +32,8 @@ from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_spans import RingSpans, ring_spans
 from discretization.lattice.rings import Rings, rings
 from discretization.lattice.tails import LatticeTail
-from discretization.profile import Radial
 from energy import Indenter, Scene
+from energy.axis import Radial
 
 Array = NDArray[Any]
 _AXIS = 1 / 8  # weight of the node on the axis

@@ -29,7 +29,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-_SPARE = 4
+_SPARE = 4  # links beyond the last that holds, for interpolation
 Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
 _RULES = {Lattice: Rules, FiniteLattice: FiniteRules, RadialLattice: RadialRules}
 MOST = 10**6  # nodes of a profile that is not convex, all of which are kept

@@ -32,12 +32,13 @@ from numpy.typing import NDArray
 
 from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
+from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
-_ROUNDING = 256 * float(np.finfo(float).eps)
-_LEAST = 1e-10
-TIE = 64 * float(np.finfo(float).eps)
+_ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
+_LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
+TIE = 64 * EPSILON  # of depths at which something happens
 
 
 def ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:

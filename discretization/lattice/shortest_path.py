@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 _RIDGE = 1e-9  # of wΔx: what a node costs more than one it shields
-_ENDLESS = 2.0**60
+_ENDLESS = 2.0**60  # links: the start "nothing precedes" is further than any node
 MOST = 10**8  # nodes of a window on either side
 
 

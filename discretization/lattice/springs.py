@@ -21,7 +21,7 @@ from discretization.lattice.nodes import Lattice
 from discretization.lattice.shortest_path import window
 
 Nodes = NDArray[np.int64]
-_TIE = 1e-12
+_TIE = 1e-12  # of the level: springs that rounding alone keeps from attaching
 
 
 def on_springs(asked: Question, ground: Ground) -> Equilibrium:

@@ -31,9 +31,9 @@ from discretization.lattice.finite_spans import ENDLESS, finite_span
 
 Array = NDArray[Any]
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
-_POINTS = 40
+_POINTS = 40  # Chebyshev points: the coefficients are rounding from there on
 _LEAST_LINKS = 8  # between two lines, however near, to read a slope from
-_NEWTON = 40
+_NEWTON = 40  # steps of Newton's method
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,11 +28,12 @@ from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
 from discretization.lattice.fronts import heights
 from discretization.lattice.nodes import Lattice
 from discretization.profile import resolve
+from discretization.rounding import EPSILON
 from energy import Scene
 
 Array = NDArray[np.float64]
 _SMOOTH, _CORNERED = 1 / 4, 1 / 2  # of a second difference: twice a parabola's, and a corner's
-_ROUNDING = 64 * float(np.finfo(float).eps)  # of the heights
+_ROUNDING = 64 * EPSILON  # of the heights
 _MISSED = 1e-9  # of the depth and δ₀: a penetration that counts, as in the certificate
 
 

@@ -16,7 +16,7 @@ from discretization.paths.events import Event, PullOff, Snapshot
 Segment = tuple[Snapshot, Snapshot]
 _ENOUGH = 33  # states of a run: between fewer, others are looked at
 _FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
-_WORK = 1e-12
+_WORK = 1e-12  # of the integral of a force that is smooth between events
 
 
 def work(

@@ -35,13 +35,13 @@ from discretization.paths.balance import integral
 from energy import Scene
 
 Array = NDArray[np.float64]
-_SECANTS = 12
+_SECANTS = 12  # steps; a step of a path takes four or five
 _WIDER = 8.0  # times as wide: farther off a height may overflow
-_NUDGE = 1e-6
-_CLOSED = 1e-15
-_STALLED = 1e-12
-_LOCAL = 1e-3
-_REDUCED = 1e-10
+_NUDGE = 1e-6  # of the distance from the apex: the first step of a secant
+_CLOSED = 1e-15  # of the same: rounding
+_STALLED = 1e-12  # of the same: a step that shrinks no more is rounding of D
+_LOCAL = 1e-3  # of the same: points so close that their secant is a tangent
+_REDUCED = 1e-10  # of the first shortfall: the next step makes it rounding
 
 
 class Contact(NamedTuple):
