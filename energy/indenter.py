@@ -62,9 +62,11 @@ class Indenter:
         Read as near to x as rounding allows, inside the extent.
         """
         x, corners = floats(x), np.asarray(self.corners, float)
-        size = np.maximum(np.abs(x), np.abs(corners[[0, -1]]).max() if corners.size else 0.0)
-        near = np.maximum(_BESIDE * size, _LEAST)
-        return self.slope(np.clip(x + np.asarray(side) * near, *self.extent))
+        if not corners.size:
+            return self.slope(x)
+        size = np.maximum(np.abs(x), np.abs(corners[[0, -1]]).max())
+        near = np.asarray(side) * np.maximum(_BESIDE * size, _LEAST)
+        return self.slope(np.clip(x + near, *self.extent))
 
     def shifted(self, x0: float) -> Indenter:
         """The profile moved sideways: f(x - x0)."""
