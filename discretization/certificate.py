@@ -46,6 +46,13 @@ class Certificate(NamedTuple):
         """True if no violation exceeds the tolerance."""
         return not self.failures
 
+    def demand(self, state: str, remedy: str) -> None:
+        """NotCertifiedError for a state, named in words, that has failed, with what to try."""
+        if self.failures:
+            raise NotCertifiedError(
+                f"{state} violates {', '.join(self.failures)} ({self}); {remedy}"
+            )
+
     @property
     def failures(self) -> tuple[str, ...]:
         """Names of the violated conditions."""

@@ -11,9 +11,9 @@ one module for each geometry and energy (kinds.py says which):
 They are solved on spectral elements (spectral.py, free_surface.py) and read as polynomials
 (polynomials.py); tail.py has those of an equilibrium in the scene's units.
 
-One contact, where there can be no other: its lines by bracketing (lines.py, roots.py) -> integrals
-(gauss.py, quadrature.py) -> rounding of heights (height_rounding.py), certificate and error
-estimate -> Equilibrium, by state.py.
+One contact, where there can be no other: its lines by bracketing (lines.py, ../roots.py) ->
+integrals (gauss.py, quadrature.py) -> rounding of heights (height_rounding.py), certificate and
+error estimate -> Equilibrium, by state.py.
 
 Any profile: resting places (stops.py, resting.py, rests.py) -> states (clearance.py,
 tension.py, pressed.py, motion.py; springs.py where γ₁ = 0) -> energy and force (contacts.py),

@@ -175,7 +175,7 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
         flat = detached(scene, depth, branch, tail, _UNKNOWN)
         lift = max(abs(depth), scene.opened.critical_separation) or 1.0
         through = motion.penetration(lines, depth) / lift
-        return _passed(replace(flat, certificate=Certificate.undeformed(through)))
+        return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
     contacts = Contacts(motion, lines, depth)
     coarse, fine = totals(contacts, rtol)
     return certified(contacts, fine, errors(contacts, coarse, fine), branch)
@@ -206,15 +206,11 @@ def certified(
         branch=branch,
         spacing=math.nan,
     )
-    return _passed(replace(state, certificate=certify(contacts, state, found)))
+    return _demanded(replace(state, certificate=certify(contacts, state, found)))
 
 
-def _passed(state: Equilibrium) -> Equilibrium:
+def _demanded(state: Equilibrium) -> Equilibrium:
     """The state. NotCertifiedError if its certificate failed."""
-    if not state.certificate.ok:
-        raise NotCertifiedError(
-            f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts violates "
-            f"{', '.join(state.certificate.failures)} ({state.certificate}); try another depth: "
-            "this one may be that of an event"
-        )
+    name = f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts"
+    state.certificate.demand(name, "try another depth: this one may be that of an event")
     return state

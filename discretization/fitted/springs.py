@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError
+from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, refined
@@ -54,23 +54,23 @@ def at_level(
     lines = below(profile, max(level, touch))
     coarse, fine = refined(scene, depth, panels(scene.indenter, lines), (0.0,) * 4, rtol)
     pinned = np.isin(lines, profile.indenter.walls)
-    return _passed(
-        Equilibrium(
-            scene=scene,
-            depth=depth,
-            contacts=lines,
-            nodes=lines,
-            pinned=pinned,
-            force=fine.force,
-            energy=fine.energy,
-            certificate=_judged(profile, lines, pinned, depth, level, lift, fine),
-            tail=tail,
-            scales={"force": fine.force_scale, "energy": fine.energy_scale},
-            errors=_errors(scene, lines, pinned, depth, coarse, fine),
-            method="fitted",
-            branch=branch,
-            spacing=math.nan,
-        )
+    judged = _judged(profile, lines, pinned, depth, level, lift, fine)
+    judged.demand(f"the state at depth = {depth!r}", "try another depth")
+    return Equilibrium(
+        scene=scene,
+        depth=depth,
+        contacts=lines,
+        nodes=lines,
+        pinned=pinned,
+        force=fine.force,
+        energy=fine.energy,
+        certificate=judged,
+        tail=tail,
+        scales={"force": fine.force_scale, "energy": fine.energy_scale},
+        errors=_errors(scene, lines, pinned, depth, coarse, fine),
+        method="fitted",
+        branch=branch,
+        spacing=math.nan,
     )
 
 
@@ -153,13 +153,3 @@ def _errors(
         abs(fine.energy - coarse.energy) / energy + 4 * ROUNDING,
     )
     return dict(zip(QUANTITIES, map(float, found), strict=True))
-
-
-def _passed(state: Equilibrium) -> Equilibrium:
-    """The state. NotCertifiedError if its certificate failed."""
-    if not state.certificate.ok:
-        raise NotCertifiedError(
-            f"the springs at depth = {state.depth!r} violate "
-            f"{', '.join(state.certificate.failures)} ({state.certificate}); try another depth"
-        )
-    return state

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError
+from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.lines import (
@@ -78,11 +78,9 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
         problem.refuse_overhang(end.x)
     coarse, fine = totals(problem.surfaces, depth, ends[0].x, ends[1].x, rtol)
     certificate = certify_lines(problem, ends, fine)
-    if not certificate.ok:
-        raise NotCertifiedError(
-            f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
-            f"({certificate}); try method='lattice' with a small spacing"
-        )
+    certificate.demand(
+        f"the state at depth = {depth!r}", "try method='lattice' with a small spacing"
+    )
     contacts = np.array([[ends[0].x, ends[1].x]])
     return Equilibrium(
         scene=scene,

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError
+from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import fronts, line
 from discretization.lattice.between import interpolated
@@ -39,7 +39,7 @@ class Question:
 def without_contact(asked: Question, ground: Ground) -> Equilibrium:
     """The certified flat surface. NotCertifiedError if the indenter would be in it."""
     certificate, lattice = judge_apart(ground, asked.depth), ground.lattice
-    _refuse_failed(asked, certificate)
+    _demand(asked, certificate)
     return detached(
         asked.scene, asked.depth, asked.branch, lattice.tail, certificate, lattice.spacing
     )
@@ -86,7 +86,7 @@ def _certified(asked: Question, contacts: ContactSet, lines: list[Pair]) -> Equi
         totals(contacts),
     )
     certificate = judge(contacts, sums, lowest=asked.branch == "global")
-    _refuse_failed(asked, certificate)
+    _demand(asked, certificate)
     return Equilibrium(
         scene=asked.scene,
         depth=asked.depth,
@@ -134,14 +134,11 @@ def refuse_unknown(ground: Ground, depth: float, first: int, last: int) -> None:
             raise ValueError(fronts.unknown(ground.lattice, depth, node))
 
 
-def _refuse_failed(asked: Question, certificate: Certificate) -> None:
-    """What to say of a state that has not passed its certificate."""
-    if certificate.ok:
-        return
-    raise NotCertifiedError(
-        f"the state found at depth = {asked.depth!r} violates {', '.join(certificate.failures)} "
-        f"({certificate}): rounding has spoilt it, or the solver's tolerance, or a profile that is "
-        "said to be convex is not; try another spacing or method"
+def _demand(asked: Question, certificate: Certificate) -> None:
+    certificate.demand(
+        f"the state found at depth = {asked.depth!r}",
+        "rounding has spoilt it, or the solver's tolerance, or a profile that is said to be convex "
+        "is not; try another spacing or method",
     )
 
 

@@ -94,14 +94,10 @@ class FiniteRules(Rules):
         rest, shape = self._surface(left, right, m)
         return float(np.min((self.f[m] - shape) / rest))
 
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
-        if self.clear and (left is None or right is None):
-            return math.inf, -1
-        lo, hi = -1 if left is None else left, self.f.size if right is None else right
-        if hi - lo < 2:
-            return math.inf, -1
-        free = np.arange(lo + 1, hi)
+    def _first(
+        self, left: int | None, right: int | None, start: int, stop: int
+    ) -> tuple[float, int]:
+        free = np.arange(start, stop)
         depth = self._touch(left, right, free)
         return depth, int(free[np.argmin(self._clearance(left, right, free, depth))])
 

@@ -195,13 +195,19 @@ class Rules:
         lo, hi = -1 if left is None else left, self.f.size if right is None else right
         if hi - lo < 2:
             return math.inf, -1
-        depths, shares = self.f[lo + 1 : hi].copy(), self._free(left, right)
+        return self._first(left, right, lo + 1, hi)
+
+    def _first(
+        self, left: int | None, right: int | None, start: int, stop: int
+    ) -> tuple[float, int]:
+        """The same of the free nodes start..stop-1, at least one."""
+        depths, shares = self.f[start:stop].copy(), self._free(left, right)
         for end, share in zip((left, right), shares, strict=False):
             if end is not None:
                 depths -= share * self.f[end]
         depths /= shares[2]
         best = int(np.argmin(depths))
-        return float(depths[best]), lo + 1 + best
+        return float(depths[best]), start + best
 
     @functools.cached_property
     def _decays(self) -> tuple[Array, Array, Array]:

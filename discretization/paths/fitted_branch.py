@@ -17,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
 from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.lines import (
     AXIS,
@@ -252,11 +251,7 @@ class FittedBranch:
         closing, opening = self._problems(depth)
         found = totals(self.surfaces, depth, *state.ends, 1e-15)[1]
         certificate = certify_lines(closing, state, found, opening)
-        if not certificate.ok:
-            raise NotCertifiedError(
-                f"the state at depth = {depth!r} violates {', '.join(certificate.failures)} "
-                f"({certificate}); the path stops before it"
-            )
+        certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 
 
 def _near(problem: Problem, side: int, line: FittedLine, apex: float) -> FittedLine | None:

@@ -258,11 +258,7 @@ class LatticeBranch:
             )
         contacts = self.row.contacts(self.ground, nodes, depth)
         certificate = judge(contacts, totals(contacts))
-        if not certificate.ok:
-            raise NotCertifiedError(
-                f"the contacts at depth = {depth!r} violate {', '.join(certificate.failures)} "
-                f"({certificate}); the path stops before them"
-            )
+        certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 
 
 def _one(state: Held, depth: float) -> tuple[Nodes, Array]:

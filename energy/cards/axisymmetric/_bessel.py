@@ -51,11 +51,6 @@ def growth(s: ArrayLike) -> Array:
     return unwrap(np.where(s < _FAR, near * (near * (q * q - 1.0) + q), series))
 
 
-def steepening(s: Array) -> Array:
-    """d/ds (s²q + 2s) = s²q' + 2sq + 2."""
-    return growth(s) + 2.0 * s * decay(s) + 2.0
-
-
 def disc(s: ArrayLike) -> Array:
     """1/p = I₁(s)/I₀(s): a free disc meets the line around it with the slope u_b/(l p)."""
     s = np.asarray(s, float)
