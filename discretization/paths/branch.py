@@ -72,6 +72,22 @@ class Branch(Protocol):
         """NotCertifiedError unless the state is in equilibrium."""
 
 
+class BranchBase:
+    """What the branches of all scenes say alike."""
+
+    scene: Scene
+
+    @property
+    def smooth(self) -> bool:
+        """Whether P is a smooth function of d between events."""
+        return True
+
+    @property
+    def lift(self) -> float:
+        """How far below touching a contact can be held: δ₀ of opening."""
+        return self.scene.opened.critical_separation
+
+
 def at_edges(scene: Scene, state: State) -> tuple[str, str]:
     """Which of the outermost lines are at an edge of the body: "edge", else ""."""
     left, right = state.ends if state is not None else (math.nan, math.nan)

@@ -31,6 +31,7 @@ from discretization.fitted.quadrature import along, arc_length, pressing, totals
 from discretization.fitted.state import certify_lines
 from discretization.fitted.surfaces import Surfaces
 from discretization.paths.balance import integral
+from discretization.paths.branch import BranchBase
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -59,7 +60,7 @@ State = Contact | None
 
 
 @dataclass(frozen=True, eq=False)
-class FittedBranch:
+class FittedBranch(BranchBase):
     """States of one contact of a convex indenter under a prescribed depth; None: detached.
 
     About an axis the left line is the axis, and below a least depth the right one is not held.
@@ -79,16 +80,6 @@ class FittedBranch:
         if apex is None:
             apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
         return cls(scene, surfaces_of(scene, rtol), apex, float(indenter.height(apex)), rtol)
-
-    @property
-    def smooth(self) -> bool:
-        """Whether P is a smooth function of d between events."""
-        return True
-
-    @property
-    def lift(self) -> float:
-        """How far below touching a contact can be held: δ₀ of opening."""
-        return self.scene.opened.critical_separation
 
     def _problems(self, depth: float) -> tuple[Problem, Problem]:
         """That of a contact that closes, and that of one that opens."""

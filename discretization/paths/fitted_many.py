@@ -24,7 +24,7 @@ from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.several import certified
 from discretization.fitted.smooth import Smooth
-from discretization.paths.branch import at_edges
+from discretization.paths.branch import BranchBase, at_edges
 from discretization.profile import resolve
 from energy import Scene
 
@@ -48,7 +48,7 @@ State = Held | None
 
 
 @dataclass(frozen=True, eq=False)
-class FittedMany:
+class FittedMany(BranchBase):
     """States of any number of contacts under a prescribed depth; None: detached."""
 
     scene: Scene
@@ -78,16 +78,6 @@ class FittedMany:
     def touch(self) -> float:
         """Depth at which contact begins."""
         return self.motion.profile.touch
-
-    @property
-    def smooth(self) -> bool:
-        """Whether P is a smooth function of d between events."""
-        return True
-
-    @property
-    def lift(self) -> float:
-        """How far below touching a contact can be held: δ₀ of opening."""
-        return self.scene.opened.critical_separation
 
     def contact(self, depth: float, *lines: float) -> State:
         """The state with lines here at a depth; nan: detached."""

@@ -37,6 +37,7 @@ from discretization.lattice.stretch import Stretch, stretch, work_of
 from discretization.lattice.totals import totals
 from discretization.lattice.unseen import Unseen, looked_between, unseen
 from discretization.lattice.ways import rise
+from discretization.paths.branch import BranchBase
 from discretization.routes import route
 from energy import Scene
 
@@ -60,7 +61,7 @@ State = Held | None
 
 
 @dataclass(frozen=True, eq=False)
-class LatticeBranch:
+class LatticeBranch(BranchBase):
     """States of any number of contacts on fixed nodes under a prescribed depth; None: detached.
 
     seen: the scene as far as it has nodes.
@@ -101,11 +102,6 @@ class LatticeBranch:
     def smooth(self) -> bool:
         """Whether P is a smooth function of d between events."""
         return False
-
-    @property
-    def lift(self) -> float:
-        """How far below touching a contact can be held: δ₀ of opening."""
-        return self.scene.opened.critical_separation
 
     def _state(self, nodes: Contacts) -> State:
         if not nodes:

@@ -20,7 +20,7 @@ from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, arc_length, refined
 from discretization.fitted.springs import at_level, below
 from discretization.paths.balance import integral
-from discretization.paths.branch import at_edges
+from discretization.paths.branch import BranchBase, at_edges
 from discretization.profile import Resolved, resolve
 from energy import Scene
 
@@ -44,7 +44,7 @@ State = Level | None
 
 
 @dataclass(frozen=True, eq=False)
-class SpringsBranch:
+class SpringsBranch(BranchBase):
     """States of independent springs under a prescribed depth; None: detached."""
 
     scene: Scene
@@ -65,16 +65,6 @@ class SpringsBranch:
     def touch(self) -> float:
         """Depth at which contact begins."""
         return self.profile.touch
-
-    @property
-    def smooth(self) -> bool:
-        """Whether P is a smooth function of d between events."""
-        return True
-
-    @property
-    def lift(self) -> float:
-        """How far below touching a contact can be held: δ₀ of opening."""
-        return self.scene.opened.critical_separation
 
     def _at(self, level: float) -> State:
         if level < self.touch:
