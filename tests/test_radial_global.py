@@ -175,6 +175,4 @@ def test_the_fitted_mesh_finds_the_lowest_rings_too(seed):
         mesh = minimise(scene, lowest + share * DELTA0, branch="global")
         nodes = on_nodes(scene, lowest + share * DELTA0, L / 80, branch="global")
         assert mesh.contacts.shape == nodes.contacts.shape
-        assert mesh.energy == pytest.approx(
-            nodes.energy, rel=0, abs=nodes.uncertainty["energy"]
-        )
+        assert mesh.energy == pytest.approx(nodes.energy, rel=0, abs=nodes.uncertainty["energy"])

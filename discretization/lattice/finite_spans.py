@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dptsv
 
-from discretization.lattice.span import shares
+from discretization.lattice.shares import shares
 
 Array = NDArray[np.float64]
 ENDLESS = 40.0  # decay lengths, beyond which the ends are independent to rounding

@@ -25,8 +25,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import span
 from discretization.lattice.place import Place
+from discretization.lattice.shares import shares
 from discretization.lattice.tails import LatticeTail
 from energy import Indenter, Scene
 from energy.checks import positive
@@ -141,7 +141,7 @@ class Lattice:
 
     def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
         """Displacements of free nodes (n,) between these contact nodes, displaced by those (n,)."""
-        near, far, _ = span.shares(self.log_decay, nodes - np.float64(left), right - 1.0 * nodes)
+        near, far, _ = shares(self.log_decay, nodes - np.float64(left), right - 1.0 * nodes)
         return np.asarray(near * u_left + far * u_right)
 
     def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
@@ -151,7 +151,7 @@ class Lattice:
         """
         links = np.abs(other - node)
         far, both = self._gap(links)
-        near, _, _ = span.shares(self.log_decay, np.ones(np.shape(links)), links - 2.0)
+        near, _, _ = shares(self.log_decay, np.ones(np.shape(links)), links - 2.0)
         return far, both, self.spring + self.link + self.link * (1 - near)
 
     def lifted(self, node: Array, side: int, other: Array, u: tuple[Array, ...]) -> tuple[Any, ...]:
@@ -223,7 +223,7 @@ class Lattice:
     def _gap(self, links: Array) -> tuple[Array, Array]:
         """B and 1 - A - B of the node next to a line, the other line so many links away."""
         one = np.ones(np.shape(links))
-        _, far, both = span.shares(self.log_decay, one, np.asarray(links - 1.0))
+        _, far, both = shares(self.log_decay, one, np.asarray(links - 1.0))
         return far, both
 
     def tension(self, steps):

@@ -1,7 +1,7 @@
 """At which depths something happens to contacts on the lattice.
 
 Between two contacts lies a free span of T links, whose first free node is displaced by
-A g_i + B g_j (`span.shares`); outside are two tails, A = λ, B = 0. By the heights f of the nodes
+A g_i + B g_j (`shares`); outside are two tails, A = λ, B = 0. By the heights f of the nodes
 involved,
 
     a line passes the next link (n = 1), or closes the last two (n = 2), or opens one, at
@@ -30,8 +30,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.shares import shares
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
@@ -122,7 +122,7 @@ class Rules:
     def shares(self, links: int | None) -> tuple[float, float, float]:
         """A, B and 1 - A - B."""
         beyond = math.inf if links is None else links - 1.0
-        near, far, both = span.shares(self.lattice.log_decay, np.array(1.0), np.array(beyond))
+        near, far, both = shares(self.lattice.log_decay, np.array(1.0), np.array(beyond))
         return float(near), float(far), float(both)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
@@ -216,7 +216,7 @@ class Rules:
         return np.exp(n), np.expm1(n), np.expm1(2 * n)
 
     def _free(self, left: int | None, right: int | None) -> tuple[Array, Array, Array]:
-        """`span.shares` of all free nodes between two contacts (None: none there), looked up."""
+        """`shares` of all free nodes between two contacts (None: none there), looked up."""
         decay, once, twice = self._decays
         if left is None or right is None:
             tail = slice(right, 0, -1) if right is not None else slice(1, self.f.size - (left or 0))
@@ -235,7 +235,7 @@ class Rules:
         f_left, f_right = (0.0 if end is None else self.f[end] for end in (left, right))
         p: Array = m - np.float64(-math.inf if left is None else left)
         q: Array = np.float64(math.inf if right is None else right) - m
-        a, b, rest = span.shares(self.lattice.log_decay, p, q)
+        a, b, rest = shares(self.lattice.log_decay, p, q)
         return rest, a * f_left + b * f_right
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019

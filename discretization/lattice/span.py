@@ -10,13 +10,12 @@ is a tail. Everything is scaled so that no sinh overflows and no difference canc
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from discretization.lattice.nodes import Lattice
+from discretization.lattice.nodes import Lattice
+from discretization.lattice.shares import shares
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
@@ -36,19 +35,6 @@ def mask_of(n: int, contacts: Nodes) -> Mask:
     step[contacts[:, 0]] += 1
     step[contacts[:, 1] + 1] -= 1
     return np.cumsum(step[:-1]) > 0
-
-
-def shares(rate: float, p: Array, q: Array) -> tuple[Array, Array, Array]:
-    """a, b and 1 - a - b of the free surface u = a left + b right, p from left and q from right.
-
-    a = sinh(rate·q)/sinh(rate·(p+q)), b = sinh(rate·p)/sinh(rate·(p+q)),
-    1 - a - b = 2 sinh(rate·p/2) sinh(rate·q/2)/cosh(rate·(p+q)/2);
-
-    p and q may be inf. A tail decays by exp(-rate): μ per link, μ/Δx per length on the lattice.
-    """
-    ep, eq, both = np.exp(-rate * p), np.exp(-rate * q), np.expm1(-2 * rate * (p + q))
-    near, far = ep * np.expm1(-2 * rate * q) / both, eq * np.expm1(-2 * rate * p) / both
-    return near, far, np.expm1(-rate * p) * np.expm1(-rate * q) / (1 + ep * eq)
 
 
 def excess(lattice: Lattice, p: Array, q: Array, left: Array, own: Array, right: Array) -> Array:

@@ -28,6 +28,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from discretization.lattice.finite_spans import ENDLESS, finite_span
+from discretization.lattice.shares import shares
 
 Array = NDArray[Any]
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
@@ -149,9 +150,8 @@ class LatticeTail:
         self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
     ) -> Array:
         """[left sinh(rate·q) + right sinh(rate·p)]/sinh(rate·width), small slopes only."""
-        both = math.expm1(-2 * self.rate * width)
-        near = np.exp(-self.rate * p) * np.expm1(-2 * self.rate * q) / both * left
-        return near + np.exp(-self.rate * q) * np.expm1(-2 * self.rate * p) / both * right
+        near, far, _ = shares(self.rate, p, q)
+        return near * left + far * right
 
     def slope_between(
         self, width: Array, own: Array, other: Array, radius: Any = math.inf
