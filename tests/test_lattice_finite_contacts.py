@@ -6,12 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lattices import of_heights
 from scenes import adhesive, steep
 from scipy.linalg import solveh_banded
 
 from discretization import load_path, minimise
 from discretization.lattice.finite_rules import FiniteRules
+from discretization.lattice.judge import judge
+from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.totals import totals
 from energy import Parabola, Patches, Profile, SurfaceEnergies
 
 L = steep(Parabola(0.02)).elastocapillary_length
@@ -229,3 +233,23 @@ def test_a_node_is_torn_open_where_it_would_be_closed():
     for node in range(1, 11):
         closed = rules.passes(node - 1, 1, node + 1)
         assert rules.torn[node] == pytest.approx(closed, rel=0, abs=1e-12 * L)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
+    """However steep the links beside it are, which then are less stiff than flat ones."""
+    scene, rng = rough(ratio=0.1), np.random.default_rng(seed)
+    lattice, f = Lattice.of(scene, L / 3), (0.14 * (np.arange(7) % 2) + rng.uniform(0, 0.04, 7)) * L
+    torn = FiniteRules(lattice, f, np.full(6, lattice.w * lattice.spacing)).torn
+    node, delta = int(np.argmax(torn)), scene.critical_separation
+    for off, failed in ((1e-4, False), (-1e-4, True)):
+        depth = torn[node] + off * delta
+        held = np.ones((2, 7), bool)
+        held[1, node] = False
+        closed, opened = (
+            model.value(model.relaxed(depth - f))
+            for model in (NodalEnergy(lattice, h) for h in held)
+        )
+        assert (opened < closed) == failed
+        contacts = of_heights(lattice, depth - f, [(0, 6)], depth)
+        assert ("opening" in judge(contacts, totals(contacts)).failures) == failed

@@ -6,7 +6,8 @@ The conditions of ../certificate.py, of the surface itself and of single moves a
     stationarity  max |∂U/∂u_i| / kΔxδ over the free nodes,                       <= tolerance
     opening       a contact node pulled (∂U/∂u_i < 0) may only be held by its adhesion: opening
                   that node alone, -r²/(2(kΔx+2t)) + 2wΔx, must not lower the energy
-                  (finite slopes: t that of the steepest link, its smallest; a lone node has none)
+                  (finite slopes: t that of the steepest link, its smallest; where that is not
+                  enough, the energy itself, as in finite_rules.py; a lone node has none)
     neighbours    no line gains energy by one link either way, after which the surface stays above
                   the indenter: ΔE = ±[S/2 gap² - wΔx], S the stiffness of the free node that comes
                   into contact or lets go, as a fraction of both terms; a gap of two links closes
@@ -30,6 +31,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.finite_rules import FiniteRules
 from discretization.lattice.fronts import FIRST_BLOCK, blocks_between
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
@@ -63,7 +65,10 @@ def judge(contacts: ContactSet, sums: Totals, *, lowest: bool = False) -> Certif
     adhesive = 2 if lat.gamma1 else 1
     held = 2 * (lat.spring + 2 * sums.stiffness) * adhesive * contacts.ground.works[1] * lat.cell
     alone = 0.0 if lat.gamma1 else math.sqrt(held)
-    pulled = max(-sums.weakest - math.sqrt(held), -sums.lone - alone)
+    inner = -sums.weakest - math.sqrt(held)
+    if inner > noise and lat.slopes == "finite" and not _torn(contacts):
+        inner = 0.0
+    pulled = max(inner, -sums.lone - alone)
     gains = [0.0, *_gains(contacts, 32 * EPSILON * size)]
     if lowest and not lat.gamma1:
         gains.append(_attaching(contacts, deepest, 32 * EPSILON * size))
@@ -91,6 +96,19 @@ def _summed_rounding(contacts: ContactSet, sums: Totals) -> float:
     """What the nodal forces' sum can be off by: every link's tension T enters twice, 4 ε √ΣT²."""
     lat = contacts.lattice
     return 4 * EPSILON * math.sqrt(2 * sums.surface * lat.link * lat.on_nodes(1.0, contacts.last))
+
+
+def _torn(contacts: ContactSet) -> bool:
+    """Whether opening a single node within a contact lowers the energy (finite slopes)."""
+    ground, lat = contacts.ground, contacts.lattice
+    for first, last in contacts.nodes:
+        start, bonds = first - ground.where.first, np.full(last - first, lat.cell)
+        if ground.bonds is not None:
+            bonds = ground.bonds[start : start + last - first]
+        rules = FiniteRules(lat, ground.heights(first, last), ground.works[1] * bonds)
+        if rules.most_torn > contacts.depth + rules.tie(rules.most_torn, contacts.depth):
+            return True
+    return False
 
 
 def _outside(contacts: ContactSet, node: int, side: int, u: float) -> tuple[float, float]:
