@@ -81,7 +81,7 @@ class Resolved:
             return float(self.f[i]), float(self.slope[i])
         return float(self.indenter.height(x)), float(self.indenter.slope(x))
 
-    def past(self, x: Any, side: int) -> Any:
+    def past(self, x: Any, side: Any) -> Any:
         """x just on this side of a pattern's edge, where adhesion is that of the next patch.
 
         Positions are otherwise left as they are: next to another line every rounding is felt.
@@ -92,10 +92,10 @@ class Resolved:
         found = np.where(at_edge, np.nextafter(x, side * math.inf), x)
         return found if np.ndim(x) else float(found)
 
-    def beside(self, x: Array, side: int) -> tuple[Array, Array]:
+    def beside(self, x: Array, side: Any) -> tuple[Array, Array]:
         """`at` for positions (n,)."""
-        i = np.searchsorted(self.x, x, side="right" if side > 0 else "left") - (side > 0)
-        i = np.clip(i, 0, self.x.size - 1)
+        right, left = np.searchsorted(self.x, x, side="right") - 1, np.searchsorted(self.x, x)
+        i = np.clip(np.where(np.asarray(side) > 0, right, left), 0, self.x.size - 1)
         known, slope = self.x[i] == x, np.asarray(self.indenter.slope(x), float)
         f = np.asarray(self.indenter.height(x), float)
         return np.where(known, self.f[i], f), np.where(known, self.slope[i], slope)

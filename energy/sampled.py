@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import solve_banded
 
 from energy.checks import array, option
 from energy.indenter import Array, Indenter
 
 _ROUNDING = 1e-12
+Powers = tuple[Array, list[list[float]]]  # rows of coefficients, as an array and as lists
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,60 +101,51 @@ class Sampled(Indenter):
         return float(self.x[i] - h * m[i] / (bend / 2 + root))  # m + bend s + curl s² = 0
 
     def height(self, x: ArrayLike | float) -> Array:
-        if type(x) is float:  # a line search asks for one position at a time
-            return np.asarray(self._one(x)[0])
-        x = np.asarray(x, float)
-        i, h, s = self._locate(x)
-        if self.kind == "linear":  # np.interp would copy all samples, as they are read-only
-            f = self._slopes[i] * (x - self.x[i]) + self.z[i]
-            return np.where(self._inside(x), np.where(x == self.x[-1], self.z[-1], f), math.inf)
-        step = self.z[i + 1] - self.z[i]
-        f, _ = _cubic(self.z[i], step, self._slopes[i], self._slopes[i + 1], h, s)
-        return np.where(self._inside(x), f, math.inf)
+        return self._read(x, *self._heights, math.inf)
 
     def slope(self, x: ArrayLike | float) -> Array:
-        if type(x) is float:
-            return np.asarray(self._one(x)[1])
-        x = np.asarray(x, float)
-        i, h, s = self._locate(x)
-        f1 = self._slopes[i]
-        if self.kind == "smooth":
-            step = self.z[i + 1] - self.z[i]
-            _, f1 = _cubic(self.z[i], step, self._slopes[i], self._slopes[i + 1], h, s)
-        return np.where(self._inside(x), f1, math.nan)
-
-    def _one(self, at: float) -> tuple[float, float]:
-        """Height and slope at one position."""
-        x, z, m = self._lists
-        if not x[0] <= at <= x[-1]:
-            return math.inf, math.nan
-        i = min(bisect.bisect_right(x, at) - 1, len(x) - 2)
-        h = x[i + 1] - x[i]
-        s = (at - x[i]) / h
-        if self.kind == "linear":
-            return z[i] + m[i] * (at - x[i]), m[i]
-        return _cubic(z[i], z[i + 1] - z[i], m[i], m[i + 1], h, s)
+        return self._read(x, *self._slants, math.nan)
 
     @functools.cached_property
-    def _lists(self) -> tuple[list[float], list[float], list[float]]:
-        return self.x.tolist(), self.z.tolist(), self._slopes.tolist()
+    def _heights(self) -> Powers:
+        """Coefficients (2 or 4, n - 1) of the powers of the distance from the last sample in f."""
+        h, m = np.diff(self.x), self._slopes
+        rows = [self.z[:-1], m[: h.size]]
+        if self.kind == "smooth":
+            over = np.diff(self.z) / h - m[:-1], np.diff(m)
+            rows += [(3 * over[0] - over[1]) / h, (over[1] - 2 * over[0]) / h**2]
+        return np.array(rows), np.array(rows).tolist()
 
-    def _inside(self, x: Array) -> NDArray[np.bool_]:
-        return (x >= self.x[0]) & (x <= self.x[-1])
+    @functools.cached_property
+    def _slants(self) -> Powers:
+        """The same in f'."""
+        rows = self._heights[0][1:] * np.arange(1, len(self._heights[0]))[:, None]
+        return rows, rows.tolist()
 
-    def _locate(self, x: Array) -> tuple[NDArray[np.intp], Array, Array]:
-        """Interval of each x, its length and the position inside it from 0 to 1."""
+    @functools.cached_property
+    def _positions(self) -> list[float]:
+        return self.x.tolist()
+
+    def _read(self, x: Any, rows: Array, lists: list[list[float]], outside: float) -> Array:
+        """What has these coefficients between the samples; a value for what is outside of them."""
+        if type(x) is float:  # a line search asks for one position at a time
+            return np.asarray(self._one(x, lists, outside))
+        x = np.asarray(x, float)
         i = np.minimum(np.maximum(self.x.searchsorted(x, side="right") - 1, 0), self.x.size - 2)
-        near = self.x[i]
-        h = self.x[i + 1] - near
-        return i, h, (np.minimum(np.maximum(x, self.x[0]), self.x[-1]) - near) / h
+        t, value = x - self.x[i], rows[-1][i]
+        for row in rows[-2::-1]:
+            value = value * t + row[i]
+        return np.where((x >= self.x[0]) & (x <= self.x[-1]), value, outside)
 
-
-def _cubic(z: Any, step: Any, m0: Any, m1: Any, h: Any, s: Any) -> tuple[Any, Any]:
-    """Height and slope at s = 0..1 between samples of heights z, z + step and slopes m0, m1."""
-    f = z + s * (h * m0 + s * (3 * step - h * (2 * m0 + m1) + s * (h * (m0 + m1) - 2 * step)))
-    f1 = m0 + s * (2 * (3 * step / h - 2 * m0 - m1) + 3 * s * (m0 + m1 - 2 * step / h))
-    return f, f1
+    def _one(self, at: float, lists: list[list[float]], outside: float) -> float:
+        x = self._positions
+        if not x[0] <= at <= x[-1]:
+            return outside
+        i = min(bisect.bisect_right(x, at) - 1, len(x) - 2)
+        t, value = at - x[i], lists[-1][i]
+        for row in lists[-2::-1]:
+            value = value * t + row[i]
+        return value
 
 
 def _spline_slopes(x: Array, z: Array) -> Array:

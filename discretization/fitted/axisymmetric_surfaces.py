@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from discretization.fitted.axisymmetric import FAR, Ring, ring, ring_surface, stiffness
 from discretization.fitted.free_surface import decayed
 from discretization.fitted.response import Response
-from discretization.fitted.surfaces import MET, At, Free, alone
+from discretization.fitted.surfaces import MET, At, Free, alone, by_side
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -42,6 +42,7 @@ class AxisymmetricSurfaces:
     scene: Scene
     response: Response
 
+    @by_side
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: linear in the heights and the slope; at the axis what it is just beside it.
 

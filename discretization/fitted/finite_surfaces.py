@@ -32,7 +32,7 @@ class FiniteSurfaces:
     scene: Scene
     response: Response
 
-    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: the inclination at rest is known, and the displacement that has it is solved for.
 
         Where a gap would turn over its inclination is cut at ±π/2.

@@ -28,7 +28,7 @@ from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import free
 from discretization.fitted.quadrature import Interval
-from discretization.fitted.rests import Rests, kinds, margins
+from discretization.fitted.rests import Rests, margins
 from discretization.roots import least
 from discretization.rounding import ROUNDING
 from energy import Scene
@@ -82,30 +82,24 @@ def _at_lines(contacts: Contacts) -> tuple[float, float]:
     return depth - float(bare.min()), gain
 
 
-def _rates(contacts: Contacts) -> list[tuple[Array, NDArray[np.bool_], Array]]:
-    """Lines (n, 2), which of them are free, and the changes of their D (n, 2, 2)."""
-    rests, surfaces = Rests(contacts.motion.resting), np.array(free(contacts.lines))
+def _rates(contacts: Contacts) -> tuple[Array, NDArray[np.bool_], Array]:
+    """Lines (n, 2) of all free surfaces, which of them are free, and the changes of D (n, 2, 2)."""
+    rests, lines = Rests(contacts.motion.resting), np.array(free(contacts.lines))
     held = np.concatenate([[True], contacts.pinned.ravel(), [True]]).reshape(-1, 2)
-    found = []
-    for own in kinds(surfaces):
-        lines = surfaces[own]
-        _, rates = rests.rest_depths(lines[:, None], rests.rooms(lines, 1), 1, True)
-        assert rates is not None
-        found.append((lines, np.isfinite(lines) & ~held[own], rates[:, 0]))
-    return found
+    _, rates = rests.rest_depths(lines[:, None], rests.rooms(lines, 1), 1, True)
+    assert rates is not None
+    return lines, np.isfinite(lines) & ~held, rates[:, 0]
 
 
 def _unstable(contacts: Contacts) -> float:
     """1 where D falls outwards of a free line, or of both of a gap together; else 0."""
     if contacts.motion.scene.hysteretic:
         return 0.0  # what holds a line is another work of adhesion than what moves it
-    for _, loose, rates in _rates(contacts):
-        stable, _ = margins(rates[:, None], loose)
-        slack = _FALLING * np.abs(rates).max(axis=(1, 2))
-        nearly, _ = margins((rates + np.diag([1, -1]) * slack[:, None, None])[:, None], loose)
-        if not (stable | nearly).all():
-            return 1.0
-    return 0.0
+    _, loose, rates = _rates(contacts)
+    stable, _ = margins(rates[:, None], loose)
+    slack = _FALLING * np.abs(rates).max(axis=(1, 2))
+    nearly, _ = margins((rates + np.diag([1, -1]) * slack[:, None, None])[:, None], loose)
+    return 0.0 if (stable | nearly).all() else 1.0
 
 
 def penetration(state: Equilibrium, points: Array) -> float:
@@ -151,13 +145,12 @@ def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, fl
     motion, scene = contacts.motion, contacts.motion.scene
     surface, move, push = ROUNDING + motion.surfaces.response.error, 0.0, 0.0
     off = surface * motion.resting.size + fine.rounding
-    for lines, loose, rates in _rates(contacts):
-        for row, own, rate in zip(lines, loose, rates, strict=True):
-            if own.any():
-                inverse = np.abs(np.linalg.pinv(rate[np.ix_(own, own)]))
-                moved = inverse.sum(axis=1) * off + _POSITION * np.abs(row[own])
-                move += float(moved.sum())
-                push += float(_push(scene, contacts.depth, row[own]) @ moved)
+    for row, own, rate in zip(*_rates(contacts), strict=True):
+        if own.any():
+            inverse = np.abs(np.linalg.pinv(rate[np.ix_(own, own)]))
+            moved = inverse.sum(axis=1) * off + _POSITION * np.abs(row[own])
+            move += float(moved.sum())
+            push += float(_push(scene, contacts.depth, row[own]) @ moved)
     width = float(np.diff(contacts.x, axis=1).sum())
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
     rounding = surface + 3 * ROUNDING

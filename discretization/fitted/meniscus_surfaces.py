@@ -21,7 +21,7 @@ from discretization.fitted import menisci
 from discretization.fitted.axisymmetric_surfaces import ANY
 from discretization.fitted.free_surface import FreeSurface
 from discretization.fitted.response import Response
-from discretization.fitted.surfaces import At, Free, alone
+from discretization.fitted.surfaces import At, Free, alone, by_side
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -37,6 +37,7 @@ class MeniscusSurfaces:
     scene: Scene
     response: Response
 
+    @by_side
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: the inclination at rest is known, and the displacement that has it is read.
 

@@ -145,7 +145,7 @@ class Resting:
         """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
         return (self.scene if way > 0 else self.scene.opened).work_of_adhesion
 
-    def rest(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
+    def rest(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
         """D of a line that moves this way."""
         w: Any = self.work(way)
         if self.scene.pattern is not None:
@@ -202,7 +202,7 @@ class Resting:
             if passed.stop > passed.start or side * (other - x) <= 0:
                 break
             stop = self._stop(
-                -side, other, x if way > 0 else -side * math.inf, self.at(x), depth, way
+                -side, other, x if way > 0 else side * math.inf, self.at(x), depth, way
             )
             if stop is None:
                 break

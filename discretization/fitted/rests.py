@@ -6,6 +6,7 @@ Free surfaces stand in rows (n, 2) of a left and a right line, the other line of
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,12 @@ from discretization.fitted.surfaces import At
 Array = NDArray[np.float64]
 _DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
 _SMALL = 1e-6  # of l
+_CURVED = 1e-4  # of the room between two lines, or of l, for the change of the stiffness
+_NEAR = 1e-4  # of that: the depth of a fold is good to the square of its place
+_STEPS = np.array([0.0, 1.0, -1.0])
+_MOVED, _OTHER = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
+_SIDES = np.array([1, -1])[:, None]
+_FOLDED = 12  # steps of Newton's method to a fold
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 
 
@@ -60,35 +67,31 @@ class Rests:
             lines = np.where(close, near, lines)
         return lines
 
-    def ahead(self, lines: Array, way: int, adhesive: bool = True) -> Array:
-        """`_ahead` of surfaces of every kind; of a line that is none, ∞."""
-        found = np.full(lines.shape, math.inf)
-        for own in kinds(lines):
-            found[own] = self._ahead(lines[own], way, adhesive)
-        return np.where(np.isfinite(lines), found, math.inf)
+    def _lines(self, lines: Array) -> Iterator[tuple[NDArray[np.bool_], Array, Array, At | None]]:
+        """Those of gaps and of tails: which (n, 2), x and side of each (k,), what they face."""
+        inner = np.isfinite(lines)
+        both, side = inner.all(axis=1, keepdims=True), np.broadcast_to((1, -1), lines.shape)
+        for own, paired in ((inner & both, True), (inner & ~both, False)):
+            x = lines[own]
+            if x.size:
+                beyond = x.reshape(-1, 2)[:, ::-1].ravel() if paired else x
+                yield own, x, side[own], self.resting.many(beyond) if paired else None
 
-    def _ahead(self, lines: Array, way: int, adhesive: bool) -> Array:
+    def ahead(self, lines: Array, way: int, adhesive: bool = True) -> Array:
         """D just ahead of lines (n, 2) that move outwards of contacts (way 1) or inwards (-1).
 
-        Beyond the edge of the body nothing can be touched, D = ∞. adhesive: or without adhesion.
+        Beyond the edge of the body nothing can be touched, D = ∞; so it is of a line that is none.
+        adhesive: or without adhesion.
         """
-        found, profile = np.zeros(lines.shape), self.resting.profile
-        inner = np.isfinite(lines[0])
-        facing = [
-            self.resting.many(x) if known else None for known, x in zip(inner, lines.T, strict=True)
-        ]
-        for own, side in ((0, 1), (1, -1)):
-            if inner[own]:
-                x = lines[:, own]
-                f, f1 = profile.beside(x, side * way)
-                beside = profile.past(x, side * way)
-                place = side, beside, f, f1, facing[1 - own]
-                if adhesive:
-                    rest = self.resting.rest(*place, way)
-                else:
-                    rest = self.resting.surfaces.rest_depth(*place, 0.0)
-                edge = (way > 0) & np.isin(x, profile.indenter.walls)
-                found[:, own] = np.where(edge, math.inf, rest)
+        found, profile = np.full(lines.shape, math.inf), self.resting.profile
+        for own, x, side, facing in self._lines(lines):
+            place = side, profile.past(x, side * way), *profile.beside(x, side * way), facing
+            if adhesive:
+                rest = self.resting.rest(*place, way)
+            else:
+                rest = self.resting.surfaces.rest_depth(*place, 0.0)
+            edge = (way > 0) & np.isin(x, profile.indenter.walls)
+            found[own] = np.where(edge, math.inf, rest)
         return found
 
     def reach(self, lines: Array, depth: float, way: int) -> Array:
@@ -102,21 +105,12 @@ class Rests:
         if profile.joints.size <= 2 and not kept:
             return found
         held = way * (self.ahead(lines, way) - depth)
-        room = self.rooms(lines, way)
-        for kind in kinds(lines):
-            own = lines[kind]
-            inner = np.isfinite(own[0])
-            facing = [
-                self.resting.many(x) if known else None
-                for known, x in zip(inner, own.T, strict=True)
-            ]
-            for i, side in ((0, 1), (1, -1)):
-                if inner[i]:
-                    x = room[1 if side * way > 0 else 0][kind, i]
-                    f, f1 = self.resting.profile.beside(x, -side * way)
-                    with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
-                        rest = self.resting.rest(side, x, f, f1, facing[1 - i], way)
-                        found[kind, i] = way * (rest - depth)
+        lo, hi = self.rooms(lines, way)
+        for own, _, side, facing in self._lines(lines):
+            x = np.where(side * way > 0, hi[own], lo[own])
+            with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
+                rest = self.resting.rest(side, x, *profile.beside(x, -side * way), facing, way)
+                found[own] = way * (rest - depth)
         found = np.where(held > TIE * self.resting.size, held, found)
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
 
@@ -124,50 +118,102 @@ class Rests:
         self, x: Array, room: Array, way: int, rates: bool
     ) -> tuple[Array, Array | None]:
         """D of both lines (n, j, 2), and its changes (n, j, 2, 2): of the first with the second."""
-        flat, inner = x.reshape(-1, 2), np.isfinite(x[0, 0])
-        if inner.all():
-            h = _DIFFERENCE * np.minimum(flat[:, 1] - flat[:, 0], self.length)
-        else:
-            h = np.full(len(flat), _DIFFERENCE * self.length)
-        steps = (0, 1, -1) if rates else (0,)
-        z = flat[:, :, None] + np.multiply.outer(h, steps)[:, None]
+        value, rate = np.zeros(x.shape), np.zeros((*x.shape, 2)) if rates else None
+        inner = np.isfinite(x[:, 0])
+        paired = inner.all(axis=1)
+        h = _DIFFERENCE * np.minimum(x[..., 1] - x[..., 0], self.length)
+        z = x[..., None] + h[..., None, None] * (_STEPS if rates else _STEPS[:1])
         if rates:
-            lo, hi = np.repeat(room, x.shape[1], axis=1)[..., None]
-            z[..., 1:] = np.clip(z[..., 1:], lo, hi)
-        f, f1 = np.zeros((2, *z.shape))
-        lined = slice(None) if inner.all() else slice(*(0, 1) if inner[0] else (1, 2))
-        f[:, lined] = self.resting.profile.indenter.height(z[:, lined])
-        f1[:, lined] = self.resting.profile.indenter.slope(z[:, lined])
-        moved, other = ([0, 1, 2, 0, 0], [0, 0, 0, 1, 2]) if rates else ([0], [0])
-        value, rate = np.zeros_like(flat), np.zeros((*flat.shape, 2))
-        for own, side in ((0, 1), (1, -1)):
-            if not inner[own]:
-                continue
-            at, f_at, slope = (part[:, own, moved].ravel() for part in (z, f, f1))
-            beyond, f_beyond = (part[:, 1 - own, other].ravel() for part in (z, f))
-            facing = At(beyond, f_beyond) if inner.all() else None
-            rest = np.reshape(
-                self.resting.rest(side, at, f_at, slope, facing, way), (-1, len(moved))
-            )
-            value[:, own] = rest[:, 0]
-            if rates:
-                for which, (one, two) in ((own, (1, 2)), (1 - own, (3, 4))):
-                    if not inner[which]:
-                        continue
-                    width = z[:, which, 1] - z[:, which, 2]
-                    with np.errstate(divide="ignore", invalid="ignore"):  # between two corners
-                        rate[:, own, which] = (rest[:, one] - rest[:, two]) / width
-        return value.reshape(x.shape), rate.reshape(*x.shape, 2) if rates else None
+            z[..., 1:] = np.clip(z[..., 1:], *room[:, :, None, :, None])
+        if paired.any():
+            own = slice(None) if paired.all() else paired
+            found = self._of_gaps(z[own], way)
+            value[own] = found[0]
+            if rate is not None:
+                rate[own] = found[1]
+        for column, side in ((0, 1), (1, -1)):
+            own = inner[:, column] & ~paired
+            if own.any():
+                value[own, :, column], more = self._of_tails(z[own][:, :, column], side, way)
+                if rate is not None:
+                    rate[own, :, column, column] = more
+        return value, rate
 
+    def _read(self, z: Array) -> tuple[Array, Array]:
+        indenter = self.resting.profile.indenter
+        return np.asarray(indenter.height(z), float), np.asarray(indenter.slope(z), float)
 
-def kinds(lines: Array) -> list[NDArray[np.bool_]]:
-    """Which surfaces are gaps, which tails on the right and which on the left, as far as any are.
+    def _of_gaps(self, z: Array, way: int) -> tuple[Array, Array | None]:
+        """`rest_depths` of gaps whose lines are at z (n, j, 2, 1), or beside that, too (.., 3)."""
+        moved, other = (_MOVED, _OTHER) if z.shape[-1] > 1 else ([0], [0])
+        (f, f1), turned = self._read(z), z[:, :, ::-1]
+        at, facing = z[..., moved], At(turned[..., other], f[:, :, ::-1][..., other])
+        side = np.broadcast_to(_SIDES, at.shape)
+        height, slope, beyond = (
+            f[..., moved].ravel(),
+            f1[..., moved].ravel(),
+            At(*map(np.ravel, facing)),
+        )
+        rest = self.resting.rest(side.ravel(), at.ravel(), height, slope, beyond, way)
+        rest = rest.reshape(at.shape)
+        if z.shape[-1] == 1:
+            return rest[..., 0], None
+        with np.errstate(divide="ignore", invalid="ignore"):  # between two corners
+            width = z[..., 1] - z[..., 2]
+            alone = (rest[..., 1] - rest[..., 2]) / width
+            crossed = (rest[..., 3] - rest[..., 4]) / width[..., ::-1]
+        rate = np.stack([alone, crossed], axis=-1)
+        rate[..., 1, :] = rate[..., 1, ::-1]
+        return rest[..., 0], rate
 
-    What is computed of many surfaces at once is so of one kind.
-    """
-    inner = np.isfinite(lines)
-    found = inner.all(axis=1), inner[:, 0] & ~inner[:, 1], inner[:, 1] & ~inner[:, 0]
-    return [np.asarray(own) for own in found if own.any()]
+    def _of_tails(self, z: Array, side: int, way: int) -> tuple[Array, Array | None]:
+        """The same of tails on one side, lines at z (n, j, 1 or 3)."""
+        f, f1 = self._read(z)
+        rest = self.resting.rest(side, z.ravel(), f.ravel(), f1.ravel(), None, way).reshape(z.shape)
+        if z.shape[-1] == 1:
+            return rest[..., 0], None
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return rest[..., 0], (rest[..., 1] - rest[..., 2]) / (z[..., 1] - z[..., 2])
+
+    def fold(self, lines: Array, way: int) -> float:
+        """The depth at which the equilibrium of these lines (2,) disappears ahead; nan: not found.
+
+        There both rest at one depth, and the stiffness against moving them is zero: Newton's
+        method for both, from lines not far from there. The depth is good to the square of the step.
+        """
+        x, inner = lines.copy(), np.isfinite(lines)
+        room = self.rooms(lines[None], way)
+        h, near = _CURVED * min(float(x[1] - x[0]), self.length), False
+        for _ in range(_FOLDED):
+            step, depth = self._to_fold(x, room, h, way)
+            if near:
+                return depth
+            x[inner] -= step
+            if not ((room[0, 0] <= x) & (x <= room[1, 0]))[inner].all() or not x[0] < x[1]:
+                break
+            near = bool(np.abs(step).max() <= _NEAR * h)
+        return math.nan
+
+    def _to_fold(self, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
+        """A step of Newton's method towards a fold (1 or 2,), nan: none, and D of the lines."""
+        inner, beside = np.isfinite(x), h * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+        value, rates = self.rest_depths(
+            (x + beside)[:, None], np.repeat(room, 3, axis=1), way, True
+        )
+        assert rates is not None
+        rate = rates[:, 0]
+        if inner.all():
+            stiff = rate[:, 0, 0] * rate[:, 1, 1] - rate[:, 0, 1] * rate[:, 1, 0]
+            off = np.array([value[0, 0, 0] - value[0, 0, 1], stiff[0]])
+            matrix = np.array([rate[0, 0] - rate[0, 1], (stiff[1:] - stiff[0]) / h])
+        else:
+            own = int(inner[1])
+            stiff = rate[:, own, own]
+            off, matrix = stiff[:1], (stiff[[[1 + own]]] - stiff[0]) / h
+        with np.errstate(all="ignore"):
+            solvable = np.isfinite(matrix).all() and np.linalg.det(matrix) != 0
+        depth = float(value[0, 0][inner].mean())
+        return np.linalg.solve(matrix, off) if solvable else np.full(off.size, math.nan), depth
 
 
 def solved(rate: Array, off: Array, free: NDArray[np.bool_]) -> Array:

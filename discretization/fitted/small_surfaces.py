@@ -30,7 +30,7 @@ class SmallSurfaces:
     scene: Scene
     response: Response
 
-    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: linear in the heights and the slope."""
         length = self.scene.elastocapillary_length
         excess = length * (side * f1 - np.sqrt(2 * w / self.scene.gamma1))

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,9 +24,8 @@ from numpy.typing import NDArray
 
 from discretization.fitted.integrals import Integrals
 from discretization.fitted.resting import Resting
-from discretization.fitted.rests import Rests, kinds, margins, solved
+from discretization.fitted.rests import Rests, margins, solved
 from discretization.fitted.spectral import rounded
-from discretization.fitted.surfaces import At
 
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the Lobatto rule in t
@@ -71,37 +69,8 @@ class Smooth:
 
         parts: of the way, on each of which the energy must balance.
         """
-        return self._each(functools.partial(self._alike, parts=parts), lines, start, end)
-
-    def passing(self, lines: Array, start: float, end: float) -> Moved:
-        """The same of lines that are known to move smoothly to this depth and further.
-
-        ∫P dd is by how much their energy changes, as they balance all the way.
-        """
-        return self._each(self._once, lines, start, end)
-
-    def _each(
-        self, moved: Callable[[Array, float, float], Moved], lines: Array, start: float, end: float
-    ) -> Moved:
-        """What is found for surfaces of each kind."""
-        n, lines = len(lines), self.rests.snapped(lines)
-        found = Moved(lines.copy(), np.zeros(n, bool), np.zeros(n), np.full(n, math.nan))
-        for kind in kinds(lines):
-            for whole, part in zip(found, moved(lines[kind], start, end), strict=True):
-                whole[kind] = part
-        found.smooth[~np.isfinite(lines).any(axis=1)] = True
-        return found
-
-    def _once(self, lines: Array, start: float, end: float) -> Moved:
-        """`passing` for surfaces of one kind."""
-        depths, way = np.array([start, end]), 1 if end >= start else -1
-        x, good, margin = self._followed(lines, depths, way)
-        energy, _, _ = self._totals(x, depths, way)
-        return Moved(self.rests.snapped(x[:, -1]), good, energy[:, 1] - energy[:, 0], margin)
-
-    def _alike(self, lines: Array, start: float, end: float, parts: int) -> Moved:
-        """`over` for surfaces of one kind: gaps, left lines of tails or right ones."""
         t, weights, _ = rounded(_DEGREE)
+        lines = self.rests.snapped(lines)
         t, way, step = (t + 1) / 2, 1 if end >= start else -1, (end - start) / parts
         depths = start + step * (np.arange(parts)[:, None] + t * (2 - t)).ravel()
         depths[-1] = end
@@ -117,6 +86,16 @@ class Smooth:
         even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
         good &= even.all(axis=1)
         return Moved(self.rests.snapped(x[:, -1]), good, work.sum(axis=1), margin)
+
+    def passing(self, lines: Array, start: float, end: float) -> Moved:
+        """The same of lines that are known to move smoothly to this depth and further.
+
+        ∫P dd is by how much their energy changes, as they balance all the way.
+        """
+        lines, depths = self.rests.snapped(lines), np.array([start, end])
+        x, good, margin = self._followed(lines, depths, 1 if end >= start else -1)
+        energy, _, _ = self._totals(x, depths, 1 if end >= start else -1)
+        return Moved(self.rests.snapped(x[:, -1]), good, energy[:, 1] - energy[:, 0], margin)
 
     def _followed(
         self, lines: Array, depths: Array, way: int
@@ -178,30 +157,33 @@ class Smooth:
 
     def totals(self, lines: Array, depth: float) -> tuple[float, float]:
         """Energy and force of all surfaces (n, 2) of a state."""
-        energy = force = 0.0
-        for kind in kinds(lines):
-            found = self._totals(lines[kind][:, None], np.array([depth]), 1)
-            energy, force = energy + float(found[0].sum()), force + float(found[2].sum())
-        return energy, force
+        energy, _, force = self._totals(lines[:, None], np.array([depth]), 1).sum(axis=(1, 2))
+        return float(energy), float(force)
 
-    def _totals(self, lines: Array, depths: Array, way: int) -> tuple[Array, Array, Array]:
-        """Energy, the sum of its terms' absolute values, and force of surfaces (n, j, 2)."""
-        x, d = lines.reshape(-1, 2), np.tile(depths, len(lines))
-        ends: list[At | None] = []
-        total = np.zeros((3, d.size))
-        for column, sign in ((0, 1.0), (1, -1.0)):
-            z = x[:, column]
-            if not np.isfinite(z[0]):
-                ends.append(None)
-                continue
-            ends.append(At(z, np.asarray(self.resting.profile.indenter.height(z), float)))
-            total += (
-                sign * self.integrals.contact(z, d, self.resting.work(way)) * [[1], [sign], [1]]
+    def _totals(self, lines: Array, depths: Array, way: int) -> Array:
+        """Energy, sum of its terms' absolute values, and force (3, n, j) of surfaces (n, j, 2)."""
+        (n, j, _), inner = lines.shape, np.isfinite(lines[:, 0])
+        x, parts = lines.transpose(0, 2, 1)[inner], np.zeros((3, n, 2, j))
+        d, work = np.broadcast_to(depths, x.shape), self.resting.work(way)
+        parts[:, inner] = self.integrals.contact(x.ravel(), d.ravel(), work).reshape(3, -1, j)
+        parts[::2, :, 1] *= -1
+        total = parts.sum(axis=2)
+        for own in kinds(lines[:, 0]):
+            left, right = (
+                self.resting.many(z.ravel()) if np.isfinite(z).all() else None
+                for z in lines[own].transpose(2, 0, 1)
             )
-        energy, force = self.resting.surfaces.stored(ends[0], ends[1], d)
-        total += np.array([energy, energy, force])
-        shape = lines.shape[:2]
-        return tuple(part.reshape(shape) for part in total)  # type: ignore[return-value]
+            at = np.tile(depths, int(own.sum()))
+            energy, force = self.resting.surfaces.stored(left, right, at)
+            total[:, own] += np.array([energy, energy, force]).reshape(3, -1, j)
+        return total
+
+
+def kinds(lines: Array) -> list[NDArray[np.bool_]]:
+    """Which surfaces are gaps, which tails on the right and on the left, as far as any are."""
+    inner = np.isfinite(lines)
+    found = inner.all(axis=1), inner[:, 0] & ~inner[:, 1], inner[:, 1] & ~inner[:, 0]
+    return [np.asarray(own) for own in found if own.any()]
 
 
 def _stepped(

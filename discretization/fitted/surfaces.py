@@ -14,6 +14,8 @@ the questions below (small_surfaces.py, finite_surfaces.py), and nowhere else.
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -62,10 +64,11 @@ class Surfaces(Protocol):
     @property
     def response(self) -> Response: ...
 
-    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D at x, numbers or arrays, with the height f and the slope f' there.
 
-        side: +1 for a line whose contact is on its left; facing: the line beyond the free surface.
+        side: +1 for a line whose contact is on its left, else -1; facing: the line beyond the free
+        surface.
         """
 
     def pull(self, side: int, line: At, depth: float) -> float:
@@ -83,6 +86,24 @@ class Surfaces(Protocol):
         """One free surface. ValueError if it would turn over."""
 
 
+def by_side(rest_depth: Callable[..., Any]) -> Callable[..., Any]:
+    """A `rest_depth` of surfaces that differ on either side of a contact, for arrays of sides."""
+
+    @functools.wraps(rest_depth)
+    def both(self: Surfaces, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        if not np.ndim(side):
+            return rest_depth(self, side, x, f, f1, facing, w)
+        found, w = np.empty_like(x), np.broadcast_to(w, x.shape)
+        for one in (1, -1):
+            own = side == one
+            beyond = None if facing is None else At(facing.x[own], facing.f[own])
+            if own.any():
+                found[own] = rest_depth(self, one, x[own], f[own], f1[own], beyond, w[own])
+        return found
+
+    return both
+
+
 @dataclass(frozen=True, eq=False)
 class NoTension:
     """Springs without tension: what is free of the indenter is flat, and a line is at rest where
@@ -91,7 +112,7 @@ class NoTension:
     scene: Scene
     response: Response
 
-    def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         return f - np.sqrt(2 * w / self.scene.stiffness)
 
     def pull(self, side: int, line: At, depth: float) -> float:

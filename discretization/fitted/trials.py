@@ -161,20 +161,27 @@ class Trials:
         Or a depth to which nothing happens, twice.
         """
         involved, parts, passed = self._involved(high, start), 1, False
-        older, least = low, _CLOSE * self.motion.resting.size
+        if high.failed and not high.known:
+            low, high = self._to_fold(low, high, involved)
+        older, least = (
+            low._replace(rooms=low.rooms or self._rooms(low, involved, high.depth)),
+            _CLOSE * self.motion.resting.size,
+        )
+        low = older
         aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
         for _ in range(_MOST):
-            if parts == 1 and not high.known:
+            width = high.depth - low.depth
+            if parts == 1 and not high.known and abs(width) > least:
                 high, parts = self._in_parts(low, high, involved), _PARTS[0]
                 high = high if high.failed else high._replace(work=low.work + high.work)
-            width = high.depth - low.depth
             if not high.failed or abs(width) <= least or low.depth + width / 2 == low.depth:
                 break
             last, aim = (aim, away), _runs_out(older, low, high)
             away = abs(aim - low.depth)
             off = abs(aim - last[0]) * min(1.0, away / (last[1] or away or 1.0)) + least / 4
             widths.append(abs(width))
-            slow = widths[-1] > widths[-1 - _PATIENCE] / 2
+            closing = away < last[1] / 8
+            slow = widths[-1] > widths[-1 - _PATIENCE] / 2 and not closing
             depth = low.depth + width / 2 if slow else _next(low, high, aim, off)
             if passed and not high.known and not 0 < (aim - low.depth) / width < 1:
                 depth = high.depth  # from here nothing may happen
@@ -190,6 +197,30 @@ class Trials:
                 f"the event near depth = {low.depth!r} is not enclosed; try other depths"
             )
         return (low if high.failed else high), high, involved
+
+    def _to_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
+        """Just before and beyond where an equilibrium disappears, if that is found; else these."""
+        start, end, least = low.depth, high.depth, _CLOSE * self.motion.resting.size
+        way = 1 if end > start else -1
+        folds = [self.smooth.rests.fold(low.lines[i], way) for i in sorted(high.failed)]
+        ahead = [fold for fold in folds if 0 < way * (fold - start) < way * (end - start)]
+        if not ahead:
+            return low, high
+        fold = min(ahead, key=lambda depth: abs(depth - start))
+        before = self.to(low.lines, which, start, fold - way * least / 2)
+        if before.failed:
+            return low, high
+        before = before._replace(work=low.work + before.work)
+        beyond = self.tried(before.lines, which, before.depth, fold + way * least / 2)
+        return before, beyond if beyond.failed else high
+
+    def _rooms(self, low: Tried, which: set[int], end: float) -> Rooms:
+        """What is left at first for free surfaces and contacts."""
+        rooms: Rooms = {}
+        if end > low.depth:
+            self._pressed(low.lines, low.lines, which, (low.depth, low.depth), rooms, set())
+        self._contacts(low.lines, which, low.depth, rooms, set())
+        return rooms
 
     def _involved(self, tried: Tried, start: float) -> set[int]:
         """Surfaces to which something happens; of retracted lines with those beyond a contact."""
