@@ -13,9 +13,9 @@ from scenes import DELTA0, SCENE, L, adhesive
 from discretization import load_path, minimise
 from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.radial_rules import RadialRules
 from discretization.lattice.radial_spans import ring_spans
 from discretization.lattice.rings import rings
+from discretization.lattice.rules import Rules
 from discretization.lattice.totals import totals
 from energy import FlatPunch, Parabola, Patches, Profile, Sampled
 
@@ -112,7 +112,7 @@ class Row:
         self.f = DELTA0 * rng.uniform(0, 1, n)
         self.work = W * self.lattice.on_links(np.full(n - 1, self.lattice.cell), np.arange(n))
         self.work *= rng.uniform(0.5, 2, n - 1)
-        self.rules = RadialRules(self.lattice, self.f, self.work)
+        self.rules = Rules(self.lattice, self.f, self.work)
         self.kappa = self.lattice.spring / self.lattice.link
         self.matrix = stiffness(self.kappa, n)
 

@@ -21,8 +21,8 @@ surfaces between two contacts are solved (finite_spans.py), so that depths of ch
 
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
 where it is held: outside and inside (rings.py), between two contacts (radial_spans.py). The
-lattice, the depths of changes (radial_rules.py) and the search for the lowest contacts
-(radial_lowest.py) have forms of their own there; all else asks them what it asks of a line contact.
+lattice and the search for the lowest contacts (radial_lowest.py) have forms of their own there; all
+else asks them what it asks of a line contact (shares.py).
 """
 
 from discretization.lattice.finite_nodes import FiniteLattice

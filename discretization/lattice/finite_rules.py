@@ -84,35 +84,22 @@ class FiniteRules(Rules):
             u = lat.tail_nodes(depth - self.f[end], int(links.max()))[links]
         return np.asarray(u - depth + self.f[m])
 
-    def _touch(self, left: int | None, right: int | None, m: Nodes) -> float:
-        """Depth at which the first of these free nodes touches."""
-        guess = self._touch_linear(left, right, m)
+    def _touch(self, left: int | None, right: int | None, start: int, stop: int) -> float:
+        """Depth at which the first of the free nodes start..stop-1 touches."""
+        guess, m = super()._first(left, right, start, stop)[0], np.arange(start, stop)
         return self._root(lambda d: self._clearance(left, right, m, d).min(), guess)
-
-    def _touch_linear(self, left: int | None, right: int | None, m: Nodes) -> float:
-        """The same with small slopes."""
-        rest, shape = self._surface(left, right, m)
-        return float(np.min((self.f[m] - shape) / rest))
 
     def _first(
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[float, int]:
         free = np.arange(start, stop)
-        depth = self._touch(left, right, free)
+        depth = self._touch(left, right, start, stop)
         return depth, int(free[np.argmin(self._clearance(left, right, free, depth))])
 
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
-        at = np.array([node])
-        rounding = self._touch_linear(left, right, at) - super().pulled(left, node, right)
-        return self._touch(left, right, at) - rounding
-
-    def stored(self, left: int | None, right: int | None, depth: float) -> float:
-        lat, f = self._on, self.f
-        if left is not None and right is not None:
-            ends = depth - f[left], depth - f[right]
-            return lat.gamma1 * lat.length * lat.between(*ends, abs(right - left)).energy
-        held = [end for end in (left, right) if end is not None]
-        return sum(float(lat.tail_energy(depth - float(f[end]))) for end in held)
+        linear = super()._first(left, right, node, node + 1)[0]
+        rounding = linear - super().pulled(left, node, right)
+        return self._touch(left, right, node, node + 1) - rounding
 
     def _cost(self, left: int, right: int, new: tuple[int, ...], depth: float) -> float:
         """Energy by which contact at new nodes changes that of the span."""
@@ -125,21 +112,18 @@ class FiniteRules(Rules):
         """The change of that energy with the depth."""
 
         def pull(one: int, other: int) -> float:
-            return sum(
-                self._on.between(depth - self.f[one], depth - self.f[other], other - one).pulls
-            )
+            return float(self.lattice.gap_force(one, other, self.f[one], self.f[other], depth))
 
-        parts = itertools.pairwise([left, *new, right])
-        pulls = sum(pull(*part) for part in parts) - pull(left, right)
+        pulls = sum(itertools.starmap(pull, itertools.pairwise([left, *new, right])))
         squeezed = self.lattice.spring * float(np.sum(depth - self.f[list(new)]))
-        return self.lattice.gamma1 * pulls + squeezed
+        return pulls - pull(left, right) + squeezed
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         if other is None:
             return super().passes(node, side, other)
         left, right, after = min(node, other), max(node, other), node + side
-        touch = self._touch(left, right, np.array([after]))
+        touch = self._touch(left, right, after, after + 1)
         if not self.adhesion(node, other if right - left == 2 else after):
             return touch
         guess = super().passes(node, side, other)
@@ -154,7 +138,7 @@ class FiniteRules(Rules):
         if self.lattice.log_decay * (right - left) > ENDLESS:
             return min(self.passes(left, 1, right), self.passes(right, -1, left))
         new = left + 1, right - 1
-        touches = sorted(self._touch(left, right, np.array([node])) for node in new)
+        touches = sorted(self._touch(left, right, node, node + 1) for node in new)
         best = touches[0]
         if touches[1] > touches[0]:
             best = bracketed(lambda d: self._rate(left, right, new, d), *touches)

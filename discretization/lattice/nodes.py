@@ -18,6 +18,7 @@ are independent, so it is counted per node, and a contact reaches half a node pa
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -26,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.place import Place
-from discretization.lattice.shares import shares
+from discretization.lattice.shares import Pair, first_free, shares
 from discretization.lattice.tails import LatticeTail
 from energy import Indenter, Scene
 from energy.checks import positive
@@ -124,7 +125,7 @@ class Lattice:
         return self
 
     def on_nodes(self, values: Any, nodes: Any) -> Any:
-        """Values per node times the nodes' weights: 1."""
+        """Values per node, or of links by their middles, times the weights: 1."""
         return values
 
     def per_weight(self, values: Any, nodes: Any) -> Any:
@@ -139,20 +140,46 @@ class Lattice:
         """Weights of what adheres in a contact of these nodes: links, or nodes where γ₁ = 0."""
         return last - first if self.gamma1 else last - first + 1
 
+    def alike(self, left: int, right: int) -> tuple[int, int]:
+        """Two nodes between which a free surface is as between these: as many links apart."""
+        return 0, right - left
+
+    def pair(self, left: Any, right: Any) -> Pair:
+        """What a free surface between two contact nodes does to them; t(1 - A - B) and tB here."""
+        one = np.ones(np.shape(right - left))
+        _, far, rest = shares(self.log_decay, one, np.asarray(right - left - 1.0))
+        return Pair(self.link * far, self.link * rest, self.link * rest)
+
+    def shape(
+        self, left: int | None, right: int | None, start: int, stop: int
+    ) -> tuple[Array, Array, Array]:
+        """a, b, 1 - a - b of free nodes start..stop-1 between two contact nodes (None: none there).
+
+        They are looked up: powers of λ.
+        """
+        if left is None and right is None:
+            return np.zeros(stop - start), np.zeros(stop - start), np.ones(stop - start)
+        first, last = start - 1 if left is None else left, stop if right is None else right
+        power, once, twice = _powers(self.log_decay, 1 << (last - first).bit_length())
+        p, q = slice(start - first, stop - first), slice(last - start, last - stop, -1)
+        if left is None or right is None:
+            own = q if left is None else p
+            return power[own], power[own], -once[own]
+        whole = twice[last - first]
+        near, far = power[p] * twice[q] / whole, power[q] * twice[p] / whole
+        return near, far, once[p] * once[q] / (1 + power[last - first])
+
     def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
         """Displacements of free nodes (n,) between these contact nodes, displaced by those (n,)."""
         near, far, _ = shares(self.log_decay, nodes - np.float64(left), right - 1.0 * nodes)
         return np.asarray(near * u_left + far * u_right)
 
     def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
-        """B, 1 - A - B and S of the free node next to a line that faces another one, `other`.
-
-        It is displaced by A u + B u' with the lines; S: its stiffness with both at rest.
-        """
-        links = np.abs(other - node)
-        far, both = self._gap(links)
-        near, _, _ = shares(self.log_decay, np.ones(np.shape(links)), links - 2.0)
-        return far, both, self.spring + self.link + self.link * (1 - near)
+        """B, 1 - A - B and S of the free node next to a line that faces another one, `other`."""
+        after = node + side
+        tie, *grounds = self.pair(*(after, other)[::side])
+        spring, link = self.on_nodes(self.spring, after), self.on_nodes(self.link, node + side / 2)
+        return first_free(spring, link, tie, grounds[side < 0])
 
     def lifted(self, node: Array, side: int, other: Array, u: tuple[Array, ...]) -> tuple[Any, ...]:
         """What lines pass next to that face others: its gap, the energy that takes, its rounding.
@@ -211,20 +238,13 @@ class Lattice:
 
     def gap_force(self, left, right, f, g, depth):
         """Pull of free surfaces between two contact nodes each, at these heights of the profile."""
-        _, both = self._gap(right - left)
-        return self.link * both * (2 * depth - (f + g))
+        _, one, other = self.pair(left, right)
+        return one * (depth - f) + other * (depth - g)
 
     def gap_energy(self, left, right, f, g, depth):
         """Energy of the same surfaces."""
-        far, both = self._gap(right - left)
-        pulls = both * ((depth - f) ** 2 + (depth - g) ** 2) + far * (g - f) ** 2
-        return self.link / 2 * pulls
-
-    def _gap(self, links: Array) -> tuple[Array, Array]:
-        """B and 1 - A - B of the node next to a line, the other line so many links away."""
-        one = np.ones(np.shape(links))
-        _, far, both = shares(self.log_decay, one, np.asarray(links - 1.0))
-        return far, both
+        tie, one, other = self.pair(left, right)
+        return (one * (depth - f) ** 2 + other * (depth - g) ** 2 + tie * (g - f) ** 2) / 2
 
     def tension(self, steps):
         """Vertical force of links over which u changes by `steps`."""
@@ -286,6 +306,13 @@ class Lattice:
     def x(self, node):
         """Position of a node (or an array of nodes)."""
         return self.origin + self.spacing * node
+
+
+@functools.lru_cache(maxsize=4)
+def _powers(log_decay: float, count: int) -> tuple[Array, Array, Array]:
+    """λⁿ, λⁿ - 1 and λ²ⁿ - 1 for n = 0, ..., count."""
+    n = -log_decay * np.arange(count + 1.0)
+    return np.exp(n), np.expm1(n), np.expm1(2 * n)
 
 
 def _origin(indenter: Indenter, spacing: float) -> float:

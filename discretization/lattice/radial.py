@@ -31,12 +31,14 @@ from scipy.special import i0e, i1e, k0e, k1e
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_spans import RingSpans, ring_spans
 from discretization.lattice.rings import Rings, rings
+from discretization.lattice.shares import Pair
 from discretization.lattice.tails import LatticeTail
 from energy import Indenter, Scene
 from energy.axis import Radial
 
 Array = NDArray[Any]
 _AXIS = 1 / 8  # weight of the node on the axis
+_FEWEST = 256  # nodes of a table of free surfaces
 
 
 @dataclass(frozen=True)
@@ -92,26 +94,26 @@ class RadialLattice(Lattice):
             return (last - first) * (last + first) / 2
         return (last * (last + 1) - first * (first - 1)) / 2 + (0 if first else _AXIS)
 
-    def gap_force(self, left, right, f, g, depth):
-        _, one, other = self._rings(right).pair(left, right)
-        return self.link * (one * (depth - f) + other * (depth - g))
+    def alike(self, left: int, right: int) -> tuple[int, int]:
+        return left, right
 
-    def gap_energy(self, left, right, f, g, depth):
-        tie, one, other = self._rings(right).pair(left, right)
-        pulls = one * (depth - f) ** 2 + other * (depth - g) ** 2 + tie * (g - f) ** 2
-        return self.link / 2 * pulls
+    def pair(self, left: Any, right: Any) -> Pair:
+        parts = self._rings(right).pair(left, right)
+        return Pair(*(self.link * part for part in parts))
 
-    def _rings(self, last: Array) -> RingSpans:
-        """Tables of so many nodes, in steps, so that few are made."""
-        return ring_spans(self.spring / self.link, 1 << int(np.max(last, initial=1)).bit_length())
+    def shape(
+        self, left: int | None, right: int | None, start: int, stop: int
+    ) -> tuple[Array, Array, Array]:
+        return self._rings(stop).shape(left, right, slice(start, stop))
 
     def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
         near, far, _ = self._rings(right).shape(left, right, nodes)
         return np.asarray(near * u_left + far * u_right)
 
-    def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
-        far, both, stiffness = self._rings(np.maximum(node, other)).beside(node, side, other)
-        return far, both, stiffness * self.link
+    def _rings(self, last: Any) -> RingSpans:
+        """Tables of so many nodes, in steps, so that few are made."""
+        count = max(_FEWEST, 1 << int(np.max(last, initial=1)).bit_length())
+        return ring_spans(self.spring / self.link, count)
 
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Node by node from the line outwards."""

@@ -21,23 +21,16 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.rings import rings
+from discretization.lattice.shares import Pair
 
 Array = NDArray[Any]
 _AXIS = 0.125  # weight of the node on the axis
-
-
-class Pair(NamedTuple):
-    """C and G at both ends of a surface between two nodes."""
-
-    tie: Array
-    left: Array
-    right: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,17 +62,6 @@ class RingSpans:
         one = self.outside[left] + self._whole[left] * far - tie
         other = self.inside[right] + self._whole[right] * far - tie
         return Pair(*(np.asarray(part, float) for part in (tie, one, other)))
-
-    def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
-        """b, 1 - a - b and S of free nodes next to one end, with the other end at `other`.
-
-        S: their stiffness with both ends at rest.
-        """
-        at = node + side
-        tie, left, right = self.pair(*((at, other) if side > 0 else (other, at)))
-        spring, own = self.spring[at].astype(float), left if side > 0 else right
-        whole = spring + node + side / 2 + tie + own
-        return tie / whole, (spring + own) / whole, whole
 
     def shape(
         self, left: int | None, right: int | None, at: Array | slice

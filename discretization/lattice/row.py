@@ -23,7 +23,6 @@ from discretization.lattice.fronts import Region, blocks, unknown
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial import RadialLattice
-from discretization.lattice.radial_rules import RadialRules
 from discretization.lattice.rules import Rules
 from energy import Scene
 
@@ -31,7 +30,7 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _SPARE = 4  # links beyond the last that holds, for interpolation
 Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
-_RULES = {Lattice: Rules, FiniteLattice: FiniteRules, RadialLattice: RadialRules}
+_RULES = {Lattice: Rules, FiniteLattice: FiniteRules, RadialLattice: Rules}
 MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
 
 

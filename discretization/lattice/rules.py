@@ -1,17 +1,17 @@
 """At which depths something happens to contacts on the lattice.
 
-Between two contacts lies a free span of T links, whose first free node is displaced by
-A g_i + B g_j (`shares`); outside are two tails, A = λ, B = 0. By the heights f of the nodes
-involved,
+Between two contacts lies a free surface of T links, whose first free node is displaced by
+A g_i + B g_j, its other nodes by a g_i + b g_j; outside are two tails, A = λ, B = 0. With c and t
+the stiffness of a spring and of a link at the place, and C, G what the rest of the surface does to
+the node beside a line (`Pair`), S = c + t + C + G that of this node, by the heights f,
 
-    a line passes the next link (n = 1), or closes the last two (n = 2), or opens one, at
-        d = f_i + (f_1 - f_i + B (f_i - f_j) - G)/(1 - A - B),   G = √(2 n wΔx/c),
-        c = kΔx + t + t(1 - A(T-1)), the stiffness of the first free node;
-    both lines of a span pass a link at once (n = 2; n = 3 closes it), next to a corner where
-        neither would alone, at  d = ((h + h')/2 - √((n wΔx - (s+o)(h - h')²/4)/(s-o)))/(1 - A - B),
-        h = f_1 - A f_i - B f_j, s and -o the stiffness of both nodes and between them;
-    a free node touches at  d = (f_m - a f_i - b f_j)/(1 - a - b), a and b the shape of the span;
-    a node inside a contact is torn open as a line that opens two links (n = 2, T = 2);
+    a line passes the next link, or closes the last two, or opens one, of adhesion W together, at
+        d = f_i + (f_1 - f_i + B (f_i - f_j) - √(2W/S))/(1 - A - B);
+    both lines of a span pass a link at once, next to a corner where neither would alone, where
+        y·H⁻¹y/2 = W, y = p d - q, H the stiffness of both nodes beside the lines, p = c + G of
+        each, q = H f - t f_i the pulls at d = 0;
+    a free node touches at  d = (f_m - a f_i - b f_j)/(1 - a - b);
+    a node inside a contact is torn open as a line that opens two links (T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
 
 The energies compared are those of surfaces that stay above the indenter: where another node would
@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.shares import shares
+from discretization.lattice.shares import Pair, first_free
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
@@ -104,57 +104,61 @@ class Rules:
     @functools.cached_property
     def torn(self) -> Array:
         """Depth below which each node between two contact links is torn open; -inf at the ends."""
-        lat, f = self.lattice, self.f
+        f, (spring, link) = self.f, self.stiffness
         if f.size < 3 or self.clear:  # a convex profile is not torn open inside: its lines recede
             return np.full(f.size, -math.inf)
-        near, _, both = self.shares(2)
-        both_links = self.work[1:] + self.work[:-1]
-        gap = np.sqrt(2 * both_links / (lat.spring + 2 * lat.link))
-        depth = (f[1:-1] - near * (f[:-2] + f[2:]) - gap) / both
-        return np.pad(depth, 1, constant_values=-math.inf)
+        stored = (self.work[1:] + self.work[:-1]) * (spring[1:-1] + link[1:] + link[:-1])
+        pull = -np.diff(link * np.diff(f))
+        return np.pad(
+            f[1:-1] + (pull - np.sqrt(2 * stored)) / spring[1:-1], 1, constant_values=-math.inf
+        )
 
     @functools.cached_property
     def most_torn(self) -> float:
         """Depth above which no node is torn open."""
         return float(self.torn.max())
 
+    @functools.cached_property
+    def stiffness(self) -> tuple[Array, Array]:
+        """Of the springs (n,) and links (n - 1,)."""
+        lat, nodes, one = self.lattice, self.nodes, np.ones(self.f.size)
+        return lat.spring * lat.on_nodes(one, nodes), lat.link * lat.on_links(one[1:], nodes)
+
+    @functools.cached_property
+    def _stiffness(self) -> tuple[list[float], list[float]]:
+        spring, link = self.stiffness
+        return spring.tolist(), link.tolist()
+
+    def pair(self, left: int, right: int) -> Pair:
+        """What the free surface between two contact nodes does to them."""
+        return self._pair(*self.lattice.alike(self.first + left, self.first + right))
+
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def shares(self, links: int | None) -> tuple[float, float, float]:
-        """A, B and 1 - A - B."""
-        beyond = math.inf if links is None else links - 1.0
-        near, far, both = shares(self.lattice.log_decay, np.array(1.0), np.array(beyond))
-        return float(near), float(far), float(both)
+    def _pair(self, left: int, right: int) -> Pair:
+        return Pair(*map(float, self.lattice.pair(left, right)))
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
-        after, links, f = node + side, abs(other - node), self._heights
-        far, both, stiffness = self.beside(node, side, other)
-        work = self.adhesion(node, other if links == 2 else after)
+        after, f, (springs, links) = node + side, self._heights, self._stiffness
+        tie, *grounds = self.pair(*(after, other)[::side])
+        link = links[min(node, after)]
+        far, rest, whole = first_free(springs[after], link, tie, grounds[side < 0])
+        work = self.adhesion(node, other if abs(other - node) == 2 else after)
         rise = f[after] - f[node] + far * (f[node] - f[other])
-        return f[node] + (rise - math.sqrt(2 * work / stiffness)) / both
-
-    def beside(self, node: int, side: int, other: int) -> tuple[float, float, float]:
-        """B, 1 - A - B and stiffness of the first free node beside one end of a span."""
-        lat, links = self.lattice, abs(other - node)
-        _, far, both = self.shares(links)
-        return far, both, lat.spring + lat.link + lat.link * (1 - self.shares(links - 1)[0])
+        return f[node] + (rise - math.sqrt(2 * work / whole)) / rest
 
     def stored(self, left: int | None, right: int | None, depth: float) -> float:
         """Energy of the surface between two contact nodes (None: none there), free or one link."""
-        link, f = self.lattice.link, self.f
-        if left is not None and right is not None and right - left == 1:
-            return link / 2 * float(f[right] - f[left]) ** 2
-        own = 0.0
-        for node, other in ((left, right), (right, left)):
-            if node is None:
-                continue
-            _, far, both = self.shares(None if other is None else abs(other - node))
-            g, apart = depth - float(f[node]), 0.0 if other is None else float(f[other] - f[node])
-            own += g * link * (both * g + far * apart)
-        return own / 2
+        lat, f, first = self.lattice, self._heights, self.first
+        if left is not None and right is not None:
+            return float(lat.gap_energy(first + left, first + right, f[left], f[right], depth))
+        ends = [(end, side) for end, side in ((left, 1), (right, -1)) if end is not None]
+        return sum(
+            float(lat.at(first + end, side).tail_energy(depth - f[end])) for end, side in ends
+        )
 
     def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""
@@ -163,23 +167,31 @@ class Rules:
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
-        lat, links = self.lattice, right - left
-        if links < 3:
+        if right - left < 3:
             return math.inf
-        near, far, both = self.shares(links)
-        inner = self.shares(links - 2)
-        own, other = lat.spring + lat.link * (2 - inner[0]), lat.link * inner[1]
-        f, g, f_next, g_next = (self._heights[i] for i in (left, right, left + 1, right - 1))
-        one, two = f_next - near * f - far * g, g_next - near * g - far * f
-        work = (
-            self._bonds[left]
-            + self._bonds[right - 1]
-            + (self._bonds[left + 1] if links == 3 else 0)
+        f, (springs, links) = self._heights, self._stiffness
+        one, two = left + 1, right - 1
+        tie, *grounds = self.pair(one, two)
+        p = springs[one] + grounds[0], springs[two] + grounds[1]
+        own = p[0] + links[left] + tie, p[1] + links[two] + tie
+
+        def product(x: tuple[float, float], y: tuple[float, float]) -> float:
+            """x·H⁻¹y."""
+            mixed = x[0] * (own[1] * y[0] + tie * y[1]) + x[1] * (tie * y[0] + own[0] * y[1])
+            return mixed / (own[0] * own[1] - tie * tie)
+
+        level, apart = (f[left] + f[right]) / 2, tie * (f[one] - f[two])
+        q = (
+            p[0] * (f[one] - level) + links[left] * (f[one] - f[left]) + apart,
+            p[1] * (f[two] - level) + links[two] * (f[two] - f[right]) - apart,
         )
-        work -= (own + other) * (one - two) ** 2 / 4
+        middle = product(p, q) / product(p, p)
+        off = q[0] - p[0] * middle, q[1] - p[1] * middle
+        work = self._bonds[left] + self._bonds[two] - product(off, off) / 2
+        work += self._bonds[one] if right - left == 3 else 0
         if work < 0:
             return math.inf
-        return ((one + two) / 2 - math.sqrt(work / (own - other))) / both
+        return level + middle - math.sqrt(2 * work / product(p, p))
 
     def advance_both(self, left: int, right: int) -> float:
         """The same if no other node is penetrated then, else inf."""
@@ -201,42 +213,20 @@ class Rules:
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[float, int]:
         """The same of the free nodes start..stop-1, at least one."""
-        depths, shares = self.f[start:stop].copy(), self._free(left, right)
-        for end, share in zip((left, right), shares, strict=False):
-            if end is not None:
-                depths -= share * self.f[end]
-        depths /= shares[2]
+        rest, shape = self._surface(left, right, start, stop)
+        depths = (self.f[start:stop] - shape) / rest
         best = int(np.argmin(depths))
         return float(depths[best]), start + best
 
-    @functools.cached_property
-    def _decays(self) -> tuple[Array, Array, Array]:
-        """λⁿ, λⁿ - 1 and λ²ⁿ - 1 for n = 0, 1, ..."""
-        n = -self.lattice.log_decay * np.arange(self.f.size + 1.0)
-        return np.exp(n), np.expm1(n), np.expm1(2 * n)
-
-    def _free(self, left: int | None, right: int | None) -> tuple[Array, Array, Array]:
-        """`shares` of all free nodes between two contacts (None: none there), looked up."""
-        decay, once, twice = self._decays
-        if left is None or right is None:
-            tail = slice(right, 0, -1) if right is not None else slice(1, self.f.size - (left or 0))
-            return decay[tail], decay[tail], -once[tail]
-        links = right - left
-        p, q = slice(1, links), slice(links - 1, 0, -1)
-        near, far = decay[p] * twice[q], decay[q] * twice[p]
-        near /= twice[links]
-        far /= twice[links]
-        rest = once[p] * once[q]
-        rest /= 1 + decay[links]
-        return near, far, rest
-
-    def _surface(self, left: int | None, right: int | None, m: Nodes) -> tuple[Array, Array]:
-        """1 - a - b and a f_i + b f_j at free nodes m between two contacts (None: none there)."""
-        f_left, f_right = (0.0 if end is None else self.f[end] for end in (left, right))
-        p: Array = m - np.float64(-math.inf if left is None else left)
-        q: Array = np.float64(math.inf if right is None else right) - m
-        a, b, rest = shares(self.lattice.log_decay, p, q)
-        return rest, a * f_left + b * f_right
+    def _surface(
+        self, left: int | None, right: int | None, start: int, stop: int
+    ) -> tuple[Array, Array]:
+        """1 - a - b and a f_i + b f_j at free nodes start..stop-1 between two contacts."""
+        first = self.first
+        lo, hi = (None if end is None else first + end for end in (left, right))
+        near, far, rest = self.lattice.shape(lo, hi, first + start, first + stop)
+        f_left, f_right = (0.0 if end is None else self._heights[end] for end in (left, right))
+        return rest, near * f_left + far * f_right
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def tears(self, first: int, last: int) -> tuple[float, int]:
@@ -266,12 +256,13 @@ class Rules:
     @functools.cached_property
     def lift(self) -> float:
         """δ₀, of the link that adheres most."""
-        return math.sqrt(2 * self._strongest / (self.lattice.k * self.lattice.spacing))
+        cells = self.lattice.on_links(np.full(self.work.size, self.lattice.cell), self.nodes)
+        return math.sqrt(2 * float((self.work / cells).max(initial=0.0)) / self.lattice.k)
 
     @functools.cached_property
     def least_rest(self) -> float:
         """1 - A - B of a span of two links."""
-        return self.shares(2)[2]
+        return self.lattice.spring / (self.lattice.spring + 2 * self.lattice.link)
 
     @functools.cached_property
     def _strongest(self) -> float:
@@ -293,7 +284,7 @@ class Rules:
         It is where the node would touch; less what rounding makes of that, so that a node that
         has just touched stays.
         """
-        rest, shape = self._surface(left, right, np.array([node]))
-        height = float(self.f[node])
+        rest, shape = self._surface(left, right, node, node + 1)
+        height = self._heights[node]
         rounding = _ROUNDING * (abs(height) + abs(float(shape[0])))
         return (height - float(shape[0]) - rounding) / float(rest[0])

@@ -57,7 +57,7 @@ def _cost(rules: Rules, node: int, side: int, other: int | None, depth: float) -
     held = held_nodes(rules, *ends, depth)
     parts = itertools.pairwise([ends[0], *held, ends[1]])
     cost = sum(rules.stored(*part, depth) for part in parts)
-    cost += rules.stored(node, after, depth)
+    cost += rules.stored(*ordered(side, node, after), depth)
     new = np.array([after, *held])
     squares = rules.lattice.on_nodes((depth - rules.f[new]) ** 2, rules.first + new)
     cost += rules.lattice.spring / 2 * float(np.sum(squares))
