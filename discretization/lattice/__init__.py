@@ -6,7 +6,7 @@ Whoever finds them, assembly.py makes an equilibrium of them: the profile over t
 between the nodes (line.py).
 
 They are found by state.py, which asks one of
-    fronts.py        a single contact, by bracketing (bracket.py)
+    fronts.py        the contact of a convex profile, by bracketing (bracket.py)
     springs.py       γ₁ = 0
     lowest.py        lowest energy: window -> contacts (obstacle.py where w = 0; shortest_path.py
                      with bounds.py, recursion.py, starts.py; radial_lowest.py; oracle.py)

@@ -8,11 +8,10 @@ a sum over links and moving one line by one link changes it by `Lattice.advance_
     gap_m = λ g_m - g_{m+1} = (f_{m+1} - f_m) + (1-λ)(f_m - d),    line advances iff ΔE(gap_m) <= 0
 
 (small slopes; for finite ones `Lattice.gap` is scaled so that the same rule holds). Raising d
-lowers every gap, so the state at depth d is found without stepping through the path: from the
-touching node outwards to the first link that resists; after a retraction, from there inwards to the
-first link that holds. Where the profile is convex the gap grows outwards, too, and the line is
-bracketed with O(log n) heights; else it takes one pass over the contact, in blocks. Around an axis
-that is so while the contact is pressed; see `Lattice.gap_grows`.
+lowers every gap, and where the profile is convex the gap grows outwards. So the state of a convex
+profile is found without stepping through the path: from the touching node outwards to the first
+link that resists, which is bracketed with O(log n) heights. Around an axis that is so while the
+contact is pressed (radial.py).
 """
 
 from __future__ import annotations
@@ -178,54 +177,54 @@ def _bottomless(lattice: Lattice, indenter: Indenter, nodes: int) -> str:
 def adhered(
     lattice: Lattice, indenter: Indenter, depth: float, where: Region
 ) -> tuple[int, int] | None:
-    """First and last contact node of the path that touches first and then moves to `depth`.
+    """First and last contact node of a convex profile on the path from first touch to `depth`.
 
     None: it has let go. γ₁ > 0.
     """
     first, last, lowest = where
-    pressed = max(depth, height(lattice, indenter, lowest))
-    mirror = mirror_axis(lattice, indenter, lowest, lowest) is not None
-    right = _advance(lattice, indenter, pressed, lowest, last, 1)
-    left = 2 * lowest - right if mirror else _advance(lattice, indenter, pressed, lowest, first, -1)
-    if depth == pressed:
-        return left, right
-    stops = (lowest, lowest) if mirror or indenter.convex else (left, right)
-    last = _recede(lattice, indenter, depth, right, stops[0])
-    first = 2 * lowest - last if mirror else _recede(lattice, indenter, depth, left, stops[1])
-    return (first, last) if first < last else None
-
-
-def _advance(
-    lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int, side: int
-) -> int:
-    """Outwards from node start to the first link whose adhesion does not pay for its gap."""
-    reach = lattice.critical_gap * (1 + _TIE)
-    if indenter.convex:
-        stop = _bracketed(lattice, indenter, depth, start, limit, reach)
-        if stop != limit:
-            return stop
+    least = height(lattice, indenter, lowest)
+    if lattice.axis == 0 and depth < least:
+        right = _receded(lattice, indenter, depth, outermost(lattice, indenter, least, 0, last))
     else:
-        for node, f in blocks(lattice, indenter, start, limit):
-            place = lattice.at(range(node, node + side * (f.size - 1), side), side)
-            holds = place.gap(f[:-1], f[1:], depth) <= reach
-            if not holds.all():
-                return node + side * int(np.argmin(holds))
-    end = indenter.extent[0 if side < 0 else 1]
-    if end in indenter.walls:
-        return limit
-    raise ValueError(unknown(lattice, depth, limit))
+        right = outermost(lattice, indenter, depth, lowest, last)
+    if mirror_axis(lattice, indenter, lowest, lowest) is not None:
+        left = 2 * lowest - right
+    else:
+        left = outermost(lattice, indenter, depth, lowest, first)
+    return None if left == right and depth < least else (left, right)
 
 
-def _bracketed(
-    lattice: Lattice, indenter: Indenter, depth: float, start: int, limit: int, reach: float
+def _receded(lattice: Lattice, indenter: Indenter, depth: float, last: int) -> int:
+    """The node a disc around the axis recedes to: of narrower ones the gap may be larger, too."""
+    f = heights(lattice, indenter, np.arange(last + 1.0))
+    holds = lattice.at(np.arange(last), 1).gap(f[:-1], f[1:], depth) <= _reach(lattice)
+    return int(np.max(np.flatnonzero(holds) + 1, initial=0))
+
+
+def _reach(lattice: Lattice) -> float:
+    """The gap that adhesion pays for."""
+    return lattice.critical_gap * (1 + _TIE)
+
+
+def outermost(
+    lattice: Lattice,
+    indenter: Indenter,
+    depth: float,
+    start: int,
+    limit: int,
+    strongest: float = 1.0,
 ) -> int:
-    """Outwards from node start to the first link that does not hold, no link beyond it holding."""
+    """Outwards from a node to the first link whose adhesion does not pay for its gap.
+
+    The profile is convex: the gap grows outwards. strongest: factor on the work of adhesion.
+    """
     side = 1 if limit >= start else -1
 
     def gap(links: Array) -> Array:
         nodes, f, f_next = _linked(lattice, indenter, start, side, links)
         return np.asarray(lattice.at(nodes, side).gap(f, f_next, depth))
 
+    reach = math.sqrt(strongest) * _reach(lattice)
     return start + side * first_above(reach, gap, abs(limit - start))
 
 
@@ -266,16 +265,3 @@ def unknown(lattice: Lattice, depth: float, node: int) -> str:
         f"{lattice.x(node)!r}, beyond which it is not known any more; give a wider profile, a "
         "smaller depth, or add a FlatPunch whose edge ends the indenter there"
     )
-
-
-def _recede(lattice: Lattice, indenter: Indenter, depth: float, end: int, stop: int) -> int:
-    """Inwards from the contact's end to the first link that holds; `stop` if none does."""
-    side, reach = (1 if end >= stop else -1), lattice.critical_gap * (1 + _TIE)
-    if lattice.gap_grows(indenter):
-        return _bracketed(lattice, indenter, depth, stop, end, reach)
-    for node, f in blocks(lattice, indenter, end, stop):
-        place = lattice.at(range(node - side, node - side * f.size, -side), side)
-        holds = place.gap(f[1:], f[:-1], depth) <= reach
-        if holds.any():
-            return node - side * int(np.argmax(holds))
-    return stop

@@ -116,10 +116,6 @@ class Lattice:
         """The scene as far as it has nodes."""
         return scene
 
-    def gap_grows(self, indenter: Indenter) -> bool:
-        """Whether the gap grows the further out a line is, at depths below first touch, too."""
-        return indenter.convex
-
     def at(self, nodes: Any, side: int) -> Place:
         """What contact lines need that end at these nodes, facing this side: the same anywhere."""
         return self

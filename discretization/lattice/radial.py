@@ -33,7 +33,7 @@ from discretization.lattice.radial_spans import RingSpans, ring_spans
 from discretization.lattice.rings import Rings, rings
 from discretization.lattice.shares import Pair
 from discretization.lattice.tails import LatticeTail
-from energy import Indenter, Scene
+from energy import Scene
 from energy.axis import Radial
 
 Array = NDArray[Any]
@@ -71,10 +71,6 @@ class RadialLattice(Lattice):
     def seen(self, scene: Scene) -> Scene:
         """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
         return replace(scene, indenter=Radial(scene.indenter), geometry="line")
-
-    def gap_grows(self, indenter: Indenter) -> bool:
-        """No: of a contact that is lifted the narrowest ones are unstable."""
-        return False
 
     def at(self, nodes: Any, side: int) -> Around:
         return Around.of(self, np.asarray(nodes, float), side)

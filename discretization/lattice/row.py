@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.finite_nodes import FiniteLattice
 from discretization.lattice.finite_rules import FiniteRules
-from discretization.lattice.fronts import Region, blocks, unknown
+from discretization.lattice.fronts import Region, outermost, unknown
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial import RadialLattice
@@ -203,25 +203,15 @@ def _all(ground: Ground) -> Array:
 
 
 def _outwards(scene: Scene, ground: Ground, way: int, deepest: float) -> Array:
-    """Heights from the node that touches first to the link that resists, and three links more."""
-    lattice, where = ground.lattice, ground.where
-    limit = where.first if way < 0 else where.last
-    strongest = max(scene.pattern.factors) if scene.pattern else 1.0
-    work = strongest * scene.work_of_adhesion * lattice.cell
-    parts: list[Array] = []
-    for _, f in blocks(lattice, scene.indenter, where.lowest, limit):
-        parts.append(f if not parts else f[1:])
-        whole = np.concatenate(parts)
-        nodes = where.lowest + way * np.arange(whole.size)
-        works = lattice.on_links(np.full(whole.size - 1, work), nodes)
-        rests = lattice.at(nodes[:-1], way).rest_depth(whole[:-1], whole[1:], works)
-        resists = np.flatnonzero(rests > deepest)
-        if resists.size and resists[0] + _SPARE < whole.size - 1:
-            return np.asarray(whole[: resists[0] + 1 + _SPARE])
-    end = scene.indenter.extent[0 if way < 0 else 1]
-    if end not in scene.indenter.walls:
-        raise ValueError(unknown(lattice, deepest, limit))
-    return whole
+    """Heights from the node that touches first to the link that resists, and some links more."""
+    lattice, body, (first, last, lowest) = ground.lattice, scene.indenter, ground.where
+    limit, strongest = (last, first)[way < 0], max(scene.pattern.factors) if scene.pattern else 1.0
+    end = outermost(lattice, body, deepest, lowest, limit, strongest) + way * (1 + _SPARE)
+    if abs(end - lowest) >= abs(limit - lowest):
+        end = limit
+        if body.extent[0 if way < 0 else 1] not in body.walls:
+            raise ValueError(unknown(lattice, deepest, limit))
+    return ground.heights(lowest, end)
 
 
 def _running(parts: Array, start: int) -> Array:

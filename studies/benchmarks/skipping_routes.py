@@ -10,7 +10,6 @@ model, in which only k, γ₁ and w of a film enter.
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -193,12 +192,21 @@ def convex_nodes() -> Pair:
     """The last contact node of 200 000 bracketed, against a walk there."""
     own = scene()
     lattice = Lattice.of(own, _lattice(own, 200_000)["spacing"])
+    where = fronts.region(lattice, own.indenter, DEPTH)
 
-    def last(indenter: Indenter) -> Numbers:
-        where = fronts.region(lattice, indenter, DEPTH)
-        return fronts.adhered(lattice, indenter, DEPTH, where) or (0, 0)
+    def bracketed() -> Numbers:
+        return fronts.adhered(lattice, own.indenter, DEPTH, where) or (0, 0)
 
-    return partial(last, own.indenter), partial(last, declared(own.indenter, convex=False))
+    def walked() -> Numbers:
+        count, links = 0, 1 << 14
+        while count % links == 0:
+            nodes = np.arange(float(count), count + links + 1)
+            f = fronts.heights(lattice, own.indenter, nodes)
+            holds = lattice.gap(f[:-1], f[1:], DEPTH) <= lattice.critical_gap
+            count += int(links if holds.all() else np.argmin(holds))
+        return -count, count
+
+    return bracketed, walked
 
 
 def small_slopes() -> Pair:
