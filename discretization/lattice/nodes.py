@@ -167,8 +167,12 @@ class Lattice:
 
     def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
         """Displacements of free nodes (n,) between these contact nodes, displaced by those (n,)."""
-        near, far, _ = shares(self.log_decay, nodes - np.float64(left), right - 1.0 * nodes)
-        return np.asarray(near * u_left + far * u_right)
+        power, _, twice = _powers(
+            self.log_decay, 1 << int(np.max(right - left, initial=1)).bit_length()
+        )
+        p, q = nodes - left, right - nodes
+        whole = power[p] * twice[q] * u_left + power[q] * twice[p] * u_right
+        return np.asarray(whole / twice[p + q])
 
     def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
         """B, 1 - A - B and S of the free node next to a line that faces another one, `other`."""

@@ -36,7 +36,6 @@ from discretization.lattice.nodes import Lattice
 Array = NDArray[np.float64]
 Nodes = NDArray[np.intp]
 BLOCK = 16  # nodes of a block, blocks of a larger one
-_TABLE = 256  # links: of shorter spans the stiffness is looked up
 SLACK = 1 - 1e-12  # on bounds: rounding drops no node, the sign of its multiplier decides
 
 
@@ -177,15 +176,9 @@ def _ranges(starts: Nodes, stops: Nodes) -> Nodes:
 def _between(
     lattice: Lattice, g: Array, held: Nodes, gaps: Nodes, nodes: Nodes, counts: Nodes
 ) -> Array:
-    """(a sinh μ(n-k) + b sinh μk) / sinh μn at nodes, `counts` of them in each of the gaps."""
-    left, right = held[gaps], held[gaps + 1]
-    width = right - left
-    k, r = nodes - np.repeat(left, counts), np.repeat(right, counts) - nodes
-    steps = lattice.log_decay * np.arange(width.max(initial=0) + 1)
-    decay, rise = np.exp(-steps), -np.expm1(-2 * steps)  # sinh(s) = rise / (2 decay)
-    u = np.repeat(g[left] / rise[width], counts) * decay[k] * rise[r]
-    u += np.repeat(g[right] / rise[width], counts) * decay[r] * rise[k]
-    return u
+    """u at nodes, `counts` of them in each of the gaps."""
+    left, right = (np.repeat(ends[gaps], counts) for ends in (held[:-1], held[1:]))
+    return lattice.free(left, right, g[left], g[right], nodes)
 
 
 def _peel(lattice: Lattice, nodes: Nodes, heights: Array) -> tuple[Nodes, Array, int]:
@@ -224,7 +217,7 @@ def _peel_few(
         here, held = place[changed], u[changed]
         pressing = lattice.spring * held
         for near in (before[changed], after[changed]):
-            tie, ground = _span(lattice, np.abs(here - place[near]))
+            tie, ground, _ = lattice.pair(0, np.abs(here - place[near]))
             pressing += tie * (held - u[near]) + ground * held
         force[changed] = pressing
         pulling = changed[pressing < 0]
@@ -238,7 +231,7 @@ def _multipliers(lattice: Lattice, place: Array, u: Array) -> Array:
     force = lattice.spring * u
     wide = np.flatnonzero(np.diff(place) > 1)
     a, b = u[wide], u[wide + 1]
-    tie, ground = _span(lattice, place[wide + 1] - place[wide])
+    tie, ground, _ = lattice.pair(0, place[wide + 1] - place[wide])
     flow[wide] = tie * (a - b)
     force[:-1] += flow
     force[1:] -= flow
@@ -246,22 +239,3 @@ def _multipliers(lattice: Lattice, place: Array, u: Array) -> Array:
     force[wide + 1] += ground * b
     force[[0, -1]] = 0  # the places at infinity
     return force
-
-
-def _span(lattice: Lattice, width: Array) -> tuple[Array, Array]:
-    """T_n, S_n of free spans of n = `width` links; of many the short ones are looked up."""
-    if width.size < _TABLE:
-        return _exact_span(lattice, width)
-    short = np.minimum(width, _TABLE).astype(np.intp)
-    tie, ground = (part[short] for part in _exact_span(lattice, np.arange(_TABLE + 1.0)))
-    wide = np.flatnonzero(width > _TABLE)
-    tie[wide], ground[wide] = _exact_span(lattice, width[wide])
-    return tie, ground
-
-
-def _exact_span(lattice: Lattice, width: Array) -> tuple[Array, Array]:
-    mu = lattice.log_decay
-    with np.errstate(divide="ignore"):  # n = 0 is in the table only
-        less = np.expm1(-mu * width)  # λⁿ - 1
-        tie = np.exp(mu * (1 - width)) * (lattice.link * math.expm1(-2 * mu)) / (less * (2 + less))
-    return tie, np.expm1(mu * (1 - width)) * -lattice.end_stiffness / (2 + less)

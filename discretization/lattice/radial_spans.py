@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.rings import rings
+from discretization.lattice.rings import near, rings
 from discretization.lattice.shares import Pair
 
 Array = NDArray[Any]
@@ -90,18 +90,10 @@ def _doubles(*parts: Array) -> tuple[Array, Array, Array]:
 @functools.lru_cache(maxsize=8)
 def ring_spans(kappa: float, count: int) -> RingSpans:
     """The tables of so many nodes on a lattice with this κ."""
-    nodes = np.arange(count)
-    spring = np.where(nodes > 0, nodes, _AXIS) * np.longdouble(kappa)
-    outside, inside, rise, fall = np.zeros((4, count), np.longdouble)
-    outside[-1] = float(rings(kappa).pull(count - 1, 1))
-    half = np.longdouble(0.5)
-    for m in range(count - 2, -1, -1):
-        beyond = spring[m + 1] + outside[m + 1]
-        outside[m] = (m + half) * beyond / (m + half + beyond)
-    for m in range(1, count):
-        beyond = spring[m - 1] + inside[m - 1]
-        inside[m] = (m - half) * beyond / (m - half + beyond)
-    links = nodes[:-1] + half
+    nodes, exact = np.arange(count), np.longdouble(kappa)
+    outside, inside = near(exact, count, float(rings(kappa).pull(count - 1, 1)))
+    spring, links = np.where(nodes > 0, nodes, _AXIS) * exact, nodes[:-1] + np.longdouble(0.5)
+    fall, rise = np.zeros((2, count), np.longdouble)
     fall[1:] = np.cumsum(np.log1p((spring[1:] + outside[1:]) / links))
     rise[1:] = np.cumsum(np.log1p((spring[:-1] + inside[:-1]) / links))
     return RingSpans(spring, outside, inside, rise, fall)

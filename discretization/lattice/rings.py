@@ -63,16 +63,24 @@ class Rings:
 @functools.lru_cache(maxsize=128)
 def rings(kappa: float) -> Rings:
     """The surfaces around the axis on a lattice with this κ > 0."""
-    outside, inside = np.zeros(_KNOWN), np.zeros(_KNOWN)
-    pull = float(_far(kappa, np.array(_KNOWN), 1))
-    for m in range(_KNOWN - 1, -1, -1):
+    return Rings(kappa, *near(kappa, _KNOWN + 1, float(_far(kappa, np.array(_KNOWN), 1))))
+
+
+def near(kappa: Any, count: int, farthest: Any) -> tuple[Array, Array]:
+    """σ (count,) of the first nodes, outside and inside, with the digits of κ.
+
+    farthest: σ outside of the last of them.
+    """
+    outside, inside = np.zeros((2, count), np.result_type(kappa))
+    outside[-1] = pull = farthest
+    for m in range(count - 2, -1, -1):
         pull = _step(m + 0.5, kappa * (m + 1) + pull)
         outside[m] = pull
     pull = 0.0
-    for m in range(1, _KNOWN):
+    for m in range(1, count):
         pull = _step(m - 0.5, kappa * (m - 1 or 0.125) + pull)
         inside[m] = pull
-    return Rings(kappa, outside, inside)
+    return outside, inside
 
 
 def _step(link: Any, beyond: Any) -> Any:
