@@ -172,19 +172,9 @@ def _cos(s: float) -> float:
 def solved(left: float, rise: float, length: float) -> FiniteGap:
     """The surface displaced by `left` and `left + rise` at its lines, by its exponentials."""
     length = min(length, FAR)
-
-    def ends(T: Any) -> Lines:
-        lib = functions_of(T)
-        steep, tanh = rise / lib.sinh(T), lib.tanh(T / 2)
-        start, end = steep - left * tanh, steep + (left + rise) * tanh
-        return Lines(start, end, None, -end)
-
-    T = range_of(length, ends)
-    mesh, (start, end, *_) = mesh_of(T), ends(T)
-    tau, half = T * mesh.nodes, T * mesh.half
-    grown = np.sinh(tau) / np.sinh(T)
-    p = start * grown[::-1] + end * grown
-    rises = rise * grown - 2 * left * np.sinh(tau / 2) * np.sinh(tau[::-1] / 2) / np.cosh(T / 2)
+    T = range_of(length, functools.partial(_ends, left, rise))
+    mesh = mesh_of(T)
+    half, (p, rises) = T * mesh.half, _exponentials(left, rise, T, mesh.nodes)
     h = rate(p)[0]
     steps = half[:, None] * (h.reshape(half.size, -1) @ _integrals().T)
     before = np.concatenate([[0.0], np.cumsum(steps[:, -1])])[:-1]
@@ -193,6 +183,34 @@ def solved(left: float, rise: float, length: float) -> FiniteGap:
     sines = p[[0, -1]] * np.sqrt(np.maximum(1 - p[[0, -1]] ** 2 / 4, 0.0))
     reactions = -float(sines[0]), float(sines[1])
     return FiniteGap(length, half, x[kept], h[kept], left, rises[kept], reactions)
+
+
+def stored(left: Array, rise: Array, length: Array) -> tuple[Array, Array]:
+    """F and S of both lines together, of surfaces (n,), by their exponentials."""
+    left, rise, length = (np.reshape(part, (-1, 1)) for part in (left, rise, length))
+    T = range_of(np.minimum(length, FAR), functools.partial(_ends, left, rise))
+    mesh = mesh_of(float(T.max()))
+    p, rises = _exponentials(left, rise, T, mesh.nodes)
+    h, u = rate(p)[0], left + rises
+    density = h * u * u / 2 + p * p / (np.sqrt(h * h + p * p) + h)
+    sines = p[:, [0, -1]] * np.sqrt(np.maximum(1 - p[:, [0, -1]] ** 2 / 4, 0.0))
+    return T[:, 0] * (density @ mesh.weights), sines[:, 1] - sines[:, 0]
+
+
+def _ends(left: Any, rise: Any, T: Any) -> Lines:
+    """p at both lines of surfaces displaced by `left` and `left + rise`, of a range T."""
+    lib = functions_of(T)
+    steep, tanh = rise / lib.sinh(T), lib.tanh(T / 2)
+    start, end = steep - left * tanh, steep + (left + rise) * tanh
+    return Lines(start, end, None, -end)
+
+
+def _exponentials(left: Any, rise: Any, T: Any, nodes: Array) -> tuple[Array, Array]:
+    """p and u - left at nodes along a range T; numbers or arrays (n, 1)."""
+    tau, (start, end, *_) = T * nodes, _ends(left, rise, T)
+    grown = np.sinh(tau) / np.sinh(T)
+    back = np.sinh(tau / 2) * np.sinh(tau[..., ::-1] / 2) / np.cosh(T / 2)
+    return start * grown[..., ::-1] + end * grown, rise * grown - 2 * left * back
 
 
 @functools.lru_cache(maxsize=1)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.fitted import finite_gap
 from discretization.fitted.finite_gap import solved
 from discretization.fitted.finite_range import UPRIGHT, rest_displacement
 from discretization.fitted.free_surface import OVERHANG
@@ -106,17 +107,14 @@ class FiniteSurfaces:
         return length * u, slope
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
-        """F and S, surface by surface."""
+        """F and S of tails and of gaps."""
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
         if left is None or right is None:
             u = (depth - alone(left, right).f) / length
             energy, pull = [self.response.energy(one) for one in u.tolist()], self._reaction(u)
         else:
             u, rise = (depth - left.f) / length, (left.f - right.f) / length
-            parts = zip(u, rise, (right.x - left.x) / length, strict=True)
-            found = [solved(*map(float, part)).relaxed for part in parts]
-            energy = [surface.energy for surface in found]
-            pull = np.array([sum(surface.reactions) for surface in found])
+            energy, pull = finite_gap.stored(u, rise, (right.x - left.x) / length)
         return gamma1 * length * np.array(energy), gamma1 * pull
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
