@@ -111,11 +111,12 @@ class FiniteSurfaces:
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
         if left is None or right is None:
             u = (depth - alone(left, right).f) / length
-            energy, pull = [self.response.energy(one) for one in u.tolist()], self._reaction(u)
+            energy = np.array([self.response.energy(one) for one in u.tolist()])
+            pull = self._reaction(u)
         else:
             u, rise = (depth - left.f) / length, (left.f - right.f) / length
             energy, pull = finite_gap.stored(u, rise, (right.x - left.x) / length)
-        return gamma1 * length * np.array(energy), gamma1 * pull
+        return gamma1 * length * energy, gamma1 * pull
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
         """A tail of the family of all tails, or the relaxed surface of a gap."""
