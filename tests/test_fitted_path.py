@@ -213,14 +213,18 @@ def test_a_line_that_a_corner_would_stop_is_not_at_rest_beside_it():
     """Left line of a narrow contact at a tip, 1e-7 δ₀ above the depth that would hold it."""
     x = np.array([-9.0, -4.0, 4.0, 6.0, 8.0, 14.0]) * L
     scene = adhesive(Sampled(x, np.array([9.0, 0.0, 0.0, 3.0, 2.7, 12.0]) * DELTA0), w=1e-8)
-    motion, tip, p = FittedMany.of(scene, 1e-10, 5 * DELTA0).motion.resting, 8 * L, (8 - 1e-8) * L
+    motion, tip, p = FittedMany.of(scene, 1e-10, 5 * DELTA0).motion, 8 * L, (8 - 1e-8) * L
+
+    def rest_depths(q):
+        lines, rests = np.array([[[q, p]]]), motion.rests
+        return rests.rest_depths(lines, rests.rooms(lines[0], 1), 1, False)[0][0, 0]
 
     def above(q):
-        own, facing = motion.rest_depths(q, p)
+        own, facing = rest_depths(q)
         return facing - own - 1e-7 * DELTA0
 
     q = brentq(above, 4.4 * L, 5.4 * L)
-    assert motion.apart(q, p, -4 * L, tip, motion.rest_depths(q, p)[0])[1] > tip
+    assert motion.resting.apart(q, p, -4 * L, tip, rest_depths(q)[0])[1] > tip
 
 
 def test_a_tip_that_is_pressed_in_stays_in_contact_where_a_line_jumps_to_it():

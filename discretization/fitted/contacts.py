@@ -45,9 +45,9 @@ class Contacts:
     @functools.cached_property
     def free(self) -> list[Free]:
         """The free surfaces. ValueError if one would turn over."""
-        resting = self.motion.resting
-        ends = [(resting.at(q), resting.at(p)) for q, p in free(self.lines)]
-        return [resting.surfaces.free(*pair, self.depth) for pair in ends]
+        rests = self.motion.rests
+        ends = [(rests.at(q), rests.at(p)) for q, p in free(self.lines)]
+        return [rests.surfaces.free(*pair, self.depth) for pair in ends]
 
     @property
     def pulls(self) -> Array:

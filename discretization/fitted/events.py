@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines
-from discretization.fitted.resting import TIE
+from discretization.fitted.rests import TIE
 from discretization.fitted.trials import Trials, merge, unmoved
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ class Events:
         for _ in range(_PARTS):
             part = self._part(lines, start, end)
             work += part.work
-            slow = abs(part.depth - start) <= _CREEPS * self.motion.resting.size
+            slow = abs(part.depth - start) <= _CREEPS * self.motion.rests.size
             creeping = creeping + 1 if slow else 0
             if creeping > _CREEPING:
                 break
@@ -97,9 +97,9 @@ class Events:
         A line that does not rest is hardly told from one that does next to where an equilibrium
         disappears. So what they do is found a little further on, and followed back to the event.
         """
-        way, size = math.copysign(1.0, end - low), self.motion.resting.size
+        way, size = math.copysign(1.0, end - low), self.motion.rests.size
         surfaces, moved = np.array(free(part.lines)), set(failed)
-        behind = self.trials.smooth.rests.ahead(surfaces, int(way)) - part.depth
+        behind = self.motion.rests.ahead(surfaces, int(way)) - part.depth
         with np.errstate(invalid="ignore"):
             late = np.isfinite(surfaces) & (way * behind < -TIE * size)
         moved |= set(np.flatnonzero(late.any(axis=1)).tolist())  # all at once by symmetry

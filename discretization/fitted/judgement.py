@@ -28,7 +28,7 @@ from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import free
 from discretization.fitted.quadrature import Interval
-from discretization.fitted.rests import Rests, margins
+from discretization.fitted.rests import margins
 from discretization.roots import least
 from discretization.rounding import ROUNDING
 from energy import Scene
@@ -69,7 +69,7 @@ def _steepest(contacts: Contacts) -> float:
 
 def _at_lines(contacts: Contacts) -> tuple[float, float]:
     """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
-    rests, depth = Rests(contacts.motion.resting), contacts.depth
+    rests, depth = contacts.motion.rests, contacts.depth
     surfaces = np.array(free(contacts.lines))
     held = np.concatenate([[True], contacts.pinned.ravel(), [True]]).reshape(-1, 2)
     with np.errstate(invalid="ignore"):
@@ -84,7 +84,7 @@ def _at_lines(contacts: Contacts) -> tuple[float, float]:
 
 def _rates(contacts: Contacts) -> tuple[Array, NDArray[np.bool_], Array]:
     """Lines (n, 2) of all free surfaces, which of them are free, and the changes of D (n, 2, 2)."""
-    rests, lines = Rests(contacts.motion.resting), np.array(free(contacts.lines))
+    rests, lines = contacts.motion.rests, np.array(free(contacts.lines))
     held = np.concatenate([[True], contacts.pinned.ravel(), [True]]).reshape(-1, 2)
     _, rates = rests.rest_depths(lines[:, None], rests.rooms(lines, 1), 1, True)
     assert rates is not None
@@ -144,7 +144,7 @@ def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, fl
     """Errors of surfaces and rounding times the condition of the lines, and of the quadrature."""
     motion, scene = contacts.motion, contacts.motion.scene
     surface, move, push = ROUNDING + motion.surfaces.response.error, 0.0, 0.0
-    off = surface * motion.resting.size + fine.rounding
+    off = surface * motion.rests.size + fine.rounding
     for row, own, rate in zip(*_rates(contacts), strict=True):
         if own.any():
             inverse = np.abs(np.linalg.pinv(rate[np.ix_(own, own)]))

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.pressed import Lines, Pressed, pairs
-from discretization.fitted.resting import MET, TIE, Pair, Resting
-from discretization.fitted.rests import Rests
+from discretization.fitted.resting import MET, Pair, Resting
+from discretization.fitted.rests import TIE, Rests
 from discretization.fitted.surfaces import Surfaces
 from discretization.profile import Resolved
 from energy import Scene
@@ -38,18 +38,18 @@ class Motion:
     scene: Scene
     profile: Resolved
     surfaces: Surfaces
-    resting: Resting
+    rests: Rests
 
     @classmethod
     def of(cls, scene: Scene, profile: Resolved, surfaces: Surfaces, depth: float) -> Motion:
         """With these free surfaces, for depths up to this one."""
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
-        return cls(scene, profile, surfaces, Resting(scene, profile, surfaces, size))
+        return cls(scene, profile, surfaces, Rests(scene, profile, surfaces, size))
 
     @functools.cached_property
-    def rests(self) -> Rests:
-        """Where the lines of many surfaces rest."""
-        return Rests(self.resting)
+    def resting(self) -> Resting:
+        """What finds where lines come to rest."""
+        return Resting(self.rests)
 
     @functools.cached_property
     def surface(self) -> Pressed:
@@ -81,8 +81,8 @@ class Motion:
             return False
         ends = ((side, x) for side, x in ((-1, lines[0]), (1, lines[-1])) if lines[0] < lines[-1])
         return any(
-            abs(self.resting.rest(side, x, *self.profile.at(x, -side), None, -1) - depth)
-            <= TIE * self.resting.size
+            abs(self.rests.rest(side, x, *self.profile.at(x, -side), None, -1) - depth)
+            <= TIE * self.rests.size
             for side, x in ends
             if x in self.profile.indenter.walls
         )
@@ -140,7 +140,7 @@ class Motion:
             return x - aside, x + aside
         for start, end in self.bare(np.array([[left, right]])):
             worst, (one, other) = self.resting.pull(start, end, depth)
-            if worst > TIE * self.resting.size:
+            if worst > TIE * self.rests.size:
                 return one, other
         return None
 
@@ -173,7 +173,7 @@ class Motion:
         while lines:
             surfaces, inner = np.array(free(lines)), (-math.inf, *lines, math.inf)
             behind = np.where(np.isfinite(surfaces), self.rests.ahead(surfaces, -1), -math.inf)
-            loose = (behind - depth > TIE * self.resting.size).any(axis=1)
+            loose = (behind - depth > TIE * self.rests.size).any(axis=1)
             for i in np.flatnonzero(loose).tolist():
                 q, p = surfaces[i].tolist()
                 if (q, p) in still:
@@ -215,10 +215,10 @@ class Motion:
 
     def _pulled(self, x: float, beside: Pair, depth: float) -> bool:
         """Whether a contact of one point is pulled: the surface without it is clear there."""
-        left, right = (self.resting.at(end) for end in beside)
-        u, _ = self.resting.surfaces.shape(np.array(x), left, right, depth)
+        left, right = (self.rests.at(end) for end in beside)
+        u, _ = self.rests.surfaces.shape(np.array(x), left, right, depth)
         clear = u - depth + float(self.profile.indenter.height(x))
-        return bool(clear > TIE * self.resting.size)
+        return bool(clear > TIE * self.rests.size)
 
 
 def free(lines: Sequence[float]) -> list[Pair]:

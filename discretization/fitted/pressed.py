@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.clearance import Clearance
-from discretization.fitted.resting import TIE, Pair, Resting
+from discretization.fitted.resting import Pair, Resting
+from discretization.fitted.rests import TIE, Rests
 from discretization.fitted.surfaces import At
 
 Array = NDArray[np.float64]
@@ -39,10 +40,15 @@ class Pressed:
 
     resting: Resting
 
+    @property
+    def rests(self) -> Rests:
+        """Where lines rest."""
+        return self.resting.rests
+
     @functools.cached_property
     def clearance(self) -> Clearance:
         """Where free surfaces come closest to the profile."""
-        return Clearance(self.resting.profile, self.resting.surfaces)
+        return Clearance(self.rests.profile, self.rests.surfaces)
 
     def lines(self, left: float, right: float, start: float, end: float) -> Lines:
         """The lines of a free surface with those of contacts that begin in it; () if it closes."""
@@ -65,7 +71,7 @@ class Pressed:
         first nothing is known, and `low` itself is asked. run: how many trials in a row passed or,
         with a minus sign, failed.
         """
-        size, depth, high, dip, run = self.resting.size, low, end, _UNKNOWN, _AGAIN
+        size, depth, high, dip, run = self.rests.size, low, end, _UNKNOWN, _AGAIN
         for _ in range(_MOST):
             moved = self.resting.together(q, p, depth)
             plain = moved is not None and not self.overtakes(q, p, moved, low, depth)
@@ -98,23 +104,23 @@ class Pressed:
         """
         if dip is _UNKNOWN:
             return (low + high) / 2
-        (least, place), ends = dip, (self.resting.at(q), self.resting.at(p))
-        u, _ = self.resting.surfaces.shape(np.array(place), *ends, low)
-        clear = max(float(u) - low + float(self.resting.profile.indenter.height(place)), 0.0)
+        (least, place), ends = dip, (self.rests.at(q), self.rests.at(p))
+        u, _ = self.rests.surfaces.shape(np.array(place), *ends, low)
+        clear = max(float(u) - low + float(self.rests.profile.indenter.height(place)), 0.0)
         clear, least = clear * 0.5 ** max(-run - 1, 0), least * 0.5 ** max(run - 1, 0)
-        share = (clear + _TOUCHED / 2 * self.resting.size) / (clear - least)
+        share = (clear + _TOUCHED / 2 * self.rests.size) / (clear - least)
         return low + (high - low) * min(max(share, _LEAST), 1 - _LEAST)
 
     def least(self, lines: Pair, depth: float) -> tuple[float, float]:
         """The least clearance between two lines, and where."""
-        return self.clearance.least(self.resting.at(lines[0]), self.resting.at(lines[1]), depth)
+        return self.clearance.least(self.rests.at(lines[0]), self.rests.at(lines[1]), depth)
 
     def overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:
         """Whether the surface may have touched ahead of a line that has passed there since."""
         return any(
             not math.isinf(x)
             and self._touched_ahead(
-                side, x, new, self.resting.at(old), self.resting.at(facing), low, high
+                side, x, new, self.rests.at(old), self.rests.at(facing), low, high
             )
             for side, x, new, old, facing in (
                 (1, q, *moved[:1], p, moved[1]),
@@ -138,23 +144,23 @@ class Pressed:
         care. Without adhesion the state does not depend on the way: whether the profile pulls there
         at the end, which it must not.
         """
-        own = self.resting.profile.beyond(x, new)
+        own = self.rests.profile.beyond(x, new)
         if own.stop == own.start:
             return False
         z, f, f1 = (
             column[own][::side]
             for column in (
-                self.resting.profile.x,
-                self.resting.profile.f,
-                self.resting.profile.slope,
+                self.rests.profile.x,
+                self.rests.profile.f,
+                self.rests.profile.slope,
             )
         )
-        if not self.resting.scene.work_of_adhesion:
-            return self.resting.pull(x, new, high).worst > TIE * self.resting.size
-        rests = self.resting.rest(side, z, f, f1, old, 1)
+        if not self.rests.scene.work_of_adhesion:
+            return self.resting.pull(x, new, high).worst > TIE * self.rests.size
+        rests = self.rests.rest(side, z, f, f1, old, 1)
         passed = np.maximum.accumulate(np.append(low, rests))[:-1]
-        bare = self.resting.surfaces.rest_depth(side, z, f, f1, facing, 0.0)
-        return bool((bare <= np.minimum(passed, high) - TIE * self.resting.size).any())
+        bare = self.rests.surfaces.rest_depth(side, z, f, f1, facing, 0.0)
+        return bool((bare <= np.minimum(passed, high) - TIE * self.rests.size).any())
 
     def _creeping(self, q: float, p: float, depth: float) -> Lines:
         """Both lines of a free surface advance from sample to sample, until it touches."""
@@ -165,7 +171,7 @@ class Pressed:
             if step[0] >= step[1] or step == (q, p):
                 return () if end is None else end
             least, place = self.least(step, depth)
-            if least < -TIE * self.resting.size:
+            if least < -TIE * self.rests.size:
                 return q, place, place, p
             q, p = step
         return q, p
@@ -174,10 +180,10 @@ class Pressed:
         """The next sample on the way of a line, or its goal."""
         if math.isinf(x) or x == goal:
             return x
-        own = self.resting.profile.beyond(x, goal)
+        own = self.rests.profile.beyond(x, goal)
         if own.stop == own.start:
             return goal
-        return float(self.resting.profile.x[own.start if side > 0 else own.stop - 1])
+        return float(self.rests.profile.x[own.start if side > 0 else own.stop - 1])
 
 
 def _beyond(depth: float, x: float) -> str:

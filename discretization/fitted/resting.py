@@ -16,15 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.fitted.rests import TIE, Rests, margins, solved
 from discretization.fitted.stops import Stop, first_stop
-from discretization.fitted.surfaces import At, Surfaces
+from discretization.fitted.surfaces import At
 from discretization.fitted.tension import Pull, pull
-from discretization.profile import Resolved
-from energy import Scene
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
-TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
 MET = 1e-9  # of l: lines closer than that have met
 _SWEEPS = 1000  # over all lines; each is a contraction
 _STILL = 4e-16  # of the positions: a line that moves less has come to rest
@@ -33,30 +31,17 @@ _ROUNDED = (
 )
 _NEWTON = 12  # steps of Newton's method before halving
 _ALONG = np.arange(1, 9) / 8  # of a way: where a line is asked whether it rests
-_DIFFERENCE = 1e-6  # of the room between two lines, for the change of D
 
 
 @dataclass(frozen=True, eq=False)
 class Resting:
-    """Resting places on a profile with its free surfaces; size: of depths."""
+    """Resting places of the lines of one free surface."""
 
-    scene: Scene
-    profile: Resolved
-    surfaces: Surfaces
-    size: float
-
-    def at(self, x: float) -> At | None:
-        if math.isinf(x):
-            return None
-        return At(x, float(self.profile.indenter.height(x)))
-
-    def many(self, x: Array) -> At:
-        """Lines at x (n,)."""
-        return At(x, np.asarray(self.profile.indenter.height(x), float))
+    rests: Rests
 
     def pull(self, one: float, other: float, depth: float) -> Pull:
         """The largest pull of the profile in contact between two positions."""
-        return pull(self.scene, self.profile, one, other, depth)
+        return pull(self.rests.scene, self.rests.profile, one, other, depth)
 
     # both lines of a free surface: advancing (way 1) and receding (way -1)
 
@@ -66,14 +51,17 @@ class Resting:
             return q, p
         if math.isinf(q) or math.isinf(p):
             return self._outermost(q, p, depth)
-        least = 2 * MET * self.scene.elastocapillary_length
-        if not self.scene.work_of_adhesion and self.pull(q, p, depth).worst <= TIE * self.size:
+        least = 2 * MET * self.rests.scene.elastocapillary_length
+        if (
+            not self.rests.scene.work_of_adhesion
+            and self.pull(q, p, depth).worst <= TIE * self.rests.size
+        ):
             return None
         for sweep in range(_SWEEPS):
             if p - q <= least:
                 return None
-            a = self._stop(1, q, p, self.at(p), depth, 1)
-            b = a and self._stop(-1, p, a.before, self.at(a.before), depth, 1)
+            a = self._stop(1, q, p, self.rests.at(p), depth, 1)
+            b = a and self._stop(-1, p, a.before, self.rests.at(a.before), depth, 1)
             if a is None or b is None:
                 return None
             if a.root and b.root:
@@ -92,9 +80,9 @@ class Resting:
     def apart(self, q: float, p: float, least: float, most: float, depth: float) -> Pair:
         """Both lines of a free surface recede, not beyond the other lines of their contacts."""
         for sweep in range(_SWEEPS):
-            facing = self.at(p)
+            facing = self.rests.at(p)
             a = q if math.isinf(q) else self._lower(1, q, least, facing, depth)
-            facing = self.at(a)
+            facing = self.rests.at(a)
             b = p if math.isinf(p) else self._lower(-1, p, most, facing, depth)
             lost = a < least or b > most
             if (
@@ -115,9 +103,9 @@ class Resting:
 
     def _lower(self, side: int, x: float, limit: float, facing: At | None, depth: float) -> float:
         """Where a receding line rests; just beyond the other line of its contact if nowhere."""
-        behind = self.profile.past(x, -side)
-        rests = self.rest(side, behind, *self.profile.at(x, -side), facing, -1)
-        if x == limit or rests - depth <= TIE * self.size:
+        behind = self.rests.profile.past(x, -side)
+        rests = self.rests.rest(side, behind, *self.rests.profile.at(x, -side), facing, -1)
+        if x == limit or rests - depth <= TIE * self.rests.size:
             return x
         stop = self._stop(side, x, limit, facing, depth, -1)
         return stop.x if stop is not None else math.nextafter(limit, -side * math.inf)
@@ -126,8 +114,8 @@ class Resting:
         """A tail's line advances, at most to the edge of the body; None: it leaves the profile."""
         side, x = (1, q) if math.isinf(p) else (-1, p)
         stop = self._stop(side, x, side * math.inf, None, depth, 1)
-        at = float(self.profile.x[-1 if side > 0 else 0]) if stop is None else stop.x
-        if stop is None and at not in self.profile.indenter.walls:
+        at = float(self.rests.profile.x[-1 if side > 0 else 0]) if stop is None else stop.x
+        if stop is None and at not in self.rests.profile.indenter.walls:
             return None
         return (at, p) if side > 0 else (q, at)
 
@@ -137,43 +125,26 @@ class Resting:
         """The first place on this way at which a line rests."""
 
         def h(x: Any, f: Any, f1: Any) -> Any:
-            return way * (self.rest(side, x, f, f1, facing, way) - depth)
+            return way * (self.rests.rest(side, x, f, f1, facing, way) - depth)
 
-        return first_stop(self.profile, h, x, limit)
-
-    def work(self, way: int) -> float:
-        """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
-        return (self.scene if way > 0 else self.scene.opened).work_of_adhesion
-
-    def rest(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
-        """D of a line that moves this way."""
-        w: Any = self.work(way)
-        if self.scene.pattern is not None:
-            w = w * self.scene.pattern.factor(x)
-        return self.surfaces.rest_depth(side, x, f, f1, facing, w)
+        return first_stop(self.rests.profile, h, x, limit)
 
     def _nearby(self, guess: Pair, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
 
         None where a sample lies in between, they are not stable, or it fails.
         """
-        x, last = np.array(guess), math.inf
-        size = abs(start[0]) + abs(start[1]) + self.scene.elastocapillary_length
+        x, last, both = np.array(guess), math.inf, np.ones((1, 2), bool)
+        size = abs(start[0]) + abs(start[1]) + self.rests.length
+        room = self.rests.rooms(np.array([start]), way)
         for _ in range(_NEWTON):
-            value, rate = self._rates(float(x[0]), float(x[1]), way)
-            crossed = rate[0, 0] * rate[1, 1] - rate[0, 1] * rate[1, 0]
-            if not (rate[0, 0] > 0 > rate[1, 1] and crossed < 0):
+            value, rates = self.rests.rest_depths(x[None, None], room, way, True)
+            assert rates is not None
+            if not margins(rates, both)[0].all():
                 return None
-            residual = value - depth
-            step = np.array(
-                [
-                    rate[1, 1] * residual[0] - rate[0, 1] * residual[1],
-                    rate[0, 0] * residual[1] - rate[1, 0] * residual[0],
-                ]
-            )
-            x = x - step / crossed
-            now = float(np.abs(step / crossed).max())
-            if not self.profile.x[0] <= x[0] < x[1] <= self.profile.x[-1]:
+            step = solved(rates, value - depth, both)[0, 0]
+            x, now = x - step, float(np.abs(step).max())
+            if not self.rests.profile.x[0] <= x[0] < x[1] <= self.rests.profile.x[-1]:
                 return None
             if now <= _STILL * size or last / 2 <= now <= _ROUNDED * size:
                 break
@@ -183,7 +154,7 @@ class Resting:
         if (way * (x - start) * (1, -1) < -_ROUNDED * size).any():
             return None
         for old, new in zip(start, x.tolist(), strict=True):
-            between = self.profile.beyond(old, new)
+            between = self.rests.profile.beyond(old, new)
             if between.stop > between.start:
                 return None
         return float(x[0]), float(x[1])
@@ -198,11 +169,11 @@ class Resting:
         (own, other), move = ((q, p), step[0]) if side > 0 else ((p, q), step[1])
         while move:
             x, move = own + 2 * move, 2 * move
-            passed = self.profile.beyond(own, x)
+            passed = self.rests.profile.beyond(own, x)
             if passed.stop > passed.start or side * (other - x) <= 0:
                 break
             stop = self._stop(
-                -side, other, x if way > 0 else side * math.inf, self.at(x), depth, way
+                -side, other, x if way > 0 else side * math.inf, self.rests.at(x), depth, way
             )
             if stop is None:
                 break
@@ -214,29 +185,9 @@ class Resting:
     def _moves(self, side: int, own: Pair, facing: Pair, depth: float, way: int) -> bool:
         """Whether a line is nowhere at rest on its way, while the other one moves with it."""
         x, other = (start + (end - start) * _ALONG for start, end in (own, facing))
-        height, slope = self.profile.indenter.height, self.profile.indenter.slope
-        rest = self.rest(side, x, height(x), slope(x), At(other, height(other)), way)
+        height, slope = self.rests.profile.indenter.height, self.rests.profile.indenter.slope
+        rest = self.rests.rest(side, x, height(x), slope(x), At(other, height(other)), way)
         return bool((way * (rest - depth) < 0).all())
-
-    def rest_depths(self, q: float, p: float, way: int = 1) -> Array:
-        """D of both lines of a gap."""
-        indenter = self.profile.indenter
-        (f, f1), (g, g1) = ((float(indenter.height(x)), float(indenter.slope(x))) for x in (q, p))
-        one, other = self.rest(1, q, f, f1, At(p, g), way), self.rest(-1, p, g, g1, At(q, f), way)
-        return np.array([one, other])
-
-    def _rates(self, q: float, p: float, way: int) -> tuple[Array, Array]:
-        """D of both lines of a gap, and its change (rows) with the lines (columns)."""
-        indenter, h = self.profile.indenter, _DIFFERENCE * (p - q)
-        x = np.array([q, q + h, q - h, q, q, p, p, p, p + h, p - h])
-        f, f1 = np.asarray(indenter.height(x), float), np.asarray(indenter.slope(x), float)
-        with np.errstate(over="ignore", invalid="ignore"):  # lines that have all but met
-            one = self.rest(1, x[:5], f[:5], f1[:5], At(x[5:], f[5:]), way)
-            other = self.rest(-1, x[5:], f[5:], f1[5:], At(x[:5], f[:5]), way)
-            both = np.array([one, other])
-            return both[:, 0], (both[:, [1, 3]] - both[:, [2, 4]]) / (2 * h)
-
-    # what must not be passed unseen
 
 
 def _still(new: float, old: float, sweep: int) -> bool:

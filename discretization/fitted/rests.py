@@ -8,14 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.resting import TIE, Resting
-from discretization.fitted.surfaces import At
+from discretization.fitted.surfaces import At, Surfaces
+from discretization.profile import Resolved
+from energy import Scene
 
 Array = NDArray[np.float64]
+TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
 _DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
 _SMALL = 1e-6  # of l
 _CURVED = 1e-4  # of the room between two lines, or of l, for the change of the stiffness
@@ -29,21 +32,45 @@ _ULPS = 4.0  # a line so many roundings from a corner is at it
 
 @dataclass(frozen=True, eq=False)
 class Rests:
-    """Depths at which lines rest."""
+    """Depths at which the lines of a profile with its free surfaces rest; size: of depths."""
 
-    resting: Resting
+    scene: Scene
+    profile: Resolved
+    surfaces: Surfaces
+    size: float
 
     @property
     def length(self) -> float:
         """l."""
-        return self.resting.scene.elastocapillary_length
+        return self.scene.elastocapillary_length
+
+    def at(self, x: float) -> At | None:
+        """A line at x; None at infinity."""
+        if math.isinf(x):
+            return None
+        return At(x, float(self.profile.indenter.height(x)))
+
+    def many(self, x: Array) -> At:
+        """Lines at x (n,)."""
+        return At(x, np.asarray(self.profile.indenter.height(x), float))
+
+    def work(self, way: int) -> float:
+        """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
+        return (self.scene if way > 0 else self.scene.opened).work_of_adhesion
+
+    def rest(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, way: int) -> Any:
+        """D of a line that moves this way, numbers or arrays."""
+        w: Any = self.work(way)
+        if self.scene.pattern is not None:
+            w = w * self.scene.pattern.factor(x)
+        return self.surfaces.rest_depth(side, x, f, f1, facing, w)
 
     def rooms(self, lines: Array, way: int) -> Array:
         """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
 
         A line at a corner is on that side of it to which it moves.
         """
-        known, found = self.resting.profile.joints, np.empty((2, *lines.shape))
+        known, found = self.profile.joints, np.empty((2, *lines.shape))
         for own, side in ((0, 1), (1, -1)):
             at = np.searchsorted(known, lines[:, own], side="right" if side * way > 0 else "left")
             at = np.clip(at, 1, known.size - 1)
@@ -58,7 +85,7 @@ class Rests:
 
     def snapped(self, lines: Array) -> Array:
         """Lines next to a corner put on it."""
-        known = self.resting.profile.joints[1:-1]
+        known = self.profile.joints[1:-1]
         if not known.size:
             return lines
         at = np.searchsorted(known, lines)
@@ -75,7 +102,7 @@ class Rests:
             x = lines[own]
             if x.size:
                 beyond = x.reshape(-1, 2)[:, ::-1].ravel() if paired else x
-                yield own, x, side[own], self.resting.many(beyond) if paired else None
+                yield own, x, side[own], self.many(beyond) if paired else None
 
     def ahead(self, lines: Array, way: int, adhesive: bool = True) -> Array:
         """D just ahead of lines (n, 2) that move outwards of contacts (way 1) or inwards (-1).
@@ -83,13 +110,10 @@ class Rests:
         Beyond the edge of the body nothing can be touched, D = ∞; so it is of a line that is none.
         adhesive: or without adhesion.
         """
-        found, profile = np.full(lines.shape, math.inf), self.resting.profile
+        found, profile = np.full(lines.shape, math.inf), self.profile
         for own, x, side, facing in self._lines(lines):
             place = side, profile.past(x, side * way), *profile.beside(x, side * way), facing
-            if adhesive:
-                rest = self.resting.rest(*place, way)
-            else:
-                rest = self.resting.surfaces.rest_depth(*place, 0.0)
+            rest = self.rest(*place, way) if adhesive else self.surfaces.rest_depth(*place, 0.0)
             edge = (way > 0) & np.isin(x, profile.indenter.walls)
             found[own] = np.where(edge, math.inf, rest)
         return found
@@ -100,8 +124,8 @@ class Rests:
         Until a free line comes to the next one, or one that is held there comes free; all but
         linear in the depth. nan where there is none.
         """
-        found, profile = np.full(lines.shape, math.nan), self.resting.profile
-        kept = self.resting.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
+        found, profile = np.full(lines.shape, math.nan), self.profile
+        kept = self.scene.hysteretic or np.isin(lines, profile.indenter.walls).any()
         if profile.joints.size <= 2 and not kept:
             return found
         held = way * (self.ahead(lines, way) - depth)
@@ -109,9 +133,9 @@ class Rests:
         for own, _, side, facing in self._lines(lines):
             x = np.where(side * way > 0, hi[own], lo[own])
             with np.errstate(over="ignore", invalid="ignore"):  # at the end of a window
-                rest = self.resting.rest(side, x, *profile.beside(x, -side * way), facing, way)
+                rest = self.rest(side, x, *profile.beside(x, -side * way), facing, way)
                 found[own] = way * (rest - depth)
-        found = np.where(held > TIE * self.resting.size, held, found)
+        found = np.where(held > TIE * self.size, held, found)
         return np.where(np.isfinite(lines) & np.isfinite(found) & (found > 0), found, math.nan)
 
     def rest_depths(
@@ -140,7 +164,7 @@ class Rests:
         return value, rate
 
     def _read(self, z: Array) -> tuple[Array, Array]:
-        indenter = self.resting.profile.indenter
+        indenter = self.profile.indenter
         return np.asarray(indenter.height(z), float), np.asarray(indenter.slope(z), float)
 
     def _of_gaps(self, z: Array, way: int) -> tuple[Array, Array | None]:
@@ -154,7 +178,7 @@ class Rests:
             f1[..., moved].ravel(),
             At(*map(np.ravel, facing)),
         )
-        rest = self.resting.rest(side.ravel(), at.ravel(), height, slope, beyond, way)
+        rest = self.rest(side.ravel(), at.ravel(), height, slope, beyond, way)
         rest = rest.reshape(at.shape)
         if z.shape[-1] == 1:
             return rest[..., 0], None
@@ -169,7 +193,7 @@ class Rests:
     def _of_tails(self, z: Array, side: int, way: int) -> tuple[Array, Array | None]:
         """The same of tails on one side, lines at z (n, j, 1 or 3)."""
         f, f1 = self._read(z)
-        rest = self.resting.rest(side, z.ravel(), f.ravel(), f1.ravel(), None, way).reshape(z.shape)
+        rest = self.rest(side, z.ravel(), f.ravel(), f1.ravel(), None, way).reshape(z.shape)
         if z.shape[-1] == 1:
             return rest[..., 0], None
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -25,7 +25,6 @@ from discretization.fitted.judgement import certify, errors
 from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
-from discretization.fitted.rests import Rests
 from discretization.fitted.tail import FittedTail
 from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
@@ -120,9 +119,9 @@ def _discs(motion: Motion, depth: float) -> set[Lines]:
     costs more than the surface that is free there.
     """
     profile = motion.profile
-    beyond = Rests(motion.resting).ahead(
-        np.column_stack([profile.x, np.full(profile.x.size, math.inf)]), 1
-    )[:, 0]
+    beyond = motion.rests.ahead(np.column_stack([profile.x, np.full(profile.x.size, math.inf)]), 1)[
+        :, 0
+    ]
     rests = np.flatnonzero((beyond[:-1] < depth) & (beyond[1:] >= depth)) + 1
     found = {motion.settled((0.0, x), depth) for x in profile.x[rests].tolist()}
     return {(), *found}

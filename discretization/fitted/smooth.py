@@ -14,7 +14,6 @@ disappears a line moves as the root of the distance in depth, which is smooth in
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -23,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.integrals import Integrals
-from discretization.fitted.resting import Resting
 from discretization.fitted.rests import Rests, margins, solved
 from discretization.fitted.spectral import rounded
 
@@ -56,13 +54,8 @@ class Moved(NamedTuple):
 class Smooth:
     """Smooth motion of the lines of free surfaces."""
 
-    resting: Resting
+    rests: Rests
     integrals: Integrals
-
-    @functools.cached_property
-    def rests(self) -> Rests:
-        """Where lines rest."""
-        return Rests(self.resting)
 
     def over(self, lines: Array, start: float, end: float, parts: int = 1) -> Moved:
         """The lines (n, 2) of these surfaces, at rest at one depth, taken to another.
@@ -82,7 +75,7 @@ class Smooth:
         energy, size, force = found.reshape(3, len(x), parts, t.size)
         work = force @ (weights * (1 - t)) * step
         change = energy[..., -1] - energy[..., 0]
-        rounding = _EVEN * self.resting.size * np.abs(force).max(axis=2)
+        rounding = _EVEN * self.rests.size * np.abs(force).max(axis=2)
         even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
         good &= even.all(axis=1)
         return Moved(self.rests.snapped(x[:, -1]), good, work.sum(axis=1), margin)
@@ -106,12 +99,12 @@ class Smooth:
         inner = np.isfinite(lines)
         rests = self.rests.ahead(lines, way)
         free = inner & (way * (rests - depths[-1]) < 0)
-        waits = free & (way * (rests - depths[0]) > _HELD * self.resting.size)
+        waits = free & (way * (rests - depths[0]) > _HELD * self.rests.size)
         size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.rests.length
         rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf)
         room = self.rests.rooms(lines, way)
         good, active, near = ~waits.any(axis=1), free.any(axis=1), False
-        high, worse = self.resting.size, np.zeros(n, int)
+        high, worse = self.rests.size, np.zeros(n, int)
         for _ in range(_NEWTON):
             own = np.flatnonzero(active)
             if not own.size:
@@ -144,7 +137,7 @@ class Smooth:
         """Whether lines that did not move are still held at the end."""
         if not held.any():
             return np.ones(len(lines), bool)
-        rests = way * (self.rests.ahead(lines, way) - depth) >= -_EVEN * self.resting.size
+        rests = way * (self.rests.ahead(lines, way) - depth) >= -_EVEN * self.rests.size
         return np.asarray((rests | ~held).all(axis=1))
 
     def _one_way(self, lines: Array, x: Array, way: int, size: Array) -> NDArray[np.bool_]:
@@ -164,17 +157,17 @@ class Smooth:
         """Energy, sum of its terms' absolute values, and force (3, n, j) of surfaces (n, j, 2)."""
         (n, j, _), inner = lines.shape, np.isfinite(lines[:, 0])
         x, parts = lines.transpose(0, 2, 1)[inner], np.zeros((3, n, 2, j))
-        d, work = np.broadcast_to(depths, x.shape), self.resting.work(way)
+        d, work = np.broadcast_to(depths, x.shape), self.rests.work(way)
         parts[:, inner] = self.integrals.contact(x.ravel(), d.ravel(), work).reshape(3, -1, j)
         parts[::2, :, 1] *= -1
         total = parts.sum(axis=2)
         for own in kinds(lines[:, 0]):
             left, right = (
-                self.resting.many(z.ravel()) if np.isfinite(z).all() else None
+                self.rests.many(z.ravel()) if np.isfinite(z).all() else None
                 for z in lines[own].transpose(2, 0, 1)
             )
             at = np.tile(depths, int(own.sum()))
-            energy, force = self.resting.surfaces.stored(left, right, at)
+            energy, force = self.rests.surfaces.stored(left, right, at)
             total[:, own] += np.array([energy, energy, force]).reshape(3, -1, j)
         return total
 

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.integrals import Integrals
 from discretization.fitted.motion import Motion
-from discretization.fitted.resting import TIE, Pair
+from discretization.fitted.resting import Pair
+from discretization.fitted.rests import TIE
 from discretization.fitted.smooth import Smooth
 
 Array = NDArray[np.float64]
@@ -63,9 +64,9 @@ class Trials:
     @functools.cached_property
     def smooth(self) -> Smooth:
         """What follows lines between events."""
-        resting = self.motion.resting
-        level = resting.size + max(resting.size, self.motion.profile.touch)
-        return Smooth(resting, Integrals.of(resting.scene, resting.profile, level))
+        rests = self.motion.rests
+        level = rests.size + max(rests.size, rests.profile.touch)
+        return Smooth(rests, Integrals.of(rests.scene, rests.profile, level))
 
     def tried(
         self, surfaces: Array, which: set[int], start: float, end: float, parts: int = 1
@@ -81,7 +82,7 @@ class Trials:
         lines[kept], work[kept] = found.lines, found.work
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
         unknown = set(failed)
-        reach = self.smooth.rests.reach(found.lines, end, 1 if end > start else -1)
+        reach = self.motion.rests.reach(found.lines, end, 1 if end > start else -1)
         rooms: Rooms = {}
         for i, margin, (q, p) in zip(kept, found.margin.tolist(), reach.tolist(), strict=True):
             rooms["stiff", i], rooms["left", i], rooms["right", i] = margin, q, p
@@ -100,7 +101,7 @@ class Trials:
         failed: set[int],
     ) -> None:
         """What free surfaces touch as they are pressed."""
-        surface, size = self.motion.surface, self.motion.resting.size
+        surface, size = self.motion.surface, self.motion.rests.size
         for i in which:
             q, p, moved = float(old[i, 0]), float(old[i, 1]), (float(new[i, 0]), float(new[i, 1]))
             least, _ = surface.least(moved, depths[1])
@@ -165,7 +166,7 @@ class Trials:
             low, high = self._to_fold(low, high, involved)
         older, least = (
             low._replace(rooms=low.rooms or self._rooms(low, involved, high.depth)),
-            _CLOSE * self.motion.resting.size,
+            _CLOSE * self.motion.rests.size,
         )
         low = older
         aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
@@ -200,9 +201,9 @@ class Trials:
 
     def _to_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
         """Just before and beyond where an equilibrium disappears, if that is found; else these."""
-        start, end, least = low.depth, high.depth, _CLOSE * self.motion.resting.size
+        start, end, least = low.depth, high.depth, _CLOSE * self.motion.rests.size
         way = 1 if end > start else -1
-        folds = [self.smooth.rests.fold(low.lines[i], way) for i in sorted(high.failed)]
+        folds = [self.motion.rests.fold(low.lines[i], way) for i in sorted(high.failed)]
         ahead = [fold for fold in folds if 0 < way * (fold - start) < way * (end - start)]
         if not ahead:
             return low, high
