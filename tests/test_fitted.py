@@ -87,7 +87,7 @@ def test_composed_profiles_agree_on_both_discretisations():
 def test_the_force_changes_with_a_line_at_its_rate(slopes):
     """What the estimate of the force's error is made of."""
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    problem = Problem.of(scene, 1e-3, 0.0, "adhered", surfaces_of(scene, 1e-8))
+    problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene, 1e-8))
     a, step = 0.006, 1e-6
     force = [totals(problem.surfaces, 1e-3, -a, a + s * step, 1e-8)[1].force for s in (-1, 1)]
     rate = (force[1] - force[0]) / (2 * step)
@@ -98,13 +98,13 @@ def test_the_force_changes_with_a_line_at_its_rate(slopes):
 @pytest.mark.parametrize("change", [1e-5, -1e-5])
 def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    problem = Problem.of(scene, 1e-3, 0.0, "adhered", surfaces_of(scene, 1e-8))
+    problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene, 1e-8))
     a = find_line(problem, 1, 0.0).x * (1 + change)
     ends = FittedLine(-a, False, False), FittedLine(a, False, False)
     judged = certify_lines(problem, ends, totals(problem.surfaces, 1e-3, -a, a, 1e-8)[1])
     assert judged.failures == ("neighbours",)
     smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
-    problem = Problem.of(smooth, 1e-3, 0.0, "adhered", surfaces_of(smooth, 1e-8))
+    problem = Problem(smooth, 1e-3, 0.0, surfaces_of(smooth, 1e-8))
     a = find_line(problem, 1, 0.0).x * (1 - 1e-5)
     ends = FittedLine(-a, False, False), FittedLine(a, False, False)
     assert (
@@ -117,7 +117,7 @@ def test_violations_do_not_depend_on_the_unit_of_stress():
     judged = []
     for unit in (1.0, 1e-6, 1e9):
         scene = adhesive(Parabola(0.02), k=130.0 * unit, gamma1=0.07 * unit, w=0.0)
-        problem = Problem.of(scene, 1e-3, 0.0, "adhered", surfaces_of(scene, 1e-8))
+        problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene, 1e-8))
         a = find_line(problem, 1, 0.0).x
         near, far = (FittedLine(-a * c, False, False) for c in (0.999, 10.0))
         ends = near, FittedLine(0.999 * a, False, False)

@@ -54,27 +54,12 @@ AXIS = FittedLine(0.0, True, False)  # where a contact about an axis ends on its
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A scene at a depth with its free surfaces.
-
-    touch: depth at which contact begins; reach: separation up to which springs without tension
-    stay attached.
-    """
+    """A scene at a depth with its free surfaces; touch: depth at which contact begins."""
 
     scene: Scene
     depth: float
     touch: float
-    reach: float
     surfaces: Surfaces
-
-    @classmethod
-    def of(
-        cls, scene: Scene, depth: float, touch: float, branch: str, surfaces: Surfaces
-    ) -> Problem:
-        """The problem of one branch."""
-        reach = scene.critical_separation
-        if branch == "adhered":
-            reach = min(reach, max(depth, touch) - depth)
-        return cls(scene, depth, touch, reach, surfaces)
 
     @property
     def lift(self) -> float:
@@ -108,19 +93,10 @@ class Problem:
         """
         scene, indenter = self.scene, self.scene.indenter
         f = float(indenter.height(x))
-        if not scene.gamma1:
-            return f - (self.reach if adhesive else 0.0) - self.depth
         f1 = float(indenter.slope_beside(x, side * beside) if beside else indenter.slope(x))
         w = scene.work_of_adhesion
         rest = self.surfaces.rest_depth(side, x, f, f1, None, w if adhesive else 0.0)
         return float(rest) - self.depth
-
-    @property
-    def lets_go(self) -> bool:
-        """Whether a line stops advancing where w is spent, and not where springs are untouched."""
-        scene = self.scene
-        spent = scene.gamma1 > 0 or self.reach == scene.critical_separation
-        return scene.work_of_adhesion > 0 and spent
 
     @property
     def tie(self) -> float:
@@ -143,7 +119,7 @@ class Problem:
         scene, lines = self.scene, self.distinct(ends)
         g = max(abs(self.displaced(end.x)) for _, end, _ in lines)
         steepest = 0.0
-        for side, end, _ in lines if scene.gamma1 else ():
+        for side, end, _ in lines:
             slope = float(scene.indenter.slope_beside(end.x, -side))
             steepest = max(steepest, abs(slope))
         if scene.slopes == "finite":
@@ -160,8 +136,6 @@ class Problem:
         """dP/dq of one line at fixed depth: k g, and the change of the free surface's pull."""
         scene, g = self.scene, self.displaced(x)
         pressed = scene.stiffness * g * float(scene.measure(x))
-        if not scene.gamma1:
-            return pressed
         h = _STEP * min(scene.elastocapillary_length, abs(x) or math.inf)
         lines = (At(z, float(scene.indenter.height(z))) for z in (x - side * h, x + side * h))
         before, after = (self.surfaces.pull(side, line, self.depth) for line in lines)
@@ -175,7 +149,7 @@ def outer_line(problem: Problem, start: float) -> FittedLine | None:
     """
     if problem.depth >= problem.touch:
         return find_line(problem, 1, start)
-    touching = Problem(problem.scene, problem.touch, problem.touch, problem.reach, problem.surfaces)
+    touching = Problem(problem.scene, problem.touch, problem.touch, problem.surfaces)
     x, over = least_shortfall(problem, find_line(touching, 1, start).x, 0.0)
     return find_line(problem, 1, x) if over <= 0 else None
 
@@ -195,7 +169,7 @@ def least_shortfall(problem: Problem, outer: float, enough: float) -> tuple[floa
 def find_line(problem: Problem, side: int, start: float) -> FittedLine:
     """First contact line outwards from `start`; at `start` itself where nothing beyond holds."""
     indenter = problem.scene.indenter
-    size = problem.scene.elastocapillary_length or problem.lift
+    size, held = problem.scene.elastocapillary_length, problem.scene.work_of_adhesion > 0
     h = functools.cache(functools.partial(problem.shortfall, side))
     if start in indenter.walls and start == indenter.extent[0 if side < 0 else 1]:
         return FittedLine(start, True, False)
@@ -217,7 +191,7 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
         if last > tie:
             return FittedLine(bracketed(h, start, corner), False, False)
         if corner in indenter.walls:
-            return FittedLine(corner, True, problem.lets_go and abs(last) <= tie)
+            return FittedLine(corner, True, held and abs(last) <= tie)
         start = corner
     inside, outside = _around(problem, h, side, start, size)
     return FittedLine(bracketed(h, inside, outside), False, False)

@@ -43,23 +43,23 @@ def on_one_contact(
     surfaces = surfaces_of(scene, rtol)
     apex = indenter.apex
     if apex is None:
-        apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
+        apex = lowest_point(indenter, scene.elastocapillary_length)
     starts, touch = (apex, apex), float(indenter.height(apex))
-    state = _state(Problem.of(scene, depth, touch, branch, surfaces), starts, branch, rtol)
+    state = _state(Problem(scene, depth, touch, surfaces), starts, branch, rtol)
     while max(state.error_estimate.values()) > rtol and surfaces.response.error > ROUNDING:
         better = finer_surfaces(surfaces)
         if better is None:
             break
         surfaces = better
-        state = _state(Problem.of(scene, depth, touch, branch, surfaces), starts, branch, rtol)
+        state = _state(Problem(scene, depth, touch, surfaces), starts, branch, rtol)
     if branch == "global" and state.energy > 0 and depth <= touch:
-        return _detached(Problem.of(scene, depth, touch, branch, surfaces), branch)
+        return _detached(Problem(scene, depth, touch, surfaces), branch)
     return state
 
 
 def _detached(problem: Problem, branch: str) -> Equilibrium:
     """The flat surface without contact."""
-    tail = FittedTail(problem.scene.elastocapillary_length or 1.0, problem.surfaces.response)
+    tail = FittedTail(problem.scene.elastocapillary_length, problem.surfaces.response)
     pressed = max(0.0, problem.depth - problem.touch) / problem.lift
     certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
     return detached(problem.scene, problem.depth, branch, tail, certificate)
@@ -68,7 +68,7 @@ def _detached(problem: Problem, branch: str) -> Equilibrium:
 def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: float) -> Equilibrium:
     """The certified state of a problem whose contact contains `starts`."""
     scene, depth = problem.scene, problem.depth
-    tail = FittedTail(scene.elastocapillary_length or 1.0, problem.surfaces.response)
+    tail = FittedTail(scene.elastocapillary_length, problem.surfaces.response)
     ends = _lines(problem, starts)
     if ends is None:
         if abs(problem.shortfall(1, starts[1])) <= _UNDECIDED * problem.lift:

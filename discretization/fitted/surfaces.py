@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -102,29 +101,3 @@ def by_side(rest_depth: Callable[..., Any]) -> Callable[..., Any]:
         return found
 
     return both
-
-
-@dataclass(frozen=True, eq=False)
-class NoTension:
-    """Springs without tension: what is free of the indenter is flat, and a line is at rest where
-    they let go, D = f - √(2w/k)."""
-
-    scene: Scene
-    response: Response
-
-    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        return f - np.sqrt(2 * w / self.scene.stiffness)
-
-    def pull(self, side: int, line: At, depth: float) -> float:
-        return 0.0
-
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
-        return np.zeros_like(z), np.zeros_like(z)
-
-    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
-        return np.zeros_like(depth), np.zeros_like(depth)
-
-    def free(self, left: At | None, right: At | None, depth: float) -> Free:
-        return Free(0.0, (0.0, 0.0), 0.0, 0.0)

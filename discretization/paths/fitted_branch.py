@@ -2,8 +2,7 @@
 
 At a new depth every contact line moves downhill in energy from where it was: outwards while dU/dq
 of a contact that closes is negative, inwards while that of one that opens is positive, else it
-stays. With one work of adhesion both change sign at the same place. Springs without tension
-(γ₁ = 0) close on touching and open at u = -δ₀.
+stays. With one work of adhesion both change sign at the same place.
 """
 
 from __future__ import annotations
@@ -78,16 +77,15 @@ class FittedBranch(BranchBase):
         indenter = scene.indenter
         apex = indenter.apex
         if apex is None:
-            apex = lowest_point(indenter, scene.elastocapillary_length or 1.0)
+            apex = lowest_point(indenter, scene.elastocapillary_length)
         return cls(scene, surfaces_of(scene, rtol), apex, float(indenter.height(apex)), rtol)
 
     def _problems(self, depth: float) -> tuple[Problem, Problem]:
         """That of a contact that closes, and that of one that opens."""
-        closing = Problem(self.scene, depth, self.touch, 0.0, self.surfaces)
-        if self.scene.gamma1 and self.scene.opening is None:
+        closing = Problem(self.scene, depth, self.touch, self.surfaces)
+        if self.scene.opening is None:
             return closing, closing
-        opened = self.scene.opened
-        return closing, Problem(opened, depth, self.touch, self.lift, self.surfaces)
+        return closing, Problem(self.scene.opened, depth, self.touch, self.surfaces)
 
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
@@ -163,7 +161,7 @@ class FittedBranch(BranchBase):
 
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """A line contact of a convex profile has no jumps; one about an axis ends at a fold."""
-        if not self.scene.axisymmetric or state is None or not self.scene.gamma1:
+        if not self.scene.axisymmetric or state is None:
             return None
         x, least = self._fold
         if not x or end >= least:
@@ -194,20 +192,14 @@ class FittedBranch(BranchBase):
         return totals(self.surfaces, depth, *state.ends, 1e-15)[1].energy
 
     def friction(self, before: State, after: State) -> float:
-        """Lost to adhesion hysteresis as the lines move without a jump.
-
-        Per length of the indenter, w - w_closing where it closes and w_opening - w where it opens;
-        w_closing is w, or 0 for springs without tension, which have to be touched.
-        """
-        if before is None or after is None:
+        """Lost to adhesion hysteresis, w_opening - w per length of the indenter that opens."""
+        if before is None or after is None or self.scene.opening is None:
             return 0.0
-        w, opening = self.scene.work_of_adhesion, self.scene.opened.work_of_adhesion
-        closing, lost = w if self.scene.gamma1 else 0.0, 0.0
-        for side, old, new in zip((-1, 1), before.ends, after.ends, strict=True):
-            per_length = w - closing if side * (new - old) > 0 else opening - w
-            if per_length and new != old:
-                lost += per_length * arc_length(self.scene, old, new)
-        return lost
+        ends = zip((-1, 1), before.ends, after.ends, strict=True)
+        opened = sum(
+            arc_length(self.scene, *at) for side, *at in ends if side * at[1] < side * at[0]
+        )
+        return (self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion) * opened
 
     def work(self, before: State, start: float, end: float) -> float:
         """∫P dd from one depth to another without a jump on the way, by adaptive Lobatto rules."""
