@@ -311,7 +311,7 @@ class Lattice:
 @functools.lru_cache(maxsize=4)
 def _powers(log_decay: float, count: int) -> tuple[Array, Array, Array]:
     """λⁿ, λⁿ - 1 and λ²ⁿ - 1 for n = 0, ..., count."""
-    n = -log_decay * np.arange(count + 1.0)
+    n = np.append(0.0, -log_decay * np.arange(1.0, count + 1))  # μ = ∞ without tension
     return np.exp(n), np.expm1(n), np.expm1(2 * n)
 
 
