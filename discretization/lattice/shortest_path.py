@@ -35,7 +35,7 @@ from discretization.lattice.bounds import certain, deepest_contact, may_pay
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.recursion import Chain, Paths, shortest, without_adhesion
-from discretization.lattice.starts import NOWHERE, Starts
+from discretization.lattice.starts import NOWHERE, Ends
 from energy import Indenter
 
 Array = NDArray[np.float64]
@@ -221,7 +221,7 @@ def _with_certain(chain: Chain, places: list[int]) -> Nodes:
     return np.flatnonzero(wanted[stretch])
 
 
-def _over(lattice: Lattice, left: Starts, right: Starts, x: int) -> float:
+def _over(lattice: Lattice, left: Ends, right: Ends, x: int) -> float:
     """Least energy with one span over node x, from a start on its left to one on its right."""
     mu, unit = lattice.log_decay, span.unit(lattice)
     p, q = (np.abs(float(x) - side * s.node) for side, s in ((1, left), (-1, right)))
