@@ -157,15 +157,13 @@ def test_the_window_of_an_endless_tilted_profile_ends_where_it_rises():
 @pytest.fixture
 def compared(monkeypatch):
     counts = Counter()
-    for kind in (starts.Few, starts.Many):
+    for name in ("land", "_span"):
 
-        def watched(stack, *args, land=kind.land):
-            few = isinstance(stack, starts.Few)
-            counts["landings"] += 1
-            counts["pairs"] += len(stack.rows[0]) if few else stack.live.stop - stack.live.start
-            return land(stack, *args)
+        def watched(*args, name=name, work=getattr(starts.Starts, name)):
+            counts[name] += 1
+            return work(*args)
 
-        monkeypatch.setattr(kind, "land", watched)
+        monkeypatch.setattr(starts.Starts, name, watched)
     return counts
 
 
@@ -179,15 +177,26 @@ def test_starts_compared_by_the_shortest_path(compared):
         compared.clear()
         proof = shortest_path.global_minimum(Lattice(1.0, 0.0, 1.0, 30.0, 0.5), g).proof
         assert not margin or proof.margin >= 0
-        counts[margin] = compared["landings"] / n, compared["pairs"] / n
+        counts[margin] = compared["land"] / n, compared["_span"] / n
     assert counts[False][0] <= 1.15
     assert counts[False][1] <= 3.45
     assert counts[True][0] <= 2.5 * counts[False][0]
 
 
-def test_starts_that_lost_are_dropped(compared):
+@pytest.mark.parametrize("n", [2000, 8000])
+def test_starts_are_not_looked_at_all(compared, n):
     """On a profile that is pulled everywhere, where many spans could still be the best."""
-    g = -0.3 - 0.3 * roughness(2000, 300, 6)
-    shortest_path.global_minimum(Lattice(1.0, 0.0, 1.0, 400.0, 1.5), g)
-    assert compared["landings"] == g.size
-    assert compared["pairs"] <= 29 * g.size
+    g = -0.3 - 0.3 * roughness(n, 3 * n // 20, 6)
+    shortest_path.global_minimum(Lattice(1.0, 0.0, 1.0, n / 5.0, 1.5), g)
+    assert compared["land"] == n
+    assert compared["_span"] <= 16.4 * n
+
+
+@pytest.mark.parametrize("n", [6000, 24_000])
+def test_a_smooth_profile_takes_as_many_looks_at_starts_per_node(compared, n):
+    """Some hundred and a thousand starts could be the best."""
+    x = np.linspace(-1, 1, n)
+    g = 0.3 - 0.5 * x * x - 1.5 * (1 - np.cos(13 * np.pi * x))
+    lattice = Lattice(1.0, 0.0, 1.0, (n / 70) ** 2, 0.5)
+    assert len(shortest_path.global_minimum(lattice, g).contacts) == 13
+    assert compared["_span"] <= 4.5 * n

@@ -9,9 +9,10 @@ from lattices import enumerated, over, random_lattice, unpruned
 from scenes import adhesive, roughness
 
 from discretization import NodalEnergy
-from discretization.lattice import fronts
+from discretization.lattice import fronts, span, starts
 from discretization.lattice.bounds import certain, may_pay
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.recursion import Chain, shortest
 from discretization.lattice.shortest_path import global_minimum, window
 from discretization.lattice.totals import totals
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Wedge
@@ -116,6 +117,43 @@ def test_nothing_is_lost_by_pruning(seed):
             assert 0 < result.proof.margin <= parted - result.energy + 1e-12 * scale
             if len(result.contacts) == 1 and may_pay(lattice, h).sum() < last - first + 4:
                 assert abs(result.proof.margin - (parted - result.energy)) <= 1e-12 * scale
+
+
+def among_all_starts(lattice, h):
+    """V of every node by comparing all: lines in z = λ⁻²ˣ, y = h λ⁻ˣ that run below the nodes."""
+    root, unit = np.exp(lattice.log_decay * np.arange(h.size)), span.unit(lattice)
+    z, y, value = np.append(0, root**2), np.append(0, h * root), np.zeros(h.size + 1)
+    for j in range(1, h.size + 1):
+        slope = (y[j] - y[:j]) / (z[j] - z[:j])
+        newer = np.append(np.maximum.accumulate(slope[:0:-1])[::-1], -math.inf)
+        cost = unit * slope * (y[j] - y[:j])
+        cost[1:][-1:] -= lattice.w * lattice.spacing
+        value[j] = (value[:j] + cost)[slope >= newer].min()
+    return value[1:]
+
+
+@pytest.mark.parametrize("few", [1, 16])
+@pytest.mark.parametrize("ahead", [0, 60])
+def test_the_starts_not_looked_at_are_not_the_best(few, ahead, monkeypatch):
+    """Waves, walks and tips; links far ahead, and among hardly any starts, are as good."""
+    monkeypatch.setattr(starts, "_FEW", few)
+    monkeypatch.setattr(starts, "_AHEAD", ahead)
+    for seed in range(400):
+        rng = np.random.default_rng(seed)
+        n, ell, delta = (
+            int(rng.integers(30, 100)),
+            10 ** rng.uniform(0.7, 2),
+            10 ** rng.uniform(-1, 1),
+        )
+        h = 10 ** rng.uniform(-2, 0.5) * np.cos(np.arange(n) * rng.uniform(0.02, 0.4))
+        h += 10 ** rng.uniform(-3, -0.5) * rng.normal(size=n).cumsum()
+        h += rng.uniform(0.01, 0.3) - h.min()
+        h *= np.where(rng.random(n) < rng.uniform(0, 0.15), rng.uniform(0.2, 1, n), 1.0)
+        lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
+        chain = Chain(np.arange(n), h, np.append(0.0, np.ones(n - 1)))
+        truth = among_all_starts(lattice, h)
+        error = np.abs(shortest(lattice, chain).value - truth).max()
+        assert error <= 1e-11 * np.abs(truth).max(), seed
 
 
 def test_a_start_without_an_admissible_span_beats_no_other():

@@ -69,7 +69,8 @@ def without_adhesion(
 ) -> tuple[float, Ends]:
     """V of the core and the starts of spans over it if the links first..core do not adhere."""
     starts, value = paths.reached[first], float(paths.value[first])
-    steps = _steps(Chain(*(column[first : core + 1] for column in chain)))
+    part = slice(first, core + 1)
+    steps = _steps(Chain(chain.node[part], chain.depth[part], chain.links[part]))
     x, h, _ = next(steps)
     for beyond, depth, _ in steps:
         starts.push(first, x, h, value)

@@ -1,33 +1,35 @@
 """The starts of spans at some node, for the recursion of shortest_path.py.
 
-In z = λ⁻²ˣ and y = v λ⁻ˣ spans are straight lines, and from start i to the point (z, y) the cost is
+In z = λ⁻²ˣ and y = v λ⁻ˣ spans are straight lines, and from start i to the point (z, y) they cost
 
-    E_i(z, y) = V_i + t sinh μ (y - y_i)²/(z - z_i).
+    E_i(z, y) = V_i + t sinh μ (y - y_i)²/(z - z_i)
 
-Nodes, (z, y) with v = h, may lie on these lines or above. The starts are a stack, the newest on
-top. Whether node j, just reached, can be seen from start i, and which start is best for it, takes a
-look at only a few of them. Below, a is older than b, and b older than c.
+unless a node between lies below the line: it blocks i. The starts are a stack, the newest on top;
+when a node has been landed on, those newer than its best start are dropped. Below, a is older than
+b, and b than c; a loses to b at a point where E_a >= E_b or where b blocks a.
 
-1. All starts newer than the best one for j are dropped: a span from them to a later node would
-   cross one that costs less. Those left block what the dropped ones did: if c did block the line
-   from a to a later point, so does j or the best start b that drops c, as the line from b to j runs
-   below c. So i sees j iff its line there has at least the slope, at j, of those from newer starts.
-2. Where b does not block a, E_a - E_b grows with y, by 2 t sinh μ times what the slopes differ. So
-   a is better than b below some y only,
+1. Starts dropped so need not be asked whether they block. Let b be the best start of node j, seen
+   from it, and c be dropped. If c blocks a at a later point then so does b, or else j: the line
+   from b to j runs below c, that from a above c but below b, so it is above the former at j.
+2. Where b does not block a, E_a - E_b grows with y: by 2 t sinh μ times what their slopes differ.
+   So a loses to b from one y on, and not below it. It is
 
        y_ab(z) = y_b + s (z - z_b) - √(D (z - z_a)(z - z_b)/(t sinh μ (z_b - z_a))),
 
-   s the slope from a to b, D = E_a(z_b, y_b) - V_b, 0 if negative. Thus b is the best of the three
-   nowhere, or between y_ab < y_bc. If nowhere at z then nowhere later: where it is, it is along its
-   whole span, since a detour costs more. For y >= 0 only: b is lost, too, once y_bc < 0.
-3. The stack is linked into a chain at a node ahead, the horizon: only starts best of all somewhere
-   there, and so at any node before. Coming down the stack, let b and a be neighbours in the chain,
-   b seen, and E_a > E_b or a blocked by b. Then y > y_ab, and all older starts lose to b: those in
-   the chain have their y between two bounds below y_ab; one that is not, and were better than b and
-   all of them, would still be so at the horizon for some y.
-
-So a few starts are looked at for a node. At the horizon starts that are lost are dropped, and the
-chain is linked anew up to a horizon some part of their number ahead: a few steps per node.
+   s the slope from a to b, D = E_a(z_b, y_b) - V_b, or 0 if that is negative.
+3. If y_ab <= y_bc at some z then at all before: b is the best of the three at a point between, so
+   it is so along its whole span, as any detour by a or c costs more.
+4. Start b is linked to an older one k if at a node ahead, the horizon, all starts older than k lose
+   to it at y_kb. With 3 they do so at all nodes before. At a node seen from b where k loses to b,
+   y >= y_kb, hence all that are older than k lose to k at y_kb and to b from there on: the search
+   for the best start, from the top of the stack down, ends. To link, each start bears M_b, from
+   which on all older ones lose to it at the horizon: M_k <= y_kb is what k must fulfil, and M_b is
+   the largest y_ib of those from k to b. Of starts between some i and the one it is linked to, all
+   lose to b from M_i on if i does, that is if y_ib < M_i, and b does not block i there.
+5. At a node where y_ab >= y_bc, and c is seen at y_bc, b is lost: with T_i the cost from i to any
+   (z, y) by the taut string below all nodes, T_b >= min(T_a, T_c) for all y there, and so at all
+   later z, whatever nodes are to come; and what only b blocks is no better than c where it would
+   be. All starts older than the best one at y = 0 are lost as well, as no node lies below.
 """
 
 from __future__ import annotations
@@ -45,22 +47,14 @@ from discretization.lattice.nodes import Lattice
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 NOWHERE = -(1 << 62)  # node of the start "nothing precedes"
-_AHEAD = 8  # nodes to the next horizon, at least
+_FEW = 16  # starts that are all looked at
+_AHEAD = 8  # nodes to the next horizon, and one more for two starts
+_APART = 1e-200  # λᵀ of starts so far apart that their slopes cannot be compared
+Start = tuple[int, int, float, float, int, float]
+"""Place in the chain of nodes, node, V, h, what it is linked to in the stack (-1: nothing), M.
 
-
-class Start(NamedTuple):
-    """Place in the chain of nodes, node, V, h; how it is linked.
-
-    before: where in the stack the next older one of the chain is, -1: none; slope: t sinh μ times
-    that of the line from this start to y_ab at the horizon, a the one before, in units with z = 1.
-    """
-
-    place: int
-    node: int
-    value: float
-    depth: float
-    before: int
-    slope: float
+M is given by the slope of the line to it from this start, in units with z = 1 at the start.
+"""
 
 
 class Ends(NamedTuple):
@@ -76,13 +70,13 @@ class Starts:
     """The stack; the first start is "nothing precedes"."""
 
     def __init__(self, lattice: Lattice) -> None:
-        self.mu, self.unit, self.horizon = lattice.log_decay, span.unit(lattice), -math.inf
-        self.stack: list[Start] = []
+        self.lattice, self.mu, self.unit = lattice, lattice.log_decay, span.unit(lattice)
+        self.horizon, self.stack = -math.inf, list[Start]()
         self._link(-1, NOWHERE, 0.0, 0.0)
 
     def land(self, x: int, h: float, adhesion: float, tie: float) -> tuple[float, int]:
         """V and predecessor of node x; newer starts than the best one are dropped."""
-        if x >= self.horizon:
+        if x >= self.horizon and len(self.stack) > _FEW:
             self._look_ahead(x)
         top = len(self.stack) - 1
         best, least = self._best(x, h, adhesion + tie)
@@ -106,9 +100,10 @@ class Starts:
         n, (_, node, value, depth, _, _) = len(self.stack), zip(*self.stack, strict=True)
         nodes, depths, slope = np.array([*node, x], float), np.array([*depth, h]), np.empty(n)
         for k in range(n):
-            loss = -np.expm1(self.mu * (nodes[k] - nodes[k + 1 :]))
-            pull = self.unit / (loss * (2 - loss)) * (depths[k + 1 :] - depths[k] + loss * depths[k])
-            slope[k] = (pull * np.exp(np.minimum(self.mu * (x - nodes[k + 1 :]), span.FAR))).min()
+            newer = nodes[k + 1 :]
+            rise = depths[k + 1 :] - depths[k] - np.expm1(self.mu * (nodes[k] - newer)) * depths[k]
+            pull = span.stiffness(self.lattice, newer - nodes[k]) * rise
+            slope[k] = (pull * np.exp(np.minimum(self.mu * (x - newer), span.FAR))).min()
         return Ends(nodes[:-1], np.array(value), depths[:-1], slope)
 
     def last(self, tie: float) -> tuple[int, float]:
@@ -121,29 +116,33 @@ class Starts:
         best = int((total <= total.min() + tie).nonzero()[0][-1])
         return int(place[best]), float(total[best])
 
-    def _span(self, start: Start, x: int, h: float) -> tuple[float, float, float]:
-        """1 - λᵀ; K_T (h - λᵀ h_i), t sinh μ times the slope at node x if z = 1 there; E_i."""
+    def _span(self, start: Start, x: int, h: float) -> tuple[float, float, float, float]:
+        """λᵀ, 1 - λ²ᵀ, E_i and the slope at node x, there in units with z = 1, less h.
+
+        The slope of the line from z = 0 is h; what others have above it would be lost in rounding.
+        """
         _, node, value, depth, _, _ = start
-        loss = -math.expm1(self.mu * (node - x))
-        rise = h - depth + loss * depth
-        pull = self.unit / (loss * (2 - loss)) * rise
-        return loss, pull, value + pull * rise
+        decay, loss = math.exp(self.mu * (node - x)), -math.expm1(self.mu * (node - x))
+        whole = loss * (1 + decay)
+        above = decay * (h - depth - loss * h) / whole
+        return decay, whole, value + self.unit * (h + above) * (h - depth + loss * depth), above
 
     def _best(self, x: int, h: float, won: float) -> tuple[int, float]:
         """Where the best start is, of equal ones the newest, and its E; `won`: by the newest."""
-        k = best = top = linked = len(self.stack) - 1
+        k = best = top = len(self.stack) - 1
+        linked = top if x <= self.horizon else -1
         least, bound, slope, steepest = math.inf, math.inf, -math.inf, -math.inf
         while k >= 0:
             start = self.stack[k]
-            _, pull, total = self._span(start, x, h)
-            seen = pull >= steepest
+            _, _, total, above = self._span(start, x, h)
+            seen = above >= steepest
             if k == linked:
-                if total > bound or pull < slope:
+                if total > bound or above < slope:
                     break
                 linked = start[4]
-                bound, slope = (total, pull) if seen else (math.inf, -math.inf)
+                bound, slope = (total, above) if seen else (math.inf, -math.inf)
             if seen:
-                steepest = pull
+                steepest = above
                 if k == top:
                     total -= won
                 if total < least:
@@ -151,33 +150,72 @@ class Starts:
             k -= 1
         return best, least
 
+    def _ahead(self, x: int) -> float:
+        """z at the horizon less that at node x, there in units with z = 1."""
+        return math.expm1(min(2 * self.mu * (self.horizon - x), span.FAR))
+
+    def _crossing(self, a: Start, x: int, value: float, h: float) -> tuple[float, ...]:
+        """Slopes of the lines to y_ab at the horizon from a, and from b at node x, as in `Start`.
+
+        Also λᵀ, the slope at b of the line from a to b, and (z_b - z_a)/(z - z_b).
+        """
+        decay, whole, total, above = self._span(a, x, h)
+        bend = math.sqrt(max(total - value, 0.0) / (self.unit * whole))
+        line, part = h + above, whole / self._ahead(x)
+        ratio = math.sqrt(1 + part)
+        return decay * (line - bend / ratio), line - bend * ratio, decay, line, part
+
     def _link(self, j: int, x: int, value: float, h: float) -> None:
-        """Put a start on the stack, linked to the newest older one that it leaves in the chain."""
-        k, slope = len(self.stack) - 1, -math.inf
-        ahead = math.expm1(min(2 * self.mu * (self.horizon - x), span.FAR))
+        """Put a start on the stack, linked by statement 4; not at all beyond the horizon."""
+        k, most = len(self.stack) - 1 if x < self.horizon else -1, -math.inf
         while k >= 0:
-            start = self.stack[k]
-            loss, pull, total = self._span(start, x, h)
-            whole = loss * (2 - loss)
-            bend = math.sqrt(max(total - value, 0.0) * self.unit / whole)
-            ratio = math.sqrt(1 + whole / ahead)
-            if start[5] < (1 - loss) * (pull - bend / ratio):
-                slope = pull - bend * ratio
+            near, far, decay, line, part = self._crossing(self.stack[k], x, value, h)
+            most, own = max(most, far), self.stack[k][5]
+            if own <= near:
                 break
-            k = start[4]
-        self.stack.append(Start(j, x, value, h, k, slope))
+            if decay > _APART and own <= decay * line:
+                own /= decay
+                most, k = max(most, own + (own - line) * part), self.stack[k][4]
+            else:
+                k -= 1
+        self.stack.append((j, x, value, h, k, most))
 
     def _look_ahead(self, x: int) -> None:
         """Drop the starts that are lost at node x, and link the others up to the next horizon."""
-        self._relink(self.stack, x)
-        k, kept = len(self.stack) - 1, []
         oldest, _ = self._best(x, 0.0, 0.0)
-        while k >= oldest:
-            kept.append(self.stack[k])
-            k = self.stack[k][4]
-        self._relink(kept[::-1], x + _AHEAD + len(kept) // 2)
-
-    def _relink(self, starts: list[Start], horizon: int) -> None:
-        self.stack, self.horizon = [], horizon
-        for place, node, value, depth, _, _ in starts:
+        self.horizon = x
+        kept = self._not_lost(self.stack[oldest:])
+        self.stack, self.horizon = [], x + _AHEAD + len(kept) // 2
+        for place, node, value, depth, _, _ in kept:
             self._link(place, node, value, depth)
+
+    def _not_lost(self, starts: list[Start]) -> list[Start]:
+        """Those of the starts that are not lost at the horizon by statement 5."""
+        kept: list[tuple[Start, float, float]] = []
+        hull: list[Start] = []
+        for a in reversed(starts):
+            upper = math.inf
+            while kept:
+                b, sees, most = kept[-1]
+                near, far, *_ = self._crossing(a, *b[1:4])
+                if far < most:
+                    upper = near if far <= sees else math.inf
+                    break
+                kept.pop()
+            kept.append((a, self._sees(a, hull), upper))
+        return [start for start, *_ in reversed(kept)]
+
+    def _sees(self, start: Start, hull: list[Start]) -> float:
+        """Largest slope of a line from a start that no newer one blocks, as in `Start`.
+
+        hull: the lower convex hull of these, the oldest last; the start is added to it.
+        """
+        least, touched = math.inf, []
+        while hull:
+            decay, _, _, above = self._span(start, hull[-1][1], hull[-1][3])
+            slope = decay * (hull[-1][3] + above)
+            if slope >= least:
+                break
+            least, touched = slope, [hull.pop()]
+        hull += [*touched, start]
+        return least
