@@ -157,13 +157,18 @@ def test_the_window_of_an_endless_tilted_profile_ends_where_it_rises():
 @pytest.fixture
 def compared(monkeypatch):
     counts = Counter()
-    for name in ("land", "_span"):
 
-        def watched(*args, name=name, work=getattr(starts.Starts, name)):
+    def watch(name):
+        work = getattr(starts.Starts, name)
+
+        def watched(*args):
             counts[name] += 1
             return work(*args)
 
         monkeypatch.setattr(starts.Starts, name, watched)
+
+    watch("land")
+    watch("_span")
     return counts
 
 

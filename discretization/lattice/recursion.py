@@ -1,7 +1,7 @@
 """The shortest path over contact nodes, one node after the other.
 
 With the quantities of shortest_path.py: V_j = min_i V_i + K_T (h_j - λᵀh_i)² - wΔx·links over the
-starts i of admissible spans that are still alive (starts.py).
+starts i of admissible spans (starts.py).
 """
 
 from __future__ import annotations

@@ -13,11 +13,11 @@
    or nothing precedes j: V = 0, T = ∞. The span is admissible iff it stays above g: its slope at i,
    p = K_T (h_j - λᵀh_i) exp(-μT), must not exceed the p of any node between.
 3. Optimal spans never cross. So a start i that an older one beats at v = h_j is beaten for good,
-   and one that a newer one beats at v = 0 as well: only few starts stay alive.
+   and of those left only a few need be compared for a node (starts.py).
 4. Nodes that are certainly in contact, or never, are known beforehand (bounds.py); from here on ū
    is the surface held at the former, and the latter are left out: v < h there in every minimiser.
 
-The recursion is exact but for rounding; a step costs a few vector operations over the starts alive.
+The recursion is exact but for rounding; a node takes a dozen looks at a start, however many left.
 """
 
 from __future__ import annotations
