@@ -119,39 +119,49 @@ def test_nothing_is_lost_by_pruning(seed):
                 assert abs(result.proof.margin - (parted - result.energy)) <= 1e-12 * scale
 
 
-def among_all_starts(lattice, h):
+def among_all_starts(lattice, chain):
     """V of every node by comparing all: lines in z = λ⁻²ˣ, y = h λ⁻ˣ that run below the nodes."""
-    root, unit = np.exp(lattice.log_decay * np.arange(h.size)), span.unit(lattice)
+    h, unit = chain.depth, span.unit(lattice)
+    root = np.exp(lattice.log_decay * chain.node)
     z, y, value = np.append(0, root**2), np.append(0, h * root), np.zeros(h.size + 1)
     for j in range(1, h.size + 1):
         slope = (y[j] - y[:j]) / (z[j] - z[:j])
         newer = np.append(np.maximum.accumulate(slope[:0:-1])[::-1], -math.inf)
         cost = unit * slope * (y[j] - y[:j])
-        cost[1:][-1:] -= lattice.w * lattice.spacing
+        cost[-1] -= lattice.w * lattice.spacing * chain.links[j - 1]
         value[j] = (value[:j] + cost)[slope >= newer].min()
     return value[1:]
+
+
+def waves_and_tips(seed):
+    """Lattice and nodes of spacing 1 where links adhere as they like."""
+    rng = np.random.default_rng(seed)
+    n, ell, delta = (
+        int(rng.integers(15, 100)),
+        10 ** rng.uniform(0.5, 2.3),
+        10 ** rng.uniform(-1.5, 1),
+    )
+    h = 10 ** rng.uniform(-2, 0.7) * np.cos(
+        np.arange(n) * rng.uniform(0.02, 0.6) + rng.uniform(0, 6)
+    )
+    h += 10 ** rng.uniform(-3, -0.3) * rng.normal(size=n).cumsum()
+    h += rng.uniform(0.01, 0.3) - h.min()
+    h *= np.where(rng.random(n) < rng.uniform(0, 0.6), rng.uniform(0.1, 1, n), 1.0)
+    lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
+    adhere = rng.random(n - 1) < rng.uniform(0.05, 1)
+    links = np.where(adhere, 10 ** rng.uniform(-2, 1.5, n - 1), 0.0)
+    return lattice, Chain(np.arange(n), h, np.append(0.0, links))
 
 
 @pytest.mark.parametrize("few", [1, 16])
 @pytest.mark.parametrize("ahead", [0, 60])
 def test_the_starts_not_looked_at_are_not_the_best(few, ahead, monkeypatch):
-    """Waves, walks and tips; links far ahead, and among hardly any starts, are as good."""
+    """With hardly any starts and far ahead, too; the last seeds show what one in thousands does."""
     monkeypatch.setattr(starts, "_FEW", few)
     monkeypatch.setattr(starts, "_AHEAD", ahead)
-    for seed in range(400):
-        rng = np.random.default_rng(seed)
-        n, ell, delta = (
-            int(rng.integers(30, 100)),
-            10 ** rng.uniform(0.7, 2),
-            10 ** rng.uniform(-1, 1),
-        )
-        h = 10 ** rng.uniform(-2, 0.5) * np.cos(np.arange(n) * rng.uniform(0.02, 0.4))
-        h += 10 ** rng.uniform(-3, -0.5) * rng.normal(size=n).cumsum()
-        h += rng.uniform(0.01, 0.3) - h.min()
-        h *= np.where(rng.random(n) < rng.uniform(0, 0.15), rng.uniform(0.2, 1, n), 1.0)
-        lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
-        chain = Chain(np.arange(n), h, np.append(0.0, np.ones(n - 1)))
-        truth = among_all_starts(lattice, h)
+    for seed in [*range(200), 103328, 106905, 108679]:
+        lattice, chain = waves_and_tips(seed)
+        truth = among_all_starts(lattice, chain)
         error = np.abs(shortest(lattice, chain).value - truth).max()
         assert error <= 1e-11 * np.abs(truth).max(), seed
 

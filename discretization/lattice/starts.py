@@ -22,7 +22,8 @@ b, and b than c; a loses to b at a point where E_a >= E_b or where b blocks a.
 4. Start b is linked to an older one k if at a node ahead, the horizon, all starts older than k lose
    to it at y_kb. With 3 they do so at all nodes before. At a node seen from b where k loses to b,
    y >= y_kb, hence all that are older than k lose to k at y_kb and to b from there on: the search
-   for the best start, from the top of the stack down, ends. To link, each start bears M_b, from
+   for the best start, from the top of the stack down, ends. This takes D >= 0: where another start
+   blocks k from b, k may be better than b below y_kb and at it. To link, each bears M_b, from
    which on all older ones lose to it at the horizon: M_k <= y_kb is what k must fulfil, and M_b is
    the largest y_ib of those from k to b. Of starts between some i and the one it is linked to, all
    lose to b from M_i on if i does, that is if y_ib < M_i, and b does not block i there.
@@ -157,23 +158,24 @@ class Starts:
     def _crossing(self, a: Start, x: int, value: float, h: float) -> tuple[float, ...]:
         """Slopes of the lines to y_ab at the horizon from a, and from b at node x, as in `Start`.
 
-        Also λᵀ, the slope at b of the line from a to b, and (z_b - z_a)/(z - z_b).
+        Also λᵀ, the slope at b of the line from a to b, (z_b - z_a)/(z - z_b), and E_a - V_b at b.
         """
         decay, whole, total, above = self._span(a, x, h)
         bend = math.sqrt(max(total - value, 0.0) / (self.unit * whole))
         line, part = h + above, whole / self._ahead(x)
         ratio = math.sqrt(1 + part)
-        return decay * (line - bend / ratio), line - bend * ratio, decay, line, part
+        ends = decay * (line - bend / ratio), line - bend * ratio
+        return *ends, decay, line, part, total - value
 
     def _link(self, j: int, x: int, value: float, h: float) -> None:
         """Put a start on the stack, linked by statement 4; not at all beyond the horizon."""
         k, most = len(self.stack) - 1 if x < self.horizon else -1, -math.inf
         while k >= 0:
-            near, far, decay, line, part = self._crossing(self.stack[k], x, value, h)
+            near, far, decay, line, part, gain = self._crossing(self.stack[k], x, value, h)
             most, own = max(most, far), self.stack[k][5]
-            if own <= near:
+            if gain >= 0 and own <= near:
                 break
-            if decay > _APART and own <= decay * line:
+            if gain >= 0 and decay > _APART and own <= decay * line:
                 own /= decay
                 most, k = max(most, own + (own - line) * part), self.stack[k][4]
             else:
