@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 from scenes import ALPHA, DELTA0, L, adhesive, rippled, tips, wavy
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from discretization import AccuracyWarning, History, load_path, minimise
+from discretization.fitted.rests import Rests
 from discretization.fitted.smooth import Smooth
 from discretization.paths.fitted_many import FittedMany
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
+from studies.benchmarks.path_speed import rough_scene
 
 UP = np.r_[-0.1, 0.6, 1.485, 1.8] * DELTA0
 LOOP = np.r_[UP, np.linspace(1.2, -0.9, 6) * DELTA0]
@@ -59,6 +61,34 @@ def test_before_a_contact_begins_the_free_surface_is_clear_and_then_it_touches(p
     for depth, number in ((event.depth - near, 0), (event.depth + near, 1)):
         begun = load_path(path.scene, depths=[*UP[:2], depth])
         assert len(begun.inner[-1]) == len(event.before.inner) + 2 * number
+
+
+def test_where_an_equilibrium_disappears_is_solved_for(path):
+    """Of the outermost line: where its D is greatest."""
+    rests = FittedMany.of(path.scene, 1e-8, 2 * DELTA0).motion.rests
+    x = np.linspace(-8, 8, 2001) * L
+    D = rests.ahead(np.column_stack([x, np.full_like(x, math.inf)]), 1)[:, 0]
+    tops = np.flatnonzero((D[1:-1] > D[:-2]) & (D[1:-1] > D[2:])) + 1
+    assert tops.size
+    for i in tops.tolist():
+        found = minimize_scalar(
+            lambda q: -float(rests.ahead(np.array([[q, math.inf]]), 1)[0, 0]),
+            bracket=x[i - 1 : i + 2].tolist(),
+            tol=1e-9,
+        )
+        fold = rests.fold(np.array([x[i - 10], math.inf]), 1)
+        assert fold == pytest.approx(-found.fun, rel=0, abs=1e-14 * DELTA0)
+
+
+def test_jumps_are_where_halving_encloses_them(monkeypatch):
+    """A gap between contacts on a rough profile: its lines leave at once, pressed and retracted."""
+    scene, depths = rough_scene(4), np.r_[-0.1, 1.87, 2.0, 1.9, 0.5]
+    solved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
+    monkeypatch.setattr(Rests, "fold", lambda *_: math.nan)
+    halved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
+    assert len(solved) == len(halved) >= 2
+    for one, other in zip(solved, halved, strict=True):
+        assert one.depth == pytest.approx(other.depth, rel=0, abs=1e-12)
 
 
 def test_the_mirror_image_has_the_mirrored_path(path):

@@ -8,6 +8,7 @@ depths of rest are known. The others are known to move smoothly beyond it, and a
 What runs out at an event is known in between, and all but linear in the depth: the square of the
 stiffness against moving the lines of a surface, its least clearance, the width of a contact. So the
 next depth to try is where it would be zero; one in the middle, where that does not halve the range.
+Where an equilibrium disappears is solved for (rests.py), and only tried on either side.
 """
 
 from __future__ import annotations
