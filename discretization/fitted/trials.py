@@ -165,11 +165,8 @@ class Trials:
         involved, parts, passed = self._involved(high, start), 1, False
         if high.failed and not high.known:
             low, high = self._to_fold(low, high, involved)
-        older, least = (
-            low._replace(rooms=low.rooms or self._rooms(low, involved, high.depth)),
-            _CLOSE * self.motion.rests.size,
-        )
-        low = older
+        low = older = low._replace(rooms=low.rooms or self._rooms(low, involved, high.depth))
+        least = _CLOSE * self.motion.rests.size
         aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
         for _ in range(_MOST):
             width = high.depth - low.depth
