@@ -199,19 +199,22 @@ class Trials:
 
     def _to_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
         """Just before and beyond where an equilibrium disappears, if that is found; else these."""
-        start, end, least = low.depth, high.depth, _CLOSE * self.motion.rests.size
-        way = 1 if end > start else -1
+        start, least = low.depth, _CLOSE * self.motion.rests.size
+        way = 1 if high.depth > start else -1
         folds = [self.motion.rests.fold(low.lines[i], way) for i in sorted(high.failed)]
-        ahead = [fold for fold in folds if 0 < way * (fold - start) < way * (end - start)]
+        steps = (way * (fold - start) for fold in folds)
+        ahead = [step for step in steps if -least < step < abs(high.depth - start)]
         if not ahead:
             return low, high
-        fold = min(ahead, key=lambda depth: abs(depth - start))
-        before = self.to(low.lines, which, start, fold - way * least / 2)
-        if before.failed:
-            return low, high
-        before = before._replace(work=low.work + before.work)
-        beyond = self.tried(before.lines, which, before.depth, fold + way * least / 2)
-        return before, beyond if beyond.failed else high
+        step, before = max(min(ahead), 0.0), low
+        if step > least / 2:
+            before = self.to(low.lines, which, start, start + way * (step - least / 2))
+            if before.failed:
+                return low, high
+            before = before._replace(work=low.work + before.work)
+        beyond = start + way * (step + least / 2)
+        tried = self.tried(before.lines, which, before.depth, beyond)
+        return before, tried if tried.failed else high
 
     def _rooms(self, low: Tried, which: set[int], end: float) -> Rooms:
         """What is left at first for free surfaces and contacts."""

@@ -179,6 +179,21 @@ def moved(branch: Branch, point: Point, depth: float) -> Point:
     return Point(depth, branch.follow(point.state, depth))
 
 
+class Along:
+    """Points on one way from a first one, each followed from the last known before it."""
+
+    def __init__(self, branch: Branch, start: Point) -> None:
+        self.branch, self.known = branch, [start]
+
+    def at(self, depth: float) -> Point:
+        """The point at a depth."""
+        start = self.known[0].depth
+        before = (p for p in self.known if min(start, depth) <= p.depth <= max(start, depth))
+        last = max(before, key=lambda point: abs(point.depth - start))
+        self.known.append(moved(self.branch, last, depth))
+        return self.known[-1]
+
+
 def steady(branch: Branch, point: Point, depth: float) -> Point:
     """The point at another depth; without a state if something happens on the way there."""
     if branch.jump(point.state, point.depth, depth) is not None:
@@ -193,9 +208,8 @@ def _between(
 
     side: of the second one, as far as that is known.
     """
-    sign = side or (-1.0 if excess(here) > 0 else 1.0)
-    depth = bracketed(lambda d: sign * excess(moved(branch, here, d)), here.depth, there.depth)
-    return moved(branch, here, depth)
+    sign, along = side or (-1.0 if excess(here) > 0 else 1.0), Along(branch, here)
+    return along.at(bracketed(lambda d: sign * excess(along.at(d)), here.depth, there.depth))
 
 
 def _tried(
@@ -254,12 +268,12 @@ def lost_point(branch: Branch, point: Point) -> Point:
 def point_of_fold(branch: Branch, control: Control, stable: Point, end: Point) -> Point:
     """Where P' + K changes sign between a stable point and `end`; `end` if it does not."""
     size = branch.lift or abs(stable.depth - end.depth)
-    room = abs(stable.depth - end.depth)
+    room, along = abs(stable.depth - end.depth), Along(branch, stable)
 
     def rate(depth: float, stride: float) -> float:
         total = control.stiffness or 0.0
         for count, weight in _STENCIL:
-            ahead, behind = (moved(branch, stable, depth + s * count * stride) for s in (1, -1))
+            ahead, behind = (along.at(depth + s * count * stride) for s in (1, -1))
             rise = branch.force(ahead.state, ahead.depth) - branch.force(behind.state, behind.depth)
             total += weight * rise / stride
         return total
@@ -281,4 +295,4 @@ def point_of_fold(branch: Branch, control: Control, stable: Point, end: Point) -
         if abs(kink - found) <= stride:  # smooth: the long stride is the more accurate
             break
         found = kink
-    return moved(branch, stable, found)
+    return along.at(found)

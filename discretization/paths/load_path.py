@@ -141,11 +141,15 @@ class LoadPath:
         """
         start, kind = before, "jump"
         if before.depth == closes.depth:
-            beyond = before.depth + side * max(self.branch.lift, abs(before.depth))
-            jump = self.branch.jump(before.state, before.depth, beyond)
+            state, depth = before.state, before.depth
+            near = _NEAR * (self.branch.lift + abs(depth))
+            jump = self.branch.jump(state, depth, depth + 2 * side * near)
+            if jump is None:
+                beyond = depth + side * max(self.branch.lift, abs(depth))
+                jump = self.branch.jump(state, depth, beyond)
             if jump is None or jump[2] is None:
                 return kind, None
-            if abs(jump[0] - before.depth) > _NEAR * (self.branch.lift + abs(before.depth)):
+            if abs(jump[0] - depth) > near:
                 return kind, jumped(self.branch, self.control, before, at, side)
             start = Point(jump[0], jump[2])
             kind = _kind(before.state, start.state, side > 0)
