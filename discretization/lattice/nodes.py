@@ -36,7 +36,7 @@ Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Lattice:
+class Lattice(Place):
     """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
 
     spring: kΔx; link: t; log_decay: -ln λ; decay: λ, the factor by which a free tail decays per
@@ -66,6 +66,8 @@ class Lattice:
     end_stiffness: float = field(init=False)
     link_over_decay: float = field(init=False)
     cell: float = field(init=False)
+    weight: float = field(init=False, default=1.0)
+    root: float = field(init=False, default=1.0)
 
     @classmethod
     def describes(cls, scene: Scene) -> bool:
@@ -220,21 +222,9 @@ class Lattice:
         """The free surface beyond a contact line."""
         return LatticeTail(self.log_decay / self.spacing)
 
-    def tail_energy(self, u):
-        """F(u) of a tail whose first node is displaced by u, without that node's own spring."""
-        return self.end_stiffness / 2 * u * u
-
-    def tail_reaction(self, u):
-        """F'(u): pull of the tail's first link."""
-        return self.end_stiffness * u
-
     def tail_force(self, u):
         """Σ_{j>=1} kΔx u_j: force of the tail's springs; the same number in balance."""
         return self.spring * self.decay / self.loss * u
-
-    def tail_stiffness(self, u):
-        """F''(u)."""
-        return self.end_stiffness
 
     def gap_force(self, left, right, f, g, depth):
         """Pull of free surfaces between two contact nodes each, at these heights of the profile."""
@@ -265,43 +255,6 @@ class Lattice:
     def arc(self, rise):
         """Length of a link on which f rises by `rise`, over Δx, as far as adhesion counts it."""
         return 1.0
-
-    def gap(self, f, f_next, depth):
-        """λg - g': what node m+1 is away from contact if the contact ends at node m.
-
-        f, f_next: heights of the profile there, g = d - f.
-        """
-        return f_next - f - self.loss * (depth - f)
-
-    def rest_depth(self, f, f_next, work):
-        """D: the depth at which a line passes links of this adhesion [energy/length] each.
-
-        There ΔE of `advance_cost` is zero: the gap is √(2 work λ/t).
-        """
-        return f + (f_next - f - np.sqrt(2 * work / self.link_over_decay)) / self.loss
-
-    def stored(self, gap):
-        """Energy that a line's advance over links of this gap takes, without their adhesion."""
-        return self.link_over_decay / 2 * gap * gap
-
-    def advance_cost(self, gap):
-        """Energy by which a line's advance over one link changes the re-equilibrated energy.
-
-        From end node m to m+1, with the tail re-equilibrated before and after,
-
-            ΔE = kΔx g'²/2 + t(g'-g)²/2 + F(g') - F(g) - wΔx = t/(2λ) (λg - g')² - wΔx,
-
-        g = g_m, g' = g_{m+1}.
-        """
-        return self.stored(gap) - self.w * self.cell
-
-    def advance(self, f, f_next, depth):
-        """Gap, ΔE and ΔP of a line's advance over links at the heights f, f_next.
-
-        ΔP = dΔE/dd = kΔx g' + F'(g') - F'(g) = -kΔx/(1-λ) gap.
-        """
-        gap = self.gap(f, f_next, depth)
-        return gap, self.advance_cost(gap), -self.spring / self.loss * gap
 
     def x(self, node):
         """Position of a node (or an array of nodes)."""

@@ -187,41 +187,10 @@ def _peel(lattice: Lattice, nodes: Nodes, heights: Array) -> tuple[Nodes, Array,
     u, rounds = np.concatenate(([0.0], heights, [0.0])), 0
     while True:
         force = _multipliers(lattice, place, u)
-        pulls = force < 0
-        count = np.count_nonzero(pulls)
-        if count < (u.size - 2) / BLOCK:
-            break
-        keep = np.flatnonzero(~pulls)  # with the places at infinity
+        keep = np.flatnonzero(force >= 0)  # with the places at infinity
+        if keep.size == u.size:
+            return place[1:-1].astype(np.intp), force[1:-1], rounds
         place, u, rounds = place[keep], u[keep], rounds + 1
-    pressing = np.arange(1, u.size - 1)
-    if count:
-        pressing, more = _peel_few(lattice, place, u, force, np.flatnonzero(pulls))
-        rounds += more
-    return place[pressing].astype(np.intp), force[pressing], rounds
-
-
-def _peel_few(
-    lattice: Lattice, place: Array, u: Array, force: Array, pulling: Nodes
-) -> tuple[Nodes, int]:
-    """The same with neighbours linked both ways: a round costs as much as it removes."""
-    before, after = np.arange(-1, u.size - 1), np.arange(1, u.size + 1)
-    alive, rounds = np.ones(u.size, bool), 0
-    while pulling.size:
-        rounds += 1
-        alive[pulling] = False
-        left, right = before[pulling], after[pulling]
-        left, right = left[alive[left]], right[alive[right]]
-        after[left], before[right] = right, left
-        changed = np.column_stack((left, right)).ravel()  # in order; two gaps may share a node
-        changed = changed[(np.diff(changed, prepend=0) > 0) & (changed < u.size - 1)]
-        here, held = place[changed], u[changed]
-        pressing = lattice.spring * held
-        for near in (before[changed], after[changed]):
-            tie, ground, _ = lattice.pair(0, np.abs(here - place[near]))
-            pressing += tie * (held - u[near]) + ground * held
-        force[changed] = pressing
-        pulling = changed[pressing < 0]
-    return np.flatnonzero(alive[1:-1]) + 1, rounds
 
 
 def _multipliers(lattice: Lattice, place: Array, u: Array) -> Array:

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from scipy.special import i0e, i1e, k0e, k1e
 
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.place import Place
 from discretization.lattice.radial_spans import RingSpans, ring_spans
 from discretization.lattice.rings import Rings, rings
 from discretization.lattice.shares import Pair
@@ -120,63 +121,38 @@ class RadialLattice(Lattice):
 
 
 @dataclass(frozen=True)
-class Around:
+class Around(Place):
     """Contact lines at some nodes, all facing outwards (side 1) or the axis (-1).
 
-    weight: of the links they meet next; pull: σ of the free surfaces, of the weight 1; loss, decay:
-    1 - λ and λ. gap is scaled by 1/√λ, so that the line advances where it does not exceed the same
-    reach anywhere: ΔE = weight·`Lattice.advance_cost`.
+    Gaps are scaled by 1/√λ, so that a line advances where its gap does not exceed the same reach
+    anywhere. tension: of the next links, over the displacement of the line.
     """
 
-    lattice: RadialLattice
+    cell: float
+    w: float
+    link_over_decay: float
     weight: Array
-    pull: Array
     loss: Array
     decay: Array
+    root: Array
+    end_stiffness: Array
+    tension: Array
 
     @classmethod
     def of(cls, lattice: RadialLattice, nodes: Array, side: int) -> Around:
-        after = _weights(nodes + side)
+        same, after = (lattice.cell, lattice.w, lattice.link_over_decay), _weights(nodes + side)
         if not lattice.gamma1:
-            zero = np.zeros_like(after)
-            return cls(lattice, after, zero, zero + 1, zero)
+            zero, one = np.zeros_like(after), np.ones_like(after)
+            return cls(*same, after, one, zero, one, zero, zero)
         weight, surfaces = np.maximum(nodes + side / 2, 0.0), lattice.surfaces  # none at the axis
         beyond = surfaces.kappa * after + surfaces.pull(nodes + side, side)
-        whole = weight + beyond
-        return cls(lattice, weight, surfaces.pull(nodes, side), beyond / whole, weight / whole)
+        loss, decay = (part / (weight + beyond) for part in (beyond, weight))
+        pull, tension = lattice.link * surfaces.pull(nodes, side), lattice.link * weight * loss
+        return cls(*same, weight, loss, decay, np.sqrt(decay), pull, tension)
 
-    @property
-    def _scale(self) -> Array:
-        """√λ; without links 1."""
-        return np.sqrt(self.decay) if self.lattice.gamma1 else self.loss
-
-    def gap(self, f, f_next, depth):
-        return (f_next - f - self.loss * (depth - f)) / self._scale
-
-    def rest_depth(self, f, f_next, work):
-        reach = np.sqrt(2 * work / (self.lattice.link_over_decay * self.weight)) * self._scale
-        return f + (f_next - f - reach) / self.loss
-
-    def stored(self, gap):
-        return self.lattice.link_over_decay * self.weight / 2 * gap * gap
-
-    def advance(self, f, f_next, depth):
-        gap, unit = self.gap(f, f_next, depth), self.lattice.link_over_decay
-        rate = -unit * self.weight * self.loss / self._scale
-        return gap, self.weight * self.lattice.advance_cost(gap), rate * gap
-
-    def tail_energy(self, u):
-        return self.lattice.link * self.pull / 2 * u * u
-
-    def tail_reaction(self, u):
-        return self.lattice.link * self.pull * u
-
-    def tail_stiffness(self, u):
-        return self.lattice.link * self.pull
-
-    def tail_force(self, u):
+    def tail_force(self, u: Any) -> Any:
         """The same from the ratio: what is left of a link's tension at its far end."""
-        return self.lattice.link * self.weight * self.loss * u
+        return self.tension * u
 
 
 @dataclass(frozen=True)
