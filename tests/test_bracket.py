@@ -31,16 +31,7 @@ def test_it_is_the_first_one_above(count, shape, level):
             lambda x, zero=zero: np.sign(x - zero) * np.abs(x - zero) ** shape, count, level
         )
         assert found == min(max(zero + 1, 0), count)
-        assert len(rounds) <= 34
-
-
-def test_a_parabola_takes_two_rounds():
-    for zero in (17, 4096, 5_000_123):
-        found, rounds = searched(
-            lambda x, zero=zero: x * x + 3 * x - zero * (zero + 3.0) - 0.5, 2**31
-        )
-        assert found == zero + 1
-        assert len(rounds) == 2
+        assert len(rounds) <= 7
 
 
 @pytest.mark.parametrize("far", [math.inf, math.nan])
@@ -51,7 +42,7 @@ def test_what_is_not_finite_is_beyond(far):
     assert found == 701
 
 
-def test_a_step_is_found_by_bisection():
+def test_a_step_is_found_in_few_rounds():
     found, rounds = searched(lambda x: np.where(x < 98_765_432, -1.0, 1e-9), 2**31)
     assert found == 98_765_432
-    assert len(rounds) <= 34
+    assert len(rounds) <= 7

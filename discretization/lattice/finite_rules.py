@@ -103,10 +103,9 @@ class FiniteRules(Rules):
 
     def _cost(self, left: int, right: int, new: tuple[int, ...], depth: float) -> float:
         """Energy by which contact at new nodes changes that of the span."""
-        parts = list(itertools.pairwise([left, *new, right]))
-        cost = sum(self.stored(*part, depth) for part in parts) - self.stored(left, right, depth)
-        cost += self.lattice.spring / 2 * float(np.sum((depth - self.f[list(new)]) ** 2))
-        return cost - sum(self.adhesion(*part) for part in parts if part[1] - part[0] == 1)
+        parts = itertools.pairwise([left, *new, right])
+        gained = sum(self.adhesion(*part) for part in parts if part[1] - part[0] == 1)
+        return self.cost(left, right, new, depth) - gained
 
     def _rate(self, left: int, right: int, new: tuple[int, ...], depth: float) -> float:
         """The change of that energy with the depth."""

@@ -24,7 +24,9 @@ So pressed, contacts only grow, retracted, they only shrink, and neither order n
 from __future__ import annotations
 
 import functools
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -159,6 +161,14 @@ class Rules:
         return sum(
             float(lat.at(first + end, side).tail_energy(depth - f[end])) for end, side in ends
         )
+
+    def cost(self, left: int | None, right: int | None, new: Sequence[int], depth: float) -> float:
+        """Energy that contact at new nodes of the surface between two takes, without adhesion."""
+        parts = itertools.pairwise([left, *new, right])
+        springs, f = self._stiffness[0], self._heights
+        squeezed = sum(springs[node] / 2 * (depth - f[node]) ** 2 for node in new)
+        before = self.stored(left, right, depth)
+        return sum(self.stored(*part, depth) for part in parts) + squeezed - before
 
     def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""

@@ -8,10 +8,7 @@ depth is found by halving.
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-
-import numpy as np
 
 from discretization.lattice.rules import Rules, ordered
 
@@ -53,15 +50,8 @@ def _cost(rules: Rules, node: int, side: int, other: int | None, depth: float) -
     Of adhesion it gains that link's alone: not what the nodes held may adhere by.
     """
     after = node + side
-    ends = ordered(side, after, other)
-    held = held_nodes(rules, *ends, depth)
-    parts = itertools.pairwise([ends[0], *held, ends[1]])
-    cost = sum(rules.stored(*part, depth) for part in parts)
-    cost += rules.stored(*ordered(side, node, after), depth)
-    new = np.array([after, *held])
-    squares = rules.lattice.on_nodes((depth - rules.f[new]) ** 2, rules.first + new)
-    cost += rules.lattice.spring / 2 * float(np.sum(squares))
-    cost -= rules.stored(*ordered(side, node, other), depth)
+    new = sorted([after, *held_nodes(rules, *ordered(side, after, other), depth)])
+    cost = rules.cost(*ordered(side, node, other), new, depth)
     return cost - rules.adhesion(node, after)
 
 
