@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization.lattice.rules import Rules
-from discretization.lattice.ways import Part, fall, outer_fallen, part_pressed
+from discretization.lattice.ways import Part, fall, outer_way, part_pressed
 
 Contacts = tuple[tuple[int, int], ...]
 
@@ -119,10 +119,10 @@ def _outer_receded(rules: Rules, nodes: Contacts, depth: float) -> Contacts:
     """Contacts whose outermost lines have receded by themselves, many links at once."""
     while nodes:
         (first, end), (start, last) = nodes[0], nodes[-1]
-        left = outer_fallen(rules, None, first, None, end, depth, through=True).end[1]
+        left = outer_way(rules, None, first, depth, end=end, through=True).end[1]
         nodes = ((_node(left), end), *nodes[1:])
         start = nodes[-1][0]
-        right = outer_fallen(rules, last, None, start, None, depth, through=True).end[0]
+        right = outer_way(rules, last, None, depth, end=start, through=True).end[0]
         if (first, last) == (left, right):
             break
         nodes = (*nodes[:-1], (start, _node(right)))

@@ -54,12 +54,7 @@ def mirror_axis(lattice: Lattice, indenter: Indenter, first: int, last: int) -> 
 
 def height(lattice: Lattice, indenter: Indenter, node: int) -> float:
     """f at one node."""
-    (lo, hi), x = indenter.extent, lattice.x(node)
-    x = min(max(x, lo), hi)
-    f = float(indenter.height(x))
-    if not math.isfinite(f):
-        _refuse(indenter, x)
-    return f
+    return float(heights(lattice, indenter, np.array([node], float))[0])
 
 
 def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
@@ -67,20 +62,16 @@ def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
     x = _positions(lattice, indenter, nodes)
     f = indenter.height(x)
     if not (math.isfinite(f.dot(f)) or np.isfinite(f).all()):  # squares are the fastest sum
-        _refuse(indenter, float(x[~np.isfinite(f)][0]))
+        raise ValueError(
+            f"indenter.height({float(x[~np.isfinite(f)][0])!r}) is not finite; give a profile that "
+            f"is finite inside its extent {indenter.extent}"
+        )
     return f
 
 
 def _positions(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
     x, (lo, hi) = lattice.x(nodes), indenter.extent
     return np.clip(x, lo, hi) if lo > -math.inf or hi < math.inf else x
-
-
-def _refuse(indenter: Indenter, x: float) -> None:
-    raise ValueError(
-        f"indenter.height({x!r}) is not finite; give a profile that is finite inside its "
-        f"extent {indenter.extent}"
-    )
 
 
 def blocks(

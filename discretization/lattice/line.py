@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from discretization.lattice import span
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.shares import first_free
 
 Array = NDArray[np.float64]
 Room = tuple[int, int]  # first and last node there are for a line
@@ -50,8 +51,8 @@ class End(NamedTuple):
 
     Nodes are counted outwards from the last one of the contact, node 0, which is `node` on the
     lattice and displaced by u; link j leads from node j to j + 1. gap, energy, force:
-    `Lattice.advance` of the links from `start` <= 0 on, `span.advance` where the line faces another
-    one; rise: of the profile over them.
+    `Lattice.advance` of the links from `start` <= 0 on, or that of a line that faces another one;
+    rise: of the profile over them.
     """
 
     node: int
@@ -145,16 +146,21 @@ def _facing(
 ) -> tuple[Array, Array, Array]:
     """`Lattice.advance` between these nodes, heights f, towards another line.
 
-    gap: with that line where it is; energy and force: with it half way there from its node.
+    gap: with that line where it is, scaled so that it has the same reach; energy and force: with it
+    half way there from its node.
     """
-    lattice, found = ground.lattice, []
+    lattice, g, found = ground.lattice, depth - f, []
     x, there = lattice.x(nodes), lattice.x(facing.node)
     for end in (facing.x, (facing.x + there) / 2):
         links = np.maximum(np.abs(end - x) / lattice.spacing, _CLOSEST)
-        u = depth - float(ground.indenter.height(end))
-        found.append(span.advance(lattice, depth - f, links, u))
-    (gap, _, _), (_, energy, force) = found
-    return gap, energy, force
+        tie, own, _ = lattice.pair(0, links - 1)
+        far, rest, stiffness = first_free(lattice.spring, lattice.link, tie, own)
+        gap = g[:-1] - g[1:] - rest * g[:-1]
+        gap += far * (depth - float(ground.indenter.height(end)) - g[:-1])
+        found.append((gap, rest, stiffness))
+    (own, _, stiffness), (gap, rest, half_way) = found
+    energy = half_way / 2 * gap * gap - lattice.w * lattice.cell
+    return own * np.sqrt(stiffness / lattice.link_over_decay), energy, -half_way * gap * rest
 
 
 def _line(ground: Ground, end: End, reach: float) -> Line:

@@ -45,24 +45,6 @@ def excess(lattice: Lattice, p: Array, q: Array, left: Array, own: Array, right:
     return result + rest * own
 
 
-def advance(lattice: Lattice, g: Array, links: Array, facing: float) -> tuple[Array, Array, Array]:
-    """`Lattice.advance` of a line that faces another one: gap, ΔE and ΔP.
-
-    g: (n+1,) at the line's successive nodes; links: (n,) from the first n of them to the facing
-    line, where u = facing; they need not be whole. Advancing lifts the next node out of the span,
-
-        ΔE = (K_1 + K_{T-1} - t sinh μ) gap² - wΔx,
-
-    and the gap returned is scaled so that ΔE has the form of `Lattice.advance_cost`.
-    """
-    one = np.ones_like(links)
-    half = lattice.link_over_decay / 2 + (stiffness(lattice, links - 1) - unit(lattice))
-    gap = -excess(lattice, one, links - 1, g[:-1], g[1:], facing * one)
-    energy = half * gap * gap - lattice.w * lattice.spacing
-    force = -2 * half * gap * excess(lattice, one, links - 1, one, one, one)
-    return gap * np.sqrt(2 * half / lattice.link_over_decay), energy, force
-
-
 def above(lattice: Lattice, y: Array, held: Nodes, at: Nodes, own: Array) -> Array:
     """Excess of `own` at the nodes `at` over the spans through y at the held nodes."""
     k = np.searchsorted(held, at)

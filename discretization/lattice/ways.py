@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.rules import TIE, Rules
+from discretization.lattice.rules import TIE, Nodes, Rules
 from discretization.lattice.waiting import advances
 
 Array = NDArray[np.float64]
@@ -107,7 +107,7 @@ def fall(
 def risen(rules: Rules, left: int | None, right: int | None, depth: float) -> Way:
     """The way of a free part to a larger depth, up to what may be more than one link at a time."""
     if left is None or right is None:
-        return outer_risen(rules, left, right, depth)
+        return outer_way(rules, left, right, depth)
     depths: list[float] = []
     ends, stop = [(left, right)], None
     while right - left > 1:
@@ -138,7 +138,7 @@ def fallen(
     first, last: the other ends of the contacts on its left and right, which it does not pass.
     """
     if left is None or right is None:
-        return outer_fallen(rules, left, right, first, last, depth)
+        return outer_way(rules, left, right, depth, end=first if right is None else last)
     depths: list[float] = []
     ends, stop = [(left, right)], None
     while change := fall(rules, left, right, left == first, right == last):
@@ -159,81 +159,78 @@ def _way(depths: list[float], ends: list[tuple[int, int]], stop: float | None) -
     return Way(np.array(depths), left, right, stop)
 
 
-def _outer(side: int, node: int, way: int, depths: Array, stop: float | None) -> Way:
-    """The way of the surface beyond an outermost line on this side, which moves in this way."""
-    line = range(node, node + way * (depths.size + 1), way)
-    return Way(depths, line, None, stop) if side > 0 else Way(depths, None, line, stop)
-
-
-def outer_risen(
-    rules: Rules, left: int | None, right: int | None, depth: float, *, through: bool = False
-) -> Way:
-    """`risen` beyond an outermost line; also through jumps of that line if asked for."""
-    side = 1 if right is None else -1
-    node = left if right is None else right
-    assert node is not None
-    passes, size = rules.outwards[side], _BLOCK
-    start = stop = node if side > 0 else passes.size - 1 - node
-    while passes[stop] <= depth:
-        resists = passes[stop : stop + size] > depth
-        first = int(resists.argmax())
-        stop += first if resists[first] else resists.size
-        size *= 2
-    own = passes[start:stop]
-    when = np.maximum.accumulate(own)
-    free, blocked = (own.size, None) if rules.clear else _clear(rules, side, node, when, depth)
-    lags = None if through else _lag(rules, side, start, 1, own[:free], when[:free])
-    if lags is not None:
-        return _outer(side, node, side, when[: np.searchsorted(when, lags)], lags)
-    return _outer(side, node, side, when[:free], blocked)
-
-
-def outer_fallen(
+def outer_way(
     rules: Rules,
     left: int | None,
     right: int | None,
-    first: int | None,
-    last: int | None,
     depth: float,
     *,
+    end: int | None = None,
     through: bool = False,
 ) -> Way:
-    """`fallen` beyond an outermost line; also through jumps of that line if asked for."""
-    side = 1 if right is None else -1
-    node, far = (left, first) if right is None else (right, last)
-    assert node is not None and far is not None
-    passes, size = rules.outwards[side], _BLOCK
-    start, least = (i if side > 0 else passes.size - 1 - i for i in (node, far))
-    stop = start
-    while stop > least and passes[stop - 1] > depth:
-        holds = passes[max(stop - size, least) : stop][::-1] <= depth
-        most = int(holds.argmax())
-        stop -= most if holds[most] else holds.size
-        size *= 2
-    own = passes[stop:start][::-1]
-    when = np.minimum.accumulate(own)
-    lags = None if through else _lag(rules, side, start - 1, -1, own, when)
+    """The way beyond an outermost line; also through jumps of that line if asked for.
+
+    end: the other end of the contact, which the line does not pass as the depth falls; None: the
+    depth grows.
+    """
+    side, rising = (1 if right is None else -1), end is None
+    node = left if right is None else right
+    assert node is not None
+    moves = side if rising else -side
+    own, links = _passed(rules, side, node, end, depth)
+    when = (np.maximum if rising else np.minimum).accumulate(own)
+    free, stop = own.size, None
+    if rising and not rules.clear:
+        free, stop = _clear(rules, side, node, when, depth)
+    lags = None if through else _lag(rules, side, links[:free], own[:free], when[:free])
     if lags is not None:
-        when = when[: np.searchsorted(-when, -lags)]
-    return _outer(side, node, -side, when, lags)
+        way = side * moves
+        free, stop = int(np.searchsorted(way * when, way * lags)), lags
+    line = range(node, node + moves * (free + 1), moves)
+    if side > 0:
+        return Way(when[:free], line, None, stop)
+    return Way(when[:free], None, line, stop)
 
 
-def _lag(rules: Rules, side: int, start: int, way: int, own: Array, when: Array) -> float | None:
+def _passed(
+    rules: Rules, side: int, node: int, end: int | None, depth: float
+) -> tuple[Array, range]:
+    """Depths at which an outermost line passes links on the way to one, as `Rules.outwards`.
+
+    Also where they are there.
+    """
+    passes = rules.outwards[side]
+    start, last = node, end
+    if side < 0:
+        start, last = passes.size - 1 - node, None if end is None else passes.size - 1 - end
+    ahead = passes[start:] if last is None else passes[last:start][::-1]
+    count, size = 0, _BLOCK
+    while count < ahead.size:
+        stops = (ahead[count : count + size] > depth) == (last is None)
+        first = int(stops.argmax())
+        if stops[first]:
+            count += first
+            break
+        count, size = count + stops.size, 2 * size
+    links = range(start, start + count) if last is None else range(start - 1, start - 1 - count, -1)
+    return ahead[:count], links
+
+
+def _lag(rules: Rules, side: int, links: range, own: Array, when: Array) -> float | None:
     """The first depth at which a line passes links late, at a gain, behind the one before."""
     if not (own != when).any():
         return None
-    links = range(start, start + way * own.size, way)
-    behind = np.flatnonzero(np.cumsum(_gains(rules, side, links, own, when)) > rules.least)
+    gained = np.cumsum(_gains(rules, side, np.array(links), own, when))
+    behind = np.flatnonzero(gained > rules.least)
     return float(when[behind[0]]) if behind.size else None
 
 
-def _gains(rules: Rules, side: int, links: range, own: Array, when: Array) -> Array:
+def _gains(rules: Rules, side: int, at: Nodes, own: Array, when: Array) -> Array:
     """Energy gained by an outermost line that passes links at other depths than its own.
 
-    links: as they are counted in `Rules.outwards`, with their own depths there.
+    at: links as they are counted in `Rules.outwards`, with their own depths there.
     """
     lat, f = rules.lattice, rules.f[::side]
-    at = np.arange(links.start, links.stop, links.step)
     work, near, far = rules.work[::side][at], f[at], f[at + 1]
     place = lat.at(rules.nodes[::side].start + side * at, side)
     gap = place.gap(near, far, when)
@@ -278,7 +275,7 @@ def part_pressed(rules: Rules, left: int | None, right: int | None, depth: float
         left, right = todo.pop()
         while left is None or right is None or right - left > 1:
             if left is None or right is None:
-                left, right = outer_risen(rules, left, right, depth, through=True).end
+                left, right = outer_way(rules, left, right, depth, through=True).end
             else:
                 left, right = risen(rules, left, right, depth).end
             first = rise(rules, left, right)
