@@ -95,23 +95,15 @@ def _node(end: int | None) -> int:
 def retracted(rules: Rules, nodes: Contacts, depth: float) -> Contacts:
     """Contacts at rest at a larger depth, once they are retracted to this one.
 
-    What happens at the largest depth comes first. A change concerns its contacts and the free parts
-    beside them; only those are looked at again.
+    What happens at the largest depth comes first.
     """
     nodes = _outer_receded(rules, nodes, depth)
-    best = [_falls(rules, nodes, i) for i, _ in enumerate(nodes)]
     while nodes:
-        change = max(best, key=lambda change: change.depth)
+        found = (change for i, _ in enumerate(nodes) for change in recedes(rules, nodes, i))
+        change = max(found, key=lambda change: change.depth)
         if change.depth <= depth:
             break
         nodes = change.applied(nodes)
-        start, stop = max(change.start - 1, 0), change.start + len(change.instead) + 1
-        near = range(start, min(stop, len(nodes)))
-        kept = [
-            c._replace(start=i, stop=i + c.stop - c.start)
-            for i, c in enumerate(best[change.stop + 1 :], near.stop)
-        ]
-        best = [*best[:start], *(_falls(rules, nodes, i) for i in near), *kept]
     return nodes
 
 
@@ -128,6 +120,3 @@ def _outer_receded(rules: Rules, nodes: Contacts, depth: float) -> Contacts:
         nodes = (*nodes[:-1], (start, _node(right)))
     return nodes
 
-
-def _falls(rules: Rules, nodes: Contacts, i: int) -> Change:
-    return max(recedes(rules, nodes, i), key=lambda change: change.depth)
