@@ -119,4 +119,3 @@ def _outer_receded(rules: Rules, nodes: Contacts, depth: float) -> Contacts:
             break
         nodes = (*nodes[:-1], (start, _node(right)))
     return nodes
-

@@ -17,12 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.finite_nodes import FiniteLattice
 from discretization.lattice.finite_rules import FiniteRules
 from discretization.lattice.fronts import Region, outermost, unknown
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.radial import RadialLattice
 from discretization.lattice.rules import Rules
 from energy import Scene
 
@@ -30,7 +28,6 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _SPARE = 4  # links beyond the last that holds, for interpolation
 Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
-_RULES = {Lattice: Rules, FiniteLattice: FiniteRules, RadialLattice: Rules}
 MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
 
 
@@ -96,9 +93,8 @@ class Row:
     def rules(self) -> tuple[Rules, Rules]:
         """The rules of contacts that are being closed, and of those that are being opened."""
         closing, opening = self.works
-        first = _RULES[type(self.lattice)](
-            self.lattice, self.f, closing * self.bonds, self.clear, self.first
-        )
+        kind = FiniteRules if self.lattice.slopes == "finite" else Rules
+        first = kind(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
         if opening == closing:
             return first, first
         return first, replace(first, work=opening * self.bonds)

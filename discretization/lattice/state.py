@@ -17,7 +17,7 @@ from discretization.lattice.lowest import on_lowest, on_lowest_rings
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.path_state import on_one_contact, on_path
 from discretization.lattice.springs import on_springs
-from discretization.lattice.unseen import looked_at
+from discretization.lattice.unseen import Unseen, looked_at, unseen
 from discretization.routes import question_of, route
 from energy import Plane, Scene
 
@@ -64,7 +64,12 @@ def looked_at_on_lattice(
 ) -> Equilibrium:
     """`on_lattice`, looked at between the nodes: AccuracyWarning where they do not see enough."""
     state = on_lattice(scene, depth, spacing, branch=branch, method=method)
-    return looked_at(state, Lattice.of(scene, spacing), stacklevel=3)
+    lattice = Lattice.of(scene, spacing)
+    hidden = unseen(lattice.seen(scene), depth, lattice)
+    if not state.contacts.size and depth > hidden.touch:
+        hidden = Unseen(np.array([hidden.lowest]), np.array([hidden.touch]), np.zeros(1))
+    looked_at([state], hidden, lattice, stacklevel=3)
+    return state
 
 
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:

@@ -17,14 +17,12 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate
-from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
+from discretization.equilibrium import AccuracyWarning, Equilibrium
 from discretization.lattice.fronts import heights
 from discretization.lattice.nodes import Lattice
 from discretization.profile import resolve
@@ -79,51 +77,15 @@ def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
     return Unseen(x[hidden], f[hidden], off[hidden], profile.lowest, profile.touch)
 
 
-def looked_at(state: Equilibrium, lattice: Lattice, stacklevel: int) -> Equilibrium:
-    """The state; AccuracyWarning where its surface misses what the nodes do not see."""
-    hidden = unseen(lattice.seen(state.scene), state.depth, lattice)
-    if not state.contacts.size and state.depth > hidden.touch:
-        place, height = np.array([hidden.lowest]), np.array([hidden.touch])
-        hidden = Unseen(place, height, np.zeros(1))
-    if hidden.x.size:
-        size = max(abs(state.depth), state.scene.critical_separation)
-        _warn(hidden, _missed(state, hidden), size, lattice, stacklevel + 1)
-    return state
-
-
-def looked_between(
-    scene: Scene,
-    lattice: Lattice,
-    hidden: Unseen,
-    depths: Array,
-    lines: Sequence[Sequence[float]] | Array,
-    stacklevel: int,
+def looked_at(
+    states: Sequence[Equilibrium], hidden: Unseen, lattice: Lattice, stacklevel: int
 ) -> None:
-    """AccuracyWarning where one of several surfaces misses what the nodes do not see.
-
-    depths (n,), and the lines of each surface, contact nodes at x, two for every contact.
-    """
-    if not hidden.x.size or not len(lines):
+    """AccuracyWarning where the surfaces of a scene's states miss what the nodes do not see."""
+    if not (hidden.x.size and states):
         return
-    apart = detached(scene, 0.0, "adhered", lattice.tail, Certificate.undeformed())
-    states = (
-        replace(apart, depth=depth, contacts=np.reshape(own, (-1, 2)))
-        for depth, own in zip(depths.tolist(), lines, strict=True)
-    )
     missed = np.max([_missed(state, hidden) for state in states], axis=0)
-    size = max(float(np.abs(depths).max()), scene.critical_separation)
-    _warn(hidden, missed, size, lattice, stacklevel + 1)
-
-
-def _missed(state: Equilibrium, hidden: Unseen) -> Array:
-    """How far the surface of a state is from the indenter: through it, or in contact off it."""
-    through = state.depth - hidden.f - state.displacement(hidden.x)
-    inside = np.searchsorted(state.contacts.ravel(), hidden.x) % 2 == 1
-    return np.where(inside, hidden.off, through)
-
-
-def _warn(hidden: Unseen, missed: Array, size: float, lattice: Lattice, stacklevel: int) -> None:
-    worst = int(np.argmax(missed))
+    worst, scene = int(np.argmax(missed)), states[0].scene
+    size = max(scene.critical_separation, *(abs(state.depth) for state in states))
     if missed[worst] > _MISSED * size:
         warnings.warn(
             f"at x = {float(hidden.x[worst])!r} the surface between nodes {lattice.spacing!r} "
@@ -132,3 +94,10 @@ def _warn(hidden: Unseen, missed: Array, size: float, lattice: Lattice, stacklev
             AccuracyWarning,
             stacklevel=stacklevel + 1,
         )
+
+
+def _missed(state: Equilibrium, hidden: Unseen) -> Array:
+    """How far the surface of a state is from the indenter: through it, or in contact off it."""
+    through = state.depth - hidden.f - state.displacement(hidden.x)
+    inside = np.searchsorted(state.contacts.ravel(), hidden.x) % 2 == 1
+    return np.where(inside, hidden.off, through)

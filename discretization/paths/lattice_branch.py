@@ -18,13 +18,14 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
+from discretization.certificate import Certificate, NotCertifiedError
+from discretization.equilibrium import detached
 from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import at_offsets, interpolated, offsets
 from discretization.lattice.changes import Contacts, parts, pressed, recedes, retracted
@@ -35,7 +36,7 @@ from discretization.lattice.row import Row
 from discretization.lattice.rules import Rules
 from discretization.lattice.stretch import Stretch, stretch, work_of
 from discretization.lattice.totals import totals
-from discretization.lattice.unseen import Unseen, looked_between, unseen
+from discretization.lattice.unseen import Unseen, looked_at, unseen
 from discretization.lattice.ways import rise
 from discretization.paths.branch import BranchBase
 from discretization.routes import route
@@ -229,8 +230,14 @@ class LatticeBranch(BranchBase):
         AccuracyWarning where the surfaces miss what the nodes do not see.
         """
         scene, row = self.seen, self.row
-        whole = [state.lines for state in states]
-        looked_between(self.scene, row.lattice, self.hidden, depths, whole, stacklevel=4)
+        if self.hidden.x.size:
+            flat = Certificate.undeformed()
+            apart = detached(self.scene, 0.0, "adhered", row.lattice.tail, flat)
+            whole = [
+                replace(apart, depth=depth, contacts=np.reshape(state.lines, (-1, 2)))
+                for depth, state in zip(depths.tolist(), states, strict=True)
+            ]
+            looked_at(whole, self.hidden, row.lattice, stacklevel=4)
         x, force, energy = np.empty((depths.size, 2)), np.empty(depths.size), np.empty(depths.size)
         counts = np.array([len(state.nodes) for state in states])
         for count in np.unique(counts).tolist():
