@@ -98,7 +98,7 @@ def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
         assert abs(energy - branch.energy(state, depth)) <= 1e-13 * size
         force = model.gradient(u)[held].sum()
         lines = np.array(state.nodes).reshape(1, -1)
-        own = branch.row.force(lines, np.array([depth]))[0]
+        own = branch.row.total(branch.row.forces, lines, np.array([depth]))[0]
         assert abs(force - own) <= 1e-10 * size / SPACING
         assert (u - (depth - branch.row.f)).min() >= -1e-12 * abs(depth)
         for i, (first, last) in enumerate(state.nodes):
@@ -135,7 +135,9 @@ def test_contacts_many_decay_lengths_apart_are_single_ones():
         states = [branch.follow(state, depth) for branch, state in pairs]
         pairs = list(zip(branches, states, strict=True))
         forces = [
-            branch.row.force(np.array(state.nodes).reshape(1, -1), np.array([depth]))[0]
+            branch.row.total(
+                branch.row.forces, np.array(state.nodes).reshape(1, -1), np.array([depth])
+            )[0]
             for branch, state in pairs
         ]
         assert forces[1] == pytest.approx(2 * forces[0], rel=1e-12, abs=0)

@@ -131,13 +131,16 @@ class Row:
         """What they add to U."""
         return self.tail_energy, self.gap_energy
 
-    def force(self, nodes: Nodes, depth: Array) -> Array:
-        """P (s,) of s states with as many contacts each, their lines (s, 2m), at depths (s,)."""
-        return _total(self.forces, nodes, depth)
+    def total(self, parts: Parts, nodes: Nodes, depth: Array) -> Array:
+        """P or U (s,) of s states with as many contacts each, their lines (s, 2m), at depths (s,).
 
-    def energy(self, nodes: Nodes, depth: Array) -> Array:
-        """U (s,) of the same states."""
-        return _total(self.energies, nodes, depth)
+        parts: `forces` or `energies`.
+        """
+        tail, gap = parts
+        whole = tail(nodes[:, 0], -1, depth) + tail(nodes[:, -1], 1, depth)
+        if nodes.shape[1] > 2:
+            whole = whole + gap(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]).sum(axis=1)
+        return np.asarray(whole, float)
 
     def _springs(self, before: Nodes, depth: Array) -> tuple[Array, Array]:
         """Force and energy of the springs up to these node ends."""
@@ -178,14 +181,6 @@ class Row:
         ends = self.first + left, self.first + right
         stored = self.lattice.gap_energy(*ends, self.f[left], self.f[right], depth)
         return np.asarray(springs + self._links(left) - self._links(right) + stored)
-
-
-def _total(parts: Parts, nodes: Nodes, depth: Array) -> Array:
-    tail, gap = parts
-    total = tail(nodes[:, 0], -1, depth) + tail(nodes[:, -1], 1, depth)
-    if nodes.shape[1] > 2:
-        total = total + gap(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]).sum(axis=1)
-    return np.asarray(total, float)
 
 
 def _all(ground: Ground) -> Array:

@@ -198,7 +198,9 @@ class LatticeBranch(BranchBase):
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
-        return 0.0 if state is None else float(self.row.energy(*_one(state, depth))[0])
+        if state is None:
+            return 0.0
+        return float(self.row.total(self.row.energies, *_one(state, depth))[0])
 
     def friction(self, before: State, after: State) -> float:
         """(w_opening - w) for every link that opened without a jump."""
