@@ -102,18 +102,21 @@ class FiniteLattice(Lattice):
         whole = finite_span(self.response.h, float(u) / self.length, 0.0, known).u[: links + 1]
         return self.length * np.pad(whole, (0, links + 1 - whole.size))
 
-    def _spans(self, left: Any, right: Any, f: Any, g: Any, depth: Any) -> list[FiniteSpan]:
+    def _spans(
+        self, left: Any, right: Any, f: Any, g: Any, depth: Any
+    ) -> tuple[list[FiniteSpan], tuple[int, ...]]:
+        """Surfaces between two contact nodes each, and the shape of the array they would be."""
         parts = np.broadcast_arrays(depth - f, depth - g, right - left)
-        return [self.between(*each) for each in zip(*(part.flat for part in parts), strict=True)]
+        rows = zip(*(part.flat for part in parts), strict=True)
+        return [self.between(*row) for row in rows], parts[0].shape
 
     def gap_force(self, left, right, f, g, depth):
-        found = [sum(each.pulls) for each in self._spans(left, right, f, g, depth)]
-        return self.gamma1 * np.reshape(found, np.broadcast_shapes(np.shape(depth), np.shape(left)))
+        found, shape = self._spans(left, right, f, g, depth)
+        return self.gamma1 * np.reshape([sum(each.pulls) for each in found], shape)
 
     def gap_energy(self, left, right, f, g, depth):
-        found = [each.energy for each in self._spans(left, right, f, g, depth)]
-        shape = np.broadcast_shapes(np.shape(depth), np.shape(left))
-        return self.gamma1 * self.length * np.reshape(found, shape)
+        found, shape = self._spans(left, right, f, g, depth)
+        return self.gamma1 * self.length * np.reshape([each.energy for each in found], shape)
 
     def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
         u, rows = np.empty(nodes.size), np.broadcast_arrays(left, right, u_left, u_right, nodes)[:4]
@@ -125,18 +128,13 @@ class FiniteLattice(Lattice):
 
     def lifted(self, node: Array, side: int, other: Array, u: tuple[Array, ...]) -> tuple[Any, ...]:
         """The same from the energies of the surfaces before and after."""
-        rows, found = zip(np.abs(other - node).tolist(), *u, strict=True), []
-        unit = self.gamma1 * self.length
-        for links, own, beyond, facing in rows:
-            before, after = (
-                self.between(own, facing, links),
-                self.between(beyond, facing, links - 1),
-            )
-            link = float(self.link_energies(np.array(beyond - own))) + self.spring / 2 * beyond**2
-            parts = unit * after.energy, link, -unit * before.energy
-            gap = self.length * before.u[1] - beyond
-            found.append((gap, max(sum(parts), 0.0), _ROUNDING * sum(map(abs, parts))))
-        return tuple(np.array(found).T)
+        (own, beyond, facing), links = u, np.abs(other - node)
+        rows = zip(own.tolist(), facing.tolist(), links.tolist(), strict=True)
+        free = self.length * np.array([self.between(*row).u[1] for row in rows])
+        before = self.gap_energy(0, links, -own, -facing, 0.0)
+        after = self.gap_energy(1, links, -beyond, -facing, 0.0)
+        after = after + self.link_energies(beyond - own) + self.spring / 2 * beyond**2
+        return free - beyond, np.maximum(after - before, 0.0), _ROUNDING * (after + before)
 
     def tension(self, steps):
         slope = steps / self.spacing
