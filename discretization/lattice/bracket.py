@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 _FIRST: Array = np.exp2(np.arange(32.0)) - 1
-_SHARES: Array = np.arange(64.0) / 64
+_SHARES: Array = np.arange(16.0) / 16
 _WIDER, _STEPS = 20, 80  # fourfold widenings of a bracket, and steps within it
 _ROUNDING = 4e-16  # of positions: the spacing of floating-point numbers
 
