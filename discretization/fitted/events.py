@@ -76,17 +76,12 @@ class Events:
         surfaces, trials = np.array(free(lines)), self.trials
         everything = set(range(len(surfaces)))
         found = trials.tried(surfaces, everything, start, end)
+        if not found.failed:
+            return Part(end, _flat(found.lines), float(found.work.sum()), None)
         low, high, own = trials.enclosed(unmoved(surfaces, start), found, start)
-        passed, later, whole = everything - found.failed - own, found.failed - own, found
-        if low.depth != end:
-            found = trials.cut(surfaces, passed, start, low.depth)
-        late = trials.to(surfaces, later, start, low.depth)
-        if late.failed or (found is not whole and found.failed):
-            trials.ahead.clear()
+        found = trials.to(surfaces, everything - own, start, low.depth)
+        if found.failed:  # by a shorter way than the others
             return self._part(lines, start, (start + low.depth) / 2)
-        merge(late, later, found)
-        if low.depth != end:
-            trials.remember(found, whole, passed, (high.depth, end))
         merge(low, own, found)
         part = Part(high.depth, _flat(found.lines), float(found.work.sum()), None)
         return self._beyond(part, own, low.depth, end) if high.failed else part

@@ -80,16 +80,6 @@ class Smooth:
         good &= even.all(axis=1)
         return Moved(self.rests.snapped(x[:, -1]), good, work.sum(axis=1), margin)
 
-    def passing(self, lines: Array, start: float, end: float) -> Moved:
-        """The same of lines that are known to move smoothly to this depth and further.
-
-        ∫P dd is by how much their energy changes, as they balance all the way.
-        """
-        lines, depths = self.rests.snapped(lines), np.array([start, end])
-        x, good, margin = self._followed(lines, depths, 1 if end >= start else -1)
-        energy, _, _ = self._totals(x, depths, 1 if end >= start else -1)
-        return Moved(self.rests.snapped(x[:, -1]), good, energy[:, 1] - energy[:, 0], margin)
-
     def _followed(
         self, lines: Array, depths: Array, way: int
     ) -> tuple[Array, NDArray[np.bool_], Array]:

@@ -3,7 +3,7 @@
 Free surfaces do not feel each other, as u = d - f is prescribed in contact. So each is followed by
 itself (smooth.py), and only those to which something happens are looked at closer: the event is
 enclosed between a depth up to which they move smoothly and one up to which they do not, as close as
-depths of rest are known. The others are known to move smoothly beyond it, and are not asked again.
+depths of rest are known.
 
 What runs out at an event is known in between, and all but linear in the depth: the square of the
 stiffness against moving the lines of a surface, its least clearance, the width of a contact. So the
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -53,14 +53,9 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """Free surfaces taken to other depths.
-
-    ahead: how surfaces that are known to move smoothly to a depth get there, by their lines, the
-    depth at which these rest and that one: their lines there, and ∫P dd.
-    """
+    """Free surfaces taken to other depths."""
 
     motion: Motion
-    ahead: dict[tuple[float, ...], tuple[Array, float]] = field(default_factory=dict)
 
     @functools.cached_property
     def smooth(self) -> Smooth:
@@ -73,12 +68,7 @@ class Trials:
         self, surfaces: Array, which: set[int], start: float, end: float, parts: int = 1
     ) -> Tried:
         """Surfaces taken to a depth, and what is left for each."""
-        lines, work = surfaces.copy(), np.zeros(len(surfaces))
-        known = [self.ahead.get((*pair, start, end)) for pair in surfaces.tolist()]
-        for i in which:
-            if (ahead := known[i]) is not None:
-                lines[i], work[i] = ahead
-        kept = [i for i in sorted(which) if known[i] is None]
+        lines, work, kept = surfaces.copy(), np.zeros(len(surfaces)), sorted(which)
         found = self.smooth.over(surfaces[kept], start, end, parts)
         lines[kept], work[kept] = found.lines, found.work
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
@@ -123,15 +113,6 @@ class Trials:
             if left > right or self.motion.opens(left, right, beside, depth):
                 failed |= {j, j + 1}
 
-    def cut(self, surfaces: Array, which: set[int], start: float, end: float) -> Tried:
-        """Surfaces that move smoothly to this depth, as they do beyond it."""
-        found, kept = unmoved(surfaces, start), sorted(which)
-        if start == end or not kept:
-            return found
-        moved = self.smooth.passing(surfaces[kept], start, end)
-        found.lines[kept], found.work[kept] = moved.lines, moved.work
-        return found._replace(failed=set() if moved.smooth.all() else which)
-
     def to(self, surfaces: Array, which: set[int], start: float, end: float) -> Tried:
         """Surfaces taken to a depth, in parts if need be."""
         if start == end or not which:
@@ -148,14 +129,6 @@ class Trials:
             if high.failed and not high.known:
                 high = self.tried(low.lines, which, low.depth, high.depth, parts)
         return high
-
-    def remember(self, here: Tried, there: Tried, which: set[int], depths: Pair) -> None:
-        """That surfaces which are here at one depth move smoothly there to another one."""
-        self.ahead.clear()
-        for i in which:
-            q, p = here.lines[i].tolist()
-            work = float(there.work[i] - here.work[i])
-            self.ahead[q, p, *depths] = there.lines[i].copy(), work
 
     def enclosed(self, low: Tried, high: Tried, start: float) -> tuple[Tried, Tried, set[int]]:
         """The last depth before the first event, the first one beyond, and to what it happens.
