@@ -24,7 +24,7 @@ that no digit changes:
 
 | not needed           | skipped                         | by                                      |
 | -------------------- | ------------------------------- | --------------------------------------- |
-| surface tension      | free surfaces, their solves     | fitted.state.on_one_contact             |
+| surface tension      | free surfaces, their solves     | fitted.springs.on_springs               |
 | adhesion             | search over contact sets        | lattice.lowest.lowest_contacts          |
 | second side, fitted  | line of a symmetric profile     | fitted.state._lines                     |
 | second side, lattice | half of the sums, if symmetric  | lattice.totals.totals                   |
@@ -48,7 +48,7 @@ from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.loading import load_path
 from discretization.minimise import minimise
-from discretization.paths.events import Event, PullOff
+from discretization.paths.events import Event, PullOff, Snapshot
 from discretization.paths.history import History
 
 __all__ = [
@@ -60,6 +60,7 @@ __all__ = [
     "NodalEnergy",
     "NotCertifiedError",
     "PullOff",
+    "Snapshot",
     "load_path",
     "minimise",
 ]

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+import discretization
+
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("energy", "discretization", "studies")
 LAZY = {"cvxpy", "matplotlib"}
@@ -82,6 +84,16 @@ def test_the_minimisers_never_see_the_closed_forms():
             assert "cards" not in names, f"{path} imports cards"
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             assert not (isinstance(node, ast.Attribute) and node.attr == "cards"), path
+
+
+def test_the_studies_see_of_the_inside_what_is_documented():
+    shown = {"", "inside", "display", "plots", "paths.display", "paths.plots"}
+    for path in modules("studies"):
+        for module, names, _ in imported(path):
+            package, _, rest = module.partition(".")
+            inner = {*names} - {*discretization.__all__} if module == "discretization" else set()
+            if package == "discretization":
+                assert rest in shown and inner <= shown, f"{path}: {module} {inner}"
 
 
 def test_only_cvxpy_and_matplotlib_are_imported_inside_functions():

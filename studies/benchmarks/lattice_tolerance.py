@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from discretization import NotCertifiedError
-from discretization.lattice.state import on_lattice
+from discretization.inside import on_lattice
 from studies.shared.batches import Progress, each
 from studies.shared.random_cases import Case, in_turn
 from studies.shared.table import Columns, Table

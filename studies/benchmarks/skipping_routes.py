@@ -15,15 +15,20 @@ from typing import Any
 import numpy as np
 
 from discretization import AccuracyWarning, Lattice, NodalEnergy, load_path, minimise
-from discretization.fitted import free_surface, response
-from discretization.fitted.quadrature import totals
-from discretization.lattice import fronts
-from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.ground import Ground
-from discretization.lattice.obstacle import obstacle
-from discretization.lattice.shortest_path import global_minimum, window
-from discretization.lattice.totals import totals as totals_of
-from discretization.paths.fitted_branch import FittedBranch
+from discretization.inside import (
+    ContactSet,
+    FittedBranch,
+    Ground,
+    adhered,
+    forget,
+    global_minimum,
+    heights,
+    integrals,
+    obstacle,
+    region,
+    totals,
+    window,
+)
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Profile, Scene, SurfaceEnergies
 from studies.benchmarks.rivals.active_set import held_at, solved
 from studies.benchmarks.rivals.problem import Grid
@@ -72,10 +77,7 @@ def _forgetting(work: Route) -> Route:
     """As in a fresh process: no surface is known."""
 
     def fresh() -> Numbers:
-        for module in (free_surface, response):
-            for kept in vars(module).values():
-                if hasattr(kept, "cache_clear"):
-                    kept.cache_clear()
+        forget()
         return work()
 
     return fresh
@@ -164,7 +166,7 @@ def far_field() -> Pair:
     own = scene(w=0.0)
     lattice = Lattice.of(own, own.elastocapillary_length / 50)
     ground = Ground.of(lattice, own.indenter, DEPTH)
-    contact = fronts.adhered(lattice, own.indenter, DEPTH, ground.where)
+    contact = adhered(lattice, own.indenter, DEPTH, ground.where)
     assert contact is not None
     n = 2 * (contact[1] + FAR * 50) + 1
     grid = Grid(own, DEPTH, n, lattice.spacing * (n // 2))
@@ -172,7 +174,7 @@ def far_field() -> Pair:
     held[n // 2 + contact[0] : n // 2 + contact[1] + 1] = True
 
     def skips() -> Numbers:
-        found = totals_of(ContactSet(ground, (contact,), DEPTH))
+        found = totals(ContactSet(ground, (contact,), DEPTH))
         return found.force, found.energy
 
     def general() -> Numbers:
@@ -192,16 +194,16 @@ def convex_nodes() -> Pair:
     """The last contact node of 200 000 bracketed, against a walk there."""
     own = scene()
     lattice = Lattice.of(own, _lattice(own, 200_000)["spacing"])
-    where = fronts.region(lattice, own.indenter, DEPTH)
+    where = region(lattice, own.indenter, DEPTH)
 
     def bracketed() -> Numbers:
-        return fronts.adhered(lattice, own.indenter, DEPTH, where) or (0, 0)
+        return adhered(lattice, own.indenter, DEPTH, where) or (0, 0)
 
     def walked() -> Numbers:
         count, links = 0, 1 << 14
         while count % links == 0:
             nodes = np.arange(float(count), count + links + 1)
-            f = fronts.heights(lattice, own.indenter, nodes)
+            f = heights(lattice, own.indenter, nodes)
             holds = lattice.gap(f[:-1], f[1:], DEPTH) <= lattice.critical_gap
             count += int(links if holds.all() else np.argmin(holds))
         return -count, count
@@ -229,7 +231,7 @@ def force_alone() -> Pair:
     assert len(known) == STEPS.size
 
     def general() -> Numbers:
-        return [totals(branch.surfaces, d, *s.ends, branch.rtol)[1].force for d, s in known]
+        return [integrals(branch.surfaces, d, *s.ends, branch.rtol)[1].force for d, s in known]
 
     return lambda: [branch.force(s, d) for d, s in known], general
 

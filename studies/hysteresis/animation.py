@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from discretization import History
-from discretization.paths.events import Snapshot
+from discretization import History, Snapshot
 from discretization.paths.plots import draw, mark, units
 from energy.units import Unit, prefixed, quantity
 from studies.shared.figures import BLUE, ORANGE, RIGID, SOFT, canvas

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import History
-from discretization.fitted.quadrature import along
-from discretization.paths.fitted_branch import FittedBranch
+from discretization.inside import FittedBranch, along
 from discretization.paths.plots import draw, units
 from energy import cards
 from energy.units import prefixed

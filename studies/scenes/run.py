@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from discretization import Equilibrium, display, minimise, plots
-from discretization.paths import display as of_path
+from discretization.paths.display import text as lines_of
 from energy import Assumption, Scene
 from energy.description import described
 from energy.units import prefixed
@@ -228,7 +228,7 @@ def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
 def response(given: SceneFile, out: command.Output) -> list[Path]:
     """Follow, print and write the load path of the file; the files written."""
     history = follow(given)
-    print(of_path.text(history, si=True))
+    print(lines_of(history, si=True))
     name = f"{given.path.stem}_path"
     written = out.at(f"{name}.csv")
     about = [f"title: {given.title}", f"source: {given.source}", *out.header(given.options)]

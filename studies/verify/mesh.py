@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from discretization import AccuracyWarning, Equilibrium, minimise
-from discretization.lattice.state import on_lattice
+from discretization.inside import on_lattice
 from energy import Scene
 from studies.shared.types import Array
 

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from discretization import AccuracyWarning, Equilibrium, load_path, minimise
-from discretization.lattice.obstacle import obstacle
-from discretization.lattice.shortest_path import global_minimum
+from discretization.inside import global_minimum, obstacle
 from studies.benchmarks.rivals.problem import Answer, Grid, Solve, Task, rough
 
 

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization.lattice.oracle import Oracle
-from discretization.lattice.shortest_path import global_minimum
+from discretization.inside import Oracle, global_minimum
 from energy import cards
 from studies.benchmarks.rivals import active_set, conic, one_line, ours
 from studies.benchmarks.rivals.problem import (

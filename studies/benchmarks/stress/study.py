@@ -36,10 +36,7 @@ from functools import partial
 from itertools import product
 
 from discretization import Lattice, NotCertifiedError, minimise
-from discretization.lattice import fronts
-from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.ground import Ground
-from discretization.lattice.totals import totals
+from discretization.inside import ContactSet, Ground, adhered, totals
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, PowerLaw, Scene, SurfaceEnergies
 from studies.benchmarks.stress import reference, verdicts
 from studies.benchmarks.stress.figure import plot
@@ -130,7 +127,7 @@ def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
     """Energy, force and place of the line on a lattice, against 60 digits."""
     body, lat = scene.indenter, Lattice.of(scene, spacing)
     ground = Ground.of(lat, body, depth)
-    contact = fronts.adhered(lat, body, depth, ground.where)
+    contact = adhered(lat, body, depth, ground.where)
     if contact is None:
         return NO_DIGITS, 0.0, "refused", "no contact node"
     sums, (_, last) = totals(ContactSet(ground, (contact,), depth)), contact

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from discretization import NotCertifiedError, load_path
-from discretization.paths.fitted_branch import FittedBranch
+from discretization.inside import FittedBranch
 from energy import Scene, SurfaceEnergies
 from studies.scenes.fit.force_curve import Curve, Mark, contacts, in_contact, marks, noise
 from studies.shared.types import Array
