@@ -19,16 +19,15 @@ Contacts = tuple[tuple[int, int], ...]
 
 
 class Change(NamedTuple):
-    """What can happen at a depth: contacts start..stop-1 become `instead`."""
+    """What happens at a depth to a contact: so many from it on become `instead`."""
 
     depth: float
-    start: int
-    stop: int
+    replaced: int
     instead: Contacts
 
-    def applied(self, nodes: Contacts) -> Contacts:
-        """The contacts afterwards, neighbouring ones as one."""
-        return (*nodes[: self.start], *self.instead, *nodes[self.stop :])
+    def applied(self, nodes: Contacts, i: int) -> Contacts:
+        """The contacts after this has happened to the i-th."""
+        return (*nodes[:i], *self.instead, *nodes[i + self.replaced :])
 
 
 def parts(nodes: Contacts) -> Iterator[Part]:
@@ -55,36 +54,35 @@ def pressed(rules: Rules, nodes: Contacts, depth: float, touch: int = 0) -> Cont
     return contacts_of([end for part in parts(nodes) for end in part_pressed(rules, *part, depth)])
 
 
-def recedes(rules: Rules, nodes: Contacts, i: int) -> list[Change]:
-    """What can happen as the depth falls to the i-th contact and to the free part on its right.
+def falls(rules: Rules, nodes: Contacts) -> list[Change]:
+    """What happens first to each contact as the depth falls, the contacts counted from it.
 
-    Also to the part on its left if that is the first one.
+    Also to the free part on its right, and to the one on the left of the first contact.
     """
-    left = nodes[i - 1][1] if i else None
-    after = nodes[i + 1] if i + 1 < len(nodes) else (None, None)
-    found = _recedes(rules, left, *nodes[i], *after)
-    return [c._replace(start=c.start + i, stop=c.stop + i) for c in found]
+    before, after = (None, *(last for _, last in nodes)), (*nodes[1:], (None, None))
+    beside = zip(before, nodes, after, strict=False)
+    return [_first_fall(rules, left, *pair, *beyond) for left, pair, beyond in beside]
 
 
 @functools.lru_cache(maxsize=1 << 14)
-def _recedes(
+def _first_fall(
     rules: Rules, left: int | None, first: int, last: int, right: int | None, beyond: int | None
-) -> list[Change]:
-    """The same with the contacts counted from this one."""
+) -> Change:
+    """Of a contact, with the ends of those beside it."""
     found = []
     if left is None and (change := fall(rules, None, first, False, first == last)):
-        found.append(Change(change.depth, 0, 1, ((_node(change.right), last),)))
+        found.append(Change(change.depth, 1, ((_node(change.right), last),)))
     if change := fall(rules, last, right, first == last, right == beyond):
         ends: Contacts = ((first, _node(change.left)),)
         if right is not None:
             ends = (*ends, (_node(change.right), _node(beyond)))
-        found.append(Change(change.depth, 0, len(ends), ends))
+        found.append(Change(change.depth, len(ends), ends))
     if first == last:
-        found.append(Change(rules.pulled(left, first, right), 0, 1, ()))
+        found.append(Change(rules.pulled(left, first, right), 1, ()))
     if last - first >= 2 and rules.most_torn > -np.inf:
         depth, node = rules.tears(first, last)
-        found.append(Change(depth, 0, 1, ((first, node - 1), (node + 1, last))))
-    return found
+        found.append(Change(depth, 1, ((first, node - 1), (node + 1, last))))
+    return max(found, key=lambda change: change.depth)
 
 
 def _node(end: int | None) -> int:
@@ -99,11 +97,11 @@ def retracted(rules: Rules, nodes: Contacts, depth: float) -> Contacts:
     """
     nodes = _outer_receded(rules, nodes, depth)
     while nodes:
-        found = (change for i, _ in enumerate(nodes) for change in recedes(rules, nodes, i))
-        change = max(found, key=lambda change: change.depth)
-        if change.depth <= depth:
+        found = falls(rules, nodes)
+        i = max(range(len(found)), key=lambda i: found[i].depth)
+        if found[i].depth <= depth:
             break
-        nodes = change.applied(nodes)
+        nodes = found[i].applied(nodes, i)
     return nodes
 
 

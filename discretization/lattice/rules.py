@@ -232,10 +232,10 @@ class Rules:
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[Array, Array]:
         """1 - a - b and a f_i + b f_j at free nodes start..stop-1 between two contacts."""
-        first = self.first
-        lo, hi = (None if end is None else first + end for end in (left, right))
+        first, f = self.first, self._heights
+        lo, f_left = (None, 0.0) if left is None else (first + left, f[left])
+        hi, f_right = (None, 0.0) if right is None else (first + right, f[right])
         near, far, rest = self.lattice.shape(lo, hi, first + start, first + stop)
-        f_left, f_right = (0.0 if end is None else self._heights[end] for end in (left, right))
         return rest, near * f_left + far * f_right
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019

@@ -28,7 +28,7 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import at_offsets, interpolated, offsets
-from discretization.lattice.changes import Contacts, parts, pressed, recedes, retracted
+from discretization.lattice.changes import Contacts, falls, parts, pressed, retracted
 from discretization.lattice.ground import Ground
 from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
@@ -255,7 +255,7 @@ class LatticeBranch(BranchBase):
             return
         nodes, tie = state.nodes, self.closing.tie
         rising = min(rise(self.closing, *part).depth for part in parts(nodes))
-        falling = max(c.depth for i, _ in enumerate(nodes) for c in recedes(self.opening, nodes, i))
+        falling = max(change.depth for change in falls(self.opening, nodes))
         if rising < depth - tie(depth, rising) or falling > depth + tie(depth, falling):
             raise NotCertifiedError(
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
