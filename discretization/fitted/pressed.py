@@ -120,7 +120,7 @@ class Pressed:
         return any(
             not math.isinf(x)
             and self._touched_ahead(
-                side, x, new, self.rests.at(old), self.rests.at(facing), low, high
+                side, x, new, self.rests.at(old), self.rests.at(facing), (low, high)
             )
             for side, x, new, old, facing in (
                 (1, q, *moved[:1], p, moved[1]),
@@ -129,14 +129,7 @@ class Pressed:
         )
 
     def _touched_ahead(
-        self,
-        side: int,
-        x: float,
-        new: float,
-        old: At | None,
-        facing: At | None,
-        low: float,
-        high: float,
+        self, side: int, x: float, new: float, old: At | None, facing: At | None, depths: Pair
     ) -> bool:
         """Whether D₀ <= d somewhere on the way of a line, before the line itself came by.
 
@@ -144,17 +137,11 @@ class Pressed:
         care. Without adhesion the state does not depend on the way: whether the profile pulls there
         at the end, which it must not.
         """
-        own = self.rests.profile.beyond(x, new)
+        (low, high), own = depths, self.rests.profile.beyond(x, new)
         if own.stop == own.start:
             return False
-        z, f, f1 = (
-            column[own][::side]
-            for column in (
-                self.rests.profile.x,
-                self.rests.profile.f,
-                self.rests.profile.slope,
-            )
-        )
+        profile = self.rests.profile
+        z, f, f1 = (column[own][::side] for column in (profile.x, profile.f, profile.slope))
         if not self.rests.scene.work_of_adhesion:
             return self.resting.pull(x, new, high).worst > TIE * self.rests.size
         rests = self.rests.rest(side, z, f, f1, old, 1)

@@ -26,9 +26,7 @@ Pair = tuple[float, float]
 MET = 1e-9  # of l: lines closer than that have met
 _SWEEPS = 1000  # over all lines; each is a contraction
 _STILL = 4e-16  # of the positions: a line that moves less has come to rest
-_ROUNDED = (
-    1e-12  # of the same: a step of Newton's method that may be rounding if it shrinks no more
-)
+_ROUNDED = 1e-12  # of the same: a step of Newton's method that may be, if it shrinks no more
 _NEWTON = 12  # steps of Newton's method before halving
 _ALONG = np.arange(1, 9) / 8  # of a way: where a line is asked whether it rests
 
@@ -52,10 +50,8 @@ class Resting:
         if math.isinf(q) or math.isinf(p):
             return self._outermost(q, p, depth)
         least = 2 * MET * self.rests.scene.elastocapillary_length
-        if (
-            not self.rests.scene.work_of_adhesion
-            and self.pull(q, p, depth).worst <= TIE * self.rests.size
-        ):
+        bare = not self.rests.scene.work_of_adhesion
+        if bare and self.pull(q, p, depth).worst <= TIE * self.rests.size:
             return None
         for sweep in range(_SWEEPS):
             if p - q <= least:
@@ -138,7 +134,8 @@ class Resting:
         size = abs(start[0]) + abs(start[1]) + self.rests.length
         room = self.rests.rooms(np.array([start]), way)
         for _ in range(_NEWTON):
-            value, rates = self.rests.rest_depths(x[None, None], room, way, True)
+            with np.errstate(over="ignore", invalid="ignore"):  # lines that have all but met
+                value, rates = self.rests.rest_depths(x[None, None], room, way, True)
             assert rates is not None
             if not margins(rates, both)[0].all():
                 return None
