@@ -18,7 +18,6 @@ are independent, so it is counted per node, and a contact reaches half a node pa
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -27,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.place import Place
-from discretization.lattice.shares import Pair, first_free, shares
+from discretization.lattice.shares import Pair, displaced, first_free, looked_up, shares
 from discretization.lattice.tails import LatticeTail
 from energy import Indenter, Scene
 from energy.checks import positive
@@ -151,30 +150,12 @@ class Lattice(Place):
     def shape(
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[Array, Array, Array]:
-        """a, b, 1 - a - b of free nodes start..stop-1 between two contact nodes (None: none there).
-
-        They are looked up: powers of λ.
-        """
-        if left is None and right is None:
-            return np.zeros(stop - start), np.zeros(stop - start), np.ones(stop - start)
-        first, last = start - 1 if left is None else left, stop if right is None else right
-        power, once, twice = _powers(self.log_decay, 1 << (last - first).bit_length())
-        p, q = slice(start - first, stop - first), slice(last - start, last - stop, -1)
-        if left is None or right is None:
-            own = q if left is None else p
-            return power[own], power[own], -once[own]
-        whole = twice[last - first]
-        near, far = power[p] * twice[q] / whole, power[q] * twice[p] / whole
-        return near, far, once[p] * once[q] / (1 + power[last - first])
+        """a, b, 1 - a - b of free nodes start..stop-1 between two contacts (None: none there)."""
+        return looked_up(self.log_decay, left, right, start, stop)
 
     def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
         """Displacements of free nodes (n,) between these contact nodes, displaced by those (n,)."""
-        power, _, twice = _powers(
-            self.log_decay, 1 << int(np.max(right - left, initial=1)).bit_length()
-        )
-        p, q = nodes - left, right - nodes
-        whole = power[p] * twice[q] * u_left + power[q] * twice[p] * u_right
-        return np.asarray(whole / twice[p + q])
+        return displaced(self.log_decay, nodes - left, right - nodes, u_left, u_right)
 
     def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
         """B, 1 - A - B and S of the free node next to a line that faces another one, `other`."""
@@ -259,13 +240,6 @@ class Lattice(Place):
     def x(self, node):
         """Position of a node (or an array of nodes)."""
         return self.origin + self.spacing * node
-
-
-@functools.lru_cache(maxsize=4)
-def _powers(log_decay: float, count: int) -> tuple[Array, Array, Array]:
-    """λⁿ, λⁿ - 1 and λ²ⁿ - 1 for n = 0, ..., count."""
-    n = np.append(0.0, -log_decay * np.arange(1.0, count + 1))  # μ = ∞ without tension
-    return np.exp(n), np.expm1(n), np.expm1(2 * n)
 
 
 def _origin(indenter: Indenter, spacing: float) -> float:

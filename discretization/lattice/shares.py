@@ -5,12 +5,14 @@ Small slopes, of a line contact and around an axis.
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
 
 
 class Pair(NamedTuple):
@@ -35,6 +37,37 @@ def shares(rate: float, p: Array, q: Array) -> tuple[Array, Array, Array]:
     ep, eq, both = np.exp(-rate * p), np.exp(-rate * q), np.expm1(-2 * rate * (p + q))
     near, far = ep * np.expm1(-2 * rate * q) / both, eq * np.expm1(-2 * rate * p) / both
     return near, far, np.expm1(-rate * p) * np.expm1(-rate * q) / (1 + ep * eq)
+
+
+def looked_up(
+    rate: float, left: int | None, right: int | None, start: int, stop: int
+) -> tuple[Array, Array, Array]:
+    """`shares` of the nodes start..stop-1 between two nodes (None: none there), powers of λ."""
+    if left is None and right is None:
+        return np.zeros(stop - start), np.zeros(stop - start), np.ones(stop - start)
+    first, last = start - 1 if left is None else left, stop if right is None else right
+    power, once, twice = _powers(rate, 1 << (last - first).bit_length())
+    p, q = slice(start - first, stop - first), slice(last - start, last - stop, -1)
+    if left is None or right is None:
+        own = q if left is None else p
+        return power[own], power[own], -once[own]
+    whole = twice[last - first]
+    near, far = power[p] * twice[q] / whole, power[q] * twice[p] / whole
+    return near, far, once[p] * once[q] / (1 + power[last - first])
+
+
+def displaced(rate: float, p: Nodes, q: Nodes, u_left: Array, u_right: Array) -> Array:
+    """u (n,) at nodes p links from left and q links from right ends displaced so."""
+    power, _, twice = _powers(rate, 1 << int(np.max(p + q, initial=1)).bit_length())
+    whole = power[p] * twice[q] * u_left + power[q] * twice[p] * u_right
+    return np.asarray(whole / twice[p + q])
+
+
+@functools.lru_cache(maxsize=4)
+def _powers(rate: float, count: int) -> tuple[Array, Array, Array]:
+    """λⁿ, λⁿ - 1 and λ²ⁿ - 1 for n = 0, ..., count."""
+    n = np.append(0.0, -rate * np.arange(1.0, count + 1))  # an infinite rate without tension
+    return np.exp(n), np.expm1(n), np.expm1(2 * n)
 
 
 def first_free(spring: Any, link: Any, tie: Any, ground: Any) -> tuple[Any, Any, Any]:
