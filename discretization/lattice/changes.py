@@ -98,8 +98,9 @@ def retracted(rules: Rules, nodes: Contacts, depth: float) -> Contacts:
     nodes = _outer_receded(rules, nodes, depth)
     while nodes:
         found = falls(rules, nodes)
-        i = max(range(len(found)), key=lambda i: found[i].depth)
-        if found[i].depth <= depth:
+        depths = [change.depth for change in found]
+        i = depths.index(max(depths))
+        if depths[i] <= depth:
             break
         nodes = found[i].applied(nodes, i)
     return nodes

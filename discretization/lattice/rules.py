@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.shares import Pair, first_free
+from discretization.lattice.shares import Pair
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
@@ -82,11 +82,14 @@ class Rules:
         By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
         last node there is no link to pass (n,).
         """
-        found = {}
+        return {side: np.append(at, math.inf) for side, at in self._rests(self.work).items()}
+
+    def _rests(self, work: Array) -> dict[int, Array]:
+        """D of an outermost line at each link (n - 1,), by side."""
+        f, found = self.f, {}
         for side in (1, -1):
-            f, work = self.f[::side], self.work[::side]
-            place = self.lattice.at(self.nodes[::side][:-1], side)
-            found[side] = np.append(place.rest_depth(f[:-1], f[1:], work), math.inf)
+            place, near, far = self.nodes[::side][:-1], f[::side][:-1], f[::side][1:]
+            found[side] = self.lattice.at(place, side).rest_depth(near, far, work[::side])
         return found
 
     @property
@@ -97,11 +100,7 @@ class Rules:
     @functools.cached_property
     def meets(self) -> dict[int, Array]:
         """Depths at which the surface beyond an outermost line touches the next node (n - 1,)."""
-        found = {}
-        for side in (1, -1):
-            f, place = self.f[::side], self.lattice.at(self.nodes[::side][:-1], side)
-            found[side] = place.rest_depth(f[:-1], f[1:], 0.0)
-        return found
+        return self._rests(np.zeros_like(self.work))
 
     @functools.cached_property
     def torn(self) -> Array:
@@ -111,9 +110,8 @@ class Rules:
             return np.full(f.size, -math.inf)
         stored = (self.work[1:] + self.work[:-1]) * (spring[1:-1] + link[1:] + link[:-1])
         pull = -np.diff(link * np.diff(f))
-        return np.pad(
-            f[1:-1] + (pull - np.sqrt(2 * stored)) / spring[1:-1], 1, constant_values=-math.inf
-        )
+        depth = f[1:-1] + (pull - np.sqrt(2 * stored)) / spring[1:-1]
+        return np.pad(depth, 1, constant_values=-math.inf)
 
     @functools.cached_property
     def most_torn(self) -> float:
@@ -131,23 +129,24 @@ class Rules:
         spring, link = self.stiffness
         return spring.tolist(), link.tolist()
 
-    def pair(self, left: int, right: int) -> Pair:
-        """What the free surface between two contact nodes does to them."""
-        return self._pair(*self.lattice.alike(self.first + left, self.first + right))
-
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def _pair(self, left: int, right: int) -> Pair:
+        """`Lattice.pair` of the lattice's nodes."""
         return Pair(*map(float, self.lattice.pair(left, right)))
+
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
+    def _beside(self, node: int, side: int, other: int) -> tuple[float, float, float]:
+        """`Lattice.beside` of the lattice's nodes."""
+        return tuple(map(float, self.lattice.beside(node, side, other)))  # type: ignore[return-value]
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
-        after, f, (springs, links) = node + side, self._heights, self._stiffness
-        tie, *grounds = self.pair(*(after, other)[::side])
-        link = links[min(node, after)]
-        far, rest, whole = first_free(springs[after], link, tie, grounds[side < 0])
+        after, f, ends = node + side, self._heights, (node, other)[::side]
+        like = self.lattice.alike(self.first + ends[0], self.first + ends[1])[::side]
+        far, rest, whole = self._beside(like[0], side, like[1])
         work = self.adhesion(node, other if abs(other - node) == 2 else after)
         rise = f[after] - f[node] + far * (f[node] - f[other])
         return f[node] + (rise - math.sqrt(2 * work / whole)) / rest
@@ -181,7 +180,8 @@ class Rules:
             return math.inf
         f, (springs, links) = self._heights, self._stiffness
         one, two = left + 1, right - 1
-        tie, *grounds = self.pair(one, two)
+        like = self.lattice.alike(self.first + one, self.first + two)
+        tie, *grounds = self._pair(*like)
         p = springs[one] + grounds[0], springs[two] + grounds[1]
         own = p[0] + links[left] + tie, p[1] + links[two] + tie
 
@@ -257,7 +257,7 @@ class Rules:
         return self.touches(*ordered(side, node, None))[0]
 
     def tie(self, one: float, other: float) -> float:
-        """What rounding makes of the difference of two depths at which something happens.
+        """What rounding makes of the difference of two depths of events.
 
         The largest difference quotient of heights that enters them is that of a span of two links.
         """
