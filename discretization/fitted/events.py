@@ -78,9 +78,14 @@ class Events:
         found = trials.tried(surfaces, everything, start, end)
         if not found.failed:
             return Part(end, _flat(found.lines), float(found.work.sum()), None)
+        failed, passed = found.failed, sorted(everything - found.failed)
         low, high, own = trials.enclosed(unmoved(surfaces, start), found, start)
-        found = trials.to(surfaces, everything - own, start, low.depth)
-        if found.failed:  # by a shorter way than the others
+        found, smooth = trials.to(surfaces, failed - own, start, low.depth), True
+        if passed and low.depth != start:  # smoothly up to here, as they do beyond
+            moved = trials.smooth.over(surfaces[passed], start, low.depth)
+            found.lines[passed], found.work[passed] = moved.lines, moved.work
+            smooth = bool(moved.smooth.all())
+        if found.failed or not smooth:  # by a shorter way than the others
             return self._part(lines, start, (start + low.depth) / 2)
         merge(low, own, found)
         part = Part(high.depth, _flat(found.lines), float(found.work.sum()), None)
