@@ -45,15 +45,25 @@ def looked_up(
     """`shares` of the nodes start..stop-1 between two nodes (None: none there), powers of λ."""
     if left is None and right is None:
         return np.zeros(stop - start), np.zeros(stop - start), np.ones(stop - start)
-    first, last = start - 1 if left is None else left, stop if right is None else right
-    power, once, twice = _powers(rate, 1 << (last - first).bit_length())
-    p, q = slice(start - first, stop - first), slice(last - start, last - stop, -1)
-    if left is None or right is None:
-        own = q if left is None else p
-        return power[own], power[own], -once[own]
-    whole = twice[last - first]
-    near, far = power[p] * twice[q] / whole, power[q] * twice[p] / whole
-    return near, far, once[p] * once[q] / (1 + power[last - first])
+    if left is not None and right is not None:
+        own = slice(start - left - 1, stop - left - 1)
+        near, rest = _of_gap(rate, right - left)
+        return near[own], near[::-1][own], rest[own]
+    if left is not None:
+        links, far = stop - left, slice(start - left, stop - left)
+    else:
+        assert right is not None
+        links, far = right - start, slice(right - start, right - stop, -1)
+    power, once, _ = _powers(rate, 1 << links.bit_length())
+    return power[far], power[far], -once[far]
+
+
+@functools.lru_cache(maxsize=256)
+def _of_gap(rate: float, links: int) -> tuple[Array, Array]:
+    """a and 1 - a - b of all free nodes of a gap; b is a from its other end."""
+    power, once, twice = _powers(rate, 1 << links.bit_length())
+    p, q = slice(1, links), slice(links - 1, 0, -1)
+    return power[p] * twice[q] / twice[links], once[p] * once[q] / (1 + power[links])
 
 
 def displaced(rate: float, p: Nodes, q: Nodes, u_left: Array, u_right: Array) -> Array:
