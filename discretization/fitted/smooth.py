@@ -41,7 +41,8 @@ BALANCED = 1e-12  # of the energy's terms
 class Moved(NamedTuple):
     """Lines of free surfaces at the end of a smooth motion (n, 2), which of them moved so, ∫P dd.
 
-    margin (n,): square of the stiffness against moving them at the end, nan if none moves.
+    margin (n,): square of the stiffness against moving them at the end, nan if none moves or they
+    are not in equilibrium there.
     """
 
     lines: Array
@@ -68,6 +69,7 @@ class Smooth:
         depths = start + step * (np.arange(parts)[:, None] + t * (2 - t)).ravel()
         depths[-1] = end
         x, good, margin = self._followed(lines, depths, way)
+        margin[~good] = math.nan
         if not good.any():
             return Moved(x[:, -1], good, np.zeros(len(x)), margin)
         found = np.zeros((3, *x.shape[:2]))

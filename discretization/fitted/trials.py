@@ -174,7 +174,8 @@ class Trials:
         """Just before and beyond where an equilibrium disappears, if that is found; else these."""
         start, least = low.depth, _CLOSE * self.motion.rests.size
         way = 1 if high.depth > start else -1
-        folds = [self.motion.rests.fold(low.lines[i], way) for i in sorted(high.failed)]
+        lost = [i for i in sorted(high.failed) if math.isnan(high.rooms["stiff", i])]
+        folds = [self.motion.rests.fold(low.lines[i], way) for i in lost]
         steps = (way * (fold - start) for fold in folds)
         ahead = [step for step in steps if -least < step < abs(high.depth - start)]
         if not ahead:
