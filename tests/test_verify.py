@@ -163,7 +163,12 @@ def put_into_the_lattice(fault, monkeypatch):
 
 def put_into_the_fitted_mesh(fault, monkeypatch):
     module = import_module("discretization.minimise")
-    right = module.ON_MESH["one contact"]
+    for way in ("one contact", "springs"):
+        monkeypatch.setitem(module.ON_MESH, way, _faulty(module.ON_MESH[way], fault))
+
+
+def _faulty(right, fault):
+    """What answers with other parameters than it was given."""
 
     def faulty(scene, depth, **options):
         k, gamma1, w = fault(scene.stiffness, scene.gamma1, scene.work_of_adhesion)
@@ -171,7 +176,7 @@ def put_into_the_fitted_mesh(fault, monkeypatch):
         other = replace(scene, layer=layer, surfaces=SurfaceEnergies.from_work(gamma1, w))
         return replace(right(other, depth, **options), scene=scene)
 
-    monkeypatch.setitem(module.ON_MESH, "one contact", faulty)
+    return faulty
 
 
 def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretisations():
