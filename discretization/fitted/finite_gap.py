@@ -163,6 +163,11 @@ class FiniteGap:
         return energy, gradient, hessian
 
 
+def _sin(p: Array) -> Array:
+    """sin φ of p = 2 sin(φ/2)."""
+    return np.asarray(p * np.sqrt(np.maximum(1 - p * p / 4, 0.0)))
+
+
 def _cos(s: float) -> float:
     """cos φ of sin φ."""
     return math.sqrt(max(1 - s * s, 0.0))
@@ -180,7 +185,7 @@ def solved(left: float, rise: float, length: float) -> FiniteGap:
     before = np.concatenate([[0.0], np.cumsum(steps[:, -1])])[:-1]
     x = (before[:, None] + steps).ravel()
     kept = np.append(np.arange(1, p.size) % (DEGREE + 1) != 0, True)  # nodes of two elements once
-    sines = p[[0, -1]] * np.sqrt(np.maximum(1 - p[[0, -1]] ** 2 / 4, 0.0))
+    sines = _sin(p[[0, -1]])
     reactions = -float(sines[0]), float(sines[1])
     return FiniteGap(length, half, x[kept], h[kept], left, rises[kept], reactions)
 
@@ -193,7 +198,7 @@ def stored(left: Array, rise: Array, length: Array) -> tuple[Array, Array]:
     p, rises = _exponentials(left, rise, T, mesh.nodes)
     h, u = rate(p)[0], left + rises
     density = h * u * u / 2 + p * p / (np.sqrt(h * h + p * p) + h)
-    sines = p[:, [0, -1]] * np.sqrt(np.maximum(1 - p[:, [0, -1]] ** 2 / 4, 0.0))
+    sines = _sin(p[:, [0, -1]])
     return T[:, 0] * (density @ mesh.weights), sines[:, 1] - sines[:, 0]
 
 

@@ -173,13 +173,9 @@ class Rests:
         (f, f1), turned = self._read(z), z[:, :, ::-1]
         at, facing = z[..., moved], At(turned[..., other], f[:, :, ::-1][..., other])
         side = np.broadcast_to(_SIDES, at.shape)
-        height, slope, beyond = (
-            f[..., moved].ravel(),
-            f1[..., moved].ravel(),
-            At(*map(np.ravel, facing)),
-        )
-        rest = self.rest(side.ravel(), at.ravel(), height, slope, beyond, way)
-        rest = rest.reshape(at.shape)
+        height, slope = f[..., moved].ravel(), f1[..., moved].ravel()
+        beyond = At(*map(np.ravel, facing))
+        rest = self.rest(side.ravel(), at.ravel(), height, slope, beyond, way).reshape(at.shape)
         if z.shape[-1] == 1:
             return rest[..., 0], None
         with np.errstate(divide="ignore", invalid="ignore"):  # between two corners
@@ -209,7 +205,7 @@ class Rests:
         room = self.rooms(lines[None], way)
         h, near = _CURVED * min(float(x[1] - x[0]), self.length), False
         for _ in range(_FOLDED):
-            step, depth = self._to_fold(x, room, h, way)
+            step, depth = self._fold_step(x, room, h, way)
             if near:
                 return depth
             x[inner] -= step
@@ -218,7 +214,7 @@ class Rests:
             near = bool(np.abs(step).max() <= _NEAR * h)
         return math.nan
 
-    def _to_fold(self, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
+    def _fold_step(self, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
         """A step of Newton's method towards a fold (1 or 2,), nan: none, and D of the lines."""
         inner, beside = np.isfinite(x), h * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
         value, rates = self.rest_depths(

@@ -137,7 +137,7 @@ class Trials:
         """
         involved, parts, passed = self._involved(high, start), 1, False
         if high.failed and not high.known:
-            low, high = self._to_fold(low, high, involved)
+            low, high = self._beside_fold(low, high, involved)
         low = older = low._replace(rooms=low.rooms or self._rooms(low, involved, high.depth))
         least = _CLOSE * self.motion.rests.size
         aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
@@ -170,7 +170,7 @@ class Trials:
             )
         return (low if high.failed else high), high, involved
 
-    def _to_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
+    def _beside_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
         """Just before and beyond where an equilibrium disappears, if that is found; else these."""
         start, least = low.depth, _CLOSE * self.motion.rests.size
         way = 1 if high.depth > start else -1
