@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+_KEPT = 1 << 16  # powers that are kept: more would be held in memory for good
 
 
 class Pair(NamedTuple):
@@ -68,7 +69,8 @@ def _of_gap(rate: float, links: int) -> tuple[Array, Array]:
 
 def displaced(rate: float, p: Nodes, q: Nodes, u_left: Array, u_right: Array) -> Array:
     """u (n,) at nodes p links from left and q links from right ends displaced so."""
-    power, _, twice = _powers(rate, 1 << int(np.max(p + q, initial=1)).bit_length())
+    count = 1 << int(np.max(p + q, initial=1)).bit_length()
+    power, _, twice = (_powers if count <= _KEPT else _powers.__wrapped__)(rate, count)
     whole = power[p] * twice[q] * u_left + power[q] * twice[p] * u_right
     return np.asarray(whole / twice[p + q])
 
