@@ -97,8 +97,7 @@ def _followed(
     size = every if save is not None else values.size
     for start in range(0, values.size, size):
         part = values[start : start + size]
-        for value in part.tolist():
-            path.go(value)
+        path.go(part)
         path.branch.certify(path.point.state, path.point.depth)
         history = history.extended(path.branch, part, *path.recorded())
         if save is not None:
@@ -111,7 +110,7 @@ def _go_to_end(path: LoadPath, history: History) -> None:
     last = history.at(-1)
     path.step, path.value = len(history.values), float(history.values[-1])
     path.point = Point(last.depth, path.branch.contact(last.depth, *last.lines))
-    path.trail = [*zip(history.values[-2:].tolist(), history.depth[-2:].tolist(), strict=True)]
+    path.pinned = path.branch.pinned(path.point.state)
 
 
 def _branch(
@@ -131,7 +130,7 @@ def _branch(
     made = functools.partial(branch_of, scene, rtol, spacing)
     if control.stiffness is None:
         return made(deepest)
-    return pressed_by(made, lambda depth: control.load(depth, deepest))
+    return pressed_by(made, lambda depth, force: control.value(depth, force) >= deepest)
 
 
 def _begun(saved: History, values: Array, save: str | Path) -> History:

@@ -7,9 +7,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
 _GOLDEN = (math.sqrt(5) - 1) / 2
 _SECTIONS = 45  # golden sections leave 4e-10 of what is between two points: a minimum is flat
+_HALVINGS = 200  # secants, and halvings where those are slow
+_CLOSE = 2e-16  # of the position: steps that are rounding
 
 
 def bracketed(h: Callable[[float], float], inside: float, outside: float) -> float:
@@ -61,3 +65,40 @@ def least(h: Callable[[Any], Any], lo: Any, hi: Any, enough: float = -math.inf) 
         low, high = np.where(left, value, high)[()], np.where(left, low, value)[()]
     left = low <= high
     return np.where(left, one, other)[()], np.where(left, low, high)[()]
+
+
+def crossings(
+    h: Callable[[Array, NDArray[np.int64]], Array],
+    lo: Array,
+    hi: Array,
+    guess: Array,
+    rise: Array,
+    enough: float,
+) -> Array:
+    """Zeros (n,) of n functions between lo and hi, all at once, by secants and halving.
+
+    h(x, own): the values of the functions with these numbers at x. They change sign once, from
+    there to hi as `rise`, a guess of their slopes. A value of no more than `enough` is zero.
+    """
+    x, own = guess.copy(), np.arange(guess.size)
+    ends, side = [lo.copy(), hi.copy()], np.where(rise < 0, -1.0, 1.0)
+    value, slope = h(x, own), rise.copy()
+    slow = np.zeros(own.size, bool)
+    for _ in range(_HALVINGS):
+        low = side[own] * value <= 0
+        ends[0][own[low]], ends[1][own[~low]] = x[own[low]], x[own[~low]]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = x[own] - value / slope[own]
+        inside = (new >= ends[0][own]) & (new <= ends[1][own]) & ~slow
+        new = np.where(inside, new, (ends[0][own] + ends[1][own]) / 2)
+        still = np.abs(new - x[own]) <= _CLOSE * np.abs(new)
+        kept = ~((np.abs(value) <= enough) | still)
+        if not kept.any():
+            break
+        own, old, before, new = own[kept], x[own[kept]], value[kept], new[kept]
+        value = h(new, own)
+        slow = (np.abs(value) > np.abs(before) / 2) & ~slow[kept]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope[own] = (value - before) / (new - old)
+        x[own] = new
+    return x

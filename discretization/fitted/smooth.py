@@ -26,7 +26,7 @@ from discretization.fitted.rests import Rests, margins, solved
 from discretization.fitted.spectral import rounded
 
 Array = NDArray[np.float64]
-_DEGREE = 12  # of the Lobatto rule in t
+DEGREE = 12  # of the Lobatto rule in t
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
 _SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
@@ -41,7 +41,7 @@ BALANCED = 1e-12  # of the energy's terms
 class Moved(NamedTuple):
     """Lines of free surfaces at the end of a smooth motion (n, 2), which of them moved so, ∫P dd.
 
-    margin (n,): square of the stiffness against moving them at the end, nan if none moves or they
+    depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there. margin (n,): square of the stiffness against moving them at the end, nan if none moves or they
     are not in equilibrium there.
     """
 
@@ -49,6 +49,8 @@ class Moved(NamedTuple):
     smooth: NDArray[np.bool_]
     work: Array
     margin: Array
+    depths: Array
+    whole: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,31 +65,33 @@ class Smooth:
 
         parts: of the way, on each of which the energy must balance.
         """
-        t, weights, _ = rounded(_DEGREE)
+        t, weights, _ = rounded(DEGREE)
         lines = self.rests.snapped(lines)
         t, way, step = (t + 1) / 2, 1 if end >= start else -1, (end - start) / parts
         depths = start + step * (np.arange(parts)[:, None] + t * (2 - t)).ravel()
         depths[-1] = end
-        x, good, margin = self._followed(lines, depths, way)
+        cut = depths.reshape(parts, -1)
+        x, good, margin = self.followed(lines, depths, way)
         margin[~good] = math.nan
         if not good.any():
-            return Moved(x[:, -1], good, np.zeros(len(x)), margin)
+            return Moved(x[:, -1], good, np.zeros(len(x)), margin, cut, x)
         found = np.zeros((3, *x.shape[:2]))
-        found[:, good] = self._totals(x[good], depths, way)
+        found[:, good] = self.parts(x[good], depths, way)
         energy, size, force = found.reshape(3, len(x), parts, t.size)
         work = force @ (weights * (1 - t)) * step
         change = energy[..., -1] - energy[..., 0]
         rounding = _EVEN * self.rests.size * np.abs(force).max(axis=2)
         even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
         good &= even.all(axis=1)
-        return Moved(self.rests.snapped(x[:, -1]), good, work.sum(axis=1), margin)
+        x[:, -1] = self.rests.snapped(x[:, -1])
+        return Moved(x[:, -1], good, work.sum(axis=1), margin, cut, x)
 
-    def _followed(
-        self, lines: Array, depths: Array, way: int
+    def followed(
+        self, lines: Array, depths: Array, way: int, guess: Array | None = None
     ) -> tuple[Array, NDArray[np.bool_], Array]:
         """Lines (n, j, 2) at depths (j,), by Newton's method; whether they are in equilibrium."""
         n, j = len(lines), depths.size
-        x = np.repeat(lines[:, None, :], j, axis=1)
+        x = np.repeat(lines[:, None, :], j, axis=1) if guess is None else guess
         inner = np.isfinite(lines)
         rests = self.rests.ahead(lines, way)
         free = inner & (way * (rests - depths[-1]) < 0)
@@ -142,10 +146,14 @@ class Smooth:
 
     def totals(self, lines: Array, depth: float) -> tuple[float, float]:
         """Energy and force of all surfaces (n, 2) of a state."""
-        energy, _, force = self._totals(lines[:, None], np.array([depth]), 1).sum(axis=(1, 2))
-        return float(energy), float(force)
+        energy, force = self.many(lines[None], np.array([depth]))
+        return float(energy[0]), float(force[0])
 
-    def _totals(self, lines: Array, depths: Array, way: int) -> Array:
+    def many(self, lines: Array, depths: Array) -> Array:
+        """Energy and force (2, k) of states with as many surfaces (k, n, 2) at depths (k,)."""
+        return self.parts(lines.transpose(1, 0, 2), depths, 1)[::2].sum(axis=1)
+
+    def parts(self, lines: Array, depths: Array, way: int) -> Array:
         """Energy, sum of its terms' absolute values, and force (3, n, j) of surfaces (n, j, 2)."""
         (n, j, _), inner = lines.shape, np.isfinite(lines[:, 0])
         x, parts = lines.transpose(0, 2, 1)[inner], np.zeros((3, n, 2, j))

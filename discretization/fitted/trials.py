@@ -27,6 +27,7 @@ from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
 from discretization.fitted.smooth import Smooth
+from discretization.fitted.track import Piece, pieces, restricted
 
 Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]
@@ -40,7 +41,7 @@ _PATIENCE = 3  # trials after which the range must have been halved, else its mi
 class Tried(NamedTuple):
     """Surfaces taken to a depth: their lines, ∫P dd of each, what is left; surfaces that fail.
 
-    known: something is known to happen to one of these; else shorter ways may succeed.
+    pieces: the lines on the way. known: something is known to happen to one of these; else shorter ways may succeed.
     """
 
     depth: float
@@ -49,6 +50,11 @@ class Tried(NamedTuple):
     rooms: Rooms
     failed: set[int]
     known: bool
+    pieces: tuple[Piece, ...] = ()
+
+    def after(self, low: Tried) -> Tried:
+        """The same with what led to where it began."""
+        return self._replace(work=low.work + self.work, pieces=low.pieces + self.pieces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +86,8 @@ class Trials:
         if end > start:
             self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)
-        return Tried(end, lines, work, rooms, failed, failed != unknown)
+        way = pieces(kept, found.depths, found.whole)
+        return Tried(end, lines, work, rooms, failed, failed != unknown, way)
 
     def _pressed(
         self,
@@ -145,7 +152,7 @@ class Trials:
             width = high.depth - low.depth
             if parts == 1 and not high.known and abs(width) > least:
                 high, parts = self._in_parts(low, high, involved), _PARTS[0]
-                high = high if high.failed else high._replace(work=low.work + high.work)
+                high = high if high.failed else high.after(low)
             if not high.failed or abs(width) <= least or low.depth + width / 2 == low.depth:
                 break
             last, aim = (aim, away), _runs_out(older, low, high)
@@ -162,7 +169,7 @@ class Trials:
             if not passed:
                 high, involved = tried, self._involved(tried, start) & involved
                 continue
-            older, low = low, tried._replace(work=low.work + tried.work)
+            older, low = low, tried.after(low)
             high = low if depth == high.depth else high
         else:
             raise NotCertifiedError(
@@ -185,7 +192,7 @@ class Trials:
             before = self.to(low.lines, which, start, start + way * (step - least / 2))
             if before.failed:
                 return low, high
-            before = before._replace(work=low.work + before.work)
+            before = before.after(low)
         beyond = start + way * (step + least / 2)
         tried = self.tried(before.lines, which, before.depth, beyond)
         return before, tried if tried.failed else high
@@ -211,10 +218,11 @@ def unmoved(surfaces: Array, depth: float) -> Tried:
     return Tried(depth, surfaces.copy(), np.zeros(len(surfaces)), {}, set(), False)
 
 
-def merge(one: Tried, own: set[int], other: Tried) -> None:
+def merge(one: Tried, own: set[int], other: Tried) -> Tried:
     """Put lines and work of some surfaces in place of those of another trial."""
     kept = sorted(own)
     other.lines[kept], other.work[kept] = one.lines[kept], one.work[kept]
+    return other._replace(pieces=other.pieces + restricted(one.pieces, own))
 
 
 def _runs_out(older: Tried, low: Tried, high: Tried) -> float:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import chain, pairwise
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from discretization.fitted.spectral import rounded
-from discretization.paths.branch import Branch, Point
-from discretization.paths.control import Control, moved, point_of_fold
+from discretization.paths.branch import Branch, Leg, Point
+from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, PullOff, Snapshot
 
 Segment = tuple[Snapshot, Snapshot]
-_ENOUGH = 33  # states of a run: between fewer, others are looked at
 _FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
 _WORK = 1e-12  # of the integral of a force that is smooth between events
 
@@ -24,9 +22,8 @@ def work(
 ) -> float:
     """∫P dd over the segments, and of the load `hold` while the state jumped."""
     total = 0.0
-    for start, end in segments:
-        state = branch.contact(start.depth, *start.lines)
-        total += branch.work(state, start.depth, end.depth)
+    for run in _runs(segments):
+        total += sum(leg.work() for leg in legs(branch, run[0], run[-1].depth))
     for event in events:
         depths = event.before.depth, event.after.depth
         before, after = (hold.potential(depth, event.control) for depth in depths)
@@ -63,14 +60,14 @@ def integral(
 
 def most_tensile(branch: Branch, segments: Sequence[Segment]) -> PullOff:
     """The state of least force. ValueError if no force is tensile."""
-    states = [_least(branch, run) for run in _runs(segments)]
-    if not states or min(state.force for state in states) >= 0:
-        least = min((state.force for state in states), default=math.inf)
+    found = [least for run in _runs(segments) for least in (*run, *_turns(branch, run))]
+    if not found or min(state.force for state in found) >= 0:
+        least = min((state.force for state in found), default=math.inf)
         raise ValueError(
             f"least force = {least!r} of this path is not tensile; retract the indenter further"
         )
-    found = min(states, key=lambda state: state.force)
-    return PullOff(found.force, found.depth, found.half_width)
+    state = min(found, key=lambda state: state.force)
+    return PullOff(state.force, state.depth, state.half_width)
 
 
 def _runs(segments: Sequence[Segment]) -> list[list[Snapshot]]:
@@ -85,31 +82,32 @@ def _runs(segments: Sequence[Segment]) -> list[list[Snapshot]]:
     return runs
 
 
-def _least(branch: Branch, run: list[Snapshot]) -> Snapshot:
-    """The least force of a run that goes one way, between the states recorded as well."""
+def _turns(branch: Branch, run: list[Snapshot]) -> Iterator[Snapshot]:
+    """The states of a run that goes one way at which P is least, between those recorded."""
     if not branch.smooth:
-        return min(run, key=lambda state: state.force)
-    while len(run) < _ENOUGH and run[0].depth != run[-1].depth:
-        halved = chain(*((a, _middle(branch, a, b)) for a, b in pairwise(run)))
-        run = [*halved, run[-1]]
-    least = min(range(len(run)), key=lambda i: run[i].force)
-    beside = sorted(run[max(least - 1, 0) : least + 2], key=lambda state: state.depth)
-    low, high = (_point(branch, state) for state in (beside[0], beside[-1]))
-    fold = point_of_fold(branch, Control(0.0), high, low)
-    return min(run[least], _snapshot(branch, fold), key=lambda state: state.force)
+        return
+    for leg in legs(branch, run[0], run[-1].depth):
+        curve = Curve.of(leg, Control(0.0), True, 0.0)
+        least = int(np.argmin(curve.value))
+        if 0 < least < curve.t.size - 1:
+            (point,) = leg.points(curve.depths(np.array([curve.refined(least, -1)])))
+            yield _snapshot(branch, point)
 
 
-def _middle(branch: Branch, a: Snapshot, b: Snapshot) -> Snapshot:
-    return _snapshot(branch, moved(branch, _point(branch, a), (a.depth + b.depth) / 2))
-
-
-def _point(branch: Branch, state: Snapshot) -> Point:
-    return Point(state.depth, branch.contact(state.depth, *state.lines))
+def legs(branch: Branch, start: Snapshot, depth: float) -> Iterator[Leg]:
+    """The legs from a state to a depth without a jump on the way."""
+    here = Point(start.depth, branch.contact(start.depth, *start.lines))
+    while here.depth != depth and here.state is not None:
+        leg = branch.leg(here, depth)
+        yield leg
+        if leg.jumps:  # by rounding, where the run ends
+            return
+        here = leg.end if leg.after is None else leg.after
 
 
 def _snapshot(branch: Branch, point: Point) -> Snapshot:
     """A state between the steps; its energy is not asked for."""
     depth, state = point
-    lines = (math.nan, math.nan) if state is None else state.ends
     force, turned = branch.force(state, depth), branch.scene.axisymmetric
-    return Snapshot(depth, force, math.nan, lines[0], lines[1], axisymmetric=turned)
+    ends, inner = state.ends, tuple(state.lines[1:-1])
+    return Snapshot(depth, force, math.nan, *ends, inner, turned)

@@ -26,8 +26,8 @@ def branch_of(scene: Scene, rtol: float, spacing: float | None, deepest: float) 
     return _ON_MESH[route(scene, "path", nodes=False)].of(scene, rtol, deepest)
 
 
-def pressed_by(made: Callable[[float], Branch], load: Callable[[float], float]) -> Branch:
-    """The branch `made` for depths down to one at which the contact resists this load L(d).
+def pressed_by(made: Callable[[float], Branch], enough: Callable[[float, float], bool]) -> Branch:
+    """The branch `made` for depths down to one at which the force is enough for the programme.
 
     Or to one at which it has left the known profile: the programme may end before that.
     """
@@ -41,7 +41,7 @@ def pressed_by(made: Callable[[float], Branch], load: Callable[[float], float]) 
         try:
             force = branch.force(branch.follow(None, depth), depth)
             deeper = branch.touch + (2 * (depth - branch.touch) or size)
-            if force >= load(depth):
+            if enough(depth, force):
                 return made(deeper + size) if isinstance(branch, LatticeBranch) else branch
         except ValueError:
             return branch

@@ -1,34 +1,35 @@
 """What holds the indenter: an imposed depth, a dead load, or a spring to a drive.
 
-The load L(d; c) at control value c is c (force) or K(c - d) (a machine of stiffness K whose drive
-is at c); equilibrium is P(d) = L(d; c), stable where P'(d) + K > 0 (force: K = 0). The indenter
-moves towards the first equilibrium in the direction in which it is pushed; where there is none
-before P' + K changes sign, the state is unstable and jumps at fixed control.
+C(d), the value of the control at which the state at a depth is in equilibrium, is the depth itself,
+P(d), or d + P(d)/K for a machine of stiffness K. What happens as the control changes is read off the
+path at imposed depths: as the control rises, the depth is where the running maximum of C on the way
+down from the present state first reaches it; as it falls, where the running minimum on the way up
+does. (The indenter moves in the direction in which it is pushed, and stops where P balances it.)
+Where these are flat the indenter jumps.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from discretization.paths.branch import Branch, Point
-from discretization.roots import bracketed
+import numpy as np
+from numpy.polynomial import Legendre
+from numpy.typing import NDArray
 
-_MARCH = 40  # secant steps: four or five do where P is smooth
-_HALVINGS = 60  # of a bracket, to the spacing of floating-point numbers
-_ROUNDING = 1e-14  # of k δ₀ times the width: forces that are no imbalance
-_NUDGE = 1e-6  # of the distance from touching and δ₀: a first step without a guess
-_NEAREST = 1e-5  # of the distance to a fold: the first trial beside its end
-_STENCIL = ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))  # sixth order
-_STRIDE = 0.006  # ε^(1/7) of the distance: where rounding and the seventh order are alike
-_SAMPLES = 32  # steps per δ₀ of a march to the next equilibrium
-_WIDER, _MOST_STEPS = 1.1, 200  # growth of these steps, and how many: beyond 1e6 δ₀
-_LEAST = 1e-18  # of the depths, where it closes at depth 0
-_LOCAL = 1e-2  # of the depths: secants drawn over less have an error known by _CLOSE
-_REDUCED = 1e-10  # of the first imbalance: one more secant step makes it rounding
-_CLOSE = 1e-14  # error of a secant step: itself times the distance of the points it is drawn by
+from discretization.fitted.spectral import coefficients, rounded
+from discretization.paths.branch import Leg
+from discretization.roots import crossings
+
+Array = NDArray[np.float64]
+_DEGREE = 12  # of the polynomials by which C is drawn
+_DRAWN = 1e-8  # of the range of C: a part of a leg whose highest coefficients are less is drawn
+_FINEST = 1 / 64  # of a leg: parts that short are not halved again
+_PARTS = 8  # of a leg where P is only known between nodes
+_RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
+_ZOOMS = 40  # rounds, each of which narrows a peak to a quarter or finds it
+_WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
+_ROUNDING = 1e-15  # of what C is made of
 
 
 @dataclass(frozen=True)
@@ -37,12 +38,8 @@ class Control:
 
     stiffness: float | None
 
-    def load(self, depth: float, value: float) -> float:
-        """L(d; c)."""
-        return self.stiffness * (value - depth) if self.stiffness else value
-
-    def value(self, depth: float, force: float) -> float:
-        """c with L(d; c) = force; the depth itself if that is imposed."""
+    def value(self, depth: Any, force: Any) -> Any:
+        """C: the value at which this force balances; numbers or arrays."""
         if self.stiffness is None:
             return depth
         return depth + force / self.stiffness if self.stiffness else force
@@ -54,245 +51,127 @@ class Control:
         return self.stiffness / 2 * (value - depth) ** 2 if self.stiffness else -value * depth
 
 
-class Unstable(NamedTuple):
-    """Where a state becomes unstable, and the last point at which there is a contact beyond it."""
+class Curve(NamedTuple):
+    """C on a leg at t (j,), depths start + (end - start)(2t - t²), monotone in between.
 
-    point: Point
-    closes: Point
-
-
-def settled(
-    branch: Branch, control: Control, point: Point, old: float, value: float, rate: float
-) -> Point | Unstable:
-    """The equilibrium that a stable contact moves to as the control goes from `old` to `value`.
-
-    By secants from where it was, enclosed once one of them has gone past it; rate: a guess of
-    P' + K, 0 for none.
+    series: the polynomial in t of C minus its first value up to each t but the first; none where P
+    is only known between nodes. rounding: of C. t is crowded at the end, where P may be like a root of the depth.
     """
-    excess, remembers = _excess(branch, control, value), branch.scene.hysteretic
-    here, r = point, control.load(point.depth, old) - control.load(point.depth, value)
-    least = _unfelt(branch, point)
-    if abs(r) <= least:
-        r = excess(point)
-        if abs(r) <= least:
-            return point
-    side, first, guess = (-1.0 if r > 0 else 1.0), abs(r), _guess(branch, point, abs(r), rate)
-    held = branch.lift if branch.scene.gamma1 else 0.0  # springs alone: P is not smooth at touching
-    there, beyond = _tried(branch, here, here.depth, side * guess)
-    past: Point | None = None
-    for _ in range(_MARCH):
-        scale = held + max(abs(at.depth - branch.touch) for at in (point, there))
-        q = excess(there) if there.state is not None else math.nan
-        past = there if q * side > 0 else past
-        if q == 0 or (there.depth == here.depth and beyond is None):
-            return there
-        if there.depth == here.depth:
-            break
-        slope = (q - r) / (there.depth - here.depth)
-        if not slope > 0:
-            break
-        step, gap = -q / slope, abs(there.depth - here.depth)
-        if past is not None and not _enclosed(there.depth + step, point, past):
-            break
-        near = gap <= _LOCAL * scale and abs(step) * gap <= _CLOSE * scale**2
-        here, r, done = there, q, near or abs(q) <= _REDUCED * first
-        there, beyond = _tried(branch, point if remembers else here, here.depth, step)
-        if done and there.state is not None and beyond is None:
-            return there
-    if past is not None:
-        return _between(branch, excess, point, past)
-    if beyond is not None:
-        raise beyond
-    return _before_fold(branch, control, value, point, there, side)
+
+    leg: Leg
+    control: Control
+    t: Array
+    value: Array
+    series: list[Legendre]
+    rounding: float
+
+    @classmethod
+    def of(cls, leg: Leg, control: Control, smooth: bool, rounding: float) -> Curve:
+        """Drawn by polynomials on parts of the leg, halved until they represent C."""
+        parts = np.linspace(0.0, 1.0, 2 if smooth else _PARTS + 1)
+        todo, drawn = list(zip(parts[:-1], parts[1:], strict=True))[::-1], []
+        while todo:
+            low, high = todo.pop()
+            t, value, series = _drawn(leg, control, low, high)
+            if smooth and high - low > _FINEST and not _represents(series, _DRAWN):
+                todo += [((low + high) / 2, high), (low, (low + high) / 2)]
+                continue
+            if smooth:
+                t, value = _with_turns(t, value, series)
+            drawn.append((t, value, series))
+        t, value = (np.concatenate([drawn[0][i][:1], *(p[i][1:] for p in drawn)]) for i in (0, 1))
+        series = [part[2] for part in drawn for _ in part[0][1:]] if smooth else []
+        return cls(leg, control, t, value, series, rounding)
+
+    def depths(self, t: Array) -> Array:
+        """d at t."""
+        return _depths(self.leg, t)
+
+    def values(self, t: Array) -> Array:
+        """C at t."""
+        return _values(self.leg, self.control, t)
+
+    def peak(self, side: int) -> int:
+        """The first sample after which C falls (side 1) or rises (-1); the last if none."""
+        falls = side * np.diff(self.value) < -4 * self.rounding
+        return int(np.argmax(falls)) if falls.any() else self.value.size - 1
+
+    def refined(self, i: int, side: int) -> float:
+        """t of the peak at an inner sample, to rounding."""
+        low, high = float(self.t[i - 1 if i else 0]), float(self.t[i + 1])
+        for _ in range(_ZOOMS):
+            t, value, series = _drawn(self.leg, self.control, low, high)
+            if np.ptp(value) <= 8 * self.rounding:
+                break
+            if _represents(series, _RESOLVED):
+                t, value = _with_turns(t, value, series)
+                return float(t[np.argmax(side * value)])
+            i = int(np.argmax(side * value))
+            low, high = float(t[max(i - 1, 0)]), float(t[min(i + 1, t.size - 1)])
+        return float(t[np.argmax(side * value)])
+
+    def reaches(self, values: Array, side: int, first: int, last: int) -> Array:
+        """t at which C first reaches values (n,) between two samples; nan where it does not."""
+        highest = np.maximum.accumulate(side * self.value[first : last + 1])
+        k = np.searchsorted(highest, side * values)
+        found, own = np.full(values.size, np.nan), k < highest.size
+        found[own & (k == 0)] = self.t[first]
+        own &= k > 0
+        if own.any():
+            found[own] = self._crossings(values[own], first + k[own])
+        return found
+
+    def _crossings(self, values: Array, k: NDArray[np.int64]) -> Array:
+        """t at which C is each value (n,), between the samples k - 1 and k."""
+        low, high = self.t[k - 1], self.t[k]
+        wider = _WIDER * (high - low)  # the samples are only as good as the polynomial
+        rise = (self.value[k] - self.value[k - 1]) / (high - low)
+        guess = np.clip(low + (values - self.value[k - 1]) / rise, low, high)
+        if self.series:
+            for one in {id(s): s for s in (self.series[i - 1] for i in k.tolist())}.values():
+                own = np.array([self.series[i - 1] is one for i in k.tolist()])
+                fit, slope = one, one.deriv()
+                for _ in range(5):
+                    rise[own] = slope(guess[own])
+                    with np.errstate(divide="ignore", invalid="ignore"):
+                        new = guess[own] - (fit(guess[own]) - values[own]) / rise[own]
+                    inside = (new >= low[own]) & (new <= high[own])
+                    guess[own] = np.where(inside, new, guess[own])
+        low, high = np.maximum(low - wider, 0.0), np.minimum(high + wider, 1.0)
+        return crossings(
+            lambda t, own: self.values(t) - values[own], low, high, guess, rise, self.rounding
+        )
 
 
-def _before_fold(
-    branch: Branch, control: Control, value: float, point: Point, there: Point, side: float
-) -> Point | Unstable:
-    """The equilibrium between a stable point and the fold on this side (down: -1), or that fold."""
-    excess, closes = _excess(branch, control, value), there
-    if there.state is None:
-        closes = last_point(branch, point, there.depth)
-    elif side < 0:
-        closes = closing_point(branch, point)
-    fold = point_of_fold(branch, control, point, closes if there.state is None else there)
-    if excess(fold) * excess(point) <= 0:
-        return _between(branch, excess, point, fold)
-    return Unstable(fold, closes)
+def _depths(leg: Leg, t: Array) -> Array:
+    start, end = leg.start.depth, leg.end.depth
+    return np.where(t == 1.0, end, start + (end - start) * (t * (2 - t)))
 
 
-def _enclosed(depth: float, one: Point, other: Point) -> bool:
-    """Whether it lies between the depths of two points."""
-    return min(one.depth, other.depth) <= depth <= max(one.depth, other.depth)
+def _values(leg: Leg, control: Control, t: Array) -> Array:
+    depths = _depths(leg, t)
+    return np.asarray(control.value(depths, leg.forces(depths)), float)
 
 
-def _guess(branch: Branch, point: Point, excess: float, rate: float) -> float:
-    """Length of a first step."""
-    step = _NUDGE * (abs(point.depth - branch.touch) + branch.lift)
-    return (excess / rate if rate > 0 else step) or excess / branch.scene.layer.modulus
+def _drawn(leg: Leg, control: Control, low: float, high: float) -> tuple[Array, Array, Legendre]:
+    """t at Gauss-Lobatto points of a part, C there, and the polynomial."""
+    t = low + (high - low) * ((rounded(_DEGREE)[0] + 1) / 2)
+    t[-1] = high
+    value = _values(leg, control, t)
+    return t, value, Legendre(coefficients(_DEGREE, value), domain=[low, high])
 
 
-def _unfelt(branch: Branch, point: Point) -> float:
-    """A change of the load that the rounding of P hides."""
-    left, right = point.state.ends
-    scene, lift = branch.scene, abs(point.depth - branch.touch) + branch.lift
-    return _ROUNDING * scene.stiffness * lift * (right - left + scene.elastocapillary_length)
+def _represents(series: Legendre, part: float) -> bool:
+    """Whether the highest coefficients are less than this part of the others but the mean."""
+    coef = np.abs(series.coef)
+    return bool(coef[-2:].max() <= part * coef[1:].max() + _ROUNDING * coef[0])
 
 
-def jumped(
-    branch: Branch, control: Control, point: Point, value: float, side: float
-) -> Point | None:
-    """The first equilibrium that an unbalanced indenter reaches, pressed in (side 1) or out (-1).
-
-    None: there is none, or no contact any more. Events on the way happen: contacts that begin pull
-    at an indenter that moves in, and those that close have pulled at one that moves out, so that
-    no event holds it. It is followed by steps of a part of what a contact can be lifted by.
-    """
-    excess, here, step = _excess(branch, control, value), point, side * branch.lift / _SAMPLES
-    for _ in range(_MOST_STEPS):
-        goal, step = here.depth + step, step * _WIDER
-        while here.depth != goal:
-            jump = branch.jump(here.state, here.depth, goal)
-            if jump is None:
-                there = after = moved(branch, here, goal)
-            else:
-                there, after = Point(jump[0], jump[1]), Point(jump[0], jump[2])
-            if there.state is not None and excess(there) * side >= 0:
-                return _between(branch, excess, here, there, side)
-            if after.state is None:
-                return None
-            here = after
-    return None
-
-
-def _excess(branch: Branch, control: Control, value: float) -> Callable[[Point], float]:
-    """P - L at a point, as a function."""
-
-    def excess(at: Point) -> float:
-        return branch.force(at.state, at.depth) - control.load(at.depth, value)
-
-    return excess
-
-
-def moved(branch: Branch, point: Point, depth: float) -> Point:
-    """The point at another depth."""
-    return Point(depth, branch.follow(point.state, depth))
-
-
-class Along:
-    """Points on one way from a first one, each followed from the last known before it."""
-
-    def __init__(self, branch: Branch, start: Point) -> None:
-        self.branch, self.known = branch, [start]
-
-    def at(self, depth: float) -> Point:
-        """The point at a depth."""
-        start = self.known[0].depth
-        before = (p for p in self.known if min(start, depth) <= p.depth <= max(start, depth))
-        last = max(before, key=lambda point: abs(point.depth - start))
-        self.known.append(moved(self.branch, last, depth))
-        return self.known[-1]
-
-
-def steady(branch: Branch, point: Point, depth: float) -> Point:
-    """The point at another depth; without a state if something happens on the way there."""
-    if branch.jump(point.state, point.depth, depth) is not None:
-        return Point(depth, None)
-    return moved(branch, point, depth)
-
-
-def _between(
-    branch: Branch, excess: Callable[[Point], float], here: Point, there: Point, side: float = 0.0
-) -> Point:
-    """The equilibrium between two points at which P - L has different signs.
-
-    side: of the second one, as far as that is known.
-    """
-    sign, along = side or (-1.0 if excess(here) > 0 else 1.0), Along(branch, here)
-    return along.at(bracketed(lambda d: sign * excess(along.at(d)), here.depth, there.depth))
-
-
-def _tried(
-    branch: Branch, point: Point, depth: float, step: float
-) -> tuple[Point, ValueError | None]:
-    """The point a step further, halved while that is refused; with the refusal, if there was one.
-
-    A trial depth may lie beyond the known profile while the equilibrium does not.
-    """
-    beyond: ValueError | None = None
-    for _ in range(_HALVINGS):
-        try:
-            return steady(branch, point, depth + step), beyond
-        except ValueError as refusal:
-            beyond, step = refusal, step / 2
-    return moved(branch, point, depth), beyond
-
-
-def last_point(branch: Branch, point: Point, depth: float) -> Point:
-    """The last point on the way to a depth before the contact is lost or something happens."""
-    jump = branch.jump(point.state, point.depth, depth)
-    return closing_point(branch, point) if jump is None else Point(jump[0], jump[1])
-
-
-def closing_point(branch: Branch, point: Point) -> Point:
-    """The last depth of a retraction from `point` before something happens or the contact ends."""
-    jump = branch.jump(point.state, point.depth, _gone(branch, point))
-    return lost_point(branch, point) if jump is None else Point(jump[0], jump[1])
-
-
-def _gone(branch: Branch, point: Point) -> float:
-    """A depth at which there is no contact any more."""
-    return branch.touch - (1 + _NUDGE) * branch.lift - _NUDGE * abs(point.depth)
-
-
-def lost_point(branch: Branch, point: Point) -> Point:
-    """The last depth of a retraction from `point` at which there still is a contact."""
-    held, gone = point, _gone(branch, point)
-    while (jump := branch.jump(held.state, held.depth, gone)) is not None:
-        if jump[2] is None:
-            return Point(jump[0], jump[1])
-        held = Point(jump[0], jump[2])
-    point = held
-    least = _LEAST * (abs(point.depth) + branch.lift)
-    while True:
-        middle = (held.depth + gone) / 2
-        if not gone < middle < held.depth or held.depth - gone <= least:
-            return held
-        state = branch.follow(point.state, middle)
-        if state is None:
-            gone = middle
-        else:
-            held = Point(middle, state)
-
-
-def point_of_fold(branch: Branch, control: Control, stable: Point, end: Point) -> Point:
-    """Where P' + K changes sign between a stable point and `end`; `end` if it does not."""
-    size = branch.lift or abs(stable.depth - end.depth)
-    room, along = abs(stable.depth - end.depth), Along(branch, stable)
-
-    def rate(depth: float, stride: float) -> float:
-        total = control.stiffness or 0.0
-        for count, weight in _STENCIL:
-            ahead, behind = (along.at(depth + s * count * stride) for s in (1, -1))
-            rise = branch.force(ahead.state, ahead.depth) - branch.force(behind.state, behind.depth)
-            total += weight * rise / stride
-        return total
-
-    def smooth(depth: float) -> float:
-        return rate(depth, _STRIDE * min(size, abs(depth - end.depth)))
-
-    first = end.depth + math.copysign(_NEAREST * size, stable.depth - end.depth)
-    if first == end.depth or abs(first - end.depth) >= room or smooth(first) >= 0:
-        return end
-    found = bracketed(smooth, first, stable.depth)
-    for finer in (1e-3, 1e-6):  # where a pinned line comes free P' jumps: seen by short strides
-        stride = finer * _STRIDE * min(size, abs(found - end.depth))
-        reach = math.copysign(4 / finer * stride, stable.depth - end.depth)
-        inner, outer = found - reach, found + reach
-        if abs(outer - end.depth) > room or rate(inner, stride) >= 0 or rate(outer, stride) <= 0:
-            break
-        kink = bracketed(lambda depth: rate(depth, stride), inner, outer)  # noqa: B023
-        if abs(kink - found) <= stride:  # smooth: the long stride is the more accurate
-            break
-        found = kink
-    return along.at(found)
+def _with_turns(t: Array, value: Array, series: Legendre) -> tuple[Array, Array]:
+    """Samples and the places in between where the polynomial turns."""
+    slope = series.deriv().trim(_ROUNDING * float(np.abs(series.coef).max()))
+    turns = slope.roots() if slope.degree() else np.empty(0)
+    turns = turns.real[(np.abs(turns.imag) <= 1e-6) & (turns.real > t[0]) & (turns.real < t[-1])]
+    whole = np.concatenate([t, turns])
+    order = np.argsort(whole)
+    return whole[order], np.concatenate([value, series(turns)])[order]

@@ -30,7 +30,7 @@ from discretization.fitted.quadrature import along, arc_length, pressing, totals
 from discretization.fitted.state import certify_lines
 from discretization.fitted.surfaces import Surfaces
 from discretization.paths.balance import integral
-from discretization.paths.branch import BranchBase
+from discretization.paths.branch import FollowerBase
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -54,12 +54,17 @@ class Contact(NamedTuple):
         """x of both lines."""
         return self.left.x, self.right.x
 
+    @property
+    def lines(self) -> tuple[float, float]:
+        """The same."""
+        return self.ends
+
 
 State = Contact | None
 
 
 @dataclass(frozen=True, eq=False)
-class FittedBranch(BranchBase):
+class FittedBranch(FollowerBase):
     """States of one contact of a convex indenter under a prescribed depth; None: detached.
 
     About an axis the left line is the axis, and below a least depth the right one is not held.

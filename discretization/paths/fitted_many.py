@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contacts import Contacts
-from discretization.fitted.events import Events, Part
+from discretization.fitted.events import Events
 from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.several import certified
 from discretization.fitted.smooth import Smooth
-from discretization.paths.branch import BranchBase, at_edges
+from discretization.fitted.track import Track
+from discretization.paths.branch import BranchBase, Pinned, Point, at_edges
 from discretization.profile import resolve
 from energy import Scene
 
@@ -47,6 +48,47 @@ class Held(NamedTuple):
 State = Held | None
 
 
+def _held(lines: Lines, depth: float) -> State:
+    return Held(lines, depth) if lines else None
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """A leg of lines that move smoothly."""
+
+    branch: FittedMany
+    start: Point
+    end: Point
+    after: Point | None
+    jumps: bool
+    track: Track
+    done: float
+
+    @property
+    def pinned(self) -> Pinned:
+        """What holds the outermost lines on the way: a line that leaves its edge is free."""
+        ends = [self.branch.pinned(point.state) for point in (self.start, self.end)]
+        first, last = ((one if one == other else "") for one, other in zip(*ends, strict=True))
+        return first, last
+
+    def points(self, depths: Array) -> list[Point]:
+        """The states at depths on the way (n,)."""
+        if not depths.size:
+            return []
+        rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
+        found = zip(depths.tolist(), rows, strict=True)
+        ends = {point.depth: point for point in (self.end, self.start)}
+        return [ends.get(depth) or Point(depth, _held(tuple(row), depth)) for depth, row in found]
+
+    def forces(self, depths: Array) -> Array:
+        """P at depths on the way (n,)."""
+        return np.asarray(self.branch.smoothly.many(self.track.lines(depths), depths)[1])
+
+    def work(self) -> float:
+        """∫P dd from the start to the end."""
+        return self.done
+
+
 @dataclass(frozen=True, eq=False)
 class FittedMany(BranchBase):
     """States of any number of contacts under a prescribed depth; None: detached."""
@@ -54,8 +96,6 @@ class FittedMany(BranchBase):
     scene: Scene
     motion: Motion
     rtol: float
-    known: dict[tuple[Held, float], Part] = field(default_factory=dict)
-    first: dict[tuple[Held, float], Part] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scene: Scene, rtol: float, deepest: float) -> FittedMany:
@@ -89,39 +129,24 @@ class FittedMany(BranchBase):
             return None
         here: State = self._touching if before is None else before
         while here is not None and here.depth != depth:
-            part = self._next(here, depth)
-            here = Held(part.lines if part.after is None else part.after, part.depth)
-            here = here if here.lines else None
+            part = self.events.next(here.lines, here.depth, depth)
+            here = _held(part.lines if part.after is None else part.after, part.depth)
         return here
 
     @functools.cached_property
     def _touching(self) -> Held:
         return Held(self.motion.first(), self.touch)
 
-    def _next(self, here: Held, depth: float) -> Part:
-        """Smooth motion to the next event; what is known of it is kept for the work on it."""
-        way = math.copysign(1.0, depth - here.depth)
-        first = self.first.get((here, way))
-        if first is not None and way * (depth - first.depth) > 0:
-            return first
-        key = (here, depth)
-        if key not in self.known:
-            part = self.events.next(here.lines, here.depth, depth)
-            self.known[key] = part
-            self.known[here, part.depth] = part._replace(after=None)
-            if part.after is not None:
-                self.first[here, way] = part
-        return self.known[key]
-
-    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
-        """First depth on the way at which lines do not move continuously, and the states there."""
-        if state is None or start == end:
-            return None
-        part = self._next(state._replace(depth=start), end)
-        if part.after is None:
-            return None
-        after = Held(part.after, part.depth) if part.after else None
-        return part.depth, Held(part.lines, part.depth), after
+    def leg(self, point: Point, goal: float) -> Tracked:
+        """The way from a point towards another depth, up to the first event or free line."""
+        lines, start = point.state.lines, point.depth
+        part = self.events.part(lines, start, goal)
+        end, after, jumps = Point(part.depth, _held(part.lines, part.depth)), None, False
+        if part.after is not None:
+            after = Point(part.depth, _held(part.after, part.depth))
+            jumps = self.events.happens(part.lines, part.after)
+        track = Track(self.smoothly, np.array(free(lines)), part.pieces)
+        return Tracked(self, point, end, after, jumps, track, part.work)
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge" or "" where they are free."""
@@ -147,17 +172,14 @@ class FittedMany(BranchBase):
         more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
         return more * float(opened.sum())
 
-    def work(self, before: State, start: float, end: float) -> float:
-        """∫P dd from one depth to another without a jump on the way."""
-        if before is None or start == end:
-            return 0.0
-        return self._next(before._replace(depth=start), end).work
-
     def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,)."""
-        found = [self._totals(s, d) for d, s in zip(depths.tolist(), states, strict=True)]
-        energy, force = np.array(found).T
-        return np.array([state.ends for state in states]), force, energy
+        found, counts = np.empty((2, depths.size)), np.array([len(s.lines) for s in states])
+        for count in np.unique(counts).tolist():
+            own = np.flatnonzero(counts == count)
+            lines = np.array([free(states[i].lines) for i in own.tolist()])
+            found[:, own] = self.smoothly.many(lines, depths[own])
+        return np.array([state.ends for state in states]), found[1], found[0]
 
     def certify(self, state: State, depth: float) -> None:
         """NotCertifiedError unless the state is in equilibrium."""

@@ -38,7 +38,7 @@ from discretization.lattice.stretch import Stretch, stretch, work_of
 from discretization.lattice.totals import totals
 from discretization.lattice.unseen import Unseen, looked_at, unseen
 from discretization.lattice.ways import rise
-from discretization.paths.branch import BranchBase
+from discretization.paths.branch import FollowerBase
 from discretization.routes import route
 from energy import Scene
 
@@ -62,7 +62,7 @@ State = Held | None
 
 
 @dataclass(frozen=True, eq=False)
-class LatticeBranch(BranchBase):
+class LatticeBranch(FollowerBase):
     """States of any number of contacts on fixed nodes under a prescribed depth; None: detached.
 
     seen: the scene as far as it has nodes.
@@ -103,6 +103,11 @@ class LatticeBranch(BranchBase):
     def smooth(self) -> bool:
         """Whether P is a smooth function of d between events."""
         return False
+
+    @property
+    def resolution(self) -> float:
+        """The length by which lines may be off: more than a link, and they jump."""
+        return 1.5 * self.row.lattice.spacing
 
     def _state(self, nodes: Contacts) -> State:
         if not nodes:

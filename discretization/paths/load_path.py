@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.paths.branch import Branch, Point, State
-from discretization.paths.control import Control, jumped, lost_point, moved, settled
+from discretization.certificate import NotCertifiedError
+from discretization.paths.branch import Branch, Leg, Pinned, Point, State
+from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, Snapshot
 
 Array = NDArray[np.float64]
-_TINY = 4e-16  # of the depth: brackets of a change this short are closed
-_LEAST = 1e-18  # for events at depth 0
-_NEAR = 1e-9  # of the depth and δ₀: another event than the one that made a state unstable
+_FIRST = 1 / 32  # of δ₀ and the depth: the first leg of a load, where its length is not known
+_LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
+_ROUNDING = 2e-16  # of the sum of what P is made of
+_SHORTEST = 40  # halvings of a leg that is refused: beyond the known profile there is none
 
 
 @dataclass(eq=False)
@@ -28,31 +31,32 @@ class LoadPath:
     branch: Branch
     control: Control
     point: Point
-    value: float = 0.0
+    value: float = -math.inf
     step: int = 0
     friction: float = 0.0
+    pinned: Pinned = ("", "")
+    reach: float = math.inf
+    rate: float = 0.0
     points: list[Point] = field(default_factory=list)
-    trail: list[tuple[float, float]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
-    def go(self, value: float) -> None:
-        """To the next value of the control."""
-        dead = self.control.stiffness == 0
-        if self.point.state is None:
-            self._approach(max(value, 0.0) if dead and self.step == 0 else value)
-        if self.point.state is not None:
-            if self.control.stiffness is None:
-                self._move(value)
-            else:
-                self._settle(value)
-        if self.step == 0 and dead and self.point.state is None:
-            raise ValueError(
-                f"forces[0] = {value!r} is below the pull-off force {self.events[-1].force!r}: a "
-                "path under force control starts at first touch; begin with a larger force"
-            )
-        self.points.append(self.point)
-        self.trail = [*self.trail[-1:], (value, self.point.depth)]
-        self.step += 1
+    @property
+    def dead(self) -> bool:
+        """Whether the indenter is held by a dead load."""
+        return self.control.stiffness == 0
+
+    def go(self, values: Array) -> None:
+        """To these values of the control (n,), one after the other."""
+        if self.dead and self.step == 0 and values[0] < 0:  # a load that pulls needs a contact
+            self._touch()
+            self.value = 0.0
+        for part in _one_way(values, self.value):
+            left, side = part, 1 if part[-1] >= self.value else -1
+            self.reach = math.inf
+            while left.size:
+                move = self._apart if self.point.state is None else self._pushed
+                left = left[move(left, side) :]
+            self.value = float(part[-1])
 
     def recorded(self) -> tuple[Array, list[State], list[Event], float]:
         """Depths, states, events and friction since the last call."""
@@ -63,166 +67,204 @@ class LoadPath:
         self.friction = 0.0
         return found
 
-    def _approach(self, value: float) -> None:
-        """Detached: touch, if the programme brings the indenter there."""
-        free = self.control.value(self.branch.touch, 0.0)
-        if value < free:
-            depth = value if self.control.stiffness != 0 else -math.inf
-            self.point = Point(depth, None)
-            return
-        touching = Point(self.branch.touch, self.branch.follow(None, self.branch.touch))
-        after = touching
-        if self.control.stiffness is not None:
-            after = self._pulled_in(touching, free)
-        before = Point(self.branch.touch, None)
-        self._record("touch", free, before, after)
-        self.point, self.value = after, free
+    # out of contact
 
-    def _pulled_in(self, touching: Point, value: float) -> Point:
-        """From touching at zero load to where the adhesion has pulled the indenter in."""
-        if not self.branch.lift or self.branch.force(touching.state, touching.depth) >= 0:
-            return touching
-        found = jumped(self.branch, self.control, touching, value, 1.0)
-        if found is None:
-            raise RuntimeError(f"no equilibrium under load {value!r} after touching")
-        return found
+    def _apart(self, values: Array, side: int) -> int:
+        """Detached until one of the values brings the indenter to touch: how many do not."""
+        reached = values >= self._free
+        count = int(np.argmax(reached)) if reached.any() else values.size
+        if self.dead and self.step == 0 and count:
+            raise ValueError(
+                f"forces[0] = {float(values[0])!r} is below the pull-off force "
+                f"{self.events[-1].force!r}: a path under force control starts at first touch; "
+                "begin with a larger force"
+            )
+        for value in values[:count].tolist():
+            self.point = Point(-math.inf if self.dead else value, None)
+            self.points.append(self.point)
+            self.step += 1
+        if count < values.size:
+            self._touch()
+        return count
 
-    def _rate(self) -> float:
-        """P' + K between the last two steps, as a guess for the next; 0 if there is none."""
-        if len(self.trail) < 2:
-            return 0.0
-        (value, depth), (later, deeper) = self.trail[-2:]
-        rate = (later - value) / (deeper - depth) if deeper != depth else 0.0
-        rate *= self.control.stiffness or 1.0
-        return rate if math.isfinite(rate) else 0.0
+    @property
+    def _free(self) -> float:
+        """The value of the control at first touch, where nothing is pressed yet."""
+        return float(self.control.value(self.branch.touch, 0.0))
 
-    def _settle(self, value: float) -> None:
-        """Under force or machine control: follow equilibria; jump where there is none."""
-        found = settled(self.branch, self.control, self.point, self.value, value, self._rate())
-        self.value = value
-        if isinstance(found, Point):
-            self._on(found)
-            return
-        side = 1.0 if found.closes.depth > self.point.depth else -1.0
-        self._on(found.point)
-        before, closes = self.point, found.closes
-        at = self.control.value(before.depth, self.branch.force(before.state, before.depth))
-        kind, after = self._left(before, closes, at, side)
-        if after is not None and not self._differs(before, after):  # P fell and rose in between
-            at, after = value, jumped(self.branch, self.control, before, value, side)
-        if after is not None and self._differs(before, after):
-            self._record(kind, at, before, after)
-            self.point, self.value = after, at
-            self._settle(value)
-            return
-        free = lost_point(self.branch, before).depth if self.control.stiffness == 0 else at
-        self._record("pull-off", at, before, Point(free, None))
-        self.point = Point(free, None)
-        self._approach(value)
+    def _touch(self) -> None:
+        """The indenter touches, and is pulled in by adhesion."""
+        touch = self.branch.touch
+        after = Point(touch, self.branch.follow(None, touch))
+        force = self.branch.force(after.state, touch)
+        if self.control.stiffness is not None and force < 0 and self.branch.lift:
+            after = self._landing(after, self._free, 1)
+        self._record("touch", self._free, Point(touch, None), after)
+        self.point, self.pinned = after, self.branch.pinned(after.state)
 
-    def _differs(self, before: Point, after: Point) -> bool:
-        """Whether an indenter that left a point has come to another one."""
-        more = len(inner_lines(after.state)) != len(inner_lines(before.state))
-        return more or abs(after.depth - before.depth) > 1e-6 * self.branch.lift
+    # in contact
 
-    def _on(self, found: Point) -> None:
-        """To an equilibrium without an event in between, but for a line that is held otherwise."""
-        if self._held(found) == self._held(self.point):
-            self._slide(found)
-        else:
-            self._move(found.depth)
+    def _pushed(self, values: Array, side: int) -> int:
+        """Along one leg towards the last of the values: how many are reached on it."""
+        if self.control.stiffness is None:
+            return self._moved(values, side)
+        far = self._distance(values)
+        leg = self._leg(self.point, side * far)
+        curve = self._curve(leg)
+        top = curve.peak(side)
+        found = curve.reaches(values, side, 0, top)
+        missed = np.isnan(found)
+        reached = int(missed.argmax()) if missed.any() else values.size
+        self._record_steps(leg, curve.depths(found[:reached]))
+        self._measure(leg, far, curve.value)
+        if reached < values.size:
+            if top < curve.t.size - 1:
+                self._turn(curve, top, side)
+            else:
+                self._end(leg, side)
+        return reached
 
-    def _left(
-        self, before: Point, closes: Point, at: float, side: float
-    ) -> tuple[str, Point | None]:
-        """Where an indenter comes to that leaves a point at a fixed control, and what that is.
+    def _moved(self, values: Array, side: int) -> int:
+        """The same under an imposed depth."""
+        far = side * (values - self.point.depth)
+        asked = min(float(far[-1]), self.reach)
+        leg = self._leg(self.point, side * asked, float(far[0]))
+        ahead = side * (values - leg.end.depth)
+        reached = int(((ahead < 0) | ((ahead == 0) & (leg.after is None))).sum())
+        self._record_steps(leg, values[:reached])
+        self._measure(leg, asked, np.empty(0))
+        if reached < values.size:
+            self._end(leg, side)
+        return reached
 
-        The point is unstable, or something happens to the contact there, at `closes`.
+    def _leg(self, point: Point, way: float, least: float = 0.0) -> Leg:
+        """A leg of that length, or shorter where the profile is not known so far.
+
+        least: the length of which a refusal counts.
         """
-        start, kind = before, "jump"
-        if before.depth == closes.depth:
-            state, depth = before.state, before.depth
-            near = _NEAR * (self.branch.lift + abs(depth))
-            jump = self.branch.jump(state, depth, depth + 2 * side * near)
-            if jump is None:
-                beyond = depth + side * max(self.branch.lift, abs(depth))
-                jump = self.branch.jump(state, depth, beyond)
-            if jump is None or jump[2] is None:
-                return kind, None
-            if abs(jump[0] - depth) > near:
-                return kind, jumped(self.branch, self.control, before, at, side)
-            start = Point(jump[0], jump[2])
-            kind = _kind(before.state, start.state, side > 0)
-            off = self.branch.force(start.state, start.depth) - self.control.load(start.depth, at)
-            side = -1.0 if off > 0 else 1.0
-        if not self.branch.lift:  # without adhesion nothing is in equilibrium beyond
-            return kind, None
-        return kind, jumped(self.branch, self.control, start, at, side)
+        for turn in range(_SHORTEST):
+            goal = point.depth + way * 0.5**turn
+            try:
+                leg = self.branch.leg(point, goal)
+                break
+            except (ValueError, NotCertifiedError):
+                if abs(way) * 0.5**turn <= least or turn == _SHORTEST - 1:
+                    raise
+        if point is self.point:
+            self._hold(leg.pinned)
+        return leg
 
-    def _move(self, depth: float) -> None:
-        """To another depth, cut at the events on the way."""
-        while True:
-            jump = self.branch.jump(self.point.state, self.point.depth, depth)
-            if jump is not None:
-                at, inside, outside = (jump[0], *(Point(jump[0], state) for state in jump[1:]))
-                self._slide(inside)
-                self._record(_kind(inside.state, outside.state, depth > at), at, inside, outside)
-                self.point = outside
-                if outside.state is None:
-                    self.point = Point(min(depth, at), None)
-                    return
-                continue
-            there = moved(self.branch, self.point, depth)
-            if self._held(there) == self._held(self.point):
-                self._slide(there)
-                return
-            inside, outside = self._change(there)
-            self._slide(inside)
-            self._held_otherwise(inside, outside)
-            self.point = outside
-            if outside.state is None:
-                if depth < outside.depth:
-                    self.point = Point(depth, None)
-                return
+    def _curve(self, leg: Leg) -> Curve:
+        return Curve.of(leg, self.control, self.branch.smooth, self._rounding(leg))
+
+    def _rounding(self, leg: Leg) -> float:
+        """Of the control, by what P is a sum of."""
+        scene, deepest = self.branch.scene, max(abs(leg.start.depth), abs(leg.end.depth))
+        widths = (p.state.ends[1] - p.state.ends[0] for p in (leg.start, leg.end) if p.state)
+        width = max(widths) + scene.elastocapillary_length
+        lift = deepest - min(0.0, self.branch.touch) + abs(self.branch.touch) + self.branch.lift
+        force = scene.stiffness * lift * (width**2 if scene.axisymmetric else width)
+        return _ROUNDING * float(self.control.value(deepest, force))
+
+    def _distance(self, values: Array) -> float:
+        """How far to look ahead for the last of these values."""
+        rate, depth = self.rate, self.point.depth
+        off = abs(float(values[-1]) - self._value(self.point))
+        size = _FIRST * (abs(depth - self.branch.touch) + self.branch.lift)
+        first = size or off / self.branch.scene.layer.modulus
+        aim = _LONGER * off / rate if rate > 0 else math.inf
+        return min(aim, self.reach if math.isfinite(self.reach) else first)
+
+    def _measure(self, leg: Leg, asked: float, value: Array) -> None:
+        """What is known after a leg of how long the next one should be."""
+        done = abs(leg.end.depth - leg.start.depth)
+        self.reach = done * (_LONGEST if done >= asked else _LONGER)
+        if value.size and done:
+            self.rate = abs(float(value[-1] - value[-2])) / done
+
+    def _hold(self, pinned: Pinned) -> None:
+        """Events of lines that leave or reach a corner where the path is."""
+        value, changes = self._value(self.point), list(zip(self.pinned, pinned, strict=True))
+        for place in dict.fromkeys(was for was, now in changes if was and was != now):
+            self._record(f"{place} depinning", value, self.point, self.point)
+        for place in dict.fromkeys(now for was, now in changes if now and was != now):
+            self._record(f"{place} pinning", value, self.point, self.point)
+        self.pinned = pinned
+
+    def _record_steps(self, leg: Leg, depths: Array) -> None:
+        for point in leg.points(depths):
+            self._slide(point)
+            self.points.append(point)
+            self.step += 1
 
     def _slide(self, there: Point) -> None:
         if self.branch.scene.hysteretic:
             self.friction += self.branch.friction(self.point.state, there.state)
         self.point = there
 
-    def _held(self, point: Point) -> tuple[bool, tuple[str, str]]:
-        return point.state is not None, self.branch.pinned(point.state)
+    def _turn(self, curve: Curve, top: int, side: int) -> None:
+        """A jump from a peak of C."""
+        leg, t = curve.leg, np.array([curve.refined(top, side)])
+        (peak,) = leg.points(curve.depths(t))
+        self._slide(peak)
+        value = self._value(peak)
+        landed = curve.reaches(np.array([value]), side, top + 1, curve.t.size - 1)
+        if np.isnan(landed[0]):
+            self._jump("jump", peak, leg.end if leg.after is None else leg.after, value, side)
+            return
+        (after,) = leg.points(curve.depths(landed))
+        moved = np.abs(np.subtract(after.state.lines, peak.state.lines)).max()
+        if moved > self.branch.resolution:
+            self._record("jump", value, peak, after)
+            self.point = after
+        else:
+            self._slide(after)
 
-    def _change(self, there: Point) -> tuple[Point, Point]:
-        """The last point held as here and the first one held otherwise."""
-        inside, outside, held = self.point, there, self._held(self.point)
-        size = abs(inside.depth) + abs(outside.depth) + self.branch.lift
-        while True:
-            depth = (inside.depth + outside.depth) / 2
-            close = abs(inside.depth - outside.depth) <= _TINY * min(size, 4 * abs(depth))
-            if close or abs(inside.depth - outside.depth) <= _LEAST * size:
-                return inside, outside
-            middle = moved(self.branch, self.point, depth)
-            if self._held(middle) == held:
-                inside = middle
-            else:
-                outside = middle
+    def _end(self, leg: Leg, side: int) -> None:
+        """What happens at the end of a leg."""
+        self._slide(leg.end)
+        if leg.after is None:
+            return
+        if not leg.jumps and leg.after.state is not None:
+            self.point = leg.after
+            return
+        if not leg.jumps:
+            self._hold(("", ""))
+        value, kind = self._value(leg.end), _kind(leg.end.state, leg.after.state, side > 0)
+        if self.control.stiffness is not None:
+            self._jump(kind, leg.end, leg.after, value, side)
+            return
+        self._record(kind, value, leg.end, leg.after)
+        self.point, self.pinned = leg.after, self.branch.pinned(leg.after.state)
 
-    def _held_otherwise(self, inside: Point, outside: Point) -> None:
-        """Events of one change: lines that leave or reach a corner, contact lost."""
-        value = self.control.value(inside.depth, self.branch.force(inside.state, inside.depth))
-        (_, old), (_, new) = self._held(inside), self._held(outside)
-        for place in dict.fromkeys(
-            was for was, now in zip(old, new, strict=True) if was and was != now
-        ):
-            after = inside if outside.state is None else outside
-            self._record(f"{place} depinning", value, inside, after)
-        for place in dict.fromkeys(
-            now for was, now in zip(old, new, strict=True) if now and was != now
-        ):
-            self._record(f"{place} pinning", value, inside, outside)
-        if outside.state is None:
-            self._record("detachment", value, inside, Point(inside.depth, None))
+    def _jump(self, kind: str, before: Point, start: Point, value: float, side: int) -> None:
+        """A jump at a value of the control to the first equilibrium from `start` on."""
+        after = self._landing(start, value, side)
+        self._record("pull-off" if after.state is None else kind, value, before, after)
+        self.point, self.pinned = after, self.branch.pinned(after.state)
+
+    def _landing(self, here: Point, value: float, side: int) -> Point:
+        """The first point from here on at which C is this value; detached if there is none.
+
+        Events on the way happen: contacts that begin pull at an indenter that moves in, and those
+        that close have pulled at one that moves out, so that no event holds it.
+        """
+        step = _FIRST * (abs(here.depth - self.branch.touch) + self.branch.lift)
+        while here.state is not None:
+            if side * (self._value(here) - value) >= 0:
+                return here
+            leg = self._leg(here, side * step)
+            curve = self._curve(leg)
+            found = curve.reaches(np.array([value]), side, 0, curve.t.size - 1)
+            if not np.isnan(found[0]):
+                return leg.points(curve.depths(found))[0]
+            here, step = leg.end if leg.after is None else leg.after, 2 * step
+        return Point(here.depth if self.dead else value, None)
+
+    def _value(self, point: Point) -> float:
+        return float(
+            self.control.value(point.depth, self.branch.force(point.state, point.depth))
+        )
 
     def _record(self, kind: str, value: float, before: Point, after: Point) -> None:
         self.branch.certify(after.state, after.depth)
@@ -241,6 +283,18 @@ class LoadPath:
         force, energy = self.branch.force(state, depth), self.branch.energy(state, depth)
         turned = self.branch.scene.axisymmetric
         return Snapshot(depth, force, energy, left, right, inner_lines(state), turned)
+
+
+def _one_way(values: Array, value: float) -> Iterator[Array]:
+    """The values in parts that rise or fall."""
+    steps = np.sign(np.diff(np.concatenate([[value], values])))
+    start, side = 0, 0.0
+    for i, step in enumerate(steps.tolist()):
+        if step * side < 0:
+            yield values[start:i]
+            start, side = i, step
+        side = side or step
+    yield values[start:]
 
 
 def inner_lines(state: State) -> tuple[float, ...]:

@@ -20,7 +20,7 @@ from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, arc_length, refined
 from discretization.fitted.springs import at_level, below
 from discretization.paths.balance import integral
-from discretization.paths.branch import BranchBase, at_edges
+from discretization.paths.branch import FollowerBase, at_edges
 from discretization.profile import Resolved, resolve
 from energy import Scene
 
@@ -44,7 +44,7 @@ State = Level | None
 
 
 @dataclass(frozen=True, eq=False)
-class SpringsBranch(BranchBase):
+class SpringsBranch(FollowerBase):
     """States of independent springs under a prescribed depth; None: detached."""
 
     scene: Scene

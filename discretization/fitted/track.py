@@ -1,0 +1,99 @@
+"""Contact lines that have moved smoothly from one depth to another, read anywhere in between."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import NotCertifiedError
+from discretization.fitted.smooth import DEGREE, Smooth
+from discretization.fitted.spectral import polynomial
+
+Array = NDArray[np.float64]
+_MOST = 256  # depths at once
+_NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to where they disappear
+
+
+class Piece(NamedTuple):
+    """Lines (n, j, 2) of some free surfaces at the Gauss-Lobatto points of Smooth."""
+
+    which: tuple[int, ...]
+    start: float
+    end: float
+    lines: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Smooth motion of all free surfaces in pieces, on which lines are polynomials of t."""
+
+    smooth: Smooth
+    first: Array
+    pieces: tuple[Piece, ...]
+
+    def lines(self, depths: Array) -> Array:
+        """Lines (k, n, 2) at depths (k,) on the way."""
+        found = np.repeat(self.first[None], depths.size, axis=0)
+        for piece in self.pieces:
+            way, which = (1 if piece.end >= piece.start else -1), list(piece.which)
+            at = np.flatnonzero(way * (depths - piece.start) > 0)
+            at = at[np.argsort(way * depths[at], kind="stable")]
+            for k in range(0, at.size, _MOST):
+                own = at[k : k + _MOST]
+                found[np.ix_(own, which)] = self._read(piece, depths[own], way)
+        return found
+
+    def _read(self, piece: Piece, depths: Array, way: int) -> Array:
+        """Lines (k, n, 2) at depths on the way of a piece, in their order, or beyond its end."""
+        _, start, end, lines = piece
+        (n, j, _), inside = lines.shape, way * (depths - end) < 0
+        found = np.repeat(lines[None, :, -1], depths.size, axis=0)
+        if not inside.any():
+            return found
+        depths = depths[inside]
+        left = (end - depths) / (end - start)
+        known = np.where(np.isfinite(lines), lines, 0.0).transpose(1, 0, 2).reshape(j, -1)
+        guess = polynomial(DEGREE, 1 - 2 * np.sqrt(left), known).reshape(n, 2, -1)
+        guess = np.where(np.isfinite(lines[:, :1]), guess.transpose(0, 2, 1), lines[:, :1])
+        whole = np.concatenate([[start], depths, [end]])
+        guess = np.concatenate([lines[:, :1], guess, lines[:, -1:]], axis=1)
+        x, good, _ = self.smooth.followed(lines[:, 0], whole, way, guess.copy())
+        if not good.all():
+            self._demand(guess[~good], whole, way)
+            x[~good] = guess[~good]
+        found[inside] = x[:, 1:-1].transpose(1, 0, 2)
+        return found
+
+    def _demand(self, lines: Array, depths: Array, way: int) -> None:
+        """NotCertifiedError unless lines (n, j, 2) that move are at rest at these depths."""
+        off = np.zeros(lines.shape)
+        for i in range(depths.size):
+            off[:, i] = self.smooth.rests.ahead(lines[:, i], way) - depths[i]
+        moves = np.isfinite(lines) & (lines != lines[:, :1])
+        if (np.abs(off[moves]) > _NEAR * self.smooth.rests.size).any():
+            raise NotCertifiedError(
+                f"the contacts between depth = {depths[0]!r} and {depths[-1]!r} do not come to "
+                "rest; try other depths, or method='lattice'"
+            )
+
+
+def pieces(which: Iterable[int], depths: Array, lines: Array) -> tuple[Piece, ...]:
+    """Those of a smooth motion that was followed at depths (p, j), with lines (n, p * j, 2)."""
+    own, cut = tuple(which), np.split(lines, len(depths), axis=1)
+    found = zip(depths[:, 0].tolist(), depths[:, -1].tolist(), cut, strict=True)
+    return tuple(Piece(own, start, end, part) for start, end, part in found)
+
+
+def restricted(whole: tuple[Piece, ...], own: set[int]) -> tuple[Piece, ...]:
+    """The same pieces with some of their free surfaces."""
+    found = []
+    for piece in whole:
+        kept = [k for k, i in enumerate(piece.which) if i in own]
+        if kept:
+            which = tuple(piece.which[k] for k in kept)
+            found.append(piece._replace(which=which, lines=piece.lines[kept]))
+    return tuple(found)
