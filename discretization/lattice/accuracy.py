@@ -72,7 +72,7 @@ def _coarser(fine: Equilibrium) -> list[tuple[float, float | None]]:
 
     Nodes around an axis cannot be moved: there they are coarser by other factors.
     """
-    if not _narrow(fine):
+    if not _narrow(fine) and fine.scene.opening is None:
         return [(2.0, None)]
     if fine.scene.axisymmetric:
         return [(factor, None) for factor in _FACTORS]
@@ -142,7 +142,7 @@ def _from_coarse(fine: Equilibrium, coarse: Equilibrium, coarser: float) -> dict
     """
     alike = coarse.contacts.shape == fine.contacts.shape
     parts, convex = {"energy": fine.energy_parts}, fine.scene.indenter.convex
-    if _narrow(fine) or _sparse(fine) or not convex:
+    if _narrow(fine) or _sparse(fine) or not convex or fine.scene.opening is not None:
         parts["force"] = fine.force_parts
     scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
     errors = {}

@@ -23,11 +23,14 @@ from numpy.typing import NDArray
 from discretization.lattice.changes import Contacts
 from discretization.lattice.row import Parts, Row
 from discretization.lattice.rules import Rules
+from discretization.rounding import EPSILON
 from energy import Indenter
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-_INTERIOR = 0.5 - 1e-6  # links: an interpolated line keeps the node it belongs to
+_INTERIOR = 0.4999  # links: an interpolated line keeps the node it belongs to
+_BEYOND = 1e-4  # by which what is further away is shortened
+_ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 Lines = tuple[float, ...]  # x of all lines
 _Pair = tuple[float, float]
 _Row = tuple[float, float, float]
@@ -60,18 +63,23 @@ def moved_lines(
 ) -> Lines:
     """Where the lines of contacts with these nodes are that came from others; None: from none.
 
-    A line that is still at its node was where it is known to have been, others come from the side
-    on which their contacts were.
+    A line that is still at its node comes from where it was, to the last bit if it has not moved;
+    others come from the side on which their contacts were.
     """
-    at = np.reshape(nodes, (1, -1))
-    came = np.full(at.shape, -0.5)
+    at, facing = np.reshape(nodes, (1, -1)), _facing(nodes)
+    came, known = np.full(at.shape, -1.0), {}
     if before is not None:
-        held = offsets_of(row, np.reshape(before[0], (1, -1)), np.array(before[1]))[0]
-        known = dict(zip(_facing(before[0]), held.tolist(), strict=True))
-        inside = (0.5 if _in_contact(before[0], node) else -0.5 for _, node in _facing(nodes))
-        came[0] = [known.get(*each) for each in zip(_facing(nodes), inside, strict=True)]
+        known = dict(zip(_facing(before[0]), before[1], strict=True))
+        held = offsets_of(row, np.reshape(before[0], (1, -1)), np.array(before[1]))[0].tolist()
+        there = dict(zip(known, held, strict=True))
+        inside = [1.0 if _in_contact(before[0], node) else -1.0 for _, node in facing]
+        came[0] = [there.get(*each) for each in zip(facing, inside, strict=True)]
     offset = offsets(row, indenter, at, np.array([depth]), came)
-    return tuple(_positions(row, indenter, at, offset)[0].tolist())
+    found = zip(facing, _positions(row, indenter, at, offset)[0].tolist(), strict=True)
+    rounding = _ROUNDING * float(np.abs(row.lattice.x(row.first + np.array([0, row.f.size]))).max())
+    return tuple(
+        known[line] if abs(known.get(line, np.inf) - x) <= rounding else x for line, x in found
+    )
 
 
 def _facing(nodes: Contacts) -> list[tuple[int, int]]:
@@ -86,16 +94,32 @@ def _in_contact(nodes: Contacts, node: int) -> bool:
 
 
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
-    """How far these lines are from their nodes, in links outwards: 0 exactly on a node."""
-    from_nodes = lines - row.lattice.x(row.first + nodes)
-    return np.asarray(np.resize([-1, 1], nodes.shape[1]) * from_nodes / row.lattice.spacing)
+    """How far the lines at these positions are from their nodes, in links outwards."""
+    kept = (lines - row.lattice.x(row.first + nodes)) * _outwards(nodes) / row.lattice.spacing
+    beyond = np.maximum(np.abs(kept) - _INTERIOR, 0.0)
+    whole = np.where(beyond > 0, np.copysign(_INTERIOR + beyond / _BEYOND, kept), kept)
+    return np.where(_at_edge(row, nodes), kept, whole)
 
 
 def _positions(row: Row, indenter: Indenter, nodes: Nodes, offset: Array) -> Array:
-    """x of lines that far from their nodes."""
-    ways = np.resize([-1, 1], nodes.shape[1])
-    inside = np.where(offset > 0.5, offset, np.clip(offset, -_INTERIOR, _INTERIOR))
-    return np.clip(row.lattice.x(row.first + nodes + ways * inside), *indenter.extent)
+    """x of lines that far from their nodes, each less than half a link from its node.
+
+    As two lines that face each other feel each other, one may be somewhat further from its node:
+    that is kept within the last part of the half link.
+    """
+    beyond = np.maximum(np.abs(offset) - _INTERIOR, 0.0)
+    kept = np.where(beyond > 0, np.copysign(_INTERIOR + beyond * _BEYOND, offset), offset)
+    kept = np.where(_at_edge(row, nodes), offset, kept)
+    return np.clip(row.lattice.x(row.first + nodes + _outwards(nodes) * kept), *indenter.extent)
+
+
+def _outwards(nodes: Nodes) -> Nodes:
+    return np.resize([-1, 1], nodes.shape[1])
+
+
+def _at_edge(row: Row, nodes: Nodes) -> NDArray[np.bool_]:
+    """Whether lines are at an edge beyond the last node."""
+    return np.asarray((nodes == row.f.size - 1) & (row.overhang > 0))
 
 
 def offsets(row: Row, indenter: Indenter, nodes: Nodes, depth: Array, before: Array) -> Array:
@@ -174,7 +198,7 @@ def _outer_offset(
 def _facing_offsets(
     closing: Rules, opening: Rules, ends: Sequence[int], depth: float, before: _Pair
 ) -> _Pair:
-    """Where both lines of a gap are between the nodes, in links towards each other: -1/2..1/2.
+    """Where both lines of a gap are between the nodes, in links towards each other: -1..1.
 
     ends: first and last node of the contact on the left, and of the one on the right; before: where
     the lines were. Where a line moves its depth of passing equals d; that depends on where the
@@ -189,7 +213,7 @@ def _facing_offsets(
         one = (1.0, 0.0, 0.0) if first == left else _line_row(rules, left, 1, right, depth)
         two = (1.0, 0.0, 0.0) if right == last else _line_row(rules, right, -1, left, depth)
         at = _pushed(one, two, way, at)
-    return min(max(at[0], -0.5), 0.5), min(max(at[1], -0.5), 0.5)
+    return min(max(at[0], -1.0), 1.0), min(max(at[1], -1.0), 1.0)
 
 
 def _line_row(rules: Rules, node: int, side: int, other: int, depth: float) -> _Row:
