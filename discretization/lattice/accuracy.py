@@ -53,7 +53,8 @@ EXACT = dict.fromkeys(QUANTITIES, 0.0)
 def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
     """Relative errors of a lattice state; see the module."""
     if not fine.contacts.size:
-        return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
+        lost = _tied(fine) or _held_on_finer_nodes(solve, fine)
+        return UNRESOLVED if lost else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
     if _too_coarse(fine) or _tied(fine) or _other_contacts(solve, fine):
@@ -105,8 +106,13 @@ def _tied(state: Equilibrium) -> bool:
     ground = Ground.of(lattice, lattice.seen(scene).indenter, state.depth)
     touch, profile = ground.lowest, resolve(scene, state.depth)
     summits = profile.x[profile.f <= touch]
-    left = np.searchsorted(state.contacts[:, 0], summits + 2 * state.spacing) - 1
-    near = state.contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
+    contacts = state.contacts
+    if not contacts.size:  # any of them may still be held
+        if state.depth < touch - scene.opened.critical_separation:
+            return False
+        contacts = np.full((1, 2), lattice.x(ground.where.lowest))
+    left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1
+    near = contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
     return not bool((near & (left >= 0)).all())
 
 
@@ -135,12 +141,22 @@ def _uneven(state: Equilibrium) -> bool:
     return departs > UNEVEN * lift
 
 
+def _cornered(state: Equilibrium) -> bool:
+    """Whether a line that is held both ways is at a corner, which the nodes tell to a link."""
+    corners = np.asarray(state.scene.indenter.corners, float)
+    if state.scene.opening is None or not corners.size:
+        return False
+    near = np.abs(state.contacts.ravel()[:, None] - corners).min(axis=1) < 1.5 * state.spacing
+    return bool((near & ~state.pinned.ravel()).any())
+
+
 def _from_coarse(fine: Equilibrium, coarse: Equilibrium, coarser: float) -> dict[str, float]:
     """The estimates of the module from one coarse state, of a spacing larger by this factor.
 
-    Where the coarse state has another number of contacts all of the change counts.
+    Where the coarse state has another number of contacts, or a line is at a corner, errors are of
+    first order.
     """
-    alike = coarse.contacts.shape == fine.contacts.shape
+    smooth = coarse.contacts.shape == fine.contacts.shape and not _cornered(fine)
     parts, convex = {"energy": fine.energy_parts}, fine.scene.indenter.convex
     if _narrow(fine) or _sparse(fine) or not convex or fine.scene.opening is not None:
         parts["force"] = fine.force_parts
@@ -149,7 +165,7 @@ def _from_coarse(fine: Equilibrium, coarse: Equilibrium, coarser: float) -> dict
     for name, scale in scales.items():
         values = getattr(fine, name), getattr(coarse, name)
         size = scale or max(map(abs, values))  # touching without adhesion: nothing is deformed
-        change = abs(values[0] - values[1]) / (coarser**2 - 1 if alike else 1)
+        change = abs(values[0] - values[1]) / (coarser**2 - 1 if smooth else coarser - 1)
         if name in parts:
             change = max(change, abs(sum(parts[name].values()) - values[0]))
         errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING
