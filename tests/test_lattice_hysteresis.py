@@ -152,3 +152,62 @@ def test_errors_of_held_lines_are_known():
     assert np.max(ratios) <= 2
     assert np.mean(np.array(ratios) > 1) <= 0.02
     assert math.isfinite(np.sum(ratios))
+
+
+def polygon(x, z, *works):
+    return adhering(Sampled(np.array(x), np.array(z)), *works)
+
+
+POLYGONS = [  # with a depth and a spacing; every line of them is at a corner
+    (
+        [-10, -4, -3.55, -3.1, -2.7, -2.2, -1.8, -1.3, 1.5, 2.0, 2.4, 3.6, 9.6],
+        [4.02, 0.02, 0.04, 0.06, 0.04, 0.06, 0.02, 0, 0.06, 0.02, 0.0, 0.04, 4.04],
+        (0.0428, 0.0723),
+        -0.3,
+    ),
+    (
+        [-13.1, -7.1, -0.9, -0.3, 0.6, 2.6, 3.0, 3.4, 4.2, 4.6, 10.6],
+        [4.04, 0.04, 0.0, 0.06, 0.04, 0.04, 0.04, 0.0, 0.04, 0.06, 4.06],
+        (0.0144183, 0.0359632),
+        -0.285429,
+    ),
+    (
+        [-10.6, -4.6, -4.2, -2.8, -2.2, -2.1, -1.4, -0.9, -0.2, 3.0, 9.0],
+        [4.0, 0.0, 0.0, 0.02, 0.02, 0.02, 0.02, 0.0, 0.0, 0.0, 4.0],
+        (0.0026743, 0.0057558),
+        -0.0228083,
+    ),
+]
+
+
+def test_errors_of_lines_that_are_held_at_corners_of_a_polygon_are_known():
+    """There nodes are of first order; equal summits touch at once, as soon as they are pressed."""
+    ratios, dice = [], np.random.default_rng(2)
+    for x, z, works, depth in POLYGONS:
+        scene = polygon(x, z, *works)
+        path = load_path(scene, depths=[1e-9, depth])
+        for spacing in dice.uniform(0.02, 0.08, 12):
+            state = minimise(scene, depth, method="lattice", spacing=spacing)
+            scales = {"half_width": state.half_width, **state.scales}
+            ratios += [
+                abs(getattr(state, one) - getattr(path, one)[-1]) / scales[one] / estimate
+                for one, estimate in state.error_estimate.items()
+            ]
+    ratios = np.array(ratios)
+    assert np.count_nonzero(ratios > 0) > 60
+    assert np.max(ratios) <= 2
+
+
+def test_a_detached_state_is_not_known_where_another_summit_may_have_touched_first():
+    """Two of three equal summits hold much longer than the one that a node is next to."""
+    x = [-15.9, -9.9, -9.1, -8.9, -7.9, -6.8, -6.6, -6.0, 3.5, 6.7, 9.5, 15.5]
+    z = [4.04, 0.04, 0.0, 0.02, 0.06, 0.04, 0.0, 0.02, 0.02, 0.0, 0.04, 4.04]
+    scene = replace(polygon(x, z, 0.0095, 0.0095), opening=None)
+    held = load_path(scene, depths=[1e-9, -0.165])
+    assert held.half_width[-1] > 1
+    for spacing in np.linspace(0.06, 0.08, 7):
+        state = minimise(scene, -0.165, method="lattice", spacing=spacing)
+        if not state.contacts.size:
+            assert set(state.error_estimate.values()) == {math.inf}
+    far = minimise(scene, -3.0, method="lattice", spacing=0.07)
+    assert set(far.error_estimate.values()) == {0.0}

@@ -7,10 +7,12 @@ has it, and Q_c that of the same question on every other node, errors are O(Î”xÂ
 
 Two errors of this order may happen to be equal. Of U a second estimate therefore counts beside it,
 3/2 of what its parts (parts.py) differ by: quadrature between the lines found, of the profile as it
-is between nodes, too. With fewer than SPARSE nodes per l or NARROW links, and for a profile that is
-not convex, so it does of P. With fewer than NARROW links every other node is taken in three ways;
-around an axis c is. If f is not convex the energy decides where there are contacts, and a is held
-to be no more certain than U.
+is between nodes, too. With fewer than SPARSE nodes per l or NARROW links, for a profile that is not
+convex, and where lines are held both ways, so it does of P. With fewer than NARROW links, and for
+such lines, every other node is taken in three ways; around an axis c is. If f is not convex the
+energy decides where there are contacts, and a is held to be no more certain than U. Lines held both
+ways that are at a corner are known to a link only: errors are of first order, 3 above becomes c - 1
+= 1, and c is taken in more ways.
 
 The state is not resolved, and all errors are infinite, where
 
@@ -21,7 +23,8 @@ The state is not resolved, and all errors are infinite, where
     f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer has another
     number of contacts,
     the coarse nodes have no contact or no answer, or
-    the state is detached and a lattice finer by one of FINER has a contact.
+    the state is detached and a lattice finer by one of FINER has a contact, or f is not convex and
+    another of its lowest points might have touched before, and still hold.
 """
 
 from __future__ import annotations
@@ -78,7 +81,8 @@ def _coarser(fine: Equilibrium) -> list[tuple[float, float | None]]:
     if fine.scene.axisymmetric:
         return [(factor, None) for factor in _FACTORS]
     first = float(fine.nodes[0, 0])
-    return [(2.0, None), (2.0, first), (2.0, first + fine.spacing)]
+    moved = [(2.0, None), (2.0, first), (2.0, first + fine.spacing)]
+    return [*moved, (3.0, None), (1.5, first)] if _cornered(fine) else moved
 
 
 def _sparse(state: Equilibrium) -> bool:
@@ -105,10 +109,14 @@ def _tied(state: Equilibrium) -> bool:
     lattice = Lattice.of(scene, state.spacing)
     ground = Ground.of(lattice, lattice.seen(scene).indenter, state.depth)
     touch, profile = ground.lowest, resolve(scene, state.depth)
-    summits = profile.x[profile.f <= touch]
-    contacts = state.contacts
-    if not contacts.size:  # any of them may still be held
-        if state.depth < touch - scene.opened.critical_separation:
+    summits, contacts = profile.x[profile.f <= touch], state.contacts
+    if not contacts.size:  # between the steepest flanks one may still be held
+        x, own = np.unique(profile.x, return_index=True)
+        between = (x[1:] > summits.min()) & (x[:-1] < summits.max())
+        slopes = np.diff(profile.f[own]) / np.diff(x)
+        steepest = float(np.abs(slopes[between]).max(initial=0.0))
+        reach = scene.opened.critical_separation + scene.elastocapillary_length * steepest
+        if state.depth < touch - reach:
             return False
         contacts = np.full((1, 2), lattice.x(ground.where.lowest))
     left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1

@@ -9,8 +9,9 @@ jumps. A line that moves smoothly releases nothing at any link, hence a branch w
 has no loop area.
 
 Between the nodes the outermost lines are where the depth at which a link is passed, taken at the
-middles of the links, equals d; force and energy reported for a step are interpolated there. States,
-events and the energy balance are those of the contact sets.
+middles of the links, equals d; force and energy reported for a step are interpolated there. Where
+closing and opening differ a line stays where it last moved. States, events and the energy balance
+are those of the contact sets.
 """
 
 from __future__ import annotations
