@@ -17,7 +17,16 @@ from discretization.lattice.radial_spans import ring_spans
 from discretization.lattice.rings import rings
 from discretization.lattice.rules import Rules
 from discretization.lattice.totals import totals
-from energy import FlatPunch, Parabola, Patches, Profile, Sampled
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Patches,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+)
 
 GAMMA1, W = SCENE.gamma1, SCENE.work_of_adhesion
 
@@ -101,6 +110,27 @@ def test_a_wide_surface_does_not_overflow():
     assert np.isfinite([a, b, rest]).all()
     assert rest[1] == 1
     assert spans.pair(3, 8990).left == pytest.approx(float(rings(50.0).pull(3, 1)), rel=1e-14)
+
+
+def test_a_lone_node_far_inside_a_wide_surface_lets_go():
+    """A ring held by one node, as the next contact is more nodes away than it is from the axis."""
+    r = np.linspace(0, 40, 4001)
+    z = np.minimum(np.minimum(abs(r - 5), 6), 0.05 * (r - 20) ** 2 + 0.3)
+    z += 0.5 * np.maximum(r - 30, 0) ** 2
+    surfaces = SurfaceEnergies.from_work(1.0, 0.05)
+    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Sampled(r, z), geometry="axisymmetric")
+    depths = np.concatenate([np.linspace(0, 1.5, 20), np.linspace(1.5, -1, 40)])
+    path = load_path(scene, depths=depths, method="lattice", spacing=1 / 25)
+    kinds = [event.kind for event in path.events]
+    assert kinds == ["touch", "nucleation", "closing", "detachment"]
+    ring = path.events[2].before
+    assert ring.lines[:2] == (5.0, 5.0)  # the kink at r = 5 does not adhere
+    assert ring.depth == pytest.approx(0, abs=1e-5)
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
+    lattice = Lattice.of(scene, 1 / 25)
+    whole = lattice.shape(125, 458, 126, 458)
+    part = lattice.shape(125, 458, 126, 127)
+    assert [each[0] for each in part] == [each[0] for each in whole]
 
 
 class Row:

@@ -41,8 +41,9 @@ BALANCED = 1e-12  # of the energy's terms
 class Moved(NamedTuple):
     """Lines of free surfaces at the end of a smooth motion (n, 2), which of them moved so, ∫P dd.
 
-    depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there. margin (n,): square of the stiffness against moving them at the end, nan if none moves or they
-    are not in equilibrium there.
+    depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there. margin
+    (n,): square of the stiffness against moving them at the end, nan if none moves or they are not
+    in equilibrium there.
     """
 
     lines: Array

@@ -44,7 +44,7 @@ class Track:
             at = at[np.argsort(way * depths[at], kind="stable")]
             for k in range(0, at.size, _MOST):
                 own = at[k : k + _MOST]
-                found[np.ix_(own, which)] = self._read(piece, depths[own], way)
+                found[own[:, None], which] = self._read(piece, depths[own], way)
         return found
 
     def _read(self, piece: Piece, depths: Array, way: int) -> Array:

@@ -41,7 +41,8 @@ _PATIENCE = 3  # trials after which the range must have been halved, else its mi
 class Tried(NamedTuple):
     """Surfaces taken to a depth: their lines, ∫P dd of each, what is left; surfaces that fail.
 
-    pieces: the lines on the way. known: something is known to happen to one of these; else shorter ways may succeed.
+    known: something is known to happen to one of these; else shorter ways may succeed. pieces: the
+    lines on the way.
     """
 
     depth: float

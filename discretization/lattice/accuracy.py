@@ -7,10 +7,12 @@ has it, and Q_c that of the same question on every other node, errors are O(Î”xÂ
 
 Two errors of this order may happen to be equal. Of U a second estimate therefore counts beside it,
 3/2 of what its parts (parts.py) differ by: quadrature between the lines found, of the profile as it
-is between nodes, too. With fewer than SPARSE nodes per l or NARROW links, and for a profile that is
-not convex, so it does of P. With fewer than NARROW links every other node is taken in three ways;
-around an axis c is. If f is not convex the energy decides where there are contacts, and a is held
-to be no more certain than U.
+is between nodes, too. With fewer than SPARSE nodes per l or NARROW links, for a profile that is not
+convex, and where lines are held both ways, so it does of P. With fewer than NARROW links, and for
+such lines, every other node is taken in three ways; around an axis c is. If f is not convex the
+energy decides where there are contacts, and a is held to be no more certain than U. Lines held both
+ways that are at a corner are known to a link only: errors are of first order, 3 above becomes c - 1
+= 1, and c is taken in more ways.
 
 The state is not resolved, and all errors are infinite, where
 
@@ -21,7 +23,8 @@ The state is not resolved, and all errors are infinite, where
     f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer has another
     number of contacts,
     the coarse nodes have no contact or no answer, or
-    the state is detached and a lattice finer by one of FINER has a contact.
+    the state is detached and a lattice finer by one of FINER has a contact, or f is not convex and
+    another of its lowest points might have touched before, and still hold.
 """
 
 from __future__ import annotations
@@ -53,7 +56,8 @@ EXACT = dict.fromkeys(QUANTITIES, 0.0)
 def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
     """Relative errors of a lattice state; see the module."""
     if not fine.contacts.size:
-        return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
+        lost = _tied(fine) or _held_on_finer_nodes(solve, fine)
+        return UNRESOLVED if lost else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
     if _too_coarse(fine) or _tied(fine) or _other_contacts(solve, fine):
@@ -72,12 +76,13 @@ def _coarser(fine: Equilibrium) -> list[tuple[float, float | None]]:
 
     Nodes around an axis cannot be moved: there they are coarser by other factors.
     """
-    if not _narrow(fine):
+    if not _narrow(fine) and fine.scene.opening is None:
         return [(2.0, None)]
     if fine.scene.axisymmetric:
         return [(factor, None) for factor in _FACTORS]
     first = float(fine.nodes[0, 0])
-    return [(2.0, None), (2.0, first), (2.0, first + fine.spacing)]
+    moved = [(2.0, None), (2.0, first), (2.0, first + fine.spacing)]
+    return [*moved, (3.0, None), (1.5, first)] if _cornered(fine) else moved
 
 
 def _sparse(state: Equilibrium) -> bool:
@@ -104,9 +109,18 @@ def _tied(state: Equilibrium) -> bool:
     lattice = Lattice.of(scene, state.spacing)
     ground = Ground.of(lattice, lattice.seen(scene).indenter, state.depth)
     touch, profile = ground.lowest, resolve(scene, state.depth)
-    summits = profile.x[profile.f <= touch]
-    left = np.searchsorted(state.contacts[:, 0], summits + 2 * state.spacing) - 1
-    near = state.contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
+    summits, contacts = profile.x[profile.f <= touch], state.contacts
+    if not contacts.size:  # between the steepest flanks one may still be held
+        x, own = np.unique(profile.x, return_index=True)
+        between = (x[1:] > summits.min()) & (x[:-1] < summits.max())
+        slopes = np.diff(profile.f[own]) / np.diff(x)
+        steepest = float(np.abs(slopes[between]).max(initial=0.0))
+        reach = scene.opened.critical_separation + scene.elastocapillary_length * steepest
+        if state.depth < touch - reach:
+            return False
+        contacts = np.full((1, 2), lattice.x(ground.where.lowest))
+    left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1
+    near = contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
     return not bool((near & (left >= 0)).all())
 
 
@@ -135,21 +149,31 @@ def _uneven(state: Equilibrium) -> bool:
     return departs > UNEVEN * lift
 
 
+def _cornered(state: Equilibrium) -> bool:
+    """Whether a line that is held both ways is at a corner, which the nodes tell to a link."""
+    corners = np.asarray(state.scene.indenter.corners, float)
+    if state.scene.opening is None or not corners.size:
+        return False
+    near = np.abs(state.contacts.ravel()[:, None] - corners).min(axis=1) < 1.5 * state.spacing
+    return bool((near & ~state.pinned.ravel()).any())
+
+
 def _from_coarse(fine: Equilibrium, coarse: Equilibrium, coarser: float) -> dict[str, float]:
     """The estimates of the module from one coarse state, of a spacing larger by this factor.
 
-    Where the coarse state has another number of contacts all of the change counts.
+    Where the coarse state has another number of contacts, or a line is at a corner, errors are of
+    first order.
     """
-    alike = coarse.contacts.shape == fine.contacts.shape
+    smooth = coarse.contacts.shape == fine.contacts.shape and not _cornered(fine)
     parts, convex = {"energy": fine.energy_parts}, fine.scene.indenter.convex
-    if _narrow(fine) or _sparse(fine) or not convex:
+    if _narrow(fine) or _sparse(fine) or not convex or fine.scene.opening is not None:
         parts["force"] = fine.force_parts
     scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
     errors = {}
     for name, scale in scales.items():
         values = getattr(fine, name), getattr(coarse, name)
         size = scale or max(map(abs, values))  # touching without adhesion: nothing is deformed
-        change = abs(values[0] - values[1]) / (coarser**2 - 1 if alike else 1)
+        change = abs(values[0] - values[1]) / (coarser**2 - 1 if smooth else coarser - 1)
         if name in parts:
             change = max(change, abs(sum(parts[name].values()) - values[0]))
         errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING

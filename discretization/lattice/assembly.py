@@ -65,13 +65,20 @@ def of_contacts(
 
 
 def of_row(
-    asked: Question, ground: Ground, row: Row, nodes: Sequence[tuple[int, int]]
+    asked: Question,
+    ground: Ground,
+    row: Row,
+    nodes: Sequence[tuple[int, int]],
+    known: Sequence[float] | None = None,
 ) -> Equilibrium:
-    """The same with contacts between these of its nodes, of any works of adhesion."""
+    """The same with contacts between these of its nodes, of any works of adhesion.
+
+    known: where the lines are, which has to be known where they resist both ways.
+    """
     contacts, corners = row.contacts(ground, nodes, asked.depth), ground.indenter.corners
     refuse_unknown(ground, asked.depth, contacts.first, contacts.last)
-    depth = np.array([asked.depth])
-    x, force, energy = interpolated(row, ground.indenter, np.reshape(nodes, (1, -1)), depth)
+    depth, held = np.array([asked.depth]), None if known is None else np.array([known])
+    x, force, energy = interpolated(row, ground.indenter, np.reshape(nodes, (1, -1)), depth, held)
     lines = [line.Line(at, 0.0, 0.0, at in corners) for at in x[0].tolist()]
     pairs = list(zip(lines[::2], lines[1::2], strict=True))
     state = _certified(asked, contacts, pairs)

@@ -5,6 +5,8 @@ Contacts of a convex profile are alone all the way, and found without following 
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from discretization.equilibrium import Equilibrium
@@ -16,6 +18,7 @@ from discretization.lattice.assembly import (
     refuse_unknown,
     without_contact,
 )
+from discretization.lattice.between import Lines, moved_lines
 from discretization.lattice.changes import Contacts, pressed, retracted
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Ground
@@ -42,23 +45,31 @@ def on_path(asked: Question, ground: Ground) -> Equilibrium:
     with finite slopes lines are those of paths.
     """
     scene, lattice = asked.scene, ground.lattice
-    row, nodes = _followed(asked, ground)
+    row, nodes, lines = _followed(asked, ground)
     if not nodes:
         return without_contact(asked, ground)
     same = scene.pattern is None and scene.opening is None
     if lattice.axis == 0 or lattice.slopes == "finite" or not same:
-        return of_row(asked, ground, row, nodes)
+        return of_row(asked, ground, row, nodes, lines)
     return of_contacts(asked, ground, np.array(nodes) + row.first)
 
 
-def _followed(asked: Question, ground: Ground) -> tuple[Row, Contacts]:
+def _followed(asked: Question, ground: Ground) -> tuple[Row, Contacts, Lines | None]:
     """The nodes there may be in contact, and the contacts among them on this path.
 
-    ValueError where the path leads to an end of the known profile.
+    Also where their lines are, if that depends on the way. ValueError where the path leads to an
+    end of the known profile.
     """
     deepest = max(asked.depth, ground.lowest)
     row = Row.of(asked.scene, ground, deepest)
     closing, opening = row.rules
     nodes = pressed(closing, (), deepest, row.touch)
     refuse_unknown(ground, deepest, row.first + nodes[0][0], row.first + nodes[-1][1])
-    return row, retracted(opening, nodes, asked.depth) if asked.depth < deepest else nodes
+    moved = functools.partial(moved_lines, row, ground.indenter)
+    remembers = asked.scene.hysteretic
+    lines = moved(nodes, deepest, None) if remembers else None
+    if asked.depth < deepest:
+        before = None if lines is None else (nodes, lines)
+        nodes = retracted(opening, nodes, asked.depth)
+        lines = moved(nodes, asked.depth, before) if remembers and nodes else None
+    return row, nodes, lines

@@ -101,7 +101,7 @@ class RadialLattice(Lattice):
     def shape(
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[Array, Array, Array]:
-        return self._rings(stop).shape(left, right, slice(start, stop))
+        return self._rings(stop if right is None else right).shape(left, right, slice(start, stop))
 
     def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
         near, far, _ = self._rings(right).shape(left, right, nodes)

@@ -109,5 +109,5 @@ def _snapshot(branch: Branch, point: Point) -> Snapshot:
     """A state between the steps; its energy is not asked for."""
     depth, state = point
     force, turned = branch.force(state, depth), branch.scene.axisymmetric
-    ends, inner = state.ends, tuple(state.lines[1:-1])
-    return Snapshot(depth, force, math.nan, *ends, inner, turned)
+    (left, right), inner = state.ends, tuple(state.lines[1:-1])
+    return Snapshot(depth, force, math.nan, left, right, inner, turned)

@@ -105,6 +105,9 @@ class Branch(Protocol):
 class Follower(Branch, Protocol):
     """A branch that knows one state after the other."""
 
+    def forces(self, points: Sequence[Point]) -> Array:
+        """P at points (n,)."""
+
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """First depth on the way to `end` at which a line jumps, and the states beside it."""
 
@@ -149,7 +152,7 @@ class Followed:
 
     def forces(self, depths: Array) -> Array:
         """P at depths on the way (n,)."""
-        return np.array([self.branch.force(p.state, p.depth) for p in self.points(depths)])
+        return self.branch.forces(self.points(depths))
 
     def work(self) -> float:
         """∫P dd from the start to the end."""
@@ -179,6 +182,10 @@ class BranchBase:
 
 class FollowerBase(BranchBase):
     """What branches say alike that know one state after the other."""
+
+    def forces(self: Any, points: Sequence[Point]) -> Array:
+        """P at points (n,)."""
+        return np.array([self.force(point.state, point.depth) for point in points])
 
     def leg(self: Any, point: Point, goal: float) -> Followed:
         """The way from a point towards another depth, up to the first event."""

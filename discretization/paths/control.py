@@ -1,15 +1,16 @@
 """What holds the indenter: an imposed depth, a dead load, or a spring to a drive.
 
 C(d), the value of the control at which the state at a depth is in equilibrium, is the depth itself,
-P(d), or d + P(d)/K for a machine of stiffness K. What happens as the control changes is read off the
-path at imposed depths: as the control rises, the depth is where the running maximum of C on the way
-down from the present state first reaches it; as it falls, where the running minimum on the way up
-does. (The indenter moves in the direction in which it is pushed, and stops where P balances it.)
-Where these are flat the indenter jumps.
+P(d), or d + P(d)/K for a machine of stiffness K. What happens as the control changes is read off
+the path at imposed depths: as the control rises, the depth is where the running maximum of C on the
+way down from the present state first reaches it; as it falls, where the running minimum of C on the
+way up does. (The indenter moves in the direction in which it is pushed, and stops where P balances
+the push.) Where the running extreme is flat the indenter jumps.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -27,6 +28,7 @@ _DRAWN = 1e-8  # of the range of C: a part of a leg whose highest coefficients a
 _FINEST = 1 / 64  # of a leg: parts that short are not halved again
 _PARTS = 8  # of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
+_NEWTON = 5  # steps to a guess
 _ZOOMS = 40  # rounds, each of which narrows a peak to a quarter or finds it
 _WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
 _ROUNDING = 1e-15  # of what C is made of
@@ -37,6 +39,10 @@ class Control:
     """stiffness K: None for an imposed depth, 0 for a dead load."""
 
     stiffness: float | None
+
+    def load(self, depth: float, value: float) -> float:
+        """The force on an indenter at this depth while the control has this value."""
+        return self.stiffness * (value - depth) if self.stiffness else value
 
     def value(self, depth: Any, force: Any) -> Any:
         """C: the value at which this force balances; numbers or arrays."""
@@ -54,8 +60,8 @@ class Control:
 class Curve(NamedTuple):
     """C on a leg at t (j,), depths start + (end - start)(2t - t²), monotone in between.
 
-    series: the polynomial in t of C minus its first value up to each t but the first; none where P
-    is only known between nodes. rounding: of C. t is crowded at the end, where P may be like a root of the depth.
+    series: the polynomial of t that is C up to each t but the first; none where P is only known
+    between nodes. rounding: of C. t is crowded at the end, where P may be like a root of the depth.
     """
 
     leg: Leg
@@ -68,19 +74,19 @@ class Curve(NamedTuple):
     @classmethod
     def of(cls, leg: Leg, control: Control, smooth: bool, rounding: float) -> Curve:
         """Drawn by polynomials on parts of the leg, halved until they represent C."""
-        parts = np.linspace(0.0, 1.0, 2 if smooth else _PARTS + 1)
-        todo, drawn = list(zip(parts[:-1], parts[1:], strict=True))[::-1], []
+        ends = np.linspace(0.0, 1.0, 2 if smooth else _PARTS + 1).tolist()
+        todo = list(itertools.pairwise(ends))[::-1]
+        t, value, series = np.empty(0), np.empty(0), list[Legendre]()
         while todo:
             low, high = todo.pop()
-            t, value, series = _drawn(leg, control, low, high)
-            if smooth and high - low > _FINEST and not _represents(series, _DRAWN):
+            at, drawn, fit = _drawn(leg, control, low, high)
+            if smooth and high - low > _FINEST and not _represents(fit, _DRAWN):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
                 continue
             if smooth:
-                t, value = _with_turns(t, value, series)
-            drawn.append((t, value, series))
-        t, value = (np.concatenate([drawn[0][i][:1], *(p[i][1:] for p in drawn)]) for i in (0, 1))
-        series = [part[2] for part in drawn for _ in part[0][1:]] if smooth else []
+                at, drawn = _with_turns(at, drawn, fit)
+                series += [fit] * (at.size - 1)
+            t, value = np.append(t, at[t.size > 0 :]), np.append(value, drawn[t.size > 0 :])
         return cls(leg, control, t, value, series, rounding)
 
     def depths(self, t: Array) -> Array:
@@ -128,19 +134,27 @@ class Curve(NamedTuple):
         rise = (self.value[k] - self.value[k - 1]) / (high - low)
         guess = np.clip(low + (values - self.value[k - 1]) / rise, low, high)
         if self.series:
-            for one in {id(s): s for s in (self.series[i - 1] for i in k.tolist())}.values():
-                own = np.array([self.series[i - 1] is one for i in k.tolist()])
-                fit, slope = one, one.deriv()
-                for _ in range(5):
-                    rise[own] = slope(guess[own])
-                    with np.errstate(divide="ignore", invalid="ignore"):
-                        new = guess[own] - (fit(guess[own]) - values[own]) / rise[own]
-                    inside = (new >= low[own]) & (new <= high[own])
-                    guess[own] = np.where(inside, new, guess[own])
+            ids = np.array([id(self.series[i - 1]) for i in k.tolist()])
+            for one in np.unique(ids).tolist():
+                own = np.flatnonzero(ids == one)
+                fit = self.series[k[own[0]] - 1]
+                guess[own], rise[own] = _guessed(fit, values[own], (low[own], high[own]))
         low, high = np.maximum(low - wider, 0.0), np.minimum(high + wider, 1.0)
         return crossings(
             lambda t, own: self.values(t) - values[own], low, high, guess, rise, self.rounding
         )
+
+
+def _guessed(fit: Legendre, values: Array, between: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Where a polynomial has these values (n,), by Newton's method, and its slopes there."""
+    low, high = between
+    slope, (a, b) = fit.deriv(), (fit(low), fit(high))
+    t = low + (high - low) * np.clip((values - a) / (b - a), 0.0, 1.0)
+    for _ in range(_NEWTON):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = t - (fit(t) - values) / slope(t)
+        t = np.where((new >= low) & (new <= high), new, t)
+    return t, slope(t)
 
 
 def _depths(leg: Leg, t: Array) -> Array:

@@ -52,7 +52,7 @@ def _held(lines: Lines, depth: float) -> State:
     return Held(lines, depth) if lines else None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Tracked:
     """A leg of lines that move smoothly."""
 

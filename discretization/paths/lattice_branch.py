@@ -9,8 +9,9 @@ jumps. A line that moves smoothly releases nothing at any link, hence a branch w
 has no loop area.
 
 Between the nodes the outermost lines are where the depth at which a link is passed, taken at the
-middles of the links, equals d; force and energy reported for a step are interpolated there. States,
-events and the energy balance are those of the contact sets.
+middles of the links, equals d; force and energy reported for a step are interpolated there. Where
+closing and opening differ a line stays where it last moved. States, events and the energy balance
+are those of the contact sets.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from numpy.typing import NDArray
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice.assembly import refuse_unknown
-from discretization.lattice.between import at_offsets, interpolated, offsets
+from discretization.lattice.between import interpolated, moved_lines
 from discretization.lattice.changes import Contacts, falls, parts, pressed, retracted
 from discretization.lattice.ground import Ground
 from discretization.lattice.judge import judge
@@ -38,7 +39,7 @@ from discretization.lattice.stretch import Stretch, stretch, work_of
 from discretization.lattice.totals import totals
 from discretization.lattice.unseen import Unseen, looked_at, unseen
 from discretization.lattice.ways import rise
-from discretization.paths.branch import FollowerBase
+from discretization.paths.branch import FollowerBase, Point
 from discretization.routes import route
 from energy import Scene
 
@@ -47,7 +48,11 @@ Nodes = NDArray[np.int64]
 
 
 class Held(NamedTuple):
-    """Contacts as node intervals from left to right, and the positions of all their lines."""
+    """Contacts as node intervals from left to right, and the positions of all their lines.
+
+    Where closing and opening differ in their work of adhesion lines are where they have last moved,
+    between nodes; else, as the depth alone says where they are, on their nodes.
+    """
 
     nodes: Contacts
     lines: tuple[float, ...]
@@ -109,12 +114,18 @@ class LatticeBranch(FollowerBase):
         """The length by which lines may be off: more than a link, and they jump."""
         return 1.5 * self.row.lattice.spacing
 
-    def _state(self, nodes: Contacts) -> State:
+    def _state(self, nodes: Contacts, depth: float, before: State) -> State:
+        """The state with these contacts at a depth, when it was `before` on the way here."""
         if not nodes:
             return None
+        if not self.scene.hysteretic:
+            return Held(nodes, self._on_nodes(nodes))
+        return Held(nodes, moved_lines(self.row, self.seen.indenter, nodes, depth, before))
+
+    def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
         (lo, hi), lattice, first = self.seen.indenter.extent, self.row.lattice, self.row.first
         x = (lattice.x(first + node) for pair in nodes for node in pair)
-        return Held(nodes, tuple(min(max(at, lo), hi) for at in x))
+        return tuple(min(max(at, lo), hi) for at in x)
 
     def contact(self, depth: float, *lines: float) -> State:
         """The state whose lines are less than half a link from these positions; nan: detached.
@@ -126,7 +137,8 @@ class LatticeBranch(FollowerBase):
         lattice, first = self.row.lattice, self.row.first
         last = self.row.f.size - 1  # a line at an edge may be up to a link beyond
         at = [min(round((x - lattice.origin) / lattice.spacing) - first, last) for x in lines]
-        return self._state(tuple(zip(at[::2], at[1::2], strict=True)))
+        nodes = tuple(zip(at[::2], at[1::2], strict=True))
+        return Held(nodes, lines if self.scene.hysteretic else self._on_nodes(nodes))
 
     @functools.lru_cache(maxsize=4)  # noqa: B019
     def _stretch(self, nodes: Contacts, depth: float) -> Stretch:
@@ -151,7 +163,8 @@ class LatticeBranch(FollowerBase):
             if not alike or self._released(way.before, way.after, way.at) > self.opening.least:
                 self._inside(way.after, way.at)
                 lost = not way.after and len(way.before) == 1
-                return None if lost else (way.at, self._state(way.before), self._state(way.after))
+                inside = self._state(way.before, way.at, state)
+                return None if lost else (way.at, inside, self._state(way.after, way.at, inside))
             nodes = way.after
         return None
 
@@ -170,7 +183,7 @@ class LatticeBranch(FollowerBase):
         self._inside(nodes, depth)
         for node in (nodes[0][0], nodes[-1][1]) if nodes else ():
             self.row.lattice.refuse_overhang(depth, depth - float(self.row.f[node]))
-        return self._state(nodes)
+        return self._state(nodes, depth, before)
 
     def _inside(self, nodes: Contacts, depth: float) -> None:
         """ValueError for contacts that reach an end of the known profile."""
@@ -197,9 +210,24 @@ class LatticeBranch(FollowerBase):
         """P, interpolated between the nodes: that of a contact set jumps at every link."""
         if state is None:
             return 0.0
-        row, (nodes, depths) = self.row, _one(state, depth)
-        offset = offsets(row, self.seen.indenter, nodes, depths)
-        return float(at_offsets(row, nodes, offset, depths, row.forces)[0])
+        return float(self._interpolated([state], np.array([depth]))[1][0])
+
+    def forces(self, points: Sequence[Point]) -> Array:
+        """P at points, of those with as many contacts at once."""
+        found = np.zeros(len(points))
+        counts = np.array([len(p.state.nodes) if p.state is not None else 0 for p in points])
+        for count in np.unique(counts[counts > 0]).tolist():
+            own = np.flatnonzero(counts == count)
+            alike = [points[i] for i in own.tolist()]
+            depths = np.array([point.depth for point in alike])
+            found[own] = self._interpolated([point.state for point in alike], depths)[1]
+        return found
+
+    def _interpolated(self, states: Sequence[Held], depths: Array) -> tuple[Array, Array, Array]:
+        """Lines, P and U of states with as many contacts each."""
+        nodes = np.array([state.nodes for state in states]).reshape(len(states), -1)
+        lines = np.array([state.lines for state in states]) if self.scene.hysteretic else None
+        return interpolated(self.row, self.seen.indenter, nodes, depths, lines)
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
@@ -236,21 +264,20 @@ class LatticeBranch(FollowerBase):
 
         AccuracyWarning where the surfaces miss what the nodes do not see.
         """
-        scene, row = self.seen, self.row
         if self.hidden.x.size:
-            flat = Certificate.undeformed()
-            apart = detached(self.scene, 0.0, "adhered", row.lattice.tail, flat)
+            lattice, flat = self.row.lattice, Certificate.undeformed()
+            apart = detached(self.scene, 0.0, "adhered", lattice.tail, flat)
             whole = [
                 replace(apart, depth=depth, contacts=np.reshape(state.lines, (-1, 2)))
                 for depth, state in zip(depths.tolist(), states, strict=True)
             ]
-            looked_at(whole, self.hidden, row.lattice, stacklevel=4)
+            looked_at(whole, self.hidden, lattice, stacklevel=4)
         x, force, energy = np.empty((depths.size, 2)), np.empty(depths.size), np.empty(depths.size)
         counts = np.array([len(state.nodes) for state in states])
         for count in np.unique(counts).tolist():
             own = np.flatnonzero(counts == count)
-            nodes = np.array([states[i].nodes for i in own.tolist()]).reshape(own.size, -1)
-            lines, force[own], energy[own] = interpolated(row, scene.indenter, nodes, depths[own])
+            alike = [states[i] for i in own.tolist()]
+            lines, force[own], energy[own] = self._interpolated(alike, depths[own])
             x[own] = lines[:, [0, -1]]
         return x, force, energy
 

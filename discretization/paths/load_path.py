@@ -262,9 +262,7 @@ class LoadPath:
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:
-        return float(
-            self.control.value(point.depth, self.branch.force(point.state, point.depth))
-        )
+        return float(self.control.value(point.depth, self.branch.force(point.state, point.depth)))
 
     def _record(self, kind: str, value: float, before: Point, after: Point) -> None:
         self.branch.certify(after.state, after.depth)
