@@ -14,6 +14,7 @@ are off by O(Δx²).
 
 from __future__ import annotations
 
+import functools
 from bisect import bisect_right
 from collections.abc import Sequence
 
@@ -95,7 +96,9 @@ def _in_contact(nodes: Contacts, node: int) -> bool:
 
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
     """How far the lines at these positions are from their nodes, in links outwards."""
-    kept = (lines - row.lattice.x(row.first + nodes)) * _outwards(nodes) / row.lattice.spacing
+    kept = (
+        (lines - row.lattice.x(row.first + nodes)) * _outwards(nodes.shape[1]) / row.lattice.spacing
+    )
     beyond = np.maximum(np.abs(kept) - _INTERIOR, 0.0)
     whole = np.where(beyond > 0, np.copysign(_INTERIOR + beyond / _BEYOND, kept), kept)
     return np.where(_at_edge(row, nodes), kept, whole)
@@ -110,11 +113,15 @@ def _positions(row: Row, indenter: Indenter, nodes: Nodes, offset: Array) -> Arr
     beyond = np.maximum(np.abs(offset) - _INTERIOR, 0.0)
     kept = np.where(beyond > 0, np.copysign(_INTERIOR + beyond * _BEYOND, offset), offset)
     kept = np.where(_at_edge(row, nodes), offset, kept)
-    return np.clip(row.lattice.x(row.first + nodes + _outwards(nodes) * kept), *indenter.extent)
+    return np.clip(
+        row.lattice.x(row.first + nodes + _outwards(nodes.shape[1]) * kept), *indenter.extent
+    )
 
 
-def _outwards(nodes: Nodes) -> Nodes:
-    return np.resize([-1, 1], nodes.shape[1])
+@functools.lru_cache
+def _outwards(lines: int) -> Nodes:
+    """Which way so many lines face."""
+    return np.resize([-1, 1], lines)
 
 
 def _at_edge(row: Row, nodes: Nodes) -> NDArray[np.bool_]:
@@ -181,15 +188,17 @@ def _outer_offset(
     before: how far it was.
     """
     at = node if side > 0 else row.f.size - 1 - node
-    touch = row.lattice.x(row.first + row.touch)
-    tip = (node == row.touch) & np.isin(touch, indenter.corners)
-    free = (at > 0) & ~tip & np.isfinite(row.rules[0].outwards[side][at])
+    free = (at > 0) & np.isfinite(row.rules[0].outwards[side][at])
+    lowest = node == row.touch
+    if lowest.any():
+        free &= ~(lowest & np.isin(row.lattice.x(row.first + row.touch), indenter.corners))
     found = np.where(free, before, 0.0)
     for rules, further in zip(row.rules, (np.maximum, np.minimum), strict=True):
         outer, inner = rules.outwards[side][at], rules.outwards[side][np.maximum(at - 1, 0)]
         moves = free & (outer > inner)
         width = np.where(moves, outer - inner, 1.0)
-        rests = np.clip(np.where(moves, (depth - inner) / width - 0.5, 0.0), -0.5, 0.5)
+        rests = np.where(moves, (depth - inner) / width - 0.5, 0.0)
+        rests = np.minimum(np.maximum(rests, -0.5), 0.5)
         found = np.where(moves, further(found, rests), found)
     edge = row.overhang if side > 0 else 0.0
     return np.where(node == row.f.size - 1, edge, found) if edge else found
