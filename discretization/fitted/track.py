@@ -35,8 +35,8 @@ class Track:
     first: Array
     pieces: tuple[Piece, ...]
 
-    def lines(self, depths: Array) -> Array:
-        """Lines (k, n, 2) at depths (k,) on the way."""
+    def lines(self, depths: Array, *, roughly: bool = False) -> Array:
+        """Lines (k, n, 2) at depths (k,) on the way; roughly: as polynomials tell."""
         found = np.repeat(self.first[None], depths.size, axis=0)
         for piece in self.pieces:
             way, which = (1 if piece.end >= piece.start else -1), list(piece.which)
@@ -44,10 +44,10 @@ class Track:
             at = at[np.argsort(way * depths[at], kind="stable")]
             for k in range(0, at.size, _MOST):
                 own = at[k : k + _MOST]
-                found[own[:, None], which] = self._read(piece, depths[own], way)
+                found[own[:, None], which] = self._read(piece, depths[own], way, roughly)
         return found
 
-    def _read(self, piece: Piece, depths: Array, way: int) -> Array:
+    def _read(self, piece: Piece, depths: Array, way: int, roughly: bool) -> Array:
         """Lines (k, n, 2) at depths on the way of a piece, in their order, or beyond its end."""
         _, start, end, lines = piece
         (n, j, _), inside = lines.shape, way * (depths - end) < 0
@@ -59,6 +59,9 @@ class Track:
         known = np.where(np.isfinite(lines), lines, 0.0).transpose(1, 0, 2).reshape(j, -1)
         guess = polynomial(DEGREE, 1 - 2 * np.sqrt(left), known).reshape(n, 2, -1)
         guess = np.where(np.isfinite(lines[:, :1]), guess.transpose(0, 2, 1), lines[:, :1])
+        if roughly:
+            found[inside] = guess.transpose(1, 0, 2)
+            return found
         whole = np.concatenate([[start], depths, [end]])
         guess = np.concatenate([lines[:, :1], guess, lines[:, -1:]], axis=1)
         x, good, _ = self.smooth.followed(lines[:, 0], whole, way, guess.copy())

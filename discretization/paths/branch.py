@@ -45,8 +45,8 @@ class Leg(Protocol):
     def points(self, depths: Array) -> list[Point]:
         """The states at depths on the way (n,)."""
 
-    def forces(self, depths: Array) -> Array:
-        """P at depths on the way (n,)."""
+    def forces(self, depths: Array, *, roughly: bool = False) -> Array:
+        """P at depths on the way (n,); roughly: good to draw it."""
 
     def work(self) -> float:
         """∫P dd from the start to the end."""
@@ -150,7 +150,7 @@ class Followed:
         self.known.insert(i, (far, found))
         return found
 
-    def forces(self, depths: Array) -> Array:
+    def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,)."""
         return self.branch.forces(self.points(depths))
 

@@ -24,8 +24,8 @@ from discretization.roots import crossings
 
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn
-_DRAWN = 1e-8  # of the range of C: a part of a leg whose highest coefficients are less is drawn
-_FINEST = 1 / 64  # of a leg: parts that short are not halved again
+_DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
+_FINEST = 1 / 16  # of a leg: parts that short are not halved again
 _PARTS = 8  # of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
 _NEWTON = 5  # steps to a guess
@@ -79,7 +79,7 @@ class Curve(NamedTuple):
         t, value, series = np.empty(0), np.empty(0), list[Legendre]()
         while todo:
             low, high = todo.pop()
-            at, drawn, fit = _drawn(leg, control, low, high)
+            at, drawn, fit = _drawn(leg, control, low, high, roughly=True)
             if smooth and high - low > _FINEST and not _represents(fit, _DRAWN):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
                 continue
@@ -162,16 +162,18 @@ def _depths(leg: Leg, t: Array) -> Array:
     return np.where(t == 1.0, end, start + (end - start) * (t * (2 - t)))
 
 
-def _values(leg: Leg, control: Control, t: Array) -> Array:
+def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:
     depths = _depths(leg, t)
-    return np.asarray(control.value(depths, leg.forces(depths)), float)
+    return np.asarray(control.value(depths, leg.forces(depths, roughly=roughly)), float)
 
 
-def _drawn(leg: Leg, control: Control, low: float, high: float) -> tuple[Array, Array, Legendre]:
+def _drawn(
+    leg: Leg, control: Control, low: float, high: float, *, roughly: bool = False
+) -> tuple[Array, Array, Legendre]:
     """t at Gauss-Lobatto points of a part, C there, and the polynomial."""
     t = low + (high - low) * ((rounded(_DEGREE)[0] + 1) / 2)
     t[-1] = high
-    value = _values(leg, control, t)
+    value = _values(leg, control, t, roughly=roughly)
     return t, value, Legendre(coefficients(_DEGREE, value), domain=[low, high])
 
 

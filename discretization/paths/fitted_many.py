@@ -80,9 +80,10 @@ class Tracked:
         ends = {point.depth: point for point in (self.end, self.start)}
         return [ends.get(depth) or Point(depth, _held(tuple(row), depth)) for depth, row in found]
 
-    def forces(self, depths: Array) -> Array:
-        """P at depths on the way (n,)."""
-        return np.asarray(self.branch.smoothly.many(self.track.lines(depths), depths)[1])
+    def forces(self, depths: Array, *, roughly: bool = False) -> Array:
+        """P at depths on the way (n,); roughly: from the polynomials of the lines."""
+        lines = self.track.lines(depths, roughly=roughly)
+        return np.asarray(self.branch.smoothly.many(lines, depths)[1])
 
     def work(self) -> float:
         """∫P dd from the start to the end."""

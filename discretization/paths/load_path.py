@@ -258,7 +258,8 @@ class LoadPath:
             found = curve.reaches(np.array([value]), side, 0, curve.t.size - 1)
             if not np.isnan(found[0]):
                 return leg.points(curve.depths(found))[0]
-            here, step = leg.end if leg.after is None else leg.after, 2 * step
+            step = 2 * abs(leg.end.depth - here.depth) or step
+            here = leg.end if leg.after is None else leg.after
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:
