@@ -18,10 +18,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 from .depth_paths import Place
+from .ground import Outside
 from .totals import NOTHING
 
 LARGEST, SMALLEST = 1 / 12, 1 / 400  # of the depth scale: steps on the way
-CLOSE = 1e-10  # of the depth scale: what happens at once
+CLOSE = 1e-9  # of the depth scale: what happens at once
 SMOOTH = 0.02  # of the feature: how far lines may be from the mean of those beside
 GOLDEN = (math.sqrt(5) - 1) / 2
 MOST = 20_000
@@ -90,14 +91,17 @@ class Reading:
         self.step += 1
         return self.place
 
-    def near(self, value, window):
-        """Whether the indenter would jump if the control went on to this value by this much."""
+    def beyond(self, value, window):
+        """The values of jumps if the control went on from here to this value and by this much."""
         if not self.place.lines:
-            return False
+            return []
         peek = Reading(self.path, self.control, self.scale, self.finer)
-        peek.place, peek.value = self.place, self.value
-        peek.go(value + math.copysign(window, value - self.value))
-        return bool(peek.jumps)
+        peek.place, peek.value = self.place, value
+        try:
+            peek.go(value + window)
+        except Outside:
+            return []
+        return [jump.value for jump in peek.jumps]
 
     def state(self, place):
         """Force and energy of a place."""
@@ -201,14 +205,24 @@ class Reading:
 
     def _top(self, before, here, there, way):
         """The top of C between two samples, of which the one in between is higher."""
-        start, a, b, best = before.place, before.place.depth, there.place.depth, here
+        start, a, b = before.place, before.place.depth, there.place.depth
         if abs(b - here.place.depth) <= 2 * CLOSE * self.scale:  # what happens at once
             return Sample(*here)
+        one, other = (self._sample(start, a + s * (b - a), way) for s in (1 - GOLDEN, GOLDEN))
+        best = max(here, one, other, key=_height)
         while abs(b - a) > CLOSE * self.scale:
-            one, other = (self._sample(start, a + s * (b - a), way) for s in (1 - GOLDEN, GOLDEN))
-            best = max(best, one, other, key=lambda sample: sample.height)
-            a, b = (a, other.place.depth) if one.height >= other.height else (one.place.depth, b)
+            if one.height >= other.height:
+                b, other = other.place.depth, one
+                one = new = self._sample(start, a + (1 - GOLDEN) * (b - a), way)
+            else:
+                a, one = one.place.depth, other
+                other = new = self._sample(start, a + GOLDEN * (b - a), way)
+            best = max(best, new, key=_height)
         return Sample(*best)
+
+
+def _height(sample):
+    return sample.height
 
 
 def _apart(lines, others):
@@ -220,6 +234,10 @@ def _apart(lines, others):
 
 class Unique(Reading):
     """Without adhesion: C rises with the depth, and each value has one place."""
+
+    def beyond(self, value, window):
+        """Nothing jumps."""
+        return []
 
     def go(self, value, guess=None):
         """To a value, by secants from a guess of the depth."""
