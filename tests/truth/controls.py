@@ -268,6 +268,8 @@ class Unique(Reading):
 
 def _secant(known, low, high):
     """The next trial between two depths."""
+    if len(known) < 2:
+        return (low + high) / 2
     (x, p), (y, q) = sorted(known, key=lambda pair: abs(pair[1]))[:2]
     step = y - q * (y - x) / (q - p) if q != p else math.nan
     return step if low < step < high else (low + high) / 2

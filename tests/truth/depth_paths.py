@@ -16,6 +16,8 @@ from .surfaces import surface_of
 from .totals import NOTHING, state_of
 from .walk import Walk
 
+TURNS = 30_000  # moves of lines on one path
+
 
 class Place(NamedTuple):
     """A depth, the lines from left to right there, () if detached; without tension their level."""
@@ -32,6 +34,7 @@ class Adhering:
 
     def __init__(self, scene, feature):
         self.scene, self.walk = scene, Walk(scene, feature)
+        self.walk.most = TURNS
         self.touch, self.feature = self.walk.touch, self.walk.feature
         self._first = tuple(self.walk.to(self.touch))
 

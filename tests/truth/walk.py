@@ -47,7 +47,7 @@ class Walk:
         self.free = Surfaces(self.ground, self.surface, self.tie)
         self.touch, self.first = self.ground.lowest(self.tie)
         self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch
-        self._due = []
+        self._due, self.turns, self.most = [], 0, math.inf
         self._settle(+1, ROUGHLY)
 
     def to(self, depth):
@@ -133,6 +133,9 @@ class Walk:
         while any(self._due):
             i = self._due.index(True, i + 1) if any(self._due[i + 1 :]) else self._due.index(True)
             self._due[i] = False
+            self.turns += 1
+            if self.turns > self.most:
+                raise Outside("two lines that face each other come to rest too slowly")
             far = self._advance(i) if way > 0 else self._recede(i)
             if far > least * self.feature:
                 side = 1 if i % 2 else -1
