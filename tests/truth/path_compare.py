@@ -58,7 +58,7 @@ def path_verdicts(kind, seed, methods=METHODS):
     case, found = path_case(kind, seed), {}
     if not case.scene.gamma1 or resolved(case, NODES[0]) < FEWEST:
         methods = [method for method in methods if method != "lattice"]
-    start = time.perf_counter()
+    start = time.process_time()
     try:
         reading = _reading(case)
         values = programme(case, reading)
@@ -67,7 +67,7 @@ def path_verdicts(kind, seed, methods=METHODS):
         truth = reference(case, values, guesses)
     except Outside as problem:
         return {m: PathVerdict("skipped", str(problem), None, None, 0.0, 0.0) for m in methods}
-    other = time.perf_counter() - start - sum(a[-1] for a in answers.values())
+    other = time.process_time() - start - sum(a[-1] for a in answers.values())
     for method, (history, word, why, seconds) in answers.items():
         nodes = nodes_of(case, method)
         faults = differences(case, history, truth, nodes) if word == "right" else []
@@ -135,7 +135,7 @@ def answer(case, values, nodes):
         given = {"forces": values}
     method = "lattice" if nodes else "fitted"
     spacing = least_length(case) / nodes if nodes else None
-    start = time.perf_counter()
+    start = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -145,7 +145,7 @@ def answer(case, values, nodes):
             word, why = "refused", f"{type(problem).__name__}: {problem}"
         except Exception as problem:  # whatever else is not an answer
             word, why = "wrong", f"{type(problem).__name__}: {problem}"
-    return history, word, why, time.perf_counter() - start
+    return history, word, why, time.process_time() - start
 
 
 def differences(case, history, truth, nodes):
