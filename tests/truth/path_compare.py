@@ -182,11 +182,12 @@ def _unsure(truth, window):
 def _step(case, history, truth, i, tolerance, nodes):
     """What is wrong with one step."""
     place, state, scene = truth.places[i], truth.states[i], case.scene
+    held = not math.isnan(history.contacts[i, 0])
     if not place.lines:
-        if history.half_width[i] or history.depth[i] != place.depth:
+        if held or history.depth[i] != place.depth:
             yield f"in contact at {history.depth[i]:.9g}, should have let go"
         return
-    if not history.half_width[i] and state.half_width:
+    if not held:
         yield f"out of contact, should be at {place.depth:.9g}"
         return
     deep = case.scale + abs(place.depth - truth.touch)
@@ -212,7 +213,8 @@ def _jumps(case, history, truth, end, nodes):
     if any(event.energy_released < 0 for event in events):
         return [f"an event releases {min(e.energy_released for e in events) / largest:.2g}"]
     if nodes:
-        return _sums(events, jumps, 3 * FIRST / nodes * largest)
+        window = FIRST / nodes * float(np.ptp(truth.values))
+        return _sums(events, jumps, 3 * FIRST / nodes * largest) or _missed(events, jumps, window)
     if len(events) != len(jumps):
         return [f"{len(events)} jumps instead of {len(jumps)}"]
     faults = []
@@ -238,3 +240,14 @@ def _sums(events, jumps, bound):
     if abs(own - other) <= bound * (1 + len(jumps)):
         return []
     return [f"jumps release {own:.6g} instead of {other:.6g}"]
+
+
+def _missed(events, jumps, window):
+    """On nodes: jumps that lose much, at a value where there is none."""
+    largest = max((jump.released for jump in jumps), default=0.0)
+    faults = []
+    for jump in jumps:
+        off = min((abs(event.control - jump.value) for event in events), default=math.inf)
+        if jump.released > largest / 3 and off > window:
+            faults.append(f"no jump within {window:.3g} of {jump.value:.6g}: off by {off:.3g}")
+    return faults
