@@ -9,13 +9,18 @@ from collections import Counter
 import numpy as np
 
 from .compare import verdict
+from .path_compare import path_verdicts
+from .path_scenes import PATH_KINDS, path_case
 from .scenes import KINDS, case_of
 
 
 def main(kind, count, seed):
     """Print the summary of a run, or one case in full."""
+    if kind in PATH_KINDS:
+        return paths(kind, count, seed)
     if kind not in KINDS:
-        raise SystemExit(f"CLASS = {kind!r} is unknown; known: {', '.join(KINDS)}")
+        known = ", ".join(KINDS + PATH_KINDS)
+        raise SystemExit(f"CLASS = {kind!r} is unknown; known: {known}")
     if count == 1:
         return full(kind, seed)
     words, shapes, seconds = Counter(), Counter(), []
@@ -47,6 +52,38 @@ def full(kind, seed):
             print(f"{name:10} force {state.force!r} energy {state.energy!r} "
                   f"half_width {state.half_width!r}\n{state.contacts}")  # fmt: skip
     print(f"{found.word}: {found.why}")
+
+
+def paths(kind, count, seed):
+    """Print the summary of load paths by each method, or one case in full."""
+    words, seconds = {}, {}
+    for one in range(seed, seed + count):
+        for method, found in path_verdicts(kind, one).items():
+            words.setdefault(method, Counter())[found.word] += 1
+            seconds.setdefault(method, []).append((found.seconds, found.reference_seconds))
+            if found.word != "right" or count == 1:
+                shape = path_case(kind, one).shape
+                print(f"seed {one} ({shape}) {method}: {found.word}: {found.why}", flush=True)
+            if count == 1 and found.truth is not None:
+                steps(found)
+    for method, counted in words.items():
+        own, other = np.mean(seconds[method], axis=0)
+        print(f"{kind} {method}:", ", ".join(f"{n} {word}" for word, n in counted.most_common()),
+              f"of {count}; {own:.3g} s per path, reference {other:.3g} s")  # fmt: skip
+
+
+def steps(found):
+    """Print a path and its jumps beside the reference."""
+    truth, history = found.truth, found.history
+    for i, (value, place) in enumerate(zip(truth.values, truth.places, strict=True)):
+        own = "" if history is None else f"{history.depth[i]:.12g} {history.force[i]:.12g}"
+        print(f"{i:3} {value:.9g}: {place.depth:.12g} {truth.states[i].force:.12g} | {own}")
+    for jump in truth.jumps:
+        print(f"  jump {jump.step}: at {jump.value:.9g} from {jump.before.depth:.9g} "
+              f"to {jump.after.depth:.9g}, released {jump.released:.9g}")  # fmt: skip
+    for event in history.events if history is not None else ():
+        print(f"  {event.kind} {event.step}: at {event.control:.9g} from {event.before.depth:.9g} "
+              f"to {event.after.depth:.9g}, released {event.energy_released:.9g}")  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -14,14 +14,17 @@ class Outside(Exception):
 
 
 class Ground:
-    """A profile sampled PER_FEATURE times per `feature`, the shortest length on which it varies."""
+    """A profile sampled PER_FEATURE times per `feature`, the shortest length on which it varies.
 
-    def __init__(self, indenter, feature):
+    breaks: where something else changes at once, seen from both sides like a corner.
+    """
+
+    def __init__(self, indenter, feature, breaks=()):
         self.indenter, self.feature = indenter, feature
         self.lo, self.hi = (float(end) for end in indenter.extent)
         if not math.isfinite(self.hi - self.lo):
             raise ValueError(f"extent = {indenter.extent!r}: the reference needs a finite one")
-        self.corners = np.asarray(indenter.corners, float)
+        self.corners = np.union1d(np.asarray(indenter.corners, float), breaks)
         self.walls = tuple(indenter.walls)
         count = math.ceil((self.hi - self.lo) / feature * PER_FEATURE) + 1
         if count > MOST:

@@ -14,13 +14,12 @@ import numpy as np
 from .ground import Ground, Outside, refined_minima
 from .rests import Surfaces
 from .surfaces import surface_of
-from .totals import State, polished, state_of
+from .totals import NOTHING, polished, state_of
 
 PER_FEATURE, FEWEST, MOST = 24, 32, 2400
 FINEST = 1e-8  # of the feature
 LOW = 3.0  # δ₀: no contact reaches farther below the surface
 TIE = 1e-13
-NOTHING = State(np.empty((0, 2)), 0.0, 0.0, 0.0, 0.0)
 
 
 def lowest(scene, feature, depth):

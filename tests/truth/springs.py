@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from .ground import Ground, Outside, refined_minima
-from .totals import State, points
+from .totals import NOTHING, State, points
 
 ROUNDING = 1e-15
 
@@ -12,14 +12,19 @@ ROUNDING = 1e-15
 def springs(scene, feature, depth):
     """The adhered state: {f <= d} in contact, for d below first touch nothing of any width."""
     ground = Ground(scene.indenter, feature)
-    contacts = intervals(ground, depth)
+    return of_level(scene, ground, intervals(ground, depth), depth)
+
+
+def of_level(scene, ground, contacts, depth):
+    """Force and energy of the springs in these contacts (m, 2) at this depth."""
     if not len(contacts):
-        return State(contacts, 0.0, 0.0, 0.0, 0.0)
+        return NOTHING
     k, w = scene.stiffness, scene.work_of_adhesion
     x, weights = points(contacts, ground)
     g = depth - ground.height(x)
     force, spring, held = k * (weights @ g), k / 2 * (weights @ g**2), w * weights.sum()
-    return State(contacts, float(force), float(spring - held), float(force), float(spring + held))
+    size = k * (weights @ np.abs(g))
+    return State(contacts, float(force), float(spring - held), float(size), float(spring + held))
 
 
 def intervals(ground, depth):

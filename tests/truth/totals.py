@@ -25,6 +25,9 @@ class State(NamedTuple):
         return float(np.sum(self.contacts[:, 1] - self.contacts[:, 0])) / 2
 
 
+NOTHING = State(np.empty((0, 2)), 0.0, 0.0, 0.0, 0.0)
+
+
 def polished(lines, depth, ground, surface, near=NEAR):
     """The lines with lean(f') + tilt = deficit to rounding; those at corners and ends stay."""
     lines, known = np.array(lines, float), np.union1d(ground.corners, [ground.lo, ground.hi])
@@ -80,11 +83,13 @@ def state_of(lines, depth, ground, surface, scene):
     """Force k∫u dx and energy of these lines (2m,), by Gauss's rule between the profile's knots."""
     lines = np.asarray(lines, float)
     if not lines.size:
-        return State(np.empty((0, 2)), 0.0, 0.0, 0.0, 0.0)
+        return NOTHING
     contacts = lines.reshape(-1, 2)
     x, weights = points(contacts, ground)
     g, slope = depth - ground.height(x), np.asarray(ground.indenter.slope(x), float)
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+    if scene.pattern is not None:
+        w = w * scene.pattern.factor(x)
     spring, held = k / 2 * g**2, gamma1 / 2 * slope**2 - w
     if scene.slopes == "finite":
         root = np.sqrt(1 + slope**2)

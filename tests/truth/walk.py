@@ -9,12 +9,17 @@ first resting place on its way, as long as v never becomes negative. The walk se
 depth grows in steps after which v >= 0 at fixed lines (shorter ones, found by bisection, where
 something touches), and a line moves by at most a fraction of the profile's scale before v is looked
 at again. A shrinking contact only makes v larger, so that a retraction is a single step.
+
+With two works of adhesion lines advance against that of closing and recede against that of opening,
+with a pattern against that of the patch they move over (adhesion.py). The walk may turn as often as
+one likes: both rules, and the order of moves, hold from any state at rest.
 """
 
 import math
 
 import numpy as np
 
+from .adhesion import Adhesion, breaks
 from .ground import Ground, Outside
 from .rests import BESIDE, MET, Surfaces, first_rest
 from .surfaces import surface_of
@@ -35,13 +40,14 @@ class Walk:
         self.scene = scene
         self.surface = surface_of(scene)
         feature = min(feature, self.surface.length)
-        self.ground, self.feature = Ground(scene.indenter, feature), feature
-        self.delta = scene.critical_separation
+        self.ground, self.feature = Ground(scene.indenter, feature, breaks(scene)), feature
+        self.adhesion = Adhesion(scene, self.ground)
+        self.delta = scene.opened.critical_separation
         self.tie = TIE * (self.delta + abs(float(self.ground.heights.min())))
         self.free = Surfaces(self.ground, self.surface, self.tie)
         self.touch, self.first = self.ground.lowest(self.tie)
         self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch
-        self._due = []
+        self._due, self.turns, self.most = [], 0, math.inf
         self._settle(+1, ROUGHLY)
 
     def to(self, depth):
@@ -55,6 +61,10 @@ class Walk:
         else:
             self._settle(+1, CLOSELY)
         return tuple(self.lines)
+
+    def put(self, lines, depth):
+        """Go on from these lines, at rest at this depth."""
+        self.lines, self.depth = list(lines), depth
 
     def _sink(self, depth):
         """Grow the depth with the lines fixed until something touches, then let it move."""
@@ -123,6 +133,9 @@ class Walk:
         while any(self._due):
             i = self._due.index(True, i + 1) if any(self._due[i + 1 :]) else self._due.index(True)
             self._due[i] = False
+            self.turns += 1
+            if self.turns > self.most:
+                raise Outside("two lines that face each other come to rest too slowly")
             far = self._advance(i) if way > 0 else self._recede(i)
             if far > least * self.feature:
                 side = 1 if i % 2 else -1
@@ -185,7 +198,7 @@ class Walk:
         x, side = self.lines[i], 1 if i % 2 else -1
         tilt = self.free.tilt(x, facing, self.depth)
         tilt += self.surface.lean(side * self.ground.slope(x, side))
-        return float(tilt) < self.surface.deficit - 1e-6 * self.surface.deficit
+        return float(tilt) < (1 - 1e-6) * float(self.adhesion.deficit(x, side, +1))
 
     def _facing(self, i, side):
         """How far a line may advance, and the line it faces or None."""
@@ -214,10 +227,11 @@ class Walk:
     def _rest(self, i, side, start, limit, way):
         """First rest of a line moving outwards (way = 1) or inwards; whether it met the limit."""
         other = self._facing(i, side)[1]
-        lean, ground, deficit = self.surface.lean, self.ground, self.surface.deficit
+        lean, ground = self.surface.lean, self.ground
 
         def drive(x, ahead):
-            tilt = self.free.tilt(x, other, self.depth)
-            return way * (lean(side * ground.slope(x, ahead * side * way)) + tilt - deficit)
+            tilt, toward = self.free.tilt(x, other, self.depth), ahead * side * way
+            deficit = self.adhesion.deficit(x, toward, way)
+            return way * (lean(side * ground.slope(x, toward)) + tilt - deficit)
 
         return first_rest(drive, start, limit, way < 0 or other is not None, ground)

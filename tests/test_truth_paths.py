@@ -1,0 +1,87 @@
+"""`load_path` under dead loads and machines, against the reference of tests/truth.
+
+A few random paths of each class on both discretisations; ELASTOCAP_PATHS=500 asks for as many of
+each. python -m tests.truth CLASS 1 SEED prints one.
+"""
+
+import os
+
+import numpy as np
+import pytest
+from scenes import adhesive
+from truth.controls import Control, reading_of
+from truth.depth_paths import Adhering, Hanging
+from truth.path_compare import path_verdicts
+from truth.path_scenes import PATH_KINDS
+
+from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies, cards
+
+ASKED = int(os.environ.get("ELASTOCAP_PATHS", "3"))
+REFUSED, SKIPPED = 0.005, 0.1  # of all paths, or one
+LAYER, WORK = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work
+
+
+@pytest.mark.parametrize("kind", PATH_KINDS)
+def test_paths_are_right_or_refused(kind):
+    seeds = {word: {} for word in ("wrong", "refused", "skipped", "right")}
+    for seed in range(ASKED):
+        for method, found in path_verdicts(kind, seed).items():
+            seeds[found.word][seed, method] = found.why
+    assert not seeds["wrong"], f"{len(seeds['wrong'])} of {ASKED}: {seeds['wrong']}"
+    assert len(seeds["refused"]) <= max(1, REFUSED * ASKED), seeds["refused"]
+    assert len(seeds["skipped"]) <= max(2, SKIPPED * ASKED), seeds["skipped"]
+
+
+def body(R, far):
+    """A parabola that ends."""
+    return Profile(Parabola(R).height, Parabola(R).slope, extent=(-far, far))
+
+
+@pytest.mark.parametrize("R", [0.005, 0.02, 0.3])
+def test_a_dead_load_pulls_a_parabola_off_where_the_closed_form_does(R):
+    """(a + l)² = R δ₀ and F = (4/3) k √R δ₀^(3/2) + (2/3) k l³/R for Λ <= 1, else 2√(2wγ₁)."""
+    scene = adhesive(body(R, 20 * R if R < 0.1 else 2.0))
+    k, length, d0 = scene.stiffness, scene.elastocapillary_length, scene.critical_separation
+    reading = reading_of(Adhering(scene, length), Control(0.0), d0)
+    for force in (0.1 * k * length * d0, -10 * k * (length + np.sqrt(R * d0)) * d0):
+        reading.go(force)
+    touching, lost = reading.jumps
+    small = length / np.sqrt(R * d0) <= 1
+    pull = (
+        4 / 3 * k * np.sqrt(R) * d0**1.5 + 2 / 3 * k * length**3 / R
+        if small
+        else 2 * k * length * d0
+    )
+    assert abs(lost.value + pull) <= 1e-8 * pull
+    a = max(np.sqrt(R * d0) - length, 0.0)
+    assert abs(lost.first.half_width - a) <= 1e-4 * (a + length)
+    given = {"R": R, "k": k, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+    after = cards.parabola.force(touching.after.depth, **given)
+    assert abs(after) <= 1e-11 * touching.second.force_scale
+    assert abs(lost.after.depth + d0) <= 1e-8 * d0
+
+
+def test_two_tips_without_adhesion():
+    """Closed form: two parabolas so far apart that they do not feel each other."""
+    D, c = 30.0, 1 / 60
+    profile = Profile(
+        lambda x: np.minimum((x + D) ** 2 / 20, (x - D) ** 2 / 20 + 0.1),
+        lambda x: np.where(np.asarray(x) < c, np.asarray(x) + D, np.asarray(x) - D) / 10,
+        extent=(-60, 60),
+        corners=(c,),
+    )
+    reading = reading_of(Hanging(Scene(LAYER, WORK(1.0, 0.0), profile), 1.0), Control(0.0), 1.0)
+    right = [0, 0.1367, 0.2052, 0.2633, 0.3155, 0.3636, 0.4087, 0.4514, 0.4921]
+    found = [reading.go(force).depth for force in np.linspace(0, 4, 9)]
+    assert np.abs(np.array(found) - right).max() <= 5e-5
+
+
+def test_what_a_stiff_machine_loses_is_what_imposed_depth_loses():
+    x = np.linspace(-15, 15, 301)
+    z = 0.05 * np.cos(2 * np.pi * x / 5 + 0.4) + 0.004 * x**2
+    scene = Scene(LAYER, WORK(1.0, 0.02), Sampled(x, z, kind="smooth"))
+    reading = reading_of(Adhering(scene, 1.0), Control(1e8), scene.critical_separation)
+    for drive in (0.3, -0.5):
+        reading.go(drive)
+    assert abs(sum(jump.released for jump in reading.jumps) - 0.30069) <= 1e-5
+    assert abs(reading.jumps[-1].before.depth + 0.24807) <= 1e-5

@@ -1,0 +1,280 @@
+"""What happens under a dead load or a machine, read off the depth path.
+
+C(d), the value of the control at which a place of the depth path is in equilibrium, is P(d) for a
+dead load and d + P(d)/K for a machine. As the control rises, the depth is where C first reaches it
+on the path from the present place with rising depth; as it falls, where C first falls to it on the
+path from the present place with falling depth. In between, C may fall before it rises again: the
+indenter jumps from the top of C over all that to where C comes back to the same value.
+
+The path is sampled in steps of the depth, fine enough to see every change of lines that is not
+smooth; what happens at once is enclosed by bisection, the tops of C by golden sections, and the
+places where C has a value by roots.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from .depth_paths import Place
+from .ground import Outside
+from .totals import NOTHING
+
+LARGEST, SMALLEST = 1 / 12, 1 / 400  # of the depth scale: steps on the way
+CLOSE = 1e-9  # of the depth scale: what happens at once
+SMOOTH = 0.02  # of the feature: how far lines may be from the mean of those beside
+GOLDEN = (math.sqrt(5) - 1) / 2
+MOST = 20_000
+
+
+class Control(NamedTuple):
+    """stiffness K: 0 for a dead load."""
+
+    stiffness: float
+
+    def value(self, depth, force):
+        """The value at which this force and depth are in equilibrium."""
+        return depth + force / self.stiffness if self.stiffness else force
+
+    def potential(self, depth, value):
+        """Energy of what holds the indenter: -F d or K/2 (D - d)²."""
+        return self.stiffness / 2 * (value - depth) ** 2 if self.stiffness else -value * depth
+
+
+class Jump(NamedTuple):
+    """The value at which the indenter jumps, the places and states beside it, and the energy lost.
+
+    step: of the programme.
+    """
+
+    value: float
+    before: Place
+    after: Place
+    first: object
+    second: object
+    released: float
+    step: int
+
+
+class Sample(NamedTuple):
+    """A place of the path, and C there times the direction of the control."""
+
+    place: Place
+    height: float
+
+
+class Reading:
+    """A path under a control, from before first touch on.
+
+    scale: of depths; finer: a factor on the number of steps.
+    """
+
+    def __init__(self, path, control, scale, finer=1.0):
+        self.path, self.control, self.scale, self.finer = path, control, scale, finer
+        self.value, self.place = -math.inf, Place(-math.inf)
+        self.jumps, self.step = [], 0
+
+    def go(self, value, guess=None):
+        """To the next value: the place there. guess: of the depth, not needed here."""
+        free = self.control.value(self.path.touch, 0.0)
+        if self.place.lines and value != self.value:
+            way = 1 if value > self.value else -1
+            here = self._sample(self.place, self.place.depth, way)
+            self._follow(here, here, way * value, way)
+        if not self.place.lines:
+            self.place = Place(value if self.control.stiffness else -math.inf)
+            if value >= free:  # contact begins, and C falls where adhesion pulls
+                touching = self._sample(Place(self.path.touch), self.path.touch, +1)
+                self._follow(touching, Sample(Place(self.path.touch), free), value, +1)
+        self.value = value
+        self.step += 1
+        return self.place
+
+    def beyond(self, value, window):
+        """The values of jumps if the control went on from here to this value and by this much."""
+        if not self.place.lines:
+            return []
+        peek = Reading(self.path, self.control, self.scale, self.finer)
+        peek.place, peek.value = self.place, value
+        try:
+            peek.go(value + window)
+        except Outside:
+            return []
+        return [jump.value for jump in peek.jumps]
+
+    def state(self, place):
+        """Force and energy of a place."""
+        return self.path.totals(place) if place.lines else NOTHING
+
+    def reached(self, place):
+        """C at a place."""
+        return self.control.value(place.depth, self.state(place).force)
+
+    def _follow(self, here, top, goal, way):
+        """Along the path to where C first has the value, with the jumps on the way.
+
+        here: a sample of the path; top: the highest one so far, here itself if C rises from it.
+        """
+        before = here
+        if here is not top and here.height >= top.height:
+            self._record(way * top.height, top.place, here.place)
+            top = here
+        self.place = here.place
+        while here.height < goal:
+            for there in self._ahead(here, top, goal, way):
+                if here is top and there.height < here.height:
+                    top = self._top(before, here, there, way)
+                if not there.place.lines:
+                    return self._lost(top, here, there, way)
+                if here is not top and there.height >= top.height:
+                    here = self._back(top, here, there, way)
+                    before = top = here
+                if there.height >= goal:
+                    self.place = self._root(here.place, there.place, goal, way)
+                    return None
+                if there.height >= top.height:
+                    before, top = here, there
+                here = there
+        return None
+
+    def _record(self, value, before, after):
+        """A jump, unless it is none."""
+        first, second = self.state(before), self.state(after)
+        released = first.energy - second.energy
+        released += self.control.potential(before.depth, value)
+        released -= self.control.potential(after.depth, value)
+        self.jumps.append(Jump(value, before, after, first, second, released, self.step))
+
+    def _sample(self, start, depth, way):
+        """A place on the way from another; where contact is lost, nothing holds the indenter."""
+        place = self.path.moved(start, depth)
+        return Sample(place, way * self.reached(place) if place.lines else -math.inf)
+
+    def _back(self, top, here, there, way):
+        """Where C comes back to its top: the indenter has jumped to there."""
+        place = self._root(here.place, there.place, top.height, way)
+        self._record(way * top.height, top.place, place)
+        return Sample(place, top.height)
+
+    def _lost(self, top, here, there, way):
+        """The contact closes before C comes back to its top."""
+        value, held, depth = way * top.height, here.place, there.place.depth
+        while abs(held.depth - depth) > CLOSE * self.scale:
+            middle = self.path.moved(here.place, (held.depth + depth) / 2)
+            held, depth = (middle, depth) if middle.lines else (held, middle.depth)
+        self.place = Place(value if self.control.stiffness else held.depth)
+        self._record(value, top.place, self.place)
+
+    def _ahead(self, here, top, goal, way):
+        """The next samples on the way, up to one step."""
+        rate = self.control.value(1.0, 0.0) + self.control.value(
+            0.0, self.path.stiffness(here.place)
+        )
+        step = ((goal if here is top else top.height) - here.height) / rate
+        step = min(max(step, SMALLEST * self.scale), LARGEST * self.scale) / self.finer
+        there = self._sample(here.place, here.place.depth + way * step, way)
+        if here is not top or not self.path.jumps:
+            return [there]
+        return [*self._between(here, there, way), there]
+
+    def _between(self, here, there, way):
+        """Samples between two, so many that lines move smoothly but for what happens at once."""
+        a, b = here.place, there.place
+        if _apart(a.lines, b.lines) <= SMOOTH * self.path.feature:
+            return []
+        if abs(b.depth - a.depth) <= CLOSE * self.scale:
+            return []
+        middle = self._sample(a, (a.depth + b.depth) / 2, way)
+        if len(a.lines) == len(b.lines):
+            mean = tuple(np.add(a.lines, b.lines) / 2)
+            if _apart(middle.place.lines, mean) <= SMOOTH * self.path.feature:
+                return [middle]
+        return [*self._between(here, middle, way), middle, *self._between(middle, there, way)]
+
+    def _root(self, start, end, height, way):
+        """The place between two where C has a value, times way."""
+
+        def excess(depth):
+            return way * self.reached(self.path.moved(start, depth)) - height
+
+        if excess(start.depth) >= 0:
+            return start
+        xtol = 1e-15 * self.scale + 1e-16 * abs(end.depth)
+        return self.path.moved(start, brentq(excess, start.depth, end.depth, xtol=xtol, rtol=1e-15))
+
+    def _top(self, before, here, there, way):
+        """The top of C between two samples, of which the one in between is higher."""
+        start, a, b = before.place, before.place.depth, there.place.depth
+        if abs(b - here.place.depth) <= 2 * CLOSE * self.scale:  # what happens at once
+            return Sample(*here)
+        one, other = (self._sample(start, a + s * (b - a), way) for s in (1 - GOLDEN, GOLDEN))
+        best = max(here, one, other, key=_height)
+        while abs(b - a) > CLOSE * self.scale:
+            if one.height >= other.height:
+                b, other = other.place.depth, one
+                one = new = self._sample(start, a + (1 - GOLDEN) * (b - a), way)
+            else:
+                a, one = one.place.depth, other
+                other = new = self._sample(start, a + GOLDEN * (b - a), way)
+            best = max(best, new, key=_height)
+        return Sample(*best)
+
+
+def _height(sample):
+    return sample.height
+
+
+def _apart(lines, others):
+    """How far lines are from others, inf if they are not as many."""
+    if len(lines) != len(others):
+        return math.inf
+    return float(np.abs(np.subtract(lines, others)).max(initial=0.0))
+
+
+class Unique(Reading):
+    """Without adhesion: C rises with the depth, and each value has one place."""
+
+    def beyond(self, value, window):
+        """Nothing jumps."""
+        return []
+
+    def go(self, value, guess=None):
+        """To a value, by secants from a guess of the depth."""
+        touch, self.value = self.path.touch, value
+        self.step += 1
+        if value < self.control.value(touch, 0.0):
+            self.place = Place(value if self.control.stiffness else -math.inf)
+            return self.place
+        least = self.control.value(1.0, 0.0) + self.control.value(0.0, self.path.stiffness(None))
+        low, high = touch, touch + (value - self.control.value(touch, 0.0)) / least
+        depth = min(max(guess if guess is not None else (low + high) / 2, low), high)
+        trials = [depth, touch] if depth > touch else [touch]
+        return self._solved(value, trials, low, high, CLOSE * least * self.scale)
+
+    def _solved(self, value, trials, low, high, least):
+        """By secants, enclosed between low and high."""
+        known = []
+        for _ in range(100):
+            depth = trials.pop(0) if trials else _secant(known, low, high)
+            self.place = self.path.moved(None, depth)
+            off = self.reached(self.place) - value
+            if abs(off) <= least:
+                return self.place
+            low, high = (depth, high) if off < 0 else (low, depth)
+            known.append((depth, off))
+        raise RuntimeError(f"C does not reach {value!r}")
+
+
+def _secant(known, low, high):
+    """The next trial between two depths."""
+    if len(known) < 2:
+        return (low + high) / 2
+    (x, p), (y, q) = sorted(known, key=lambda pair: abs(pair[1]))[:2]
+    step = y - q * (y - x) / (q - p) if q != p else math.nan
+    return step if low < step < high else (low + high) / 2
+
+
+def reading_of(path, control, scale, finer=1.0):
+    """How the path under a control is read off this one."""
+    return (Reading if path.scene.opened.work_of_adhesion else Unique)(path, control, scale, finer)
