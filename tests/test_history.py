@@ -1,10 +1,8 @@
 """Histories: saved, read back, continued, and cut off in the middle."""
 
 import os
-import signal
 import subprocess
 import sys
-import time
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -109,39 +107,35 @@ def test_adhesion_hysteresis_continues():
 
 
 KILLED = """
-import sys
+import os, signal, sys
 import numpy as np
 from scenes import adhesive
 from discretization import load_path
 from energy import Parabola
 programme = np.array([float(x) for x in sys.argv[2].split(",")])
-print("go", flush=True)
+left = int(sys.argv[3])
+def count(*event):
+    global left
+    left -= 1
+    if left == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+sys.setprofile(count)
 load_path(adhesive(Parabola(0.02)), depths=programme, save=sys.argv[1], every=3)
+sys.setprofile(None)
 """
 
 
 def test_a_path_killed_at_any_moment_goes_on(tmp_path):
-    """SIGKILL again and again, at growing delays, until the programme has ended."""
+    """SIGKILL again and again, each time after more calls of functions, until it has ended."""
     save, whole = tmp_path / "path.csv", load_path(adhesive(Parabola(0.02)), depths=PROGRAMME)
     text = ",".join(map(repr, PROGRAMME.tolist()))
     environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
-    seen = []
-    for attempt in range(40):
-        process = subprocess.Popen(
-            [sys.executable, "-c", KILLED, str(save), text],
-            env=environment,
-            stdout=subprocess.PIPE,
-            cwd=ROOT,
-        )
-        assert process.stdout is not None
-        process.stdout.readline()
-        time.sleep(0.01 * (attempt % 4 + 1))
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
-        if save.exists():
-            seen.append(len(History.from_csv(save).values))
-            if seen[-1] == len(PROGRAMME):
-                break
+    seen, calls, ended = [], 10000, False
+    while not ended:
+        command = [sys.executable, "-c", KILLED, str(save), text, str(calls)]
+        ended = subprocess.run(command, env=environment, cwd=ROOT).returncode == 0
+        seen.append(len(History.from_csv(save).values) if save.exists() else 0)
+        calls += 5777
     assert seen == sorted(seen)
     assert len(set(seen)) >= 3  # it was cut off in the middle, several times
     resumed = load_path(adhesive(Parabola(0.02)), depths=PROGRAMME, save=save, every=3)

@@ -11,6 +11,9 @@ from scipy.integrate import quad
 from scipy.special import i0, i1, k0, k1
 
 from discretization import load_path, minimise
+from discretization.fitted.axisymmetric import Ring, ring
+from discretization.fitted.kinds import surfaces_of
+from discretization.fitted.surfaces import At
 from energy import ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies
 
 K, LENGTH = 3.0, 0.05
@@ -40,6 +43,22 @@ def waved(height=0.01, wave=0.2, radius=1.0):
         lambda x: np.asarray(x) / radius + height * q * np.sin(q * np.asarray(x)),
         extent=(-2, 2),
     )
+
+
+def crossed():
+    """Waves of two lengths on a paraboloid: beside its ring a point touches, on the axis."""
+    waves = ((0.0115930, 6.8916532), (-0.0619500, 5.7500399))
+
+    def height(x):
+        own = np.asarray(x) ** 2 / 145.238
+        return own + sum(size * np.cos(q * np.asarray(x)) for size, q in waves)
+
+    def slope(x):
+        own = 2 * np.asarray(x) / 145.238
+        return own - sum(size * q * np.sin(q * np.asarray(x)) for size, q in waves)
+
+    least = height(1.1241150149)
+    return Profile(lambda x: height(x) - least, slope, extent=(-10, 10))
 
 
 def kinks(own, state):
@@ -168,3 +187,30 @@ def test_a_cylinder_is_held_up_to_a_rounding_of_where_it_lets_go(slopes):
     for part in (1e-6, 1e-9, 1e-12):
         assert minimise(own, last * (1 - part)).radius == 0.06
         assert minimise(own, last * (1 + part)).label == "detached"
+
+
+def test_a_ring_around_a_small_contact_is_certified_by_what_is_beside_it():
+    """What the ring stores at its outer line would round by more than the inner one feels."""
+    surfaces = SurfaceEnergies.from_work(1.0, 1.1605e-5)
+    own = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, crossed(), geometry="axisymmetric")
+    state = minimise(own, 0.003)
+    assert state.certificate.stationarity <= 1e-10 and len(state.contacts) == 2
+    assert 0 < state.contacts[0, 1] < 0.006
+    errors = []
+    for spacing in (4e-4, 2e-4, 1e-4):
+        nodes = minimise(own, 0.003, method="lattice", spacing=spacing)
+        errors.append(np.abs(nodes.contacts - state.contacts).max())
+        assert nodes.force == pytest.approx(state.force, rel=1e-2 * spacing / 1e-4)
+    assert errors[-1] <= 2e-5
+
+
+@pytest.mark.parametrize("ends", [(0.005, 1.1), (0.9, 1.1), (1.0, 1.0 + 1e-7), (0.3, 6.0)])
+def test_the_certificate_of_a_ring_notices_a_wrong_pull(ends):
+    own = scene(Parabola(1.0))
+    surfaces, degree = surfaces_of(own, 1e-8), surfaces_of(own, 1e-8).response.degree
+    left, right = (At(LENGTH * r, 0.01 * LENGTH * (r + i)) for i, r in enumerate(ends))
+    found = Ring(*(float(part[0]) for part in ring(degree, *ends)))
+    for one, other in ((0.01, 0.02), (-0.01, -0.0099999)):
+        assert surfaces._unequal(found, one, other, left, right) <= 1e-10
+        wrong = Ring(*(1.0001 * part for part in found))
+        assert surfaces._unequal(wrong, one, other, left, right) >= 1e-6

@@ -1,5 +1,6 @@
 """Rotational symmetry on the fitted mesh, small slopes, against the closed forms."""
 
+import mpmath
 import numpy as np
 import pytest
 from card_cases import check
@@ -213,3 +214,30 @@ def test_a_ring_rests_between_a_free_disc_and_the_surface_outside(centre):
         1e-10,
     )
     assert np.abs(state.angle_deficits - DELTA0 / ELL).max() < 1e-9
+
+
+@pytest.mark.parametrize("R", [1e-4, 1e-2, 1.0])
+def test_the_estimate_is_about_what_rounding_does_also_beside_small_spheres(R):
+    """The terms of D that cancel are small there; close to the least D it grows slowly."""
+    mpmath.mp.dps = 40
+    scene, R, delta0 = turned(Circle(R), 1.0, 1.0, 0.3), mpmath.mpf(R), mpmath.sqrt(0.6)
+
+    def terms(a):
+        f, f1 = R - mpmath.sqrt(R * R - a * a), a / mpmath.sqrt(R * R - a * a)
+        q = mpmath.besselk(0, a) / mpmath.besselk(1, a)
+        return f, f1 * q, -delta0 * q
+
+    def rest(a):
+        return sum(terms(a))
+
+    falling = {"solver": "bisect", "verify": False, "maxsteps": 100}
+    end = mpmath.findroot(lambda a: mpmath.diff(rest, a), (R * 1e-3, R * 0.9999), **falling)
+    least = rest(end)
+    for part in (0.5, 1e-3, 1e-6, 1e-9):
+        depth = float(least + abs(least) * part)
+        state = minimise(scene, depth)
+        start = mpmath.asin(state.radius / R)
+        a = R * mpmath.sin(mpmath.findroot(lambda t, d=depth: rest(R * mpmath.sin(t)) - d, start))
+        felt = mpmath.fsum(map(abs, (depth, *terms(a)))) / mpmath.diff(rest, a) / a
+        error, estimate = abs(state.radius / a - 1), state.error_estimate["half_width"]
+        assert error <= estimate <= 20 * np.finfo(float).eps * (felt + 1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from truth import meniscus
 
-from discretization import minimise
+from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
 from energy import (
     Circle,
@@ -124,3 +124,25 @@ def test_gentle_slopes_are_small_slopes():
         errors.append(abs(pair[0].force / pair[1].force - 1))
     assert 1.8 < np.polyfit(np.log([3.0, 1.0, 0.3]), np.log(errors), 1)[0] < 2.2
     assert errors[-1] < 1e-4
+
+
+def test_a_sphere_is_wetted_up_to_its_equator():
+    """Where Young's angle meets a flat surface, d = R (1 - cos δ), the force is that of springs."""
+    R, w = 0.05, 0.9
+    scene = turned(Circle(R), 1.0, 1.0, math.acos(1 - w))
+    flat = minimise(scene, R * w)
+    assert flat.radius == pytest.approx(R * math.sqrt(1 - (1 - w) ** 2), rel=1e-13, abs=0)
+    cap = math.pi * (R * w) ** 2 * (R - R * w / 3)  # ∫ (d - f) dA
+    size = scene.stiffness * R**2 * flat.radius
+    assert flat.force == pytest.approx(scene.stiffness * cap, rel=0, abs=1e-12 * size)
+    depths = [0.0, R * w, 0.06, 0.065]
+    for depth, off in zip(depths, (0.1, 6e-3, 4e-4, 6e-6), strict=True):
+        state = minimise(scene, depth)
+        assert 0 < 1 - state.radius / R < off
+        assert max(state.error_estimate.values()) <= 1e-9
+    path = load_path(scene, depths=[*depths, *depths[::-1], -0.1])
+    assert [event.kind for event in path.events] == ["jump-in", "detachment"]
+    assert path.half_width[1] == pytest.approx(flat.radius, rel=1e-13, abs=0)
+    assert path.dissipated == pytest.approx(path.work(), rel=1e-9, abs=0)
+    with pytest.raises(ValueError, match=r"spreads the contact to x = 0\.05, where the profile"):
+        minimise(scene, 0.07)

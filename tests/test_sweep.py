@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweep_points import cheap, gone, lines, nap, slow
+from sweep_points import Workers, cheap, gone, lines, slow
 
 from studies.scenes.grid import Axis
 from studies.scenes.sweep.batches import SECONDS, Batch, BatchClock
@@ -93,30 +93,42 @@ def test_another_sweep_and_unusable_arguments_are_refused(tmp_path):
 
 KILLED = """
 if __name__ == "__main__":
+    import sys
     from studies.scenes.sweep.study import sweep
-    from sweep_points import slow
-    sweep(slow, {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}, "PATH", jobs=2)
+    from sweep_points import held
+    sweep(held, {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}, sys.argv[1], jobs=2)
 """
 
 
 def test_a_sweep_killed_several_times_loses_nothing_and_leaves_no_process(tmp_path):
-    script, path, seen = tmp_path / "killed.py", tmp_path / "a.jsonl", []
-    script.write_text(KILLED.replace("PATH", str(path)))
-    while len(seen) < 9:
-        environment = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
-        child = subprocess.Popen([sys.executable, script], start_new_session=True, env=environment)
-        before, deadline = len(seen) and seen[-1], time.monotonic() + 30
-        while child.poll() is None and time.monotonic() < deadline:
-            if path.exists() and len(path.read_text("utf-8").splitlines()) > before + 25:
+    """Each time it stops after 26 lines more, in the midst of its points, until it is killed."""
+    script, path, seen = tmp_path / "killed.py", tmp_path / "a.jsonl", [0]
+    script.write_text(KILLED)
+    while True:
+        count = seen[-1] + 26
+        given = {"HELD_BY": str(path), "HELD_FROM": str(count)}
+        given["PYTHONPATH"] = f"{ROOT}{os.pathsep}{ROOT / 'tests'}"
+        child = subprocess.Popen(
+            [sys.executable, script, path], start_new_session=True, env=os.environ | given
+        )
+        while child.poll() is None:
+            if path.exists() and path.read_text("utf-8").count("\n") >= count:
                 child.send_signal(signal.SIGKILL)
             time.sleep(0.01)
         assert child.wait() in (0, -signal.SIGKILL)
         assert gone(child.pid)
+        assert len(path.read_text("utf-8").splitlines()) > seen[-1]
         seen.append(len(path.read_text("utf-8").splitlines()))
         if child.returncode == 0:
             break
-    assert len(seen) >= 3  # it was killed at least twice
-    record = sweep(slow, {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}, path, jobs=1)
+    assert len(seen) >= 4  # it was killed at least twice
+    record = sweep(
+        cheap,
+        {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]},
+        path,
+        jobs=1,
+        identity="sweep_points.held",
+    )
     written = [line["at"] for line in map(json.loads, filter(None, lines_of(path)))]
     assert sorted(written) == list(range(80))  # each point once: nothing lost, none twice
     assert record.failed == 1
@@ -142,20 +154,12 @@ def test_a_batch_takes_about_its_time_and_the_last_ones_are_small():
     assert clock.size(10**6, 2) == 1
 
 
-def test_no_worker_waits_for_work(tmp_path):
-    """Both workers are busy for 85 % of the time: 1.7 times as fast as one, on any machine."""
-    busy = []
-
-    def timed(point):
-        start = time.perf_counter()
-        nap(point)
-        busy.append(time.perf_counter() - start)
-        return point
-
-    start = time.perf_counter()
-    with ThreadPoolExecutor(2) as executor:
-        sweep(timed, {"x": list(range(400))}, tmp_path / "a", executor=executor, jobs=2)
-    assert len(busy) == 400 and sum(busy) > 1.7 * (time.perf_counter() - start)
+def test_no_worker_waits_for_work(tmp_path, monkeypatch):
+    """Both workers are busy for 85 % of the time: 1.7 times as fast as one."""
+    workers = Workers(monkeypatch, 2, lambda point: 4e-3)
+    sweep(cheap, {"x": list(range(400)), "y": [1.0]}, tmp_path / "a", executor=workers, jobs=2)
+    assert workers.busy == pytest.approx(1.6, rel=1e-12, abs=0)
+    assert workers.busy > 1.7 * workers.now
 
 
 def test_results_are_flushed_as_they_come(tmp_path):

@@ -142,22 +142,36 @@ class AxisymmetricSurfaces:
 
     def _unequal(self, found: Ring, one: float, other: float, left: At, right: At) -> float:
         """How far ∂E/∂q is from q (u² - S²)/2 at both lines, over its terms."""
-        length, degree = self.scene.elastocapillary_length, self.response.degree
+        length = self.scene.elastocapillary_length
         q, p = left.x / length, right.x / length
-        h, worst, tied = _STEP * min(p - q, q, 1.0), 0.0, found.tie * (one - other)
-        if not h:
+        tied = found.tie * (one - other)
+        return max(
+            self._off(q, p, one, other, (found.inner * one + tied) / q) if q else 0.0,
+            self._off(p, q, other, one, (found.outer * other - tied) / p),
+        )
+
+    def _off(self, s: float, far: float, u: float, beyond: float, S: float) -> float:
+        """The same at a line of radius s, of the part of the ring beside it.
+
+        As the ring is balanced inside, E changes as this part alone does when the line moves and
+        the surface is held at the end of the part: what is stored further away, many times as much
+        beside a small contact, would only round. The steps are powers of two, which sums keep.
+        """
+        degree, way = self.response.degree, 1 if far > s else -1
+        wide = min(abs(far - s), s, 1.0)
+        h, m = 2.0 ** math.floor(math.log2(_STEP * wide)) if wide else 0.0, s + way * wide / 2
+        if h < np.spacing(s) or m in (s, far):
             return 0.0
-        for s, u, pull, way, step in (
-            (q, one, found.inner * one + tied, -1, (h, 0)),
-            (p, other, found.outer * other - tied, 1, (0, h)),
-        ):
-            rate, S = 0.0, pull / s
-            for count, weight in _DIFFERENCES:
-                moved = ring(degree, q + count * step[0], p + count * step[1])
-                rate += way * weight * float(_energy(moved, one, other)[0]) / h
-            size = s * (u * u + S * S)
-            worst = max(worst, abs(rate - s * (u * u - S * S) / 2) / (size or 1.0))
-        return worst
+        mine, rest = (ring(degree, *sorted(ends)) for ends in ((s, m), (m, far)))
+        own, next_ = (mine.outer, rest.inner) if way > 0 else (mine.inner, rest.outer)
+        at = (mine.tie * u + rest.tie * beyond) / (mine.tie + rest.tie + own + next_)
+        rate = 0.0
+        for count, weight in _DIFFERENCES:
+            ends = (u, at) if way > 0 else (at, u)
+            moved = ring(degree, *sorted((s + count * h, m)))
+            rate -= way * weight * float(_energy(moved, *ends)[0]) / h
+        size = s * (u * u + S * S)
+        return abs(rate - s * (u * u - S * S) / 2) / (size or 1.0)
 
 
 def _energy(found: Ring, one: Any, other: Any) -> Any:

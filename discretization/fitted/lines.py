@@ -38,7 +38,7 @@ _COARSE = 1e-12  # of D: more than this a surface is refined for
 _UPRIGHT = 2e-8  # so close to turning over no double resolves the slope
 _FEW_CORNERS = 8  # up to here one by one, more by halving
 _HALVINGS = 64  # to the spacing of floating-point numbers
-_STEP = 1e-4  # of l and of the position: the difference for a rate is good to its square
+_STEP = 1e-4  # of l and of the position: what the difference for a rate is good to
 
 
 class FittedLine(NamedTuple):
@@ -126,6 +126,14 @@ class Problem:
             steepest /= math.hypot(1.0, steepest)
         return self.lift + g + scene.elastocapillary_length * steepest
 
+    def terms(self, side: int, x: float) -> float:
+        """Sum of the terms that cancel in `shortfall`: d, f, and what f' and w add to D."""
+        indenter, rest = self.scene.indenter, self.surfaces.rest_depth
+        sloped = rest(side, x, 0.0, float(indenter.slope(x)), None, 0.0)
+        lifted = rest(side, x, 0.0, 0.0, None, self.scene.work_of_adhesion)
+        f = float(indenter.height(x))
+        return abs(self.depth) + abs(f) + abs(float(sloped)) + abs(float(lifted))
+
     def imbalance(self, side: int, x: float) -> float:
         """Residual of the free surface beyond a line."""
         line = At(x, float(self.scene.indenter.height(x)))
@@ -133,13 +141,18 @@ class Problem:
         return self.surfaces.free(left, right, self.depth).residual
 
     def force_rate(self, side: int, x: float) -> float:
-        """dP/dq of one line at fixed depth: k g, and the change of the free surface's pull."""
+        """dP/dq of one line at fixed depth: k g, and the change of the free surface's pull.
+
+        By a step inwards, short beside where the profile ends: it may turn over there.
+        """
         scene, g = self.scene, self.displaced(x)
         pressed = scene.stiffness * g * float(scene.measure(x))
-        h = _STEP * min(scene.elastocapillary_length, abs(x) or math.inf)
-        lines = (At(z, float(scene.indenter.height(z))) for z in (x - side * h, x + side * h))
+        room = abs(scene.indenter.extent[0 if side < 0 else 1] - x)
+        size = min(scene.elastocapillary_length, abs(x) or math.inf)
+        h = _STEP * max(min(size, room), _STEP * size)
+        lines = (At(z, float(scene.indenter.height(z))) for z in (x - side * h, x))
         before, after = (self.surfaces.pull(side, line, self.depth) for line in lines)
-        return pressed + (after - before) / (2 * h)
+        return pressed + (after - before) / h
 
 
 def outer_line(problem: Problem, start: float) -> FittedLine | None:

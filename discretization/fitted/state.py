@@ -27,6 +27,14 @@ from energy import Scene
 Array = NDArray[np.float64]
 _UNDECIDED = 1e-7  # letting go and turning over at once
 _POSITION = ROUNDING / 4  # of |x|, to which a line is found
+_STEPS = (
+    (1e-8, 10),
+    (1e-7, 10),
+    (1e-6, 10),
+    (1e-5, 10),
+    (1e-4, 10),
+    (0.5, 4),
+)  # of the width; least rise over rounding
 
 
 def on_one_contact(
@@ -148,11 +156,14 @@ def certify_lines(
 
 
 def _yield(problem: Problem, side: int, x: float, width: float, lost: float) -> float:
-    """How far a line moves per change of its shortfall, by a step that rounding leaves."""
-    for step, least in ((1e-4 * width, 100), (width / 2, 4)):
-        rise = -problem.shortfall(side, x - side * step)
+    """How far a line moves per change of its shortfall, by the shortest step that rounding leaves.
+
+    Beside the least depth of a contact D grows outwards only from close by.
+    """
+    for part, least in _STEPS:
+        rise = -problem.shortfall(side, x - side * part * width)
         if rise > least * lost:
-            return step / rise
+            return part * width / rise
     return width / lost
 
 
@@ -162,10 +173,11 @@ def _errors(
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
     surface = ROUNDING + problem.surfaces.response.error
-    scale, rounding = problem.scale(ends), fine.rounding
+    rounding = fine.rounding
     for side, end, count in problem.distinct(ends):
         if end.pinned or not width:
             continue
+        scale = problem.terms(side, end.x)
         yielding = _yield(problem, side, end.x, width, ROUNDING * scale + rounding)
         error = count * ((surface * scale + rounding) * yielding + _POSITION * abs(end.x))
         move += error
