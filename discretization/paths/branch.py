@@ -56,8 +56,12 @@ class Branch(Protocol):
     """States under a prescribed depth.
 
     touch: depth at which contact begins; lift: how far below it can be held; smooth: whether P is
-    a smooth function of d between events; resolution: the length by which lines may be off.
+    a smooth function of d between events; resolution: the length by which lines may be off; ahead:
+    whether many depths on one leg cost less than as many legs.
     """
+
+    @property
+    def ahead(self) -> bool: ...
 
     @property
     def smooth(self) -> bool: ...
@@ -170,6 +174,11 @@ class BranchBase:
         return True
 
     @property
+    def ahead(self) -> bool:
+        """Whether many depths on one leg cost less than as many legs."""
+        return True
+
+    @property
     def resolution(self) -> float:
         """The length by which lines may be off."""
         return 0.0
@@ -182,6 +191,11 @@ class BranchBase:
 
 class FollowerBase(BranchBase):
     """What branches say alike that know one state after the other."""
+
+    @property
+    def ahead(self) -> bool:
+        """Whether many depths on one leg cost less than as many legs."""
+        return False
 
     def forces(self: Any, points: Sequence[Point]) -> Array:
         """P at points (n,)."""

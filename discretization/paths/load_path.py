@@ -80,9 +80,7 @@ class LoadPath:
                 "begin with a larger force"
             )
         for value in values[:count].tolist():
-            self.point = Point(-math.inf if self.dead else value, None)
-            self.points.append(self.point)
-            self.step += 1
+            self._add([Point(-math.inf if self.dead else value, None)])
         if count < values.size:
             self._touch()
         return count
@@ -115,7 +113,7 @@ class LoadPath:
         found = curve.reaches(values, side, 0, top)
         missed = np.isnan(found)
         reached = int(missed.argmax()) if missed.any() else values.size
-        self._record_steps(leg, curve.depths(found[:reached]))
+        self._add(leg.points(curve.depths(found[:reached])))
         self._measure(leg, far, curve.value)
         if reached < values.size:
             if top < curve.t.size - 1:
@@ -127,11 +125,14 @@ class LoadPath:
     def _moved(self, values: Array, side: int) -> int:
         """The same under an imposed depth."""
         far = side * (values - self.point.depth)
-        asked = min(float(far[-1]), self.reach)
+        if far[0] == 0:
+            self._add([self.point])
+            return 1
+        asked = min(float(far[-1]), self.reach) if self.branch.ahead else float(far[0])
         leg = self._leg(self.point, side * asked, float(far[0]))
         ahead = side * (values - leg.end.depth)
         reached = int(((ahead < 0) | ((ahead == 0) & (leg.after is None))).sum())
-        self._record_steps(leg, values[:reached])
+        self._add(leg.points(values[:reached]))
         self._measure(leg, asked, np.empty(0))
         if reached < values.size:
             self._end(leg, side)
@@ -191,8 +192,9 @@ class LoadPath:
             self._record(f"{place} pinning", value, self.point, self.point)
         self.pinned = pinned
 
-    def _record_steps(self, leg: Leg, depths: Array) -> None:
-        for point in leg.points(depths):
+    def _add(self, points: list[Point]) -> None:
+        """Steps of the path."""
+        for point in points:
             self._slide(point)
             self.points.append(point)
             self.step += 1
@@ -228,7 +230,7 @@ class LoadPath:
         if not leg.jumps and leg.after.state is not None:
             self.point = leg.after
             return
-        if not leg.jumps:
+        if not leg.jumps and self.control.stiffness is None:
             self._hold(("", ""))
         value, kind = self._value(leg.end), _kind(leg.end.state, leg.after.state, side > 0)
         if self.control.stiffness is not None:
