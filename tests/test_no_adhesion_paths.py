@@ -73,7 +73,7 @@ def plateau(rng):
     x = np.linspace(-15, 15, int(rng.integers(5, 40)))
     z = np.floor(x**2 / (2 * 10 ** rng.uniform(1, 2)) / 0.2) * 0.2
     z = z + heights(rng, x.size, 0.1) * (rng.random(x.size) < 0.3)
-    return Sampled(x, z), float(z.min()), 1.0
+    return Sampled(x, z), float(z.min()), 0.25
 
 
 def punches(rng):
@@ -113,7 +113,7 @@ def returns(path):
     return max(np.abs(q - q[again]).max() / q.max() for q in (path.force, path.energy))
 
 
-@pytest.mark.parametrize("seed", range(7))
+@pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):
     scene, feature, low, depths = case(kind, seed)

@@ -132,7 +132,9 @@ class Rests:
         for own, x, side, facing in self._lines(lines):
             place = side, profile.past(x, side * way), *profile.beside(x, side * way), facing
             rest = self.rest(*place, way) if adhesive else self.surfaces.rest_depth(*place, 0.0)
-            edge = (way > 0) & np.isin(x, profile.indenter.walls)
+            ends = profile.indenter.extent
+            outermost = np.equal(x, np.where(side > 0, ends[1], ends[0]))
+            edge = (way > 0) & outermost & np.isin(x, profile.indenter.walls)
             found[own] = np.where(edge, math.inf, rest)
         return found
 

@@ -105,16 +105,18 @@ class Smooth:
             if fresh is not None:
                 rates[own] = fresh
             off = np.where(free[own, None], value - depths[:, None], 0.0)
-            new, stuck = _stepped(x[own], rates[own], off, free[own], room[:, own, None])
+            new, past = _stepped(x[own], rates[own], off, free[own], room[:, own, None])
             with np.errstate(invalid="ignore"):
                 now = np.where(free[own, None], np.abs(new - x[own]), 0.0).max(axis=(1, 2))
             even = np.abs(off).max(axis=(1, 2)) <= self._even(x[own]).max(axis=1)
+            stuck = (past & (new == x[own])).any(axis=(1, 2))
             x[own] = new
             rounding = (now <= _ROUNDED * size[own] * 4.0 ** worse[own]) | even
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
             fast = now * now <= _STILL * size[own] * last[own]  # the next step will be rounding
             done |= fast & np.isfinite(last[own])
-            stopped = stuck.any(axis=(1, 2)) & ~even  # by a corner
+            done = done & (even | ~past.any(axis=(1, 2)))  # that a corner leaves no room is no rest
+            stopped = stuck & ~even
             worse[own] += now > _SHRINKS * last[own]
             lost = stopped | (~done & (worse[own] > _PATIENCE))
             good[own] &= (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~lost
@@ -182,11 +184,10 @@ def kinds(lines: Array) -> list[NDArray[np.bool_]]:
 def _stepped(
     x: Array, rate: Array, off: Array, free: NDArray[np.bool_], room: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Free lines after a step of Newton's method within their rooms; which of them are at the end.
+    """Free lines after a step of Newton's method within their rooms; which would have passed those.
 
     x, off (n, j, 2), rate (n, j, 2, 2), free (n, 2), room (2, n, 1, 2).
     """
     (lo, hi), free = room, free[:, None]
     aim = x - solved(rate, off, free[:, 0])
-    stuck = free & (((aim < lo) & (x == lo)) | ((aim > hi) & (x == hi)))
-    return np.where(free, np.clip(aim, lo, hi), x), stuck
+    return np.where(free, np.clip(aim, lo, hi), x), free & ((aim < lo) | (aim > hi))
