@@ -49,11 +49,16 @@ class Mirrored(Indenter):
 
 
 class Radial(Indenter):
-    """The half r >= 0 of a profile that is mirror-symmetric about the axis, which is its wall."""
+    """The half r >= 0 of a profile that is mirror-symmetric about the axis, which is its wall.
+
+    Of a tip the slope at r = 0 is that beside it.
+    """
 
     def __init__(self, whole: Indenter) -> None:
         end = whole.extent[1]
-        self.height, self.slope = whole.height, whole.slope  # type: ignore[method-assign]
+        self.height, self._whole = whole.height, whole  # type: ignore[method-assign]
+        if not np.isin(0.0, whole.corners):
+            self.slope = whole.slope  # type: ignore[method-assign]
         self.extent, self.walls = (0.0, end), (0.0, *(x for x in whole.walls if x > 0))
         self.corners, self.knots = (
             np.asarray([x for x in places if x > 0], float)
@@ -61,6 +66,10 @@ class Radial(Indenter):
         )
         self.apex = 0.0 if whole.apex == 0 else None
         self.complete, self.convex = whole.complete, whole.convex
+
+    def slope(self, x: ArrayLike) -> Array:
+        x = floats(x)
+        return self._whole.slope_beside(x, np.equal(x, 0).astype(int))
 
 
 def about_axis(indenter: Indenter, length: float) -> Indenter:

@@ -46,14 +46,17 @@ class AxisymmetricSurfaces:
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: linear in the heights and the slope; at the axis what it is just beside it.
 
-        A contact around the axis has no line there: it rests at any depth.
+        A tip that does not adhere rests there as it is touched. A contact around the axis has no
+        line there: it rests at any depth.
         """
         length, degree = self.scene.elastocapillary_length, self.response.degree
         s, excess = x / length, length * (side * f1 - np.sqrt(2 * w / self.scene.gamma1))
-        s = np.maximum(s, _BESIDE)
         if facing is None:
-            rest = f + excess / stiffness(degree, side, s)
-            return np.where((side < 0) & np.equal(x, 0), ANY, rest)[()]
+            axis = np.equal(s, 0)
+            rest = f + excess / stiffness(degree, side, np.where(axis, _BESIDE, s)[()])
+            there = np.where(excess < 0, rest, f) if side > 0 else ANY
+            return np.where(axis, there, rest)[()]
+        s = np.maximum(s, _BESIDE)
         apart = np.maximum(side * (facing.x - x) / length, MET)
         q, p = (s, s + apart) if side > 0 else (s - apart, s)
         found = ring(degree, q, p)
@@ -94,7 +97,7 @@ class AxisymmetricSurfaces:
         if left is None or right is None:
             line, side = alone(left, right), 1 if right is None else -1
             u, s = (depth - line.f) / length, line.x / length
-            pull = s * stiffness(degree, side, np.maximum(s, _BESIDE)) * u
+            pull = s * stiffness(degree, side, np.where(np.equal(s, 0), _BESIDE, s)) * u
             return unit * length * u * pull / 2, unit * pull
         found = self._ring(left, right)
         one, other = (depth - left.f) / length, (depth - right.f) / length

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.motion import Motion, free
-from discretization.fitted.pressed import Lines
+from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
 from discretization.fitted.track import Piece, pieces
 from discretization.fitted.trials import Trials, merge, unmoved
@@ -118,15 +118,28 @@ class Events:
             back = self.trials.smooth.over(there[new], depth, part.depth)
             if back.smooth.all():
                 there[new] = back.lines
-                return part._replace(after=_flat(there))
+                found = _flat(there)
+                if self._at_rest(found, part.depth):
+                    return part._replace(after=found)
         return part._replace(after=after)
+
+    def _at_rest(self, lines: Lines, depth: float) -> bool:
+        """Whether nothing else has happened to lines on the way back: no touching, no pull."""
+        motion = self.motion
+        ends = (-math.inf, *lines, math.inf)
+        pulled = (
+            motion.opens(*pair, (ends[2 * i], ends[2 * i + 3]), depth)
+            for i, pair in enumerate(pairs(lines))
+            if pair[0] == pair[1]
+        )
+        return motion.penetration(lines, depth) <= 2 * TIE * motion.rests.size and not any(pulled)
 
     def _after(self, lines: Lines, moved: set[int], low: float, high: float) -> Lines:
         """What the lines of some free surfaces do between two depths."""
         motion, surfaces = self.motion, free(lines)
         if high < low:
             still = {pair for i, pair in enumerate(surfaces) if i not in moved}
-            return motion.retracted(lines, high, frozenset(still))
+            return motion.relaxed(lines, high, frozenset(still))
         parts: list[float] = []
         for i, (q, p) in enumerate(surfaces):
             parts += motion.surface.lines(q, p, low, high) if i in moved else (q, p)
@@ -134,5 +147,8 @@ class Events:
 
 
 def _flat(surfaces: Array) -> Lines:
-    """The lines of all free surfaces."""
-    return tuple(surfaces.ravel()[1:-1].tolist())
+    """The lines of all free surfaces; where those of a contact have passed each other, between."""
+    lines = surfaces.ravel()[1:-1].reshape(-1, 2)
+    passed = lines[:, 0] > lines[:, 1]
+    lines = np.where(passed[:, None], lines.mean(axis=1, keepdims=True), lines)
+    return tuple(lines.ravel().tolist())

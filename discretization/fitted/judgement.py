@@ -1,7 +1,8 @@
 """Certificate and error estimate of any number of contacts on the fitted mesh.
 
 The conditions of ../certificate.py for lines that move continuously, depths over the largest of |d|
-and δ₀, at lines with l |f'| added, a term of D:
+and δ₀, at lines with l |f'| added, a term of D. Of a path, on which depths are only told apart by
+TIE of the largest, no less than makes that pass:
 
     penetration   max (g - u) between the contacts and beyond them, at the samples that resolve the
                   profile and at the extremes between them; and just ahead of every line the
@@ -43,7 +44,7 @@ _POSITION = ROUNDING / 4  # of |x|, to which a line is found
 def certify(contacts: Contacts, state: Equilibrium, found: Interval) -> Certificate:
     """Judge contacts with these totals and the surface of this state."""
     scene, depth = contacts.motion.scene, contacts.depth
-    lift = max(abs(depth), scene.opened.critical_separation)
+    lift = contacts.motion.rests.lift(depth)
     if lift * scene.elastocapillary_length == 0:
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
@@ -76,7 +77,9 @@ def _at_lines(contacts: Contacts) -> tuple[float, float]:
         off = np.where(held, 0.0, _ULPS * np.spacing(np.abs(surfaces))) * (1, -1)
     bare = rests.ahead(surfaces + off, 1, adhesive=False)
     closing = rests.ahead(surfaces + off, 1)
-    opening = rests.ahead(surfaces - off, -1).ravel()[1:-1].reshape(-1, 2) - depth
+    noise = rests.noise(surfaces)[:, None]
+    bare, closing = bare + noise, closing + noise
+    opening = (rests.ahead(surfaces - off, -1) - noise).ravel()[1:-1].reshape(-1, 2) - depth
     opening = opening[contacts.x[:, 0] < contacts.x[:, 1]]
     gain = max(depth - float(closing.min()), float(opening.max(initial=-math.inf)))
     return depth - float(bare.min()), gain
@@ -93,8 +96,9 @@ def _rates(contacts: Contacts) -> tuple[Array, NDArray[np.bool_], Array]:
 
 def _unstable(contacts: Contacts) -> float:
     """1 where D falls outwards of a free line, or of both of a gap together; else 0."""
-    if contacts.motion.scene.hysteretic:
-        return 0.0  # what holds a line is another work of adhesion than what moves it
+    scene = contacts.motion.scene
+    if scene.hysteretic or not scene.work_of_adhesion:
+        return 0.0  # held by another work of adhesion than what moves it; or the energy is convex
     _, loose, rates = _rates(contacts)
     stable, _ = margins(rates[:, None], loose)
     slack = _FALLING * np.abs(rates).max(axis=(1, 2))

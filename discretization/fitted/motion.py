@@ -62,7 +62,7 @@ class Motion:
         if depth < touch and not self.scene.opened.work_of_adhesion:
             return ()
         lines = self.first()
-        return self.pressed(lines, touch, depth) if depth >= touch else self.retracted(lines, depth)
+        return self.pressed(lines, touch, depth) if depth >= touch else self.relaxed(lines, depth)
 
     def settled(self, lines: Lines, depth: float) -> Lines:
         """Lines that are near a state at rest, moved to it."""
@@ -102,9 +102,9 @@ class Motion:
             found += self.surface.lines(left, right, start, end)
         return self.relaxed(tuple(found[1:-1]), end)
 
-    def relaxed(self, lines: Lines, depth: float) -> Lines:
-        """Lines that have advanced: they recede where they went too far, and gaps open."""
-        return self._opened(self.retracted(lines, depth), depth)
+    def relaxed(self, lines: Lines, depth: float, still: frozenset[Pair] = frozenset()) -> Lines:
+        """Lines that recede as far as they must, `still` ones excepted, and gaps that open."""
+        return self._opened(self.retracted(lines, depth, still), depth)
 
     def opens(self, left: float, right: float, beside: Pair, depth: float) -> bool:
         """Whether a contact between the lines beside it is torn open, or lone and pulled."""
@@ -132,15 +132,13 @@ class Motion:
 
     def _torn(self, left: float, right: float, depth: float) -> Pair | None:
         """The lines of a gap that opens in a contact by itself; None if nowhere."""
-        profile, aside = self.profile, MET * self.scene.elastocapillary_length
-        inside = (profile.corners > left + 2 * aside) & (profile.corners < right - 2 * aside)
-        torn = inside & (profile.falls(self.scene.slopes) > self.holds(profile.corners))
-        if torn.any():
-            x = float(profile.corners[torn][0])
-            return x - aside, x + aside
+        torn = self.resting.torn(left, right, depth, self.holds(self.profile.corners))
+        if torn.size:
+            aside = MET * self.scene.elastocapillary_length
+            return float(torn[0]) - aside, float(torn[0]) + aside
         for start, end in self.bare(np.array([[left, right]])):
             worst, (one, other) = self.resting.pull(start, end, depth)
-            if worst > TIE * self.rests.size:
+            if worst > self.resting.least_pull(depth):
                 return one, other
         return None
 

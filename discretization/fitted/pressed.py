@@ -143,7 +143,7 @@ class Pressed:
         profile = self.rests.profile
         z, f, f1 = (column[own][::side] for column in (profile.x, profile.f, profile.slope))
         if not self.rests.scene.work_of_adhesion:
-            return self.resting.pull(x, new, high).worst > TIE * self.rests.size
+            return self.resting.pulls(x, new, high)
         rests = self.rests.rest(side, z, f, f1, old, 1)
         passed = np.maximum.accumulate(np.append(low, rests))[:-1]
         bare = self.rests.surfaces.rest_depth(side, z, f, f1, facing, 0.0)

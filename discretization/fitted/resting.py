@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
+from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.rests import TIE, Rests, margins, solved
 from discretization.fitted.stops import Stop, first_stop
 from discretization.fitted.surfaces import At
@@ -24,6 +24,7 @@ from discretization.fitted.tension import Pull, pull
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
 MET = 1e-9  # of l: lines closer than that have met
+PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap
 _SWEEPS = 1000  # over all lines; each is a contraction
 _STILL = 4e-16  # of the positions: a line that moves less has come to rest
 _ROUNDED = 1e-12  # of the same: a step of Newton's method that may be, if it shrinks no more
@@ -41,6 +42,39 @@ class Resting:
         """The largest pull of the profile in contact between two positions."""
         return pull(self.rests.scene, self.rests.profile, one, other, depth)
 
+    def closed(self, q: float, p: float, depth: float) -> bool:
+        """Whether nothing holds a gap open: without adhesion, that the profile would pull there."""
+        if self.rests.scene.work_of_adhesion or math.isinf(q) or math.isinf(p):
+            return False
+        return not self.pulls(q, p, depth)
+
+    def pulls(self, one: float, other: float, depth: float) -> bool:
+        """Whether a contact between two positions that does not adhere would open somewhere."""
+        torn = bool(self.torn(one, other, depth).size)
+        return torn or self.pull(one, other, depth).worst > self.least_pull(depth)
+
+    def least_pull(self, depth: float) -> float:
+        """The least pull at which a contact that does not adhere opens [length].
+
+        Gaps close continuously with it, and D is known the less the narrower they are.
+        """
+        return PULLED * self.rests.lift(depth)
+
+    def torn(self, one: float, other: float, depth: float, holds: Any = 0.0) -> Array:
+        """The corners between two positions at which the slope falls by more than `holds` holds.
+
+        Pressed by kg, a gap of the width s opens at a fall of 2 g s/l²; shorter ones than MET
+        are none.
+        """
+        profile, length = self.rests.profile, self.rests.length
+        x, aside = profile.corners, 2 * MET * length
+        if not x.size:
+            return x
+        g = np.maximum(depth - np.asarray(profile.indenter.height(x), float), 0.0)
+        falls = profile.falls(self.rests.scene.slopes) - MET * g / length
+        inside = (x > min(one, other) + aside) & (x < max(one, other) - aside)
+        return np.asarray(x[inside & (falls > holds)])
+
     # both lines of a free surface: advancing (way 1) and receding (way -1)
 
     def together(self, q: float, p: float, depth: float) -> Pair | None:
@@ -50,8 +84,7 @@ class Resting:
         if math.isinf(q) or math.isinf(p):
             return self._outermost(q, p, depth)
         least = 2 * MET * self.rests.scene.elastocapillary_length
-        bare = not self.rests.scene.work_of_adhesion
-        if bare and self.pull(q, p, depth).worst <= TIE * self.rests.size:
+        if self.closed(q, p, depth):
             return None
         for sweep in range(_SWEEPS):
             if p - q <= least:
@@ -103,7 +136,7 @@ class Resting:
         rests = self.rests.rest(side, behind, *self.rests.profile.at(x, -side), facing, -1)
         if x == limit or rests - depth <= TIE * self.rests.size:
             return x
-        stop = self._stop(side, x, limit, facing, depth, -1)
+        stop = self._stop(side, x, limit, facing, depth, -1, closed=math.isfinite(limit))
         return stop.x if stop is not None else math.nextafter(limit, -side * math.inf)
 
     def _outermost(self, q: float, p: float, depth: float) -> Pair | None:
@@ -116,14 +149,21 @@ class Resting:
         return (at, p) if side > 0 else (q, at)
 
     def _stop(
-        self, side: int, x: float, limit: float, facing: At | None, depth: float, way: int
+        self,
+        side: int,
+        x: float,
+        limit: float,
+        facing: At | None,
+        depth: float,
+        way: int,
+        closed: bool = False,
     ) -> Stop | None:
-        """The first place on this way at which a line rests."""
+        """The first place on this way at which a line rests; closed: the limit is one, too."""
 
         def h(x: Any, f: Any, f1: Any) -> Any:
             return way * (self.rests.rest(side, x, f, f1, facing, way) - depth)
 
-        return first_stop(self.rests.profile, h, x, limit)
+        return first_stop(self.rests.profile, h, x, limit, closed)
 
     def _nearby(self, guess: Pair, start: Pair, depth: float, way: int) -> Pair | None:
         """Both lines of a gap in stable equilibrium beyond a start on this way, by Newton's method.
@@ -140,15 +180,16 @@ class Resting:
             if not margins(rates, both)[0].all():
                 return None
             step = solved(rates, value - depth, both)[0, 0]
+            even = float(np.abs(value - depth).max()) <= float(self.rests.noise(x))
             x, now = x - step, float(np.abs(step).max())
             if not self.rests.profile.x[0] <= x[0] < x[1] <= self.rests.profile.x[-1]:
                 return None
-            if now <= _STILL * size or last / 2 <= now <= _ROUNDED * size:
+            if now <= _STILL * size or (last / 2 <= now and (now <= _ROUNDED * size or even)):
                 break
             last = now
         else:
             return None
-        if (way * (x - start) * (1, -1) < -_ROUNDED * size).any():
+        if (way * (x - start) * (1, -1) < -max(_ROUNDED * size, now)).any():
             return None
         for old, new in zip(start, x.tolist(), strict=True):
             between = self.rests.profile.beyond(old, new)

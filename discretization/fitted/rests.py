@@ -13,13 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import TOLERANCE
 from discretization.fitted.surfaces import At, Surfaces
 from discretization.profile import Resolved
+from discretization.rounding import EPSILON
 from energy import Scene
 
 Array = NDArray[np.float64]
 TIE = 1e-13  # of δ₀ and the depth: differences of depths that are rounding
 _DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of D
+_WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
+_LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
 _CURVED = 1e-4  # of the room between two lines, or of l, for the change of the stiffness
 _NEAR = 1e-4  # of that: the depth of a fold is good to the square of its place
@@ -43,6 +47,20 @@ class Rests:
     def length(self) -> float:
         """l."""
         return self.scene.elastocapillary_length
+
+    def lift(self, depth: float) -> float:
+        """Size of a state's depths: |d| or δ₀, at least what makes TIE of the largest pass."""
+        delta = self.scene.opened.critical_separation
+        return max(abs(depth), delta, TIE / TOLERANCE * self.size)
+
+    def noise(self, lines: Array) -> Array:
+        """What rounding of heights makes of D, of surfaces with lines (.., 2).
+
+        The tilt of a gap of length L feels their difference times l/L, and D that times l/L again.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steep = self.length / np.maximum(lines[..., 1] - lines[..., 0], 0.0)
+        return EPSILON * self.size * steep**2
 
     def at(self, x: float) -> At | None:
         """A line at x; None at infinity."""
@@ -114,7 +132,9 @@ class Rests:
         for own, x, side, facing in self._lines(lines):
             place = side, profile.past(x, side * way), *profile.beside(x, side * way), facing
             rest = self.rest(*place, way) if adhesive else self.surfaces.rest_depth(*place, 0.0)
-            edge = (way > 0) & np.isin(x, profile.indenter.walls)
+            ends = profile.indenter.extent
+            outermost = np.equal(x, np.where(side > 0, ends[1], ends[0]))
+            edge = (way > 0) & outermost & np.isin(x, profile.indenter.walls)
             found[own] = np.where(edge, math.inf, rest)
         return found
 
@@ -145,7 +165,7 @@ class Rests:
         value, rate = np.zeros(x.shape), np.zeros((*x.shape, 2)) if rates else None
         inner = np.isfinite(x[:, 0])
         paired = inner.all(axis=1)
-        h = _DIFFERENCE * np.minimum(x[..., 1] - x[..., 0], self.length)
+        h = self._step(x)
         z = x[..., None] + h[..., None, None] * (_STEPS if rates else _STEPS[:1])
         if rates:
             z[..., 1:] = np.clip(z[..., 1:], *room[:, :, None, :, None])
@@ -162,6 +182,21 @@ class Rests:
                 if rate is not None:
                     rate[own, :, column, column] = more
         return value, rate
+
+    def _step(self, lines: Array) -> Array:
+        """Of a central difference of D by lines (.., 2); about an axis a part of the radius, too.
+
+        In a narrow gap D varies by (L/l)² and is known to (l/L)²: the step is the cube root of what
+        rounding is of that.
+        """
+        width = lines[..., 1] - lines[..., 0]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            steep = np.maximum(self.length / width, 0.0)
+            part = np.clip(np.cbrt(EPSILON * steep**4), _DIFFERENCE, _WIDEST)
+        if self.scene.axisymmetric:
+            radius = np.where(np.isfinite(lines), np.abs(lines), 0.0).max(axis=-1)
+            width = np.minimum(width, np.maximum(radius, _LEAST * self.length))
+        return np.asarray(part * np.minimum(width, self.length))
 
     def _read(self, z: Array) -> tuple[Array, Array]:
         indenter = self.profile.indenter

@@ -101,7 +101,7 @@ class Smooth:
         rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf)
         room = self.rests.rooms(lines, way)
         good, active, near = ~waits.any(axis=1), free.any(axis=1), False
-        high, worse = self.rests.size, np.zeros(n, int)
+        worse = np.zeros(n, int)
         for _ in range(_NEWTON):
             own = np.flatnonzero(active)
             if not own.size:
@@ -110,23 +110,33 @@ class Smooth:
             if fresh is not None:
                 rates[own] = fresh
             off = np.where(free[own, None], value - depths[:, None], 0.0)
-            new, stuck = _stepped(x[own], rates[own], off, free[own], room[:, own, None])
+            new, past = _stepped(x[own], rates[own], off, free[own], room[:, own, None])
             with np.errstate(invalid="ignore"):
                 now = np.where(free[own, None], np.abs(new - x[own]), 0.0).max(axis=(1, 2))
-            x[own], even = new, np.abs(off).max(axis=(1, 2))
-            rounding = (now <= _ROUNDED * size[own] * 4.0 ** worse[own]) | (even <= _EVEN * high)
+            even = np.abs(off).max(axis=(1, 2)) <= self._even(x[own]).max(axis=1)
+            stuck = (past & (new == x[own])).any(axis=(1, 2))
+            x[own] = new
+            rounding = (now <= _ROUNDED * size[own] * 4.0 ** worse[own]) | even
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
             fast = now * now <= _STILL * size[own] * last[own]  # the next step will be rounding
             done |= fast & np.isfinite(last[own])
-            stopped = stuck.any(axis=(1, 2)) & (even > _EVEN * high)  # by a corner
+            done = done & (even | ~past.any(axis=(1, 2)))  # that a corner leaves no room is no rest
+            stopped = stuck & ~even
             worse[own] += now > _SHRINKS * last[own]
             lost = stopped | (~done & (worse[own] > _PATIENCE))
             good[own] &= (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~lost
             near = bool((now <= np.minimum(_LOCAL * size[own], last[own] / 8)).all())
             last[own], active[own] = now, ~done & good[own]
         stable, margin = margins(rates, free)
-        good &= ~active & stable & self._one_way(lines, x, way, size)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            loose = self.rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
+        slack = _BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0)
+        good &= ~active & stable & self._one_way(lines, x, way, slack)
         return x, good & self._still_held(x[:, -1], inner & ~free, depths[-1], way), margin
+
+    def _even(self, lines: Array) -> Array:
+        """D - d of surfaces (.., 2) that is rounding."""
+        return _EVEN * self.rests.size + self.rests.noise(lines)
 
     def _still_held(
         self, lines: Array, held: NDArray[np.bool_], depth: float, way: int
@@ -134,16 +144,16 @@ class Smooth:
         """Whether lines that did not move are still held at the end."""
         if not held.any():
             return np.ones(len(lines), bool)
-        rests = way * (self.rests.ahead(lines, way) - depth) >= -_EVEN * self.rests.size
+        rests = way * (self.rests.ahead(lines, way) - depth) >= -self._even(lines)[:, None]
         return np.asarray((rests | ~held).all(axis=1))
 
-    def _one_way(self, lines: Array, x: Array, way: int, size: Array) -> NDArray[np.bool_]:
-        """Whether lines move from where they are, and one way."""
+    def _one_way(self, lines: Array, x: Array, way: int, slack: Array) -> NDArray[np.bool_]:
+        """Whether lines move from where they are, and one way, but for a slack (n,)."""
         with np.errstate(invalid="ignore"):
             whole = np.concatenate([lines[:, None], x], axis=1)
             moved = way * np.diff(whole, axis=1) * (1.0, -1.0)
-            away = (moved[:, 0] > _BACK * size[:, None]).any(axis=1)
-            return np.asarray(~away & ~(moved < -_BACK * size[:, None, None]).any(axis=(1, 2)))
+            away = (moved[:, 0] > slack[:, None]).any(axis=1)
+            return np.asarray(~away & ~(moved < -slack[:, None, None]).any(axis=(1, 2)))
 
     def totals(self, lines: Array, depth: float) -> tuple[float, float]:
         """Energy and force of all surfaces (n, 2) of a state."""
@@ -183,11 +193,10 @@ def kinds(lines: Array) -> list[NDArray[np.bool_]]:
 def _stepped(
     x: Array, rate: Array, off: Array, free: NDArray[np.bool_], room: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Free lines after a step of Newton's method within their rooms; which of them are at the end.
+    """Free lines after a step of Newton's method within their rooms; which would have passed those.
 
     x, off (n, j, 2), rate (n, j, 2, 2), free (n, 2), room (2, n, 1, 2).
     """
     (lo, hi), free = room, free[:, None]
     aim = x - solved(rate, off, free[:, 0])
-    stuck = free & (((aim < lo) & (x == lo)) | ((aim > hi) & (x == hi)))
-    return np.where(free, np.clip(aim, lo, hi), x), stuck
+    return np.where(free, np.clip(aim, lo, hi), x), free & ((aim < lo) | (aim > hi))

@@ -46,8 +46,13 @@ class Stop(NamedTuple):
         return self.guess if self.root is None else self.root()
 
 
-def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> Stop | None:
-    """First x from `start` to `limit` (itself left out) with h >= 0; None if there is none."""
+def first_stop(
+    profile: Resolved, h: Function, start: float, limit: float, closed: bool = False
+) -> Stop | None:
+    """First x from `start` to `limit` with h >= 0; None if there is none.
+
+    closed: `limit` is asked as well, on this side of it; at another line it cannot be.
+    """
     side = 1 if limit > start else -1
     value = float(h(profile.past(start, side), *profile.at(start, side)))
     if value >= 0:
@@ -59,7 +64,10 @@ def first_stop(profile: Resolved, h: Function, start: float, limit: float) -> St
         if found is not None:
             return found
         last = seen[0][-2:], seen[1][-2:]
-    return None
+    if not closed:
+        return None
+    value = float(h(profile.past(limit, -side), *profile.at(limit, -side)))
+    return _among(profile, h, np.append(last[0], limit), np.append(last[1], value))
 
 
 def _blocks(profile: Resolved, start: float, limit: float, side: int) -> Iterator[Samples]:

@@ -105,7 +105,8 @@ class Trials:
             q, p, moved = float(old[i, 0]), float(old[i, 1]), (float(new[i, 0]), float(new[i, 1]))
             least, _ = surface.least(moved, depths[1])
             rooms["clear", i] = least + TIE * size
-            if least < -TIE * size or surface.overtakes(q, p, moved, *depths):
+            closes = self.motion.resting.closed(*moved, depths[1])
+            if closes or least < -TIE * size or surface.overtakes(q, p, moved, *depths):
                 failed.add(i)
 
     def _contacts(
