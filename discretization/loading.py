@@ -130,7 +130,7 @@ def _branch(
     made = functools.partial(branch_of, scene, rtol, spacing)
     if control.stiffness is None:
         return made(deepest)
-    return pressed_by(made, lambda depth, force: control.value(depth, force) >= deepest)
+    return pressed_by(scene, made, lambda depth, force: control.value(depth, force) >= deepest)
 
 
 def _begun(saved: History, values: Array, save: str | Path) -> History:

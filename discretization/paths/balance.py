@@ -74,9 +74,10 @@ def _runs(segments: Sequence[Segment]) -> list[list[Snapshot]]:
     """The segments joined where the path goes straight on."""
     runs: list[list[Snapshot]] = []
     for start, end in segments:
-        on = runs and runs[-1][-1] == start and len(runs[-1]) > 1
-        if on and (runs[-1][-1].depth - runs[-1][-2].depth) * (end.depth - start.depth) >= 0:
-            runs[-1].append(end)
+        last = runs[-1] if runs else [start]
+        on = runs and last[-1] == start
+        if on and (last[-1].depth - last[0].depth) * (end.depth - start.depth) >= 0:
+            last.append(end)
         else:
             runs.append([start, end])
     return runs

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from discretization.paths.branch import Branch
 from discretization.paths.fitted_branch import FittedBranch
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.springs_branch import SpringsBranch
+from discretization.profile import resolve
 from discretization.routes import route
 from energy import Scene
 
+_SHALLOW = 1e-12  # of the thickness: the first depth that is tried
+_DEEPER = 4.0  # times as deep: the next one
 _ON_MESH: dict[str, type[FittedBranch | SpringsBranch | FittedMany]] = {
     "one contact": FittedBranch,
     "springs": SpringsBranch,
@@ -26,17 +31,20 @@ def branch_of(scene: Scene, rtol: float, spacing: float | None, deepest: float) 
     return _ON_MESH[route(scene, "path", nodes=False)].of(scene, rtol, deepest)
 
 
-def pressed_by(made: Callable[[float], Branch], enough: Callable[[float, float], bool]) -> Branch:
+def pressed_by(
+    scene: Scene, made: Callable[[float], Branch], enough: Callable[[float, float], bool]
+) -> Branch:
     """The branch `made` for depths down to one at which the force is enough for the programme.
 
     Or to one at which it has left the known profile: the programme may end before that.
     """
-    depth = 0.0
+    if scene.work_of_adhesion == 0 or scene.gamma1 == 0:
+        return made(_resisting(scene, enough))
+    depth, size = 0.0, scene.opened.critical_separation
     while True:
         branch = made(depth)
         if isinstance(branch, FittedBranch):
             return branch
-        size = branch.scene.opened.critical_separation or branch.scene.layer.h
         depth = max(depth, branch.touch)
         try:
             force = branch.force(branch.follow(None, depth), depth)
@@ -46,3 +54,23 @@ def pressed_by(made: Callable[[float], Branch], enough: Callable[[float, float],
         except ValueError:
             return branch
         depth = deeper
+
+
+def _resisting(scene: Scene, enough: Callable[[float, float], bool]) -> float:
+    """A depth at which the springs below the profile alone resist enough.
+
+    While the contact is pressed nothing pulls without adhesion, or without tension, so that
+    P >= k ∫ max(d - f, 0) dx; the trapezoidal rule, as the depth is only a bound.
+    """
+    touch, above = resolve(scene, 0.0).touch, _SHALLOW * scene.layer.h
+    while True:
+        profile = resolve(scene, touch + above)
+        pressed = np.maximum(touch + above - profile.f, 0.0) * scene.measure(profile.x)
+        if enough(
+            touch + above,
+            scene.stiffness
+            * float(((pressed[1:] + pressed[:-1]) * np.diff(profile.x)).sum() / 2)
+            / 2,
+        ):
+            return touch + 2 * above
+        above *= _DEEPER
