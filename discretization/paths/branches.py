@@ -66,11 +66,7 @@ def _resisting(scene: Scene, enough: Callable[[float, float], bool]) -> float:
     while True:
         profile = resolve(scene, touch + above)
         pressed = np.maximum(touch + above - profile.f, 0.0) * scene.measure(profile.x)
-        if enough(
-            touch + above,
-            scene.stiffness
-            * float(((pressed[1:] + pressed[:-1]) * np.diff(profile.x)).sum() / 2)
-            / 2,
-        ):
+        area = float((pressed[1:] + pressed[:-1]) @ np.diff(profile.x)) / 2
+        if enough(touch + above, scene.stiffness * area / 2):
             return touch + 2 * above
         above *= _DEEPER
