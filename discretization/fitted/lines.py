@@ -38,7 +38,7 @@ _COARSE = 1e-12  # of D: more than this a surface is refined for
 _UPRIGHT = 2e-8  # so close to turning over no double resolves the slope
 _FEW_CORNERS = 8  # up to here one by one, more by halving
 _HALVINGS = 64  # to the spacing of floating-point numbers
-_STEP = 1e-4  # of l and of the position: what the difference for a rate is good to
+_STEP = 1e-4  # of l and of the position: the difference for a rate is good to its square
 
 
 class FittedLine(NamedTuple):
@@ -143,16 +143,17 @@ class Problem:
     def force_rate(self, side: int, x: float) -> float:
         """dP/dq of one line at fixed depth: k g, and the change of the free surface's pull.
 
-        By a step inwards, short beside where the profile ends: it may turn over there.
+        By a short step beside where the profile ends: it may turn over there.
         """
         scene, g = self.scene, self.displaced(x)
         pressed = scene.stiffness * g * float(scene.measure(x))
         room = abs(scene.indenter.extent[0 if side < 0 else 1] - x)
         size = min(scene.elastocapillary_length, abs(x) or math.inf)
         h = _STEP * max(min(size, room), _STEP * size)
-        lines = (At(z, float(scene.indenter.height(z))) for z in (x - side * h, x))
+        ends = x - side * h, x + side * min(h, room)
+        lines = (At(z, float(scene.indenter.height(z))) for z in ends)
         before, after = (self.surfaces.pull(side, line, self.depth) for line in lines)
-        return pressed + (after - before) / h
+        return pressed + (after - before) / (h + min(h, room))
 
 
 def outer_line(problem: Problem, start: float) -> FittedLine | None:

@@ -27,14 +27,8 @@ from energy import Scene
 Array = NDArray[np.float64]
 _UNDECIDED = 1e-7  # letting go and turning over at once
 _POSITION = ROUNDING / 4  # of |x|, to which a line is found
-_STEPS = (
-    (1e-8, 10),
-    (1e-7, 10),
-    (1e-6, 10),
-    (1e-5, 10),
-    (1e-4, 10),
-    (0.5, 4),
-)  # of the width; least rise over rounding
+# steps over the width of a contact, and the least rise of D - d over its rounding
+_STEPS = *((10.0**n, 10) for n in range(-8, -3)), (0.5, 4)
 
 
 def on_one_contact(
