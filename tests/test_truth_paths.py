@@ -17,7 +17,7 @@ from truth.path_scenes import PATH_KINDS, path_case
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies, cards
 
-ASKED = int(os.environ.get("ELASTOCAP_PATHS", "3"))
+ASKED = int(os.environ.get("ELASTOCAP_PATHS", "2"))
 REFUSED, SKIPPED = 0.005, 0.1  # of all paths, or one
 LAYER, WORK = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work
 
