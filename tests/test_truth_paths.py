@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from scenes import adhesive
 from truth.controls import Control, reading_of
-from truth.depth_paths import Adhering, Hanging
+from truth.depth_paths import Adhering, Hanging, Place, depth_path_of
 from truth.path_compare import path_verdicts
-from truth.path_scenes import PATH_KINDS
+from truth.path_scenes import PATH_KINDS, path_case
 
+from discretization import load_path
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies, cards
 
-ASKED = int(os.environ.get("ELASTOCAP_PATHS", "3"))
+ASKED = int(os.environ.get("ELASTOCAP_PATHS", "2"))
 REFUSED, SKIPPED = 0.005, 0.1  # of all paths, or one
 LAYER, WORK = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work
 
@@ -59,6 +60,21 @@ def test_a_dead_load_pulls_a_parabola_off_where_the_closed_form_does(R):
     after = cards.parabola.force(touching.after.depth, **given)
     assert abs(after) <= 1e-11 * touching.second.force_scale
     assert abs(lost.after.depth + d0) <= 1e-8 * d0
+
+
+@pytest.mark.parametrize("kind", ["load_small", "load_opening", "load_pattern", "load_no_tension"])
+def test_depth_paths_that_turn(kind):
+    """What the readings are read off, against paths under imposed depth."""
+    for seed in range(4):
+        case = path_case(kind, seed)
+        path = depth_path_of(case.scene, case.feature)
+        depths = path.touch + case.scale * np.array([0.05, 0.6, 1.4, 0.3, -0.3, 0.2, 0.9, -0.6])
+        history, place = load_path(case.scene, depths=depths), Place(path.touch)
+        for i, depth in enumerate(depths.tolist()):
+            place = path.moved(place, depth)
+            state = path.totals(place)
+            assert abs(history.force[i] - state.force) <= 1e-9 * (state.force_scale or 1)
+            assert abs(history.energy[i] - state.energy) <= 1e-9 * (state.energy_scale or 1)
 
 
 def test_two_tips_without_adhesion():

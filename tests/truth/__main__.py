@@ -1,8 +1,11 @@
 """python -m tests.truth CLASS N SEED: how many of N random cases from SEED on come out right.
 
-With N = 1 the scene, the reference and the answer are printed.
+With N = 1 the scene, the reference and the answer are printed. The classes of load paths, such as
+machine_opening, are counted for the fitted mesh and for nodes; a path that takes more than
+PATIENCE seconds of processor time is counted as slow.
 """
 
+import signal
 import sys
 from collections import Counter
 
@@ -54,11 +57,33 @@ def full(kind, seed):
     print(f"{found.word}: {found.why}")
 
 
+PATIENCE = 30.0  # seconds of processor time for one path, by all methods
+
+
+class Slow(BaseException):
+    """A path takes too long."""
+
+
+def _slow(*_):
+    raise Slow
+
+
 def paths(kind, count, seed):
     """Print the summary of load paths by each method, or one case in full."""
     words, seconds = {}, {}
+    signal.signal(signal.SIGVTALRM, _slow)
     for one in range(seed, seed + count):
-        for method, found in path_verdicts(kind, one).items():
+        signal.setitimer(signal.ITIMER_VIRTUAL, PATIENCE)
+        try:
+            verdicts = path_verdicts(kind, one)
+        except Slow:
+            print(f"seed {one} ({path_case(kind, one).shape}): slow", flush=True)
+            words.setdefault("slow", Counter())["slow"] += 1
+            seconds.setdefault("slow", []).append((PATIENCE, 0.0))
+            continue
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        for method, found in verdicts.items():
             words.setdefault(method, Counter())[found.word] += 1
             seconds.setdefault(method, []).append((found.seconds, found.reference_seconds))
             if found.word != "right" or count == 1:

@@ -16,7 +16,7 @@ from .surfaces import surface_of
 from .totals import NOTHING, state_of
 from .walk import Walk
 
-TURNS = 30_000  # moves of lines on one path
+TURNS = 15_000  # moves of lines on one path
 
 
 class Place(NamedTuple):
