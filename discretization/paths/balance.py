@@ -25,9 +25,7 @@ def work(
     for run in _runs(segments):
         total += sum(leg.work() for leg in legs(branch, run[0], run[-1].depth))
     for event in events:
-        depths = event.before.depth, event.after.depth
-        before, after = (hold.potential(depth, event.control) for depth in depths)
-        total += before - after
+        total += hold.work(event.before.depth, event.after.depth, event.control)
     return total
 
 

@@ -50,11 +50,11 @@ class Control:
             return depth
         return depth + force / self.stiffness if self.stiffness else force
 
-    def potential(self, depth: float, value: float) -> float:
-        """Energy of what holds the indenter: 0, -F d or K/2 (D - d)²."""
-        if self.stiffness is None:
+    def work(self, start: float, end: float, value: float) -> float:
+        """What the load does on an indenter that moves at this value: 0, F Δd or ∫K (D - d) dd."""
+        if self.stiffness is None or start == end:
             return 0.0
-        return self.stiffness / 2 * (value - depth) ** 2 if self.stiffness else -value * depth
+        return (self.load(start, value) + self.load(end, value)) / 2 * (end - start)
 
 
 class Curve(NamedTuple):

@@ -131,7 +131,9 @@ class LoadPath:
         asked = min(float(far[-1]), self.reach) if self.branch.ahead else float(far[0])
         leg = self._leg(self.point, side * asked, float(far[0]))
         ahead = side * (values - leg.end.depth)
-        stays = leg.after is None or (leg.after.state is None and leg.end.depth == self.branch.touch)
+        stays = leg.after is None or (
+            leg.after.state is None and leg.end.depth == self.branch.touch
+        )
         reached = int(((ahead < 0) | ((ahead == 0) & stays)).sum())
         self._add(leg.points(values[:reached]))
         self._measure(leg, asked, np.empty(0))
@@ -271,10 +273,8 @@ class LoadPath:
     def _record(self, kind: str, value: float, before: Point, after: Point) -> None:
         self.branch.certify(after.state, after.depth)
         first, second = self._snapshot(before), self._snapshot(after)
-        released = first.energy - second.energy
-        if before.depth != after.depth:
-            released += self.control.potential(before.depth, value)
-            released -= self.control.potential(after.depth, value)
+        done = self.control.work(before.depth, after.depth, value)
+        released = first.energy - second.energy + done
         if kind == "touch" and released > 0:
             kind = "jump-in"
         self.events.append(Event(kind, value, first, second, released, self.step))
