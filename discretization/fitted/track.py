@@ -58,7 +58,8 @@ class Track:
         left = (end - depths) / (end - start)
         known = np.where(np.isfinite(lines), lines, 0.0).transpose(1, 0, 2).reshape(j, -1)
         guess = polynomial(DEGREE, 1 - 2 * np.sqrt(left), known).reshape(n, 2, -1)
-        guess = np.where(np.isfinite(lines[:, :1]), guess.transpose(0, 2, 1), lines[:, :1])
+        moves = (lines != lines[:, :1]).any(axis=1, keepdims=True)
+        guess = np.where(moves, guess.transpose(0, 2, 1), lines[:, :1])
         if roughly:
             found[inside] = guess.transpose(1, 0, 2)
             return found
@@ -68,7 +69,7 @@ class Track:
         if not good.all():
             self._demand(guess[~good], whole, way)
             x[~good] = guess[~good]
-        found[inside] = x[:, 1:-1].transpose(1, 0, 2)
+        found[inside] = self.smooth.rests.snapped(x[:, 1:-1]).transpose(1, 0, 2)
         return found
 
     def _demand(self, lines: Array, depths: Array, way: int) -> None:
