@@ -21,11 +21,12 @@ from discretization.fitted.quadrature import Interval, refined
 from discretization.fitted.response import ABSENT
 from discretization.fitted.tail import FittedTail
 from discretization.profile import Resolved, resolve
-from discretization.roots import bracketed
+from discretization.roots import crossings
 from discretization.rounding import ROUNDING
 from energy import Scene
 
 Array = NDArray[np.float64]
+_ENTRIES = 1 << 22  # heights that are compared with levels at once
 _TIE = 1e-14  # of the level and δ₀: how far above the level a lowest point may lie by rounding
 
 
@@ -79,33 +80,45 @@ def below(profile: Resolved, level: float) -> Array:
 
     ValueError where one goes on beyond the known profile.
     """
-    x, indenter = profile.x, profile.indenter
-    low = profile.f <= level
-    edges = np.diff(low.astype(int), prepend=0, append=0)
-    first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
-    for i in (first[0], last[-1]):
-        if i in (0, x.size - 1) and float(x[i]) not in indenter.walls:
+    return np.reshape(lines_below(profile, np.array([level]))[0], (-1, 2))
+
+
+def lines_below(profile: Resolved, levels: Array) -> list[Array]:
+    """The ends (2m,) of the parts of the profile at or below each level (k,), all at once."""
+    size = max(1, _ENTRIES // profile.x.size)
+    blocks = (levels[i : i + size] for i in range(0, levels.size, size))
+    return [lines for block in blocks for lines in _lines_below(profile, block)]
+
+
+def _lines_below(profile: Resolved, levels: Array) -> list[Array]:
+    x, f, last = profile.x, profile.f, profile.x.size - 1
+    low = f <= levels[:, None]
+    edges = np.diff(low.astype(np.int8), axis=1, prepend=0, append=0)
+    row, at = np.nonzero(edges)
+    starts = edges[row, at] > 0
+    inside = np.where(starts, at, at - 1)
+    outside = np.clip(np.where(starts, at - 1, at), 0, last)
+    for i in (0, last):
+        if (inside[outside == i] == i).any() and float(x[i]) not in profile.indenter.walls:
             raise ValueError(
                 f"the contact spreads to x = {float(x[i])!r}, where the profile is not known any "
                 "more; give a wider profile or a smaller depth"
             )
-
-    def line(inside: int, outside: int) -> float:
-        if not 0 <= outside < x.size:
-            return float(x[inside])
-        above = float(profile.f[inside]) == level
-        return (
-            float(x[inside])
-            if above
-            else bracketed(
-                lambda at: float(indenter.height(at)) - level, float(x[inside]), float(x[outside])
-            )
+    level, found = levels[row], x[inside]
+    own = np.flatnonzero((f[inside] < level) & (inside != outside) & (x[outside] != found))
+    if own.size:
+        goal, ends = level[own], (x[inside[own]], x[outside[own]])
+        rise = (f[outside[own]] - f[inside[own]]) / (ends[1] - ends[0])
+        guess = ends[0] + (goal - f[inside[own]]) / rise
+        found[own] = crossings(
+            lambda z, k: np.asarray(profile.indenter.height(z), float) - goal[k],
+            np.minimum(*ends),
+            np.maximum(*ends),
+            guess,
+            rise,
+            0.0,
         )
-
-    ends = [
-        (line(i, i - 1), line(j, j + 1)) for i, j in zip(first.tolist(), last.tolist(), strict=True)
-    ]
-    return np.array(ends)
+    return np.split(found, np.cumsum(np.bincount(row, minlength=levels.size))[:-1])
 
 
 def _judged(

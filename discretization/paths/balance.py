@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from discretization.fitted.spectral import rounded
 from discretization.paths.branch import Branch, Leg, Point
 from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, PullOff, Snapshot
 
+Array = NDArray[np.float64]
 Segment = tuple[Snapshot, Snapshot]
 _FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
 _WORK = 1e-12  # of the integral of a force that is smooth between events
@@ -30,16 +32,18 @@ def work(
 
 
 def integral(
-    force: Callable[[float], float], start: float, end: float, rtol: float = _WORK
+    force: Callable[[Array], Array], start: float, end: float, rtol: float = _WORK
 ) -> float:
-    """∫P dd by Lobatto rules, on parts halved until fewer points agree to rtol of the whole."""
+    """∫P dd by Lobatto rules, on parts halved until fewer points agree to rtol of the whole.
+
+    force: P at depths (n,).
+    """
     if start == end:
         return 0.0
 
     def part(lo: float, hi: float, order: int) -> tuple[float, float]:
         points, weights, _ = rounded(order)
-        depths = [lo, *(lo + (points[1:-1] + 1) / 2 * (hi - lo)).tolist(), hi]
-        forces = np.array([force(depth) for depth in depths])
+        forces = force(np.concatenate([[lo], lo + (points[1:-1] + 1) / 2 * (hi - lo), [hi]]))
         weights = weights * ((hi - lo) / 2)
         return float(weights @ forces), float(np.abs(weights) @ np.abs(forces))
 

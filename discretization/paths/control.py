@@ -31,6 +31,7 @@ _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
 _NEWTON = 5  # steps to a guess
 _ZOOMS = 40  # rounds, each of which narrows a peak to a quarter or finds it
 _WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
+_NOISE = 100.0  # times the rounding of C: by less it does not turn
 _ROUNDING = 1e-15  # of what C is made of
 
 
@@ -58,10 +59,10 @@ class Control:
 
 
 class Curve(NamedTuple):
-    """C on a leg at t (j,), depths start + (end - start)(2t - t²), monotone in between.
+    """C on a leg at t (j,), depths start + (end - start) t²(3 - 2t), monotone in between.
 
     series: the polynomial of t that is C up to each t but the first; none where P is only known
-    between nodes. rounding: of C. t is crowded at the end, where P may be like a root of the depth.
+    between nodes. rounding: of C. t is crowded at both ends, where P may be like a root of the depth.
     """
 
     leg: Leg
@@ -99,7 +100,7 @@ class Curve(NamedTuple):
 
     def peak(self, side: int) -> int:
         """The first sample after which C falls (side 1) or rises (-1); the last if none."""
-        falls = side * np.diff(self.value) < -4 * self.rounding
+        falls = side * np.diff(self.value) < -_NOISE * self.rounding
         return int(np.argmax(falls)) if falls.any() else self.value.size - 1
 
     def refined(self, i: int, side: int) -> float:
@@ -159,7 +160,7 @@ def _guessed(fit: Legendre, values: Array, between: tuple[Array, Array]) -> tupl
 
 def _depths(leg: Leg, t: Array) -> Array:
     start, end = leg.start.depth, leg.end.depth
-    return np.where(t == 1.0, end, start + (end - start) * (t * (2 - t)))
+    return np.where(t == 1.0, end, start + (end - start) * (t * t * (3 - 2 * t)))
 
 
 def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:

@@ -211,8 +211,8 @@ class FittedBranch(FollowerBase):
         if before is None:
             return 0.0
 
-        def force(depth: float) -> float:
-            return self.force(self.follow(before, depth), depth)
+        def force(depths: Array) -> Array:
+            return np.array([self.force(self.follow(before, d), d) for d in depths.tolist()])
 
         if not self.scene.axisymmetric or not self._fold[0]:
             return integral(force, start, end)

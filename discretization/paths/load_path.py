@@ -188,6 +188,8 @@ class LoadPath:
 
     def _hold(self, pinned: Pinned) -> None:
         """Events of lines that leave or reach a corner where the path is."""
+        if pinned == self.pinned:
+            return
         value, changes = self._value(self.point), list(zip(self.pinned, pinned, strict=True))
         for place in dict.fromkeys(was for was, now in changes if was and was != now):
             self._record(f"{place} depinning", value, self.point, self.point)

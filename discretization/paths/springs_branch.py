@@ -8,6 +8,7 @@ touched, and no energy is released at once.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,16 +17,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.contacts import panels
-from discretization.fitted.quadrature import Interval, arc_length, refined
-from discretization.fitted.springs import at_level, below
+from discretization.fitted.integrals import Integrals
+from discretization.fitted.springs import at_level, lines_below
 from discretization.paths.balance import integral
-from discretization.paths.branch import FollowerBase, at_edges
+from discretization.paths.branch import BranchBase, Pinned, Point, at_edges
 from discretization.profile import Resolved, resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
-_WORK = 1e-10  # of the integral of the force, which has a kink where contacts begin or end
+_WORK = 1e-11  # of the integral of the force
+_APART = 1e-15  # of the depths: two places that close are one
 
 
 class Level(NamedTuple):
@@ -43,8 +44,44 @@ class Level(NamedTuple):
 State = Level | None
 
 
+@dataclass(eq=False)
+class Levels:
+    """A leg between two depths at which the contact begins, ends or meets a corner somewhere."""
+
+    branch: SpringsBranch
+    start: Point
+    end: Point
+    after: Point | None
+    jumps: bool = False
+
+    @property
+    def pinned(self) -> Pinned:
+        """What holds the outermost lines on the way."""
+        ends = [self.branch.pinned(point.state) for point in (self.start, self.end)]
+        first, last = ("edge" if one == other == "edge" else "" for one, other in zip(*ends, strict=True))
+        return first, last
+
+    def points(self, depths: Array) -> list[Point]:
+        """The states at depths on the way (n,)."""
+        states = self.branch.moved(self.start.state, depths)
+        return [Point(d, state) for d, state in zip(depths.tolist(), states, strict=True)]
+
+    def forces(self, depths: Array, *, roughly: bool = False) -> Array:
+        """P at depths on the way (n,)."""
+        return self.branch.totals(self.branch.moved(self.start.state, depths), depths)[1]
+
+    def work(self) -> float:
+        """∫P dd, with t that is crowded where the contact begins or ends like a root of d."""
+        start, length = self.start.depth, self.end.depth - self.start.depth
+
+        def density(t: Array) -> Array:
+            return self.forces(start + length * t * t * (3 - 2 * t)) * (6 * length * t * (1 - t))
+
+        return integral(density, 0.0, 1.0, _WORK)
+
+
 @dataclass(frozen=True, eq=False)
-class SpringsBranch(FollowerBase):
+class SpringsBranch(BranchBase):
     """States of independent springs under a prescribed depth; None: detached."""
 
     scene: Scene
@@ -66,10 +103,17 @@ class SpringsBranch(FollowerBase):
         """Depth at which contact begins."""
         return self.profile.touch
 
-    def _at(self, level: float) -> State:
-        if level < self.touch:
-            return None
-        return Level(level, tuple(below(self.profile, level).ravel().tolist()))
+    @functools.cached_property
+    def integrals(self) -> Integrals:
+        """What contacts cost up to a line."""
+        return Integrals.of(self.scene, self.profile, float(self.profile.f.max()))
+
+    @functools.cached_property
+    def heights(self) -> Array:
+        """Levels at which contacts begin, end, or meet a corner, in their order."""
+        f, steps = self.profile.f, np.diff(self.profile.f)
+        turns = np.flatnonzero(steps[1:] * steps[:-1] <= 0) + 1  # corners stand twice
+        return np.unique(np.concatenate([f[:1], f[turns], f[-1:]]))
 
     def contact(self, depth: float, *lines: float) -> State:
         """The state with lines here; nan: detached."""
@@ -77,56 +121,84 @@ class SpringsBranch(FollowerBase):
             return None
         return Level(float(np.max(self.profile.indenter.height(np.array(lines)))), lines)
 
+    def moved(self, before: Level, depths: Array) -> list[Level]:
+        """The states at depths (n,) on one way from a state."""
+        levels = np.clip(before.level, depths, depths + self.lift)
+        levels = np.maximum(levels, self.touch)  # but for rounding it is
+        found = lines_below(self.profile, levels)
+        return [
+            before if level == before.level else Level(level, tuple(lines.tolist()))
+            for level, lines in zip(levels.tolist(), found, strict=True)
+        ]
+
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
-        if before is None and depth < self.touch:
-            return None
-        level = self.touch if before is None else before.level
-        return self._at(min(max(level, depth), depth + self.lift))
+        if before is None:
+            if depth < self.touch:
+                return None
+            (lines,) = lines_below(self.profile, np.array([self.touch]))
+            before = Level(self.touch, tuple(lines.tolist()))
+        return self.moved(before, np.array([depth]))[0] if depth >= self.lost else None
 
-    def jump(self, state: State, start: float, end: float) -> None:
-        """Springs do not jump."""
+    @property
+    def lost(self) -> float:
+        """The depth at which the last spring lets go."""
+        return self.touch - self.lift
 
-    def pinned(self, state: State) -> tuple[str, str]:
+    def leg(self, point: Point, goal: float) -> Levels:
+        """The way from a point towards another depth, up to the next change of the contact."""
+        here, level, way = point.depth, point.state.level, (1 if goal > point.depth else -1)
+        least = _APART * (abs(here) + abs(goal) + abs(self.touch) + self.lift)
+        places = self.heights if way > 0 else self.heights - self.lift
+        first = level if way > 0 else level - self.lift
+        ahead = np.append(places[way * (places - first) > 0], first)
+        ahead = ahead[way * (ahead - here) > least]
+        end = goal
+        if ahead.size:
+            end = way * min(way * goal, float((way * ahead).min()))
+        lost = way < 0 and end <= self.lost + least
+        end = self.lost if lost else end
+        (state,) = self.moved(point.state, np.array([end]))
+        return Levels(self, point, Point(end, state), Point(end, None) if lost else None)
+
+    def pinned(self, state: State) -> Pinned:
         """What holds the outermost lines: "edge" or "" where they are free."""
         return at_edges(self.scene, state)
 
-    def _totals(self, state: Level, depth: float) -> Interval:
-        x = np.array(state.lines).reshape(-1, 2)
-        return refined(self.scene, depth, panels(self.scene.indenter, x), (0.0,) * 4, 1e-14)[1]
+    def totals(self, states: Sequence[Level], depths: Array) -> Array:
+        """U and P (2, n)."""
+        counts = [len(state.lines) for state in states]
+        own = np.repeat(np.arange(len(states)), counts)
+        lines = np.array([x for state in states for x in state.lines])
+        energy, _, force = self.integrals.contact(lines, depths[own], self.scene.work_of_adhesion)
+        side = np.where(np.arange(lines.size) % 2, 1.0, -1.0)
+        return np.array(
+            [np.bincount(own, side * part, minlength=len(states)) for part in (energy, force)]
+        )
 
     def force(self, state: State, depth: float) -> float:
         """P."""
-        return 0.0 if state is None else self._totals(state, depth).force
+        return 0.0 if state is None else float(self.totals([state], np.array([depth]))[1, 0])
 
     def energy(self, state: State, depth: float) -> float:
         """U."""
-        return 0.0 if state is None else self._totals(state, depth).energy
+        return 0.0 if state is None else float(self.totals([state], np.array([depth]))[0, 0])
 
     def friction(self, before: State, after: State) -> float:
         """w of what closes, which had to be touched, and w_opening - w of what opens."""
-        if before is None or after is None:
+        if before is None or after is None or before.level == after.level:
             return 0.0
         grown = self._length(after) - self._length(before)
         w, opening = self.scene.work_of_adhesion, self.scene.opened.work_of_adhesion
         return w * grown if grown > 0 else (w - opening) * grown
 
     def _length(self, state: Level) -> float:
-        pairs = zip(state.lines[::2], state.lines[1::2], strict=True)
-        return sum(arc_length(self.scene, left, right) for left, right in pairs)
-
-    def work(self, before: State, start: float, end: float) -> float:
-        """∫P dd from one depth to another, by adaptive Lobatto rules."""
-        if before is None:
-            return 0.0
-        return integral(
-            lambda depth: self.force(self.follow(before, depth), depth), start, end, _WORK
-        )
+        bound = self.integrals.at(np.array(state.lines))[4]
+        return float((bound[1::2] - bound[::2]).sum())
 
     def observed(self, depths: Array, states: Sequence[Level]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,)."""
-        found = [self._totals(s, d) for d, s in zip(depths.tolist(), states, strict=True)]
-        force, energy = np.array([(one.force, one.energy) for one in found]).T
+        energy, force = self.totals(states, depths)
         return np.array([state.ends for state in states]), force, energy
 
     def certify(self, state: State, depth: float) -> None:
