@@ -152,12 +152,13 @@ def _spline_slopes(x: Array, z: Array) -> Array:
     """Slopes at the samples that make the piecewise cubic twice differentiable.
 
     h_i m_{i-1} + 2(h_{i-1}+h_i) m_i + h_{i-1} m_{i+1} = 3(h_i s_{i-1} + h_{i-1} s_i), with the
-    secants s and the spacings h; the two end slopes are given.
+    secants s and the spacings h; the two end slopes are given, by cubics through heights from the
+    end on: a height of all samples would only round.
     """
     h, secant = np.diff(x), np.diff(z) / np.diff(x)
     near = min(4, x.size)
     ends = [
-        np.polynomial.Polynomial.fit(x[i], z[i], near - 1).deriv()(x[end])
+        np.polynomial.Polynomial.fit(x[i], z[i] - z[end], near - 1).deriv()(x[end])
         for i, end in ((slice(near), 0), (slice(-near, None), -1))
     ]
     band, rhs = np.zeros((3, x.size)), np.empty_like(z)

@@ -53,6 +53,15 @@ def test_a_symmetric_profile_is_turned_as_it_is(indenter):
     assert not Scene(LAYER, SURFACES, indenter).axisymmetric
 
 
+def test_smooth_samples_are_no_less_symmetric_for_their_height():
+    x = np.linspace(-20, 20, 41)
+    own = Sampled(x, x**2 / 2**40, kind="smooth")
+    raised = Sampled(x, 1.0 + x**2 / 2**40, kind="smooth")  # the same digits
+    assert np.abs(raised._slopes - own._slopes).max() <= 1e-14 * np.abs(own._slopes).max()
+    r = np.linspace(0, 20, 777)
+    assert np.abs(raised.height(r) - raised.height(-r)).max() <= 2 * np.finfo(float).eps
+
+
 @pytest.mark.parametrize(
     "indenter",
     [

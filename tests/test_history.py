@@ -1,5 +1,6 @@
 """Histories: saved, read back, continued, and cut off in the middle."""
 
+import itertools
 import os
 import subprocess
 import sys
@@ -127,18 +128,23 @@ sys.setprofile(None)
 
 def test_a_path_killed_at_any_moment_goes_on(tmp_path):
     """SIGKILL again and again, each time after more calls of functions, until it has ended."""
-    save, whole = tmp_path / "path.csv", load_path(adhesive(Parabola(0.02)), depths=PROGRAMME)
+    save, scene, count = tmp_path / "path.csv", adhesive(Parabola(0.02)), itertools.count()
+    before = sys.getprofile()
+    sys.setprofile(lambda *event: next(count))
+    whole = load_path(scene, depths=PROGRAMME, save=tmp_path / "whole.csv", every=3)
+    sys.setprofile(before)
+    calls = more = next(count) // 6
     text = ",".join(map(repr, PROGRAMME.tolist()))
     environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
-    seen, calls, ended = [], 10000, False
+    seen, ended = [], False
     while not ended:
         command = [sys.executable, "-c", KILLED, str(save), text, str(calls)]
         ended = subprocess.run(command, env=environment, cwd=ROOT).returncode == 0
         seen.append(len(History.from_csv(save).values) if save.exists() else 0)
-        calls += 5777
+        calls += more
     assert seen == sorted(seen)
     assert len(set(seen)) >= 3  # it was cut off in the middle, several times
-    resumed = load_path(adhesive(Parabola(0.02)), depths=PROGRAMME, save=save, every=3)
+    resumed = load_path(scene, depths=PROGRAMME, save=save, every=3)
     assert identical(whole, resumed)
     assert identical(whole, History.from_csv(save))
 
