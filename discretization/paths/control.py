@@ -85,7 +85,7 @@ class Curve(NamedTuple):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
                 continue
             if smooth:
-                at, drawn = _with_turns(at, drawn, fit)
+                at, drawn = _with_turns(leg, control, at, drawn, fit)
                 series += [fit] * (at.size - 1)
             t, value = np.append(t, at[t.size > 0 :]), np.append(value, drawn[t.size > 0 :])
         return cls(leg, control, t, value, series, rounding)
@@ -111,7 +111,7 @@ class Curve(NamedTuple):
             if np.ptp(value) <= 8 * self.rounding:
                 break
             if _represents(series, _RESOLVED):
-                t, value = _with_turns(t, value, series)
+                t, value = _with_turns(self.leg, self.control, t, value, series)
                 return float(t[np.argmax(side * value)])
             i = int(np.argmax(side * value))
             low, high = float(t[max(i - 1, 0)]), float(t[min(i + 1, t.size - 1)])
@@ -184,11 +184,15 @@ def _represents(series: Legendre, part: float) -> bool:
     return bool(coef[-2:].max() <= part * coef[1:].max() + _ROUNDING * coef[0])
 
 
-def _with_turns(t: Array, value: Array, series: Legendre) -> tuple[Array, Array]:
-    """Samples and the places in between where the polynomial turns."""
+def _with_turns(
+    leg: Leg, control: Control, t: Array, value: Array, series: Legendre
+) -> tuple[Array, Array]:
+    """Samples and the places in between where the polynomial turns, with C there."""
     slope = series.deriv().trim(_ROUNDING * float(np.abs(series.coef).max()))
     turns = slope.roots() if slope.degree() else np.empty(0)
     turns = turns.real[(np.abs(turns.imag) <= 1e-6) & (turns.real > t[0]) & (turns.real < t[-1])]
+    if not turns.size:
+        return t, value
     whole = np.concatenate([t, turns])
     order = np.argsort(whole)
-    return whole[order], np.concatenate([value, series(turns)])[order]
+    return whole[order], np.concatenate([value, _values(leg, control, turns)])[order]

@@ -58,7 +58,9 @@ class Levels:
     def pinned(self) -> Pinned:
         """What holds the outermost lines on the way."""
         ends = [self.branch.pinned(point.state) for point in (self.start, self.end)]
-        first, last = ("edge" if one == other == "edge" else "" for one, other in zip(*ends, strict=True))
+        first, last = (
+            "edge" if one == other == "edge" else "" for one, other in zip(*ends, strict=True)
+        )
         return first, last
 
     def points(self, depths: Array) -> list[Point]:
