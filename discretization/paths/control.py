@@ -62,7 +62,7 @@ class Curve(NamedTuple):
     """C on a leg at t (j,), depths start + (end - start) t²(3 - 2t), monotone in between.
 
     series: the polynomial of t that is C up to each t but the first; none where P is only known
-    between nodes. rounding: of C. t is crowded at both ends, where P may be like a root of the depth.
+    between nodes. rounding: of C. t is crowded at both ends, where P may be like a root of d.
     """
 
     leg: Leg
