@@ -51,10 +51,10 @@ class Resting:
     def pulls(self, one: float, other: float, depth: float) -> bool:
         """Whether a contact between two positions that does not adhere would open somewhere."""
         torn = bool(self.torn(one, other, depth).size)
-        return torn or self.pull(one, other, depth).worst > self.least_pull(depth)
+        return torn or self.pull(one, other, depth).force > self.least_pull(depth)
 
     def least_pull(self, depth: float) -> float:
-        """The least pull at which a contact that does not adhere opens [length].
+        """The least pull at which a contact that does not adhere opens, over kl [length].
 
         Gaps close continuously with it, and D is known the less the narrower they are.
         """

@@ -131,7 +131,9 @@ class LoadPath:
         asked = min(float(far[-1]), self.reach) if self.branch.ahead else float(far[0])
         leg = self._leg(self.point, side * asked, float(far[0]))
         ahead = side * (values - leg.end.depth)
-        stays = leg.after is None or (leg.after.state is None and leg.end.depth == self.branch.touch)
+        stays = leg.after is None or (
+            leg.after.state is None and leg.end.depth == self.branch.touch
+        )
         reached = int(((ahead < 0) | ((ahead == 0) & stays)).sum())
         self._add(leg.points(values[:reached]))
         self._measure(leg, asked, np.empty(0))
