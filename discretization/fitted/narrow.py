@@ -1,7 +1,7 @@
 """Narrow gaps, whose lines feel the rounding of the profile.
 
-The tilt of a gap of length L is the rise of the profile from line to line over L, and D of its lines
-varies by (l/L) times what the tilt does. Heights are rounded by a part of themselves; so where the
+The tilt of a gap of length L is the rise of the profile over L, and D of its lines varies by
+(l/L) times what the tilt does. Heights are rounded by a part of themselves; so where the
 slope is smooth between the lines of a narrow gap, the rise is ∫f' dx instead, rounded by a part of
 itself.
 """
