@@ -9,8 +9,8 @@ TIE of the largest, no less than makes that pass:
                   surface does not pass through the indenter, D₀ >= d, D₀ that of no adhesion
     stationarity  residual of the free nodes, and of the energy's derivative by the gap
     opening       no corner in contact is torn open, -[f'] <= 2√(2w/γ₁) (or angles); a contact of
-                  one point, which does not adhere, is not pulled; w = 0: kg + γ₁f'' >= 0
-                  everywhere in contact
+                  one point, which does not adhere, is not pulled; where w = 0, neither is
+                  any part of a contact, kg + γ₁f'' >= 0; all as forces over kl
     neighbours    every line rests: D >= d just ahead of it with the adhesion of a contact that
                   closes, D <= d just behind with that of one that opens; where a line is free, D
                   grows outwards, of both lines of a gap together
@@ -140,7 +140,7 @@ def _tension(contacts: Contacts, lift: float) -> float:
     worst = max(worst, float(-pulls.min(initial=0.0)))
     unit = scene.stiffness * length
     for left, right in motion.bare(contacts.x):
-        worst = max(worst, unit * motion.resting.pull(left, right, contacts.depth).worst)
+        worst = max(worst, unit * motion.resting.pull(left, right, contacts.depth).force)
     return worst / (unit * lift)
 
 

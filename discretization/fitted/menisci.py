@@ -30,7 +30,8 @@ from discretization.fitted.spectral import band, nodes, rounded
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
 STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind resolves them
-LEAST = {1: 2.0**-20, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is solved
+LEAST = {1: 2.0**-40, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is known
+_SOLVED = 2.0**-20  # l: beside smaller radii springs do not matter next to the line
 _MILD = math.radians(60)
 _RANGE = 3.0  # octaves of radii in a piece
 _RADII, _INCLINATIONS = 20, 14  # points of a piece
@@ -188,7 +189,21 @@ def _bounds(steep: bool) -> tuple[float, float]:
 
 
 def read(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
-    """u₀ and F beside lines of radii s (n,) at which the surface is inclined by φ (n,)."""
+    """u₀ and F beside lines of radii s (n,) at which the surface is inclined by φ (n,).
+
+    Where springs do not matter next to the line, both over s change by the tension's logarithm,
+    -sin φ and -sin² φ/2 times log s, but for s² log² s.
+    """
+    if side < 0 or not (s < _SOLVED).any():
+        return _tabled(side, s, phi)
+    u, energy = _tabled(side, np.maximum(s, _SOLVED), phi)
+    part, sine = np.minimum(s / _SOLVED, 1.0), np.sin(np.clip(phi, -STEEPEST, STEEPEST))
+    more = -part * _SOLVED * np.log(part) * sine
+    return part * u + more, part * energy + more * sine / 2
+
+
+def _tabled(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
+    """The same beside radii whose surfaces are solved."""
     u, energy = np.zeros((2, *s.shape))
     half = np.sin(np.minimum(np.abs(phi), STEEPEST) / 2)
     pieces, steep = np.floor(np.log2(s) / _RANGE), np.abs(phi) > _MILD

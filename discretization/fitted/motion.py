@@ -137,9 +137,9 @@ class Motion:
             aside = MET * self.scene.elastocapillary_length
             return float(torn[0]) - aside, float(torn[0]) + aside
         for start, end in self.bare(np.array([[left, right]])):
-            worst, (one, other) = self.resting.pull(start, end, depth)
-            if worst > self.resting.least_pull(depth):
-                return one, other
+            found = self.resting.pull(start, end, depth)
+            if found.force > self.resting.least_pull(depth):
+                return found.ends
         return None
 
     def holds(self, x: Array) -> Array:

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 Pair = tuple[float, float]
 MET = 1e-9  # of l: lines closer than that have met
 PULLED = TOLERANCE / 4  # of a state's depths: a pull that opens no gap
+_SHUT = 1 / 4  # of that: what still keeps a gap open
 _SWEEPS = 1000  # over all lines; each is a contraction
 _STILL = 4e-16  # of the positions: a line that moves less has come to rest
 _ROUNDED = 1e-12  # of the same: a step of Newton's method that may be, if it shrinks no more
@@ -49,12 +50,15 @@ class Resting:
         return not self.pulls(q, p, depth)
 
     def pulls(self, one: float, other: float, depth: float) -> bool:
-        """Whether a contact between two positions that does not adhere would open somewhere."""
+        """Whether the profile pulls between two positions, so that a gap there stays open.
+
+        One closes at clearly less than opens one, or it would open and close for ever.
+        """
         torn = bool(self.torn(one, other, depth).size)
-        return torn or self.pull(one, other, depth).worst > self.least_pull(depth)
+        return torn or self.pull(one, other, depth).force > _SHUT * self.least_pull(depth)
 
     def least_pull(self, depth: float) -> float:
-        """The least pull at which a contact that does not adhere opens [length].
+        """The least pull at which a contact that does not adhere opens, over kl [length].
 
         Gaps close continuously with it, and D is known the less the narrower they are.
         """

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE
+from discretization.fitted.narrow import noise, rise
 from discretization.fitted.surfaces import At, Surfaces
 from discretization.profile import Resolved
 from discretization.rounding import EPSILON
@@ -54,13 +55,15 @@ class Rests:
         return max(abs(depth), delta, TIE / TOLERANCE * self.size)
 
     def noise(self, lines: Array) -> Array:
-        """What rounding of heights makes of D, of surfaces with lines (.., 2).
+        """What rounding of heights makes of D, of surfaces with lines (.., 2)."""
+        return noise(self.profile, self.length, self.size, lines, self.scene.axisymmetric)
 
-        The tilt of a gap of length L feels their difference times l/L, and D that times l/L again.
-        """
-        with np.errstate(divide="ignore", invalid="ignore"):
-            steep = self.length / np.maximum(lines[..., 1] - lines[..., 0], 0.0)
-        return EPSILON * self.size * steep**2
+    def with_work(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        """D of a line with a work of adhesion: of a gap, heights count from that of the line."""
+        if facing is None:
+            return self.surfaces.rest_depth(side, x, f, f1, None, w)
+        beyond = At(facing.x, rise(self.profile, self.length, At(x, f), facing))
+        return f + self.surfaces.rest_depth(side, x, f - f, f1, beyond, w)
 
     def at(self, x: float) -> At | None:
         """A line at x; None at infinity."""
@@ -81,7 +84,7 @@ class Rests:
         w: Any = self.work(way)
         if self.scene.pattern is not None:
             w = w * self.scene.pattern.factor(x)
-        return self.surfaces.rest_depth(side, x, f, f1, facing, w)
+        return self.with_work(side, x, f, f1, facing, w)
 
     def rooms(self, lines: Array, way: int) -> Array:
         """Between which places lines (n, 2) move without passing a corner, (2, n, 2).
@@ -131,7 +134,7 @@ class Rests:
         found, profile = np.full(lines.shape, math.inf), self.profile
         for own, x, side, facing in self._lines(lines):
             place = side, profile.past(x, side * way), *profile.beside(x, side * way), facing
-            rest = self.rest(*place, way) if adhesive else self.surfaces.rest_depth(*place, 0.0)
+            rest = self.rest(*place, way) if adhesive else self.with_work(*place, 0.0)
             ends = profile.indenter.extent
             outermost = np.equal(x, np.where(side > 0, ends[1], ends[0]))
             edge = (way > 0) & outermost & np.isin(x, profile.indenter.walls)

@@ -31,7 +31,7 @@ _NEWTON = 48  # where an equilibrium disappears the steps only halve
 _SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
 _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
-_LOCAL = 1e-5  # of the same: the changes of D are those of the step before
+_LOCAL = 1e-5  # of the same, and of the least gap: the changes of D are those of the step before
 _EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
 _HELD = 1e-11  # of the size of depths: lines so far from rest are held until they come free
 _BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
@@ -96,7 +96,8 @@ class Smooth:
         inner = np.isfinite(lines)
         rests = self.rests.ahead(lines, way)
         free = inner & (way * (rests - depths[-1]) < 0)
-        waits = free & (way * (rests - depths[0]) > _HELD * self.rests.size)
+        early = _HELD * self.rests.size + self.rests.noise(lines)[:, None]
+        waits = free & (way * (rests - depths[0]) > early)
         size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.rests.length
         rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf)
         room = self.rests.rooms(lines, way)
@@ -125,7 +126,8 @@ class Smooth:
             worse[own] += now > _SHRINKS * last[own]
             lost = stopped | (~done & (worse[own] > _PATIENCE))
             good[own] &= (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~lost
-            near = bool((now <= np.minimum(_LOCAL * size[own], last[own] / 8)).all())
+            least = np.minimum(size[own], (new[..., 1] - new[..., 0]).min(axis=1))
+            near = bool((now <= np.minimum(_LOCAL * least, last[own] / 8)).all())
             last[own], active[own] = now, ~done & good[own]
         stable, margin = margins(rates, free)
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -22,16 +22,19 @@ _PARTS = 8  # of an interval between samples, of each of which the mean pull is 
 _CLOSER = 2  # times the parts around the largest pull are taken apart again
 _SHORT = 1e-9  # of l: in shorter intervals f' is not known well enough
 _ROUNDING = 4 * EPSILON  # of slopes
+_TO_END = np.array([11, -7, 2]) / 6  # of three means next to an end, for the value there
 
 
 class Pull(NamedTuple):
-    """The largest pull of a part of the contact over k [length], and both ends of where it pulls.
+    """Where the profile pulls most in a part of the contact.
 
-    Beyond what may be rounding of f'; ends: nan if nothing pulls.
+    worst: the pull over k [length], beyond what may be rounding of f'; ends: of where it pulls,
+    nan if nowhere; force: at most so much it pulls there, over kl [length].
     """
 
     worst: float
     ends: tuple[float, float]
+    force: float
 
 
 class _Parts(NamedTuple):
@@ -49,28 +52,55 @@ class _Parts(NamedTuple):
 
 def pull(scene: Scene, profile: Resolved, one: float, other: float, depth: float) -> Pull:
     """The largest pull in contact between two positions, in either order."""
-    length, ends = scene.elastocapillary_length, (math.nan, math.nan)
+    length, ends, worst = scene.elastocapillary_length, (math.nan, math.nan), 0.0
     lo, hi = sorted((one, other))
-    own, worst = profile.beyond(lo, hi), -math.inf
+    own = profile.beyond(lo, hi)
     x = np.concatenate([[lo], profile.x[own], [hi]])
     inner = profile.slope[own]
     left = np.concatenate([[profile.at(lo, 1)[1]], inner])
     right = np.concatenate([inner, [profile.at(hi, -1)[1]]])
     parts = _Parts(x[:-1], x[1:], left, right)
     parts = parts.among(parts.hi - parts.lo > _SHORT * length)
+    whole = (parts.lo[0], parts.hi[-1]) if parts.lo.size else ends
     for _ in range(1 + _CLOSER if parts.lo.size else 0):
         parts = _halved(profile, parts)
-        pulls = _pulls(scene, profile, parts, depth)
-        i = int(np.argmax(pulls))
-        if pulls[i] > 0 >= worst:
-            stays = np.flatnonzero(pulls <= 0)
-            first, last = np.searchsorted(stays, i), stays.size
-            begin = stays[first - 1] + 1 if first else 0
-            end = stays[first] - 1 if first < last else -1
-            ends = float(parts.lo[begin]), float(parts.hi[end])
-        worst = max(worst, float(pulls[i]))
-        parts = parts.among(slice(max(i - 1, 0), i + 2))
-    return Pull(max(worst, 0.0), ends)
+        z, values = _along(parts, _pulls(scene, profile, parts, depth))
+        i = int(np.argmax(values))
+        worst = float(values[i])
+        if worst > 0:
+            found = _around(z, values, i)
+            seen = found[0] > z[0] or z[0] == whole[0], found[1] < z[-1] or z[-1] == whole[1]
+            ends = found if all(seen) or math.isnan(ends[0]) else ends
+        group, at = divmod(i, _PARTS + 2)
+        cell = _PARTS * group + min(max(at - 1, 0), _PARTS - 1)
+        parts = parts.among(slice(max(cell - 1, 0), cell + 2))
+    wide = min((ends[1] - ends[0]) / length, 1.0) if worst > 0 else 0.0
+    return Pull(max(worst, 0.0), ends, max(worst, 0.0) * wide)
+
+
+def _along(parts: _Parts, means: Array) -> tuple[Array, Array]:
+    """Places and the pull there: at middles, and at both ends of every _PARTS intervals.
+
+    At the ends it is that of the parabola with the means of the next three: it may be largest
+    there, next to what adheres or to a corner.
+    """
+    lo, hi, mean = (part.reshape(-1, _PARTS) for part in (parts.lo, parts.hi, means))
+    x = np.hstack([lo[:, :1], (lo + hi) / 2, hi[:, -1:]])
+    first, last = mean[:, :3] @ _TO_END, mean[:, :-4:-1] @ _TO_END
+    return x.ravel(), np.hstack([first[:, None], mean, last[:, None]]).ravel()
+
+
+def _around(x: Array, values: Array, i: int) -> tuple[float, float]:
+    """Between which places values are positive around the one with the number i."""
+    stays, found = np.flatnonzero(values <= 0), []
+    for beside, way in ((stays[stays < i][-1:], 1), (stays[stays > i][:1], -1)):
+        if beside.size:
+            k = int(beside[0])
+            share = values[k] / (values[k] - values[k + way])
+            found.append(float(x[k] + share * (x[k + way] - x[k])))
+        else:
+            found.append(float(x[0 if way > 0 else -1]))
+    return found[0], found[1]
 
 
 def _halved(profile: Resolved, parts: _Parts) -> _Parts:

@@ -78,7 +78,8 @@ class Track:
         for i in range(depths.size):
             off[:, i] = self.smooth.rests.ahead(lines[:, i], way) - depths[i]
         moves = np.isfinite(lines) & (lines != lines[:, :1])
-        if (np.abs(off[moves]) > _NEAR * self.smooth.rests.size).any():
+        known = _NEAR * self.smooth.rests.size + self.smooth.rests.noise(lines)[..., None]
+        if (moves & (np.abs(off) > known)).any():
             raise NotCertifiedError(
                 f"the contacts between depth = {depths[0]!r} and {depths[-1]!r} do not come to "
                 "rest; try other depths, or method='lattice'"
