@@ -1,7 +1,8 @@
 """Load paths: the quasi-static, rate-independent response to a programme, with its events.
 
 The indenter starts out of contact, touches, and follows the programme; contact lines move downhill
-in energy at once. Every step is cut at the events it meets, each located by root finding.
+in energy at once. Every step is cut at the events it meets, each located by root finding. A load or
+a machine is read off the path at imposed depths (paths/control.py).
 """
 
 from __future__ import annotations
@@ -47,7 +48,11 @@ def load_path(
     machine_stiffness K [force/length²]: the indenter hangs on a spring whose far end is at the
     drive D, P = K (D - d). A path under imposed depth starts out of contact where the first depth
     is below touching, and by touching else; under force and machine control it starts at first
-    touch. Without long-range attraction contact begins on touching, at d = min f.
+    touch. Without long-range attraction contact begins on touching, at d = min f. With C(d) the
+    value of the control at which the state at a depth is in equilibrium, P(d) or d + P(d)/K, the
+    indenter is where the running maximum of C on its way down first reaches a value that rises, and
+    where the running minimum on its way up first reaches one that falls; it jumps where that is
+    flat.
 
     method "fitted": contact lines as unknowns, for any profile with any number of contacts. Between
     two depths lines move smoothly if the energy changes by the work of the force; else an event is
@@ -62,7 +67,7 @@ def load_path(
     after: a history of the same scene and control that this programme continues; it becomes the
     first part of the result. save: a file in which the history so far is kept, written anew every
     `every` steps and at the end; if it exists, it must hold the beginning of this very programme,
-    and the path goes on from there, with the same result to the last bit.
+    and the path goes on from there, with the same result to the last bit as if it had not stopped.
 
     ValueError for an unusable programme or a scene that the method cannot follow;
     NotCertifiedError if a state is no equilibrium: the path never continues from one;

@@ -5,7 +5,7 @@ import pytest
 
 from discretization import load_path
 from discretization.fitted.smooth import Smooth
-from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
+from energy import Circle, ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
 LAYER, SURFACES = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work
 NODES = {"method": "lattice", "spacing": 0.05}
@@ -141,3 +141,14 @@ def test_steps_between_two_events_are_read_off_one_way(monkeypatch):
         path = load_path(wavy(), drives=drives, machine_stiffness=5.0)
         assert len(path) == 2 * n
     assert ways[1] <= 1.2 * ways[0]
+
+
+def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
+    """It is pressed by nothing, and pulled in to a/R = 0.9946; no depth beyond is asked for."""
+    scene = Scene(LAYER, SURFACES(1.0, 0.9), Circle(0.05), "finite", geometry="axisymmetric")
+    path = load_path(scene, forces=np.linspace(0, -0.4, 41))
+    assert [event.kind for event in path.events] == ["jump-in", "pull-off"]
+    depths = load_path(scene, depths=[0.0, path.depth[1]])
+    assert depths.force[1] == pytest.approx(-0.01, rel=1e-12, abs=0)
+    assert path.half_width[0] / 0.05 > 0.99
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)
