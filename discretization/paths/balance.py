@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.spectral import rounded
-from discretization.paths.branch import Branch, Leg, Point
+from discretization.paths.branch import Branch, Point, legs
 from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, PullOff, Snapshot
 
@@ -25,7 +26,8 @@ def work(
     """∫P dd over the segments, and of the load `hold` while the state jumped."""
     total = 0.0
     for run in _runs(segments):
-        total += sum(leg.work() for leg in legs(branch, run[0], run[-1].depth))
+        ways = [(run[0], run[-1])] if branch.ahead else pairwise(run)
+        total += sum(branch.work(_point(branch, start), end.depth) for start, end in ways)
     for event in events:
         total += hold.work(event.before.depth, event.after.depth, event.control)
     return total
@@ -89,7 +91,7 @@ def _turns(branch: Branch, run: list[Snapshot]) -> Iterator[Snapshot]:
     """The states of a run that goes one way at which P is least, between those recorded."""
     if not branch.smooth:
         return
-    for leg in legs(branch, run[0], run[-1].depth):
+    for leg in legs(branch, _point(branch, run[0]), run[-1].depth):
         curve = Curve.of(leg, Control(0.0), True, 0.0)
         least = int(np.argmin(curve.value))
         if 0 < least < curve.t.size - 1:
@@ -97,15 +99,8 @@ def _turns(branch: Branch, run: list[Snapshot]) -> Iterator[Snapshot]:
             yield _snapshot(branch, point)
 
 
-def legs(branch: Branch, start: Snapshot, depth: float) -> Iterator[Leg]:
-    """The legs from a state to a depth without a jump on the way."""
-    here = Point(start.depth, branch.contact(start.depth, *start.lines))
-    while here.depth != depth and here.state is not None:
-        leg = branch.leg(here, depth)
-        yield leg
-        if leg.jumps:  # by rounding, where the run ends
-            return
-        here = leg.end if leg.after is None else leg.after
+def _point(branch: Branch, state: Snapshot) -> Point:
+    return Point(state.depth, branch.contact(state.depth, *state.lines))
 
 
 def _snapshot(branch: Branch, point: Point) -> Snapshot:

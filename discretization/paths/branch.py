@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
@@ -47,9 +47,6 @@ class Leg(Protocol):
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: good to draw it."""
-
-    def work(self) -> float:
-        """∫P dd from the start to the end."""
 
 
 class Branch(Protocol):
@@ -99,6 +96,9 @@ class Branch(Protocol):
     def friction(self, before: State, after: State) -> float:
         """Lost to adhesion hysteresis as the lines move without a jump."""
 
+    def work(self, point: Point, depth: float) -> float:
+        """∫P dd from a point to a depth without a jump on the way."""
+
     def observed(self, depths: Array, states: Sequence[State]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,) to report of states in contact."""
 
@@ -114,9 +114,6 @@ class Follower(Branch, Protocol):
 
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """First depth on the way to `end` at which a line jumps, and the states beside it."""
-
-    def work(self, before: State, start: float, end: float) -> float:
-        """∫P dd from one depth to another without a jump on the way."""
 
 
 @dataclass(eq=False)
@@ -157,10 +154,6 @@ class Followed:
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,)."""
         return self.branch.forces(self.points(depths))
-
-    def work(self) -> float:
-        """∫P dd from the start to the end."""
-        return self.branch.work(self.start.state, self.start.depth, self.end.depth)
 
 
 class BranchBase:
@@ -209,6 +202,16 @@ class FollowerBase(BranchBase):
             return Followed(self, point, *_change(self, point, end), jumps=False)
         after = None if jump is None else Point(jump[0], jump[2])
         return Followed(self, point, end, after, jump is not None)
+
+
+def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
+    """The legs from a point to a depth without a jump on the way."""
+    while here.depth != depth and here.state is not None:
+        leg = branch.leg(here, depth)
+        yield leg
+        if leg.jumps:  # by rounding, where the way ends
+            return
+        here = leg.end if leg.after is None else leg.after
 
 
 def moved(branch: Branch, point: Point, depth: float) -> Point:

@@ -105,17 +105,37 @@ class Curve(NamedTuple):
 
     def refined(self, i: int, side: int) -> float:
         """t of the peak at an inner sample, to rounding."""
-        low, high = float(self.t[i - 1 if i else 0]), float(self.t[i + 1])
+        low, high, found = *self._around(i, side), False
         for _ in range(_ZOOMS):
             t, value, series = _drawn(self.leg, self.control, low, high)
+            best = int(np.argmax(side * value))
+            top, reach = float(t[best]), np.abs(t - t[best])[max(best - 1, 0) : best + 2].max()
             if np.ptp(value) <= 8 * self.rounding:
                 break
-            if _represents(series, _RESOLVED):
-                t, value = _with_turns(self.leg, self.control, t, value, series)
-                return float(t[np.argmax(side * value)])
-            i = int(np.argmax(side * value))
-            low, high = float(t[max(i - 1, 0)]), float(t[min(i + 1, t.size - 1)])
-        return float(t[np.argmax(side * value)])
+            turns = _turns(series)
+            known = _represents(series, _RESOLVED) and turns.size > 0
+            if known:
+                top = float(turns[np.argmin(np.abs(turns - top))])
+                if found:
+                    break
+            low, high, found = max(top - reach, low), min(top + reach, high), known
+        return top
+
+    def _around(self, i: int, side: int) -> tuple[float, float]:
+        """Between which t to look for a peak at a sample: as far on one side as on the other.
+
+        A sample close by, at which C has fallen by hardly more than rounding, tells nothing.
+        """
+        height, ends = side * self.value, []
+        widest = max(self.t[i + 1] - self.t[i], self.t[i] - self.t[max(i - 1, 0)])
+        for way, last in ((-1, 0), (1, self.t.size - 1)):
+            j = i + way if i != last else i
+            while j != last and abs(self.t[j] - self.t[i]) < widest / 2:
+                if height[j + way] > height[j]:
+                    break
+                j += way
+            ends.append(float(self.t[j]))
+        return ends[0], ends[1]
 
     def reaches(self, values: Array, side: int, first: int, last: int) -> Array:
         """t at which C first reaches values (n,) between two samples; nan where it does not."""
@@ -160,7 +180,10 @@ def _guessed(fit: Legendre, values: Array, between: tuple[Array, Array]) -> tupl
 
 def _depths(leg: Leg, t: Array) -> Array:
     start, end = leg.start.depth, leg.end.depth
-    return np.where(t == 1.0, end, start + (end - start) * (t * t * (3 - 2 * t)))
+    depths = np.clip(
+        start + (end - start) * (t * t * (3 - 2 * t)), min(start, end), max(start, end)
+    )
+    return np.where(t == 1.0, end, depths)
 
 
 def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:
@@ -184,13 +207,21 @@ def _represents(series: Legendre, part: float) -> bool:
     return bool(coef[-2:].max() <= part * coef[1:].max() + _ROUNDING * coef[0])
 
 
+def _turns(series: Legendre) -> Array:
+    """Where a polynomial turns."""
+    slope = series.deriv().trim(_ROUNDING * float(np.abs(series.coef).max()))
+    turns = slope.roots() if slope.degree() else np.empty(0)
+    low, high = series.domain
+    return np.sort(
+        turns.real[(np.abs(turns.imag) <= 1e-6) & (turns.real > low) & (turns.real < high)]
+    )
+
+
 def _with_turns(
     leg: Leg, control: Control, t: Array, value: Array, series: Legendre
 ) -> tuple[Array, Array]:
     """Samples and the places in between where the polynomial turns, with C there."""
-    slope = series.deriv().trim(_ROUNDING * float(np.abs(series.coef).max()))
-    turns = slope.roots() if slope.degree() else np.empty(0)
-    turns = turns.real[(np.abs(turns.imag) <= 1e-6) & (turns.real > t[0]) & (turns.real < t[-1])]
+    turns = _turns(series)
     if not turns.size:
         return t, value
     whole = np.concatenate([t, turns])

@@ -30,7 +30,7 @@ from discretization.fitted.quadrature import along, arc_length, pressing, totals
 from discretization.fitted.state import certify_lines
 from discretization.fitted.surfaces import Surfaces
 from discretization.paths.balance import integral
-from discretization.paths.branch import FollowerBase
+from discretization.paths.branch import FollowerBase, Point
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -206,8 +206,9 @@ class FittedBranch(FollowerBase):
         )
         return (self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion) * opened
 
-    def work(self, before: State, start: float, end: float) -> float:
+    def work(self, point: Point, depth: float) -> float:
         """∫P dd from one depth to another without a jump on the way, by adaptive Lobatto rules."""
+        (start, before), end = point, depth
         if before is None:
             return 0.0
 

@@ -25,7 +25,7 @@ from discretization.fitted.quadrature import Interval
 from discretization.fitted.several import certified
 from discretization.fitted.smooth import Smooth
 from discretization.fitted.track import Track
-from discretization.paths.branch import BranchBase, Pinned, Point, at_edges
+from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import resolve
 from energy import Scene
 
@@ -172,6 +172,10 @@ class FittedMany(BranchBase):
         opened = np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0)
         more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
         return more * float(opened.sum())
+
+    def work(self, point: Point, depth: float) -> float:
+        """∫P dd from a point to a depth without a jump on the way."""
+        return sum(leg.work() for leg in legs(self, point, depth) if isinstance(leg, Tracked))
 
     def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,)."""

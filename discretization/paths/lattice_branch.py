@@ -247,8 +247,9 @@ class LatticeBranch(FollowerBase):
         bonds = self.row.sums.bonds
         return float(sum(bonds[last] - bonds[first] for first, last in state.nodes))
 
-    def work(self, before: State, start: float, end: float) -> float:
+    def work(self, point: Point, depth: float) -> float:
         """∫P dd from one depth to another without a jump: P is linear between changes."""
+        (start, before), end = point, depth
         nodes, done = () if before is None else before.nodes, 0.0
         while nodes and start != end:
             way = self._stretch(nodes, end)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from discretization.fitted.integrals import Integrals
 from discretization.fitted.springs import at_level, lines_below
 from discretization.paths.balance import integral
-from discretization.paths.branch import BranchBase, Pinned, Point, at_edges
+from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import Resolved, resolve
 from energy import Scene
 
@@ -197,6 +197,10 @@ class SpringsBranch(BranchBase):
     def _length(self, state: Level) -> float:
         bound = self.integrals.at(np.array(state.lines))[4]
         return float((bound[1::2] - bound[::2]).sum())
+
+    def work(self, point: Point, depth: float) -> float:
+        """∫P dd from a point to a depth without a jump on the way."""
+        return sum(leg.work() for leg in legs(self, point, depth) if isinstance(leg, Levels))
 
     def observed(self, depths: Array, states: Sequence[Level]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,)."""
