@@ -196,18 +196,3 @@ def test_errors_of_lines_that_are_held_at_corners_of_a_polygon_are_known():
     ratios = np.array(ratios)
     assert np.count_nonzero(ratios > 0) > 60
     assert np.max(ratios) <= 2
-
-
-def test_a_detached_state_is_not_known_where_another_summit_may_have_touched_first():
-    """Two of three equal summits hold much longer than the one that a node is next to."""
-    x = [-15.9, -9.9, -9.1, -8.9, -7.9, -6.8, -6.6, -6.0, 3.5, 6.7, 9.5, 15.5]
-    z = [4.04, 0.04, 0.0, 0.02, 0.06, 0.04, 0.0, 0.02, 0.02, 0.0, 0.04, 4.04]
-    scene = replace(polygon(x, z, 0.0095, 0.0095), opening=None)
-    held = load_path(scene, depths=[1e-9, -0.165])
-    assert held.half_width[-1] > 1
-    for spacing in np.linspace(0.06, 0.08, 7):
-        state = minimise(scene, -0.165, method="lattice", spacing=spacing)
-        if not state.contacts.size:
-            assert set(state.error_estimate.values()) == {math.inf}
-    far = minimise(scene, -3.0, method="lattice", spacing=0.07)
-    assert set(far.error_estimate.values()) == {0.0}

@@ -23,8 +23,7 @@ The state is not resolved, and all errors are infinite, where
     f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer has another
     number of contacts,
     the coarse nodes have no contact or no answer, or
-    the state is detached and a lattice finer by one of FINER has a contact, or f is not convex and
-    another of its lowest points might have touched before, and still hold.
+    the state is detached and a lattice finer by one of FINER has a contact.
 """
 
 from __future__ import annotations
@@ -56,8 +55,7 @@ EXACT = dict.fromkeys(QUANTITIES, 0.0)
 def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
     """Relative errors of a lattice state; see the module."""
     if not fine.contacts.size:
-        lost = _tied(fine) or _held_on_finer_nodes(solve, fine)
-        return UNRESOLVED if lost else EXACT
+        return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
     if _too_coarse(fine) or _tied(fine) or _other_contacts(solve, fine):
@@ -110,15 +108,6 @@ def _tied(state: Equilibrium) -> bool:
     ground = Ground.of(lattice, lattice.seen(scene).indenter, state.depth)
     touch, profile = ground.lowest, resolve(scene, state.depth)
     summits, contacts = profile.x[profile.f <= touch], state.contacts
-    if not contacts.size:  # between the steepest flanks one may still be held
-        x, own = np.unique(profile.x, return_index=True)
-        between = (x[1:] > summits.min()) & (x[:-1] < summits.max())
-        slopes = np.diff(profile.f[own]) / np.diff(x)
-        steepest = float(np.abs(slopes[between]).max(initial=0.0))
-        reach = scene.opened.critical_separation + scene.elastocapillary_length * steepest
-        if state.depth < touch - reach:
-            return False
-        contacts = np.full((1, 2), lattice.x(ground.where.lowest))
     left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1
     near = contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
     return not bool((near & (left >= 0)).all())

@@ -16,6 +16,7 @@ from discretization.paths.events import Event, PullOff, Snapshot
 
 Array = NDArray[np.float64]
 Segment = tuple[Snapshot, Snapshot]
+_NOISE = 1e-13  # of the largest force: a force is no less than another by less
 _FEW, _MORE = 6, 10  # degrees of rules to compare; with the ends, as a kink may be beside one
 _WORK = 1e-12  # of the integral of a force that is smooth between events
 
@@ -93,8 +94,8 @@ def _turns(branch: Branch, run: list[Snapshot]) -> Iterator[Snapshot]:
         return
     for leg in legs(branch, _point(branch, run[0]), run[-1].depth):
         curve = Curve.of(leg, Control(0.0), True, 0.0)
-        least = int(np.argmin(curve.value))
-        if 0 < least < curve.t.size - 1:
+        least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
+        if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
             (point,) = leg.points(curve.depths(np.array([curve.refined(least, -1)])))
             yield _snapshot(branch, point)
 
