@@ -17,8 +17,7 @@ from discretization.paths import balance, display, plots
 from discretization.paths.branch import Branch, State
 from discretization.paths.branches import branch_of
 from discretization.paths.control import Control
-from discretization.paths.events import Event, PullOff, Snapshot, half_length
-from discretization.paths.load_path import inner_lines
+from discretization.paths.events import Event, PullOff, Snapshot, half_length, inner_lines
 from energy import Scene
 from energy.description import alike, described, rebuilt
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.paths.branch import Branch, Leg, Pinned, Point, State
 from discretization.paths.control import Control, Curve
-from discretization.paths.events import Event, Snapshot
+from discretization.paths.events import Event, Snapshot, inner_lines, kind_of_jump
 
 Array = NDArray[np.float64]
 _FIRST = 1 / 32  # of δ₀ and the depth: the first leg of a load, where its length is not known
@@ -159,6 +159,7 @@ class LoadPath:
         return leg
 
     def _curve(self, leg: Leg) -> Curve:
+        """C on a leg."""
         return Curve.of(leg, self.control, self.branch.smooth, self._rounding(leg))
 
     def _rounding(self, leg: Leg) -> float:
@@ -184,7 +185,7 @@ class LoadPath:
         done = abs(leg.end.depth - leg.start.depth)
         self.reach = done * (_LONGEST if done >= asked else _LONGER)
         if value.size and done:
-            self.rate = abs(float(value[-1] - value[-2])) / done
+            self.rate = abs(float(value[-1] - value[0])) / done
 
     def _hold(self, pinned: Pinned) -> None:
         """Events of lines that leave or reach a corner where the path is."""
@@ -220,8 +221,9 @@ class LoadPath:
             self._jump("jump", peak, leg.end if leg.after is None else leg.after, value, side)
             return
         (after,) = leg.points(curve.depths(landed))
-        moved = np.abs(np.subtract(after.state.lines, peak.state.lines)).max()
-        if moved > self.branch.resolution:
+        ends = after.state.lines, peak.state.lines
+        alike = len(ends[0]) == len(ends[1])
+        if not alike or np.abs(np.subtract(*ends)).max() > self.branch.resolution:
             self._record("jump", value, peak, after)
             self.point = after
         else:
@@ -237,7 +239,7 @@ class LoadPath:
             return
         if not leg.jumps and self.control.stiffness is None:
             self._hold(("", ""))
-        value, kind = self._value(leg.end), _kind(leg.end.state, leg.after.state, side > 0)
+        value, kind = self._value(leg.end), kind_of_jump(leg.end.state, leg.after.state, side > 0)
         if self.control.stiffness is not None:
             self._jump(kind, leg.end, leg.after, value, side)
             return
@@ -299,20 +301,3 @@ def _one_way(values: Array, value: float) -> Iterator[Array]:
             start, side = i, step
         side = side or step
     yield values[start:]
-
-
-def inner_lines(state: State) -> tuple[float, ...]:
-    """The lines between the outermost ones, where there are several contacts."""
-    return tuple(getattr(state, "lines", ())[1:-1])
-
-
-def _kind(before: State, after: State, rising: bool) -> str:
-    """What a jump does to the number of contacts."""
-    if after is None:
-        return "detachment"
-    more = len(inner_lines(after)) - len(inner_lines(before))
-    if more == 0:
-        return "jump"
-    if more > 0:
-        return "nucleation" if rising else "splitting"
-    return "coalescence" if rising else "closing"
