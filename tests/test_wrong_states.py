@@ -1,4 +1,4 @@
-"""The certificate of the fitted mesh refuses states that are a little wrong, with adhesion or not."""
+"""The certificate of the fitted mesh refuses states that are a little wrong, w = 0 or not."""
 
 import numpy as np
 import pytest
