@@ -24,13 +24,12 @@ _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggaus
 
 
 def narrow(profile: Resolved, length: float, q: Any, p: Any) -> NDArray[np.bool_]:
-    """Whether lines are close to each other and f' is smooth in between."""
+    """Whether lines are close to each other, with at most one sample in between, and no corner."""
     low, high = np.minimum(q, p), np.maximum(q, p)
     found = np.asarray((high - low < _NARROW * length) & (low < high))
     if found.any():
-        for places, most in ((profile.x, 1), (profile.indenter.knots, 0)):
-            passed = np.searchsorted(places, high) - np.searchsorted(places, low, "right")
-            found &= passed <= most
+        passed = np.searchsorted(profile.x, high) - np.searchsorted(profile.x, low, "right")
+        found &= passed <= 1
     return found
 
 
@@ -38,11 +37,20 @@ def rise(profile: Resolved, length: float, line: At, facing: At) -> Any:
     """By how much the profile is higher at the facing line."""
     found, near = np.asarray(facing.f - line.f, float), narrow(profile, length, line.x, facing.x)
     if near.any():
-        start, apart = np.broadcast_arrays(line.x, facing.x - np.asarray(line.x))
-        at = start[near][..., None] + apart[near][..., None] * (1 + _POINTS) / 2
-        slope = np.asarray(profile.indenter.slope(at.ravel()), float).reshape(at.shape)
-        found[near] = apart[near] * (slope @ _WEIGHTS) / 2
+        start, end = (part[near] for part in np.broadcast_arrays(line.x, facing.x))
+        low, high = np.minimum(start, end), np.maximum(start, end)
+        at = np.searchsorted(profile.x, low, "right")
+        between = np.clip(profile.x[np.minimum(at, profile.x.size - 1)], low, high)  # a knot
+        found[near] = _risen(profile, start, between) + _risen(profile, between, end)
     return found[()]
+
+
+def _risen(profile: Resolved, start: Array, end: Array) -> Array:
+    """∫f' dx (n,)."""
+    apart = end - start
+    at = start[:, None] + apart[:, None] * (1 + _POINTS) / 2
+    slope = np.asarray(profile.indenter.slope(at.ravel()), float).reshape(at.shape)
+    return np.asarray(apart * (slope @ _WEIGHTS) / 2)
 
 
 def noise(profile: Resolved, length: float, size: float, lines: Array, ring: bool) -> Array:
