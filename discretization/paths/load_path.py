@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 _FIRST = 1 / 32  # of δ₀ and the depth: the first leg of a load, where its length is not known
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
 _ROUNDING = 2e-16  # of the sum of what P is made of
+_CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
 _SHORTEST = 40  # halvings of a leg that is refused: beyond the known profile there is none
 
 
@@ -146,6 +147,8 @@ class LoadPath:
 
         least: the length of which a refusal counts.
         """
+        size = abs(point.depth - self.branch.touch) + self.branch.lift
+        least = max(least, _CLOSE * size)
         for turn in range(_SHORTEST):
             goal = point.depth + way * 0.5**turn
             try:
