@@ -80,9 +80,10 @@ class Track:
         moves = np.isfinite(lines) & (lines != lines[:, :1])
         known = _NEAR * self.smooth.rests.size + self.smooth.rests.noise(lines)[..., None]
         if (moves & (np.abs(off) > known)).any():
+            start, end = depths[[0, -1]].tolist()
             raise NotCertifiedError(
-                f"the contacts between depth = {depths[0]!r} and {depths[-1]!r} do not come to "
-                "rest; try other depths, or method='lattice'"
+                f"the contacts between depth = {start!r} and {end!r} do not come to rest; try other "
+                "depths, or method='lattice'"
             )
 
 
