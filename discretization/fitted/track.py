@@ -82,8 +82,8 @@ class Track:
         if (moves & (np.abs(off) > known)).any():
             start, end = depths[[0, -1]].tolist()
             raise NotCertifiedError(
-                f"the contacts between depth = {start!r} and {end!r} do not come to rest; try other "
-                "depths, or method='lattice'"
+                f"the contacts between depth = {start!r} and {end!r} do not come to rest; try "
+                "other depths, or method='lattice'"
             )
 
 
