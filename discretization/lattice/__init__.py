@@ -7,7 +7,7 @@ between the nodes (line.py).
 
 They are found by state.py, which asks one of
     fronts.py        the contact of a convex profile, by bracketing (bracket.py)
-    springs.py       γ₁ = 0
+    plain.py         one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
     lowest.py        lowest energy: window -> contacts (obstacle.py where w = 0; shortest_path.py
                      with bounds.py, recursion.py, starts.py; radial_lowest.py; oracle.py)
     path_state.py    the end of a path from first touch on: heights and their running sums (row.py),
@@ -15,18 +15,13 @@ They are found by state.py, which asks one of
                      and contacts change with the depth (ways.py, changes.py, stretch.py), and lines
                      between the nodes (between.py); load paths (../paths/lattice_branch.py) too
 
-With finite slopes (finite_nodes.py) tails are known from a functional equation (tails.py), and
-surfaces between two contacts are solved (finite_spans.py), so that depths of changes are roots
-(finite_rules.py).
-
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
 where it is held: outside and inside (rings.py), between two contacts (radial_spans.py). The
 lattice and the search for the lowest contacts (radial_lowest.py) have forms of their own there; all
 else asks them what it asks of a line contact (shares.py).
 """
 
-from discretization.lattice.finite_nodes import FiniteLattice
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial import RadialLattice
 
-__all__ = ["FiniteLattice", "Lattice", "RadialLattice"]  # `Lattice.of` chooses among them
+__all__ = ["Lattice", "RadialLattice"]  # `Lattice.of` chooses among them

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solveh_banded
@@ -33,7 +35,8 @@ class NodalEnergy:
         lat, u = self.lattice, np.asarray(u, float)
         cell, steps, nodes = lat.cell, np.diff(u), self.nodes
         free = terms.surface(steps / lat.spacing, gamma1=lat.gamma1, slopes=lat.slopes).value
-        adhesive = np.sum(lat.on_links(lat.arc(steps) * self.bound, nodes))
+        arc = np.hypot(1, steps / lat.spacing) if lat.slopes == "finite" else np.ones(steps.size)
+        adhesive = np.sum(lat.on_links(arc * self.bound, nodes))
         if not lat.gamma1:
             adhesive = np.sum(lat.on_nodes(self.contact.astype(float), nodes))
         stored = lat.on_nodes(terms.spring(u, k=lat.k).value, nodes)
@@ -79,21 +82,22 @@ class NodalEnergy:
     def relaxed(self, g: ArrayLike) -> Array:
         """argmin U[u] s.t. u_i = g_i on the contact nodes: one banded Cholesky solve.
 
-        With finite slopes that solve, whose stiffness is never too small, is the first step of
-        Newton's method, and the one taken where Newton's would raise the energy. ArithmeticError
-        if that does not come to rest.
+        With finite slopes Newton's method from that of small ones, with steps that are halved while
+        they would raise the energy, which is convex. ArithmeticError if it does not come to rest.
 
         Plain elimination: it loses digits as l/Δx grows (1e-4 relative at 1e6). It is the
         independent check of the exact tails, not what the minimisers run on.
         """
-        u = np.where(self.contact, g, 0.0)
-        u = u + self._step(u, self.hessian())
         if self.lattice.slopes == "small":
-            return u
+            u = np.where(self.contact, g, 0.0)
+            return u + self._step(u, self.hessian())
+        linear = replace(self.lattice, slopes="small")
+        u = NodalEnergy(linear, self.contact, int(self.nodes[0])).relaxed(g)
         for _ in range(_NEWTON):
-            step = self._step(u, self.hessian(u))
-            if self.value(u + step) > self.value(u) + _ROUNDING * abs(self.terms(u)["surface"]):
-                step = self._step(u, self.hessian())
+            step, parts = self._step(u, self.hessian(u)), list(self.terms(u).values())
+            most = sum(parts) + _ROUNDING * sum(map(abs, parts))
+            while self.value(u + step) > most:
+                step = step / 2
             u = u + step
             if np.abs(step).max() <= _ROUNDING * np.abs(u).max():
                 return u
@@ -103,7 +107,8 @@ class NodalEnergy:
         """Tension and stiffness of the links; with finite slopes those in contact have γ₁ - w."""
         lat = self.lattice
         unit = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
-        tension = np.where(self.bound, lat.contact_tension, lat.gamma1) * (lat.cell / lat.spacing)
+        bound = lat.w * self.bound * (lat.slopes == "finite")
+        tension = (lat.gamma1 - bound) * (lat.cell / lat.spacing)
         tension = lat.on_links(tension, self.nodes)
         return tension * unit.first, tension / lat.spacing * unit.second
 

@@ -41,15 +41,15 @@ def on_one_contact(asked: Question, ground: Ground) -> Equilibrium:
 def on_path(asked: Question, ground: Ground) -> Equilibrium:
     """The certified state of the contacts on this path. NotCertifiedError and ValueError as there.
 
-    With adhesion that differs from link to link, or when a contact is opened, around an axis and
-    with finite slopes lines are those of paths.
+    With adhesion that differs from link to link, or when a contact is opened, and around an axis
+    lines are those of paths.
     """
     scene, lattice = asked.scene, ground.lattice
     row, nodes, lines = _followed(asked, ground)
     if not nodes:
         return without_contact(asked, ground)
     same = scene.pattern is None and scene.opening is None
-    if lattice.axis == 0 or lattice.slopes == "finite" or not same:
+    if lattice.axis == 0 or not same:
         return of_row(asked, ground, row, nodes, lines)
     return of_contacts(asked, ground, np.array(nodes) + row.first)
 

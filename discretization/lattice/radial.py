@@ -87,9 +87,7 @@ class RadialLattice(Lattice):
         return values * ((nodes[1:] + nodes[:-1]) / 2)
 
     def bound(self, first: int, last: int) -> float:
-        if self.gamma1:
-            return (last - first) * (last + first) / 2
-        return (last * (last + 1) - first * (first - 1)) / 2 + (0 if first else _AXIS)
+        return (last - first) * (last + first) / 2
 
     def alike(self, left: int, right: int) -> tuple[int, int]:
         return left, right

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.finite_rules import FiniteRules
 from discretization.lattice.fronts import Region, outermost, unknown
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
@@ -93,8 +92,7 @@ class Row:
     def rules(self) -> tuple[Rules, Rules]:
         """The rules of contacts that are being closed, and of those that are being opened."""
         closing, opening = self.works
-        kind = FiniteRules if self.lattice.slopes == "finite" else Rules
-        first = kind(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
+        first = Rules(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
         if opening == closing:
             return first, first
         return first, replace(first, work=opening * self.bonds)
@@ -115,11 +113,10 @@ class Row:
         """The running sums."""
         h, touch = self.f - self.f[self.touch], self.touch
         steps, nodes = np.diff(self.f), self.first + np.arange(h.size)
-        stretch = self.lattice.on_links(self.lattice.link_energies(steps), nodes)
-        bonds = self.bonds * self.lattice.arc(steps)
+        stretch = self.lattice.on_links(self.lattice.link / 2 * steps * steps, nodes)
         parts = (self.lattice.on_nodes(part, nodes) for part in (np.ones_like(h), h, h * h))
         whole = (_running(part, touch) for part in parts)
-        return Sums(*whole, *(_running(part, touch) for part in (stretch, bonds)))
+        return Sums(*whole, *(_running(part, touch) for part in (stretch, self.bonds)))
 
     @property
     def forces(self) -> Parts:

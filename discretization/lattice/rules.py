@@ -67,13 +67,8 @@ class Rules:
         return self.f.tolist()
 
     @functools.cached_property
-    def bonds(self) -> Array:
-        """Adhesion (n - 1,) of each link along the indenter."""
-        return np.asarray(self.work * self.lattice.arc(np.diff(self.f)))
-
-    @functools.cached_property
     def _bonds(self) -> list[float]:
-        return self.bonds.tolist()
+        return self.work.tolist()
 
     @functools.cached_property
     def outwards(self) -> dict[int, Array]:

@@ -16,7 +16,8 @@ from discretization.lattice.ground import Ground
 from discretization.lattice.lowest import on_lowest, on_lowest_rings
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.path_state import on_one_contact, on_path
-from discretization.lattice.springs import on_springs
+from discretization.lattice.plain import turning
+from discretization.lattice.plain_state import on_plain, overhang
 from discretization.lattice.unseen import Unseen, looked_at, unseen
 from discretization.routes import question_of, route
 from energy import Plane, Scene
@@ -24,7 +25,7 @@ from energy import Plane, Scene
 ON_NODES = {
     "one contact": on_one_contact,
     "path": on_path,
-    "springs": on_springs,
+    "plain": on_plain,
     "lowest": on_lowest,
     "rings": on_lowest_rings,
 }
@@ -74,17 +75,15 @@ def looked_at_on_lattice(
 
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
-    gap, cost, _ = map(float, lattice.advance(0.0, 0.0, depth))
-    adheres = lattice.gamma1 or branch == "global" or depth < 0
+    work, cost = lattice.w, lattice.k / 2 * depth**2 - lattice.w  # per area
     lift = max(abs(depth), scene.critical_separation) or 1.0
     apart = Certificate.undeformed(max(0.0, depth / lift))
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
-    if gap > (lattice.critical_gap * (1 + 1e-12) if adheres else 0.0):
+    if -depth > scene.critical_separation * (1 + 1e-12):
         return state
-    if gap > 0:
-        lattice.refuse_overhang(depth, depth)
-    gain = max(0.0, cost) / (lattice.w * lattice.spacing) if gap > 0 else 0.0
-    balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
+    if -depth > turning(lattice):
+        raise ValueError(overhang(depth, "", depth, turning(lattice)))
+    gain, balanced = max(0.0, cost) / work if depth < 0 else 0.0, abs(cost) <= 1e-10 * work
     everywhere = np.array([[-math.inf, math.inf]])
     return replace(
         state,
@@ -93,6 +92,6 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         pinned=np.zeros((1, 2), bool),
         force=math.copysign(math.inf, depth) if depth else 0.0,
         energy=0.0 if balanced else math.copysign(math.inf, cost),
-        neutral=gap > 0 and balanced,
+        neutral=depth < 0 and balanced,
         certificate=Certificate(0.0, 0.0, 0.0, gain, 0.0),
     )

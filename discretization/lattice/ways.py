@@ -234,7 +234,7 @@ def _gains(rules: Rules, side: int, at: Nodes, own: Array, when: Array) -> Array
     work, near, far = rules.work[::side][at], f[at], f[at + 1]
     place = lat.at(rules.nodes[::side].start + side * at, side)
     gap = place.gap(near, far, when)
-    gain = np.abs(place.stored(gap) - work) * lat.arc(far - near)
+    gain = np.abs(place.stored(gap) - work)
     rounding = TIE * (np.abs(rules.f).max() + np.abs(own) + np.abs(when))
     return np.where(np.abs(place.loss * (own - when)) > rounding, gain, 0.0)
 

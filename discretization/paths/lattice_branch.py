@@ -181,8 +181,6 @@ class LatticeBranch(FollowerBase):
         else:
             nodes = retracted(self.opening, nodes, depth)
         self._inside(nodes, depth)
-        for node in (nodes[0][0], nodes[-1][1]) if nodes else ():
-            self.row.lattice.refuse_overhang(depth, depth - float(self.row.f[node]))
         return self._state(nodes, depth, before)
 
     def _inside(self, nodes: Contacts, depth: float) -> None:
