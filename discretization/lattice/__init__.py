@@ -11,9 +11,9 @@ They are found by state.py, which asks one of
     lowest.py        lowest energy: window -> contacts (obstacle.py where w = 0; shortest_path.py
                      with bounds.py, recursion.py, starts.py; radial_lowest.py; oracle.py)
     path_state.py    the end of a path from first touch on: heights and their running sums (row.py),
-                     the depths at which something happens (rules.py, waiting.py), how free parts
-                     and contacts change with the depth (ways.py, changes.py, stretch.py), and lines
-                     between the nodes (between.py); load paths (../paths/lattice_branch.py) too
+                     the depths at which something happens (rules.py, waiting.py), the walk from one
+                     such change to the next (walk.py, outer_lines.py), and lines between the nodes
+                     (between.py); load paths (../paths/lattice_branch.py) too
 
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
 where it is held: outside and inside (rings.py), between two contacts (radial_spans.py). The

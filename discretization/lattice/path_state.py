@@ -19,11 +19,11 @@ from discretization.lattice.assembly import (
     without_contact,
 )
 from discretization.lattice.between import Lines, moved_lines
-from discretization.lattice.changes import Contacts, pressed, retracted
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Ground
-from discretization.lattice.row import Row
+from discretization.lattice.row import Contacts, Row
 from discretization.lattice.totals import totals
+from discretization.lattice.walk import Walk
 
 
 def on_one_contact(asked: Question, ground: Ground) -> Equilibrium:
@@ -62,14 +62,14 @@ def _followed(asked: Question, ground: Ground) -> tuple[Row, Contacts, Lines | N
     """
     deepest = max(asked.depth, ground.lowest)
     row = Row.of(asked.scene, ground, deepest)
-    closing, opening = row.rules
-    nodes = pressed(closing, (), deepest, row.touch)
+    walk = Walk(row)
+    nodes = walk.touched(deepest)
     refuse_unknown(ground, deepest, row.first + nodes[0][0], row.first + nodes[-1][1])
     moved = functools.partial(moved_lines, row, ground.indenter)
     remembers = asked.scene.hysteretic
     lines = moved(nodes, deepest, None) if remembers else None
     if asked.depth < deepest:
         before = None if lines is None else (nodes, lines)
-        nodes = retracted(opening, nodes, asked.depth)
+        nodes = walk.moved(nodes, asked.depth)
         lines = moved(nodes, asked.depth, before) if remembers and nodes else None
     return row, nodes, lines

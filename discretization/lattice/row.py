@@ -25,6 +25,8 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+Contacts = tuple[tuple[int, int], ...]  # first and last node of each
+Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
 _SPARE = 4  # links beyond the last that holds, for interpolation
 Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
 MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
