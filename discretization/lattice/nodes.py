@@ -208,10 +208,6 @@ class Lattice(Place):
         """Vertical force of links over which u changes by `steps`."""
         return self.link * steps
 
-    def link_energies(self, steps: Array) -> Array:
-        """Energy of each of these links, of the free surface."""
-        return self.link / 2 * steps * steps
-
     def x(self, node):
         """Position of a node (or an array of nodes)."""
         return self.origin + self.spacing * node

@@ -28,7 +28,6 @@ from discretization.lattice.tails import LatticeTail
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
-_STEEPEST = 1 - 1e-9  # of sin φ, by which slopes of coarse nodes are read
 
 
 class Sums(NamedTuple):
@@ -209,8 +208,7 @@ def _gain(lat: Lattice, end: line.End, touched: bool, noise: float) -> float:
 class SteepTail(LatticeTail):
     """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line.
 
-    Between the nodes u is a cubic with their slopes u' = tan φ, where γ₁ sin φ is the mean of the
-    vertical forces of the links on both sides.
+    Between the nodes u is a cubic, with u'' = k u (1 + u'²)^{3/2}/γ₁ linear from node to node.
     """
 
     lattice: Lattice
@@ -221,10 +219,10 @@ class SteepTail(LatticeTail):
         lat = self.lattice
         model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
         u = model.relaxed(np.full(model.contact.size, u_line))
-        steps = np.append(np.diff(u), -lat.loss * u[-1])
-        sin = steps / np.hypot(lat.spacing, steps) - lat.spring / (2 * lat.gamma1) * u
-        sin = np.clip(sin, -_STEEPEST, _STEEPEST)
-        return u, sin / np.sqrt(1 - sin * sin)
+        u = np.append(u, lat.decay * u[-1])
+        bend = lat.k / lat.gamma1 * u * (1 + np.gradient(u, lat.spacing, edge_order=2) ** 2) ** 1.5
+        chord = np.diff(u) / lat.spacing
+        return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
 
     def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
         """u at these distances from the line."""

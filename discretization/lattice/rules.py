@@ -77,25 +77,17 @@ class Rules:
         By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
         last node there is no link to pass (n,).
         """
-        return {side: np.append(at, math.inf) for side, at in self._rests(self.work).items()}
-
-    def _rests(self, work: Array) -> dict[int, Array]:
-        """D of an outermost line at each link (n - 1,), by side."""
         f, found = self.f, {}
         for side in (1, -1):
             place, near, far = self.nodes[::side][:-1], f[::side][:-1], f[::side][1:]
-            found[side] = self.lattice.at(place, side).rest_depth(near, far, work[::side])
+            depths = self.lattice.at(place, side).rest_depth(near, far, self.work[::side])
+            found[side] = np.append(depths, math.inf)
         return found
 
     @property
     def nodes(self) -> range:
         """The lattice's numbers of the nodes."""
         return range(self.first, self.first + self.f.size)
-
-    @functools.cached_property
-    def meets(self) -> dict[int, Array]:
-        """Depths at which the surface beyond an outermost line touches the next node (n - 1,)."""
-        return self._rests(np.zeros_like(self.work))
 
     @functools.cached_property
     def torn(self) -> Array:
