@@ -9,8 +9,8 @@ from truth.compare import reference
 from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
+from discretization.lattice.accuracy import unseen
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.unseen import unseen
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
 LEVELS = 4

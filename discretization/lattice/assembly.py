@@ -20,7 +20,7 @@ from discretization.lattice.ground import Ground
 from discretization.lattice.judge import judge, judge_apart
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
-from discretization.lattice.tails import LatticeTail
+from discretization.lattice.shares import LatticeTail
 from discretization.lattice.totals import totals
 from energy import Scene
 

@@ -26,8 +26,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.place import Place
-from discretization.lattice.shares import Pair, displaced, first_free, looked_up, shares
-from discretization.lattice.tails import LatticeTail
+from discretization.lattice.shares import (
+    LatticeTail,
+    Pair,
+    displaced,
+    first_free,
+    looked_up,
+    shares,
+)
 from energy import Indenter, Scene
 from energy.checks import positive
 

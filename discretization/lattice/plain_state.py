@@ -24,7 +24,7 @@ from discretization.lattice.ground import Ground
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.plain import Plain, far, turning
-from discretization.lattice.tails import LatticeTail
+from discretization.lattice.shares import LatticeTail
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]

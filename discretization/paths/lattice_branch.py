@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
+from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import interpolated, moved_lines
 from discretization.lattice.ground import Ground
@@ -34,7 +35,6 @@ from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Contacts, Row
 from discretization.lattice.totals import totals
-from discretization.lattice.unseen import Unseen, looked_at, unseen
 from discretization.lattice.walk import Walk, Way, parts_of
 from discretization.paths.branch import FollowerBase, Point
 from discretization.routes import route
