@@ -17,6 +17,7 @@ from scipy.special import k0e, k1e
 
 from discretization import minimise
 from discretization.lattice.judge import judge
+from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_spans import rings
 from discretization.lattice.totals import totals
