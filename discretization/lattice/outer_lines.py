@@ -94,6 +94,8 @@ def _run(
         own = own[: int(late.argmax())]
         stop = sign * min(sign * stop, sign * float(own[-1] if own.size else depth))
     if sign > 0 and not rules.clear:
+        met = rules.meets[side][at : at + own.size] <= own  # where it is late
+        own = own[: int(met.argmax())] if met.any() else own
         own = own[: _clear(rules, side, node, own, stop)]
         stop = min(stop, walk.rise(ordered(side, node + side * own.size, None)).depth)
     return own, stop

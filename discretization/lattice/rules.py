@@ -77,10 +77,18 @@ class Rules:
         By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
         last node there is no link to pass (n,).
         """
+        return self._rests(self.work)
+
+    @functools.cached_property
+    def meets(self) -> dict[int, Array]:
+        """The same depths without adhesion: those at which the surface touches the next node."""
+        return self._rests(np.zeros_like(self.work))
+
+    def _rests(self, work: Array) -> dict[int, Array]:
         f, found = self.f, {}
         for side in (1, -1):
             place, near, far = self.nodes[::side][:-1], f[::side][:-1], f[::side][1:]
-            depths = self.lattice.at(place, side).rest_depth(near, far, self.work[::side])
+            depths = self.lattice.at(place, side).rest_depth(near, far, work[::side])
             found[side] = np.append(depths, math.inf)
         return found
 
