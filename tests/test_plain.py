@@ -163,3 +163,12 @@ def test_the_free_surface_between_the_nodes_meets_them():
     assert np.abs(coarse.displacement(x) - fine.displacement(x)).max() <= 3e-4 * size
     small = replace(scene, slopes="small")
     assert np.abs(on_lattice(small, 1e-3, DX).displacement(x) - fine.displacement(x)).max() > 0
+
+
+def test_a_node_far_out_on_a_steep_flank_is_compared_with_too():
+    """Its link is all but vertical, and has hardly a stiffness for Newton's method."""
+    lattice = Lattice.of(steep(Parabola(0.02), 1.0), 1e-3)
+    model = NodalEnergy(lattice, np.arange(80) < 2)
+    u = model.relaxed(np.where(np.arange(80) == 1, -1e7, -1e-14))
+    assert np.isfinite(model.value(u))
+    assert u[1] == -1e7
