@@ -110,7 +110,7 @@ class NodalEnergy:
                     return u
                 before = energy
         raise NotCertifiedError(
-            f"no equilibrium of the free nodes after {_NEWTON} steps of Newton's method; try another "
+            f"no equilibrium of the free nodes after {_NEWTON} Newton steps; try another "
             "spacing, or method='fitted'"
         )
 
