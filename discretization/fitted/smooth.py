@@ -39,7 +39,7 @@ BALANCED = 1e-12  # of the energy's terms
 
 
 class Moved(NamedTuple):
-    """Lines of free surfaces at the end of a smooth motion (n, 2), which of them moved so, ∫P dd.
+    """Lines of free surfaces at the end of a smooth motion (n, 2), and which of them moved so.
 
     depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there. margin
     (n,): square of the stiffness against moving them at the end, nan if none moves or they are not
@@ -48,7 +48,6 @@ class Moved(NamedTuple):
 
     lines: Array
     smooth: NDArray[np.bool_]
-    work: Array
     margin: Array
     depths: Array
     whole: Array
@@ -75,7 +74,7 @@ class Smooth:
         x, good, margin = self.followed(lines, depths, way)
         margin[~good] = math.nan
         if not good.any():
-            return Moved(x[:, -1], good, np.zeros(len(x)), margin, cut, x)
+            return Moved(x[:, -1], good, margin, cut, x)
         found = np.zeros((3, *x.shape[:2]))
         found[:, good] = self.parts(x[good], depths, way)
         energy, size, force = found.reshape(3, len(x), parts, t.size)
@@ -85,7 +84,7 @@ class Smooth:
         even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
         good &= even.all(axis=1)
         x[:, -1] = self.rests.snapped(x[:, -1])
-        return Moved(x[:, -1], good, work.sum(axis=1), margin, cut, x)
+        return Moved(x[:, -1], good, margin, cut, x)
 
     def followed(
         self, lines: Array, depths: Array, way: int, guess: Array | None = None
