@@ -39,6 +39,7 @@ _MOST = 400  # trials: with the next rule three times as many as halvings of a d
 _PARTS = (4, 16)  # of a way
 _MEETS = 1e-9  # of the way: where polynomials say that lines meet
 _REAL = 1e-9  # imaginary parts of their zeros that are rounding
+_FOLDS = 4  # times that an equilibrium is looked for that disappears
 _PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
 
 
@@ -158,11 +159,12 @@ class Trials:
         involved, parts, passed = self._involved(high, start), 1, False
         low = older = low._replace(rooms=low.rooms or self._rooms(low, involved, high.depth))
         least = _CLOSE * self.motion.rests.size
-        aim, away, widths, folded = math.nan, math.inf, [math.inf] * _PATIENCE, math.nan
+        aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
+        tries, fresh = _FOLDS, True
         for _ in range(_MOST):
             width = high.depth - low.depth
-            if high.failed and not high.known and abs(width) > least and low.depth != folded:
-                folded = low.depth
+            if high.failed and not high.known and abs(width) > least and tries and fresh:
+                tries, fresh = tries - 1, False
                 low, high = self._beside_fold(low, high, involved)
                 width = high.depth - low.depth
             if parts == 1 and not high.known and abs(width) > least:
@@ -171,7 +173,8 @@ class Trials:
             if not high.failed or abs(width) <= least or low.depth + width / 2 == low.depth:
                 break
             last, aim = (aim, away), _runs_out(older, low, high)
-            if high.aim == high.aim:
+            meets = high.aim == high.aim
+            if meets:
                 aim, last = high.aim, (high.aim * (1 + _MEETS), math.inf)
                 high = high._replace(aim=math.nan)
             away = abs(aim - low.depth)
@@ -183,17 +186,30 @@ class Trials:
             if passed and not high.known and not 0 < (aim - low.depth) / width < 1:
                 depth = high.depth  # from here nothing may happen
             tried = self.tried(low.lines, involved, low.depth, depth, parts)
+            if meets:
+                tried = self._in_parts(low, tried, involved)
             passed = not tried.failed
             if not passed:
                 high, involved = tried, self._involved(tried, start) & involved
                 continue
-            older, low = low, tried.after(low)
+            older, low, fresh = low, tried.after(low), True
+            if self._released(older, low):
+                return low, low, involved
             high = low if depth == high.depth else high
         else:
             raise NotCertifiedError(
                 f"the event near depth = {low.depth!r} is not enclosed; try other depths"
             )
         return (low if high.failed else high), high, involved
+
+    def _released(self, before: Tried, after: Tried) -> bool:
+        """Whether lines that were held on the way come free at its end."""
+        way, size = (1 if after.depth > before.depth else -1), self.motion.rests.size
+        held = np.isfinite(after.lines) & (after.lines == before.lines)
+        if not held.any():
+            return False
+        left = way * (self.motion.rests.ahead(after.lines, way) - after.depth)
+        return bool((held & (left <= TIE * size)).any())
 
     def _beside_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
         """Just before and beyond where an equilibrium disappears, if that is found; else these."""

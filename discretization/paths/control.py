@@ -228,4 +228,4 @@ def _with_turns(
         return t, value
     whole = np.concatenate([t, turns])
     order = np.argsort(whole)
-    return whole[order], np.concatenate([value, _values(leg, control, turns)])[order]
+    return whole[order], np.concatenate([value, _values(leg, control, turns, roughly=True)])[order]

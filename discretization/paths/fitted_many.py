@@ -26,12 +26,13 @@ from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
 from discretization.fitted.smooth import Smooth
 from discretization.fitted.track import Track
-from discretization.paths.balance import integral
 from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
+_T, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_T, _WEIGHTS = (1 + _T) / 2, _WEIGHTS / 2
 _EXACT = 1e-15  # of surfaces: else the energy would not balance; they cost no more than others
 
 
@@ -67,10 +68,12 @@ class Tracked:
 
     @property
     def pinned(self) -> Pinned:
-        """What holds the outermost lines on the way: a line that leaves its edge is free."""
-        ends = [self.branch.pinned(point.state) for point in (self.start, self.end)]
-        first, last = ((one if one == other else "") for one, other in zip(*ends, strict=True))
-        return first, last
+        """What holds the outermost lines on the way."""
+        first, last = (self.branch.pinned(point.state) for point in (self.start, self.end))
+        if first == last:
+            return first
+        (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
+        return self.branch.pinned(between.state)
 
     def points(self, depths: Array) -> list[Point]:
         """The states at depths on the way (n,)."""
@@ -87,13 +90,14 @@ class Tracked:
         return np.asarray(self.branch.smoothly.many(lines, depths)[1])
 
     def work(self) -> float:
-        """∫P dd from the start to the end; next to the end P may be like a root."""
-        start, way = self.start.depth, self.end.depth - self.start.depth
-
-        def rate(t: Array) -> Array:
-            return 2 * (1 - t) * way * self.forces(start + way * (t * (2 - t)))
-
-        return integral(rate, 0.0, 1.0)
+        """∫P dd from the start to the end, by twice the points on which the energy balanced."""
+        ends = {self.start.depth, self.end.depth}
+        ends |= {end for piece in self.track.pieces for end in (piece.start, piece.end)}
+        cuts = np.array(sorted(ends, key=lambda depth: abs(depth - self.start.depth)))
+        steps = np.diff(cuts)[:, None]  # next to the end of a step P may be like a root
+        depths = cuts[:-1, None] + steps * (_T * (2 - _T))
+        forces = self.forces(depths.ravel()).reshape(depths.shape)
+        return float((steps * 2 * (1 - _T) * _WEIGHTS * forces).sum())
 
 
 @dataclass(frozen=True, eq=False)

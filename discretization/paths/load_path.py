@@ -20,7 +20,7 @@ _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the on
 _ROUNDING = 2e-16  # of the sum of what P is made of
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
 _CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
-_CREEPING = 20  # and so many in a row are not followed any further
+_CREEPING = 100  # and so many in a row are not followed any further
 _SHORTEST = 40  # halvings of a leg that is refused: beyond the known profile there is none
 
 
