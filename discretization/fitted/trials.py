@@ -193,7 +193,7 @@ class Trials:
                 high, involved = tried, self._involved(tried, start) & involved
                 continue
             older, low, fresh = low, tried.after(low), True
-            if self._released(older, low):
+            if self._released(older, low, sorted(involved)):
                 return low, low, involved
             high = low if depth == high.depth else high
         else:
@@ -202,13 +202,14 @@ class Trials:
             )
         return (low if high.failed else high), high, involved
 
-    def _released(self, before: Tried, after: Tried) -> bool:
-        """Whether lines that were held on the way come free at its end."""
+    def _released(self, before: Tried, after: Tried, which: list[int]) -> bool:
+        """Whether lines of these surfaces that were held on the way come free at its end."""
         way, size = (1 if after.depth > before.depth else -1), self.motion.rests.size
-        held = np.isfinite(after.lines) & (after.lines == before.lines)
+        lines = after.lines[which]
+        held = np.isfinite(lines) & (lines == before.lines[which])
         if not held.any():
             return False
-        left = way * (self.motion.rests.ahead(after.lines, way) - after.depth)
+        left = way * (self.motion.rests.ahead(lines, way) - after.depth)
         return bool((held & (left <= TIE * size)).any())
 
     def _beside_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:

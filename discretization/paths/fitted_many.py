@@ -24,15 +24,15 @@ from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
-from discretization.fitted.smooth import Smooth
+from discretization.fitted.smooth import DEGREE, Smooth
+from discretization.fitted.spectral import rounded
 from discretization.fitted.track import Track
 from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
-_T, _WEIGHTS = np.polynomial.legendre.leggauss(24)
-_T, _WEIGHTS = (1 + _T) / 2, _WEIGHTS / 2
+_MORE = 2 * DEGREE  # of the rule for ∫P dd
 _EXACT = 1e-15  # of surfaces: else the energy would not balance; they cost no more than others
 
 
@@ -95,9 +95,11 @@ class Tracked:
         ends |= {end for piece in self.track.pieces for end in (piece.start, piece.end)}
         cuts = np.array(sorted(ends, key=lambda depth: abs(depth - self.start.depth)))
         steps = np.diff(cuts)[:, None]  # next to the end of a step P may be like a root
-        depths = cuts[:-1, None] + steps * (_T * (2 - _T))
+        points, weights, _ = rounded(_MORE)
+        t = (1 + points) / 2
+        depths = cuts[:-1, None] + steps * (t * (2 - t))
         forces = self.forces(depths.ravel()).reshape(depths.shape)
-        return float((steps * 2 * (1 - _T) * _WEIGHTS * forces).sum())
+        return float((steps * (1 - t) * weights * forces).sum())
 
 
 @dataclass(frozen=True, eq=False)
