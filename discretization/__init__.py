@@ -35,10 +35,9 @@ that no digit changes:
 | links in between     | a convex profile's heights      | lattice.bracket.first_above             |
 | true lengths         | nonlinear solves                | fitted.response.Response.surface        |
 | known surfaces       | solves of one seen before       | fitted.response.response                |
-| energy               | all but the force of a step     | paths.fitted_branch.FittedBranch.force  |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |
 | error estimate       | coarser lattice until asked for | lattice.accuracy.estimated              |
-| search for the line  | bracketing of the lines         | paths.fitted_branch.FittedBranch.follow |
+| search for the line  | states of their own of steps    | fitted.track.Track.lines                |
 | cvxpy, matplotlib    | their imports                   | lattice.oracle.Oracle                   |
 """
 

@@ -30,6 +30,7 @@ DEGREE = 12  # of the Lobatto rule in t
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
 _SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
+_GUESSED = 1e-4  # of the same: so far polynomials through neighbouring lines may be off
 _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
 _LOCAL = 1e-5  # of the same, and of the least gap: the changes of D are those of the step before
 _EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
@@ -39,7 +40,7 @@ BALANCED = 1e-12  # of the energy's terms
 
 
 class Moved(NamedTuple):
-    """Lines of free surfaces at the end of a smooth motion (n, 2), which of them moved so, ∫P dd.
+    """Lines of free surfaces at the end of a smooth motion (n, 2), and which of them moved so.
 
     depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there. margin
     (n,): square of the stiffness against moving them at the end, nan if none moves or they are not
@@ -48,7 +49,6 @@ class Moved(NamedTuple):
 
     lines: Array
     smooth: NDArray[np.bool_]
-    work: Array
     margin: Array
     depths: Array
     whole: Array
@@ -75,7 +75,7 @@ class Smooth:
         x, good, margin = self.followed(lines, depths, way)
         margin[~good] = math.nan
         if not good.any():
-            return Moved(x[:, -1], good, np.zeros(len(x)), margin, cut, x)
+            return Moved(x[:, -1], good, margin, cut, x)
         found = np.zeros((3, *x.shape[:2]))
         found[:, good] = self.parts(x[good], depths, way)
         energy, size, force = found.reshape(3, len(x), parts, t.size)
@@ -85,7 +85,7 @@ class Smooth:
         even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
         good &= even.all(axis=1)
         x[:, -1] = self.rests.snapped(x[:, -1])
-        return Moved(x[:, -1], good, work.sum(axis=1), margin, cut, x)
+        return Moved(x[:, -1], good, margin, cut, x)
 
     def followed(
         self, lines: Array, depths: Array, way: int, guess: Array | None = None
@@ -99,7 +99,8 @@ class Smooth:
         early = _HELD * self.rests.size + self.rests.noise(lines)[:, None]
         waits = free & (way * (rests - depths[0]) > early)
         size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.rests.length
-        rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf)
+        rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf if guess is None else _GUESSED)
+        last *= size
         room = self.rests.rooms(lines, way)
         good, active, near = ~waits.any(axis=1), free.any(axis=1), False
         worse = np.zeros(n, int)
@@ -114,17 +115,17 @@ class Smooth:
             new, past = _stepped(x[own], rates[own], off, free[own], room[:, own, None])
             with np.errstate(invalid="ignore"):
                 now = np.where(free[own, None], np.abs(new - x[own]), 0.0).max(axis=(1, 2))
-            even = np.abs(off).max(axis=(1, 2)) <= self._even(x[own]).max(axis=1)
+            exact = np.abs(off) <= self._even(x[own])[..., None]
+            even, past = exact.all(axis=(1, 2)), past & ~exact
             stuck = (past & (new == x[own])).any(axis=(1, 2))
             x[own] = new
             rounding = (now <= _ROUNDED * size[own] * 4.0 ** worse[own]) | even
             done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
             fast = now * now <= _STILL * size[own] * last[own]  # the next step will be rounding
             done |= fast & np.isfinite(last[own])
-            done = done & (even | ~past.any(axis=(1, 2)))  # that a corner leaves no room is no rest
-            stopped = stuck & ~even
+            done = done & ~past.any(axis=(1, 2))  # that a corner leaves no room is no rest
             worse[own] += now > _SHRINKS * last[own]
-            lost = stopped | (~done & (worse[own] > _PATIENCE))
+            lost = stuck | (~done & (worse[own] > _PATIENCE))
             good[own] &= (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~lost
             least = np.minimum(size[own], (new[..., 1] - new[..., 0]).min(axis=1))
             near = bool((now <= np.minimum(_LOCAL * least, last[own] / 8)).all())

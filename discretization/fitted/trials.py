@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
@@ -26,7 +27,8 @@ from discretization.fitted.integrals import Integrals
 from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
-from discretization.fitted.smooth import Smooth
+from discretization.fitted.smooth import DEGREE, Smooth
+from discretization.fitted.spectral import coefficients
 from discretization.fitted.track import Piece, pieces, restricted
 
 Array = NDArray[np.float64]
@@ -35,27 +37,36 @@ _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D i
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _MOST = 400  # trials: with the next rule three times as many as halvings of a double
 _PARTS = (4, 16)  # of a way
+_MEETS = 1e-9  # of the way: where polynomials say that lines meet
+_REAL = 1e-9  # imaginary parts of their zeros that are rounding
+_FOLDS = 4  # times that an equilibrium is looked for that disappears
 _PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
 
 
 class Tried(NamedTuple):
-    """Surfaces taken to a depth: their lines, ∫P dd of each, what is left; surfaces that fail.
+    """Surfaces taken to a depth: their lines, what is left; surfaces that fail.
 
-    known: something is known to happen to one of these; else shorter ways may succeed. pieces: the
+    known: something is known to happen to one of these; else shorter ways may succeed. aim: the
+    depth at which lines meet, as the polynomials of their motion tell; nan: not known. pieces: the
     lines on the way.
     """
 
     depth: float
     lines: Array
-    work: Array
     rooms: Rooms
     failed: set[int]
     known: bool
+    aim: float = math.nan
     pieces: tuple[Piece, ...] = ()
+
+    @property
+    def lost(self) -> bool:
+        """Whether lines were not found at rest: more parts would not help."""
+        return any(math.isnan(self.rooms["stiff", i]) for i in self.failed)
 
     def after(self, low: Tried) -> Tried:
         """The same with what led to where it began."""
-        return self._replace(work=low.work + self.work, pieces=low.pieces + self.pieces)
+        return self._replace(pieces=low.pieces + self.pieces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +86,9 @@ class Trials:
         self, surfaces: Array, which: set[int], start: float, end: float, parts: int = 1
     ) -> Tried:
         """Surfaces taken to a depth, and what is left for each."""
-        lines, work, kept = surfaces.copy(), np.zeros(len(surfaces)), sorted(which)
+        lines, kept = surfaces.copy(), sorted(which)
         found = self.smooth.over(surfaces[kept], start, end, parts)
-        lines[kept], work[kept] = found.lines, found.work
+        lines[kept] = found.lines
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
         unknown = set(failed)
         reach = self.motion.rests.reach(found.lines, end, 1 if end > start else -1)
@@ -88,7 +99,8 @@ class Trials:
             self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)
         way = pieces(kept, found.depths, found.whole)
-        return Tried(end, lines, work, rooms, failed, failed != unknown, way)
+        aim = _meeting(kept, lines, found.depths, found.whole) if failed != unknown else math.nan
+        return Tried(end, lines, rooms, failed, failed != unknown, aim, way)
 
     def _pressed(
         self,
@@ -135,7 +147,7 @@ class Trials:
         Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short ones.
         """
         for parts in _PARTS:
-            if high.failed and not high.known:
+            if high.failed and not high.known and not high.lost:
                 high = self.tried(low.lines, which, low.depth, high.depth, parts)
         return high
 
@@ -145,19 +157,26 @@ class Trials:
         Or a depth to which nothing happens, twice.
         """
         involved, parts, passed = self._involved(high, start), 1, False
-        if high.failed and not high.known:
-            low, high = self._beside_fold(low, high, involved)
         low = older = low._replace(rooms=low.rooms or self._rooms(low, involved, high.depth))
         least = _CLOSE * self.motion.rests.size
         aim, away, widths = math.nan, math.inf, [math.inf] * _PATIENCE
+        tries, fresh = _FOLDS, True
         for _ in range(_MOST):
             width = high.depth - low.depth
+            if high.failed and not high.known and abs(width) > least and tries and fresh:
+                tries, fresh = tries - 1, False
+                low, high = self._beside_fold(low, high, involved)
+                width = high.depth - low.depth
             if parts == 1 and not high.known and abs(width) > least:
                 high, parts = self._in_parts(low, high, involved), _PARTS[0]
                 high = high if high.failed else high.after(low)
             if not high.failed or abs(width) <= least or low.depth + width / 2 == low.depth:
                 break
             last, aim = (aim, away), _runs_out(older, low, high)
+            meets = high.aim == high.aim
+            if meets:
+                aim, last = high.aim, (high.aim * (1 + _MEETS), math.inf)
+                high = high._replace(aim=math.nan)
             away = abs(aim - low.depth)
             off = abs(aim - last[0]) * min(1.0, away / (last[1] or away or 1.0)) + least / 4
             widths.append(abs(width))
@@ -167,17 +186,31 @@ class Trials:
             if passed and not high.known and not 0 < (aim - low.depth) / width < 1:
                 depth = high.depth  # from here nothing may happen
             tried = self.tried(low.lines, involved, low.depth, depth, parts)
+            if meets:
+                tried = self._in_parts(low, tried, involved)
             passed = not tried.failed
             if not passed:
                 high, involved = tried, self._involved(tried, start) & involved
                 continue
-            older, low = low, tried.after(low)
+            older, low, fresh = low, tried.after(low), True
+            if self._released(older, low, sorted(involved)):
+                return low, low, involved
             high = low if depth == high.depth else high
         else:
             raise NotCertifiedError(
                 f"the event near depth = {low.depth!r} is not enclosed; try other depths"
             )
         return (low if high.failed else high), high, involved
+
+    def _released(self, before: Tried, after: Tried, which: list[int]) -> bool:
+        """Whether lines of these surfaces that were held on the way come free at its end."""
+        way, size = (1 if after.depth > before.depth else -1), self.motion.rests.size
+        lines = after.lines[which]
+        held = np.isfinite(lines) & (lines == before.lines[which])
+        if not held.any():
+            return False
+        left = way * (self.motion.rests.ahead(lines, way) - after.depth)
+        return bool((held & (left <= TIE * size)).any())
 
     def _beside_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
         """Just before and beyond where an equilibrium disappears, if that is found; else these."""
@@ -192,8 +225,8 @@ class Trials:
         step, before = max(min(ahead), 0.0), low
         if step > least / 2:
             before = self.to(low.lines, which, start, start + way * (step - least / 2))
-            if before.failed:
-                return low, high
+            if before.failed:  # something else happens before that
+                return low, before
             before = before.after(low)
         beyond = start + way * (step + least / 2)
         tried = self.tried(before.lines, which, before.depth, beyond)
@@ -215,15 +248,35 @@ class Trials:
         return {i for i in near if 0 <= i < len(tried.lines)}
 
 
+def _meeting(kept: list[int], lines: Array, depths: Array, whole: Array) -> float:
+    """The first depth at which the lines of a contact meet on a smooth way; nan: none do.
+
+    depths (p, j), whole (n, p * j, 2): of the points of the parts of that way.
+    """
+    found = [math.nan]
+    for k, i in enumerate(kept[:-1]):
+        if kept[k + 1] != i + 1 or not lines[i, 1] > lines[i + 1, 0]:
+            continue
+        width = (whole[k + 1, :, 0] - whole[k, :, 1]).reshape(depths.shape)
+        part = int(np.argmax(width[:, -1] < 0))
+        turns = Legendre(coefficients(DEGREE, width[part])).roots()
+        real = turns.real[(np.abs(turns.imag) <= _REAL) & (np.abs(turns.real) <= 1)]
+        if real.size:
+            start, end = depths[part, [0, -1]].tolist()
+            left = (1 - float(real.min())) / 2
+            found.append(end - (end - start) * left * left)
+    return min(found, key=lambda depth: abs(depth - depths[0, 0]) if depth == depth else math.inf)
+
+
 def unmoved(surfaces: Array, depth: float) -> Tried:
     """Surfaces where they are."""
-    return Tried(depth, surfaces.copy(), np.zeros(len(surfaces)), {}, set(), False)
+    return Tried(depth, surfaces.copy(), {}, set(), False)
 
 
 def merge(one: Tried, own: set[int], other: Tried) -> Tried:
-    """Put lines and work of some surfaces in place of those of another trial."""
+    """Put the lines of some surfaces in place of those of another trial."""
     kept = sorted(own)
-    other.lines[kept], other.work[kept] = one.lines[kept], one.work[kept]
+    other.lines[kept] = one.lines[kept]
     return other._replace(pieces=other.pieces + restricted(one.pieces, own))
 
 

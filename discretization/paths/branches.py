@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from discretization.paths.branch import Branch
-from discretization.paths.fitted_branch import FittedBranch
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.springs_branch import SpringsBranch
@@ -17,8 +16,8 @@ from energy import Scene
 
 _SHALLOW = 1e-12  # of the thickness: the first depth that is tried
 _DEEPER = 4.0  # times as deep: the next one
-_ON_MESH: dict[str, type[FittedBranch | SpringsBranch | FittedMany]] = {
-    "one contact": FittedBranch,
+_ON_MESH: dict[str, type[SpringsBranch | FittedMany]] = {
+    "one contact": FittedMany,
     "springs": SpringsBranch,
     "several contacts": FittedMany,
 }
@@ -43,8 +42,6 @@ def pressed_by(
     depth, size = 0.0, scene.opened.critical_separation
     while True:
         branch = made(depth)
-        if isinstance(branch, FittedBranch):
-            return branch
         depth = max(depth, branch.touch)
         try:
             force = branch.force(branch.follow(None, depth), depth)

@@ -6,6 +6,7 @@ under imposed depth, and what separates one from the detached surface, U = 0, is
 keeps it metastable.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import History
-from discretization.inside import FittedBranch, along
+from discretization.inside import FittedMany
 from discretization.paths.plots import draw, units
 from energy import cards
 from energy.units import prefixed
@@ -184,12 +185,14 @@ def _curve(history: History, step: int, a: Array) -> Curve:
     """U by the quadrature with which load paths are integrated."""
     scene, depth = history.scene, float(history.depth[step])
     apex = scene.indenter.apex or 0.0
-    surfaces = FittedBranch.of(scene, 1e-8).surfaces
-    between, _ = along(surfaces, np.full(a.size, depth), apex + a[:, None] * np.array([-1, 1]))
+    branch = FittedMany.of(scene, 1e-8, depth + float(scene.indenter.height(apex + a[-1])))
+    tails = np.full((a.size, 2, 2), [-math.inf, math.inf])
+    tails[:, 0, 1], tails[:, 1, 0] = apex - a, apex + a
+    energy = branch.smoothly.many(tails, np.full(a.size, depth))[0]
     end, slope = depth - scene.indenter.height(apex + a), scene.indenter.slope(apex + a)
     through = scene.elastocapillary_length * slope < end
     state = history.at(step)
-    return Curve(depth, a, between.energy, through, (state.half_width, state.energy))
+    return Curve(depth, a, energy, through, (state.half_width, state.energy))
 
 
 def landscape(history: History, steps: Sequence[int]) -> Figure:
