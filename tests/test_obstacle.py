@@ -11,10 +11,10 @@ from scenes import adhesive
 
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import BLOCK, obstacle
+from discretization.lattice.obstacle import obstacle
 from energy import Parabola, cards
 
-SIZES = (3, BLOCK, BLOCK + 1, 300, BLOCK**3 + 1, 20_000)
+SIZES = (3, 16, 17, 300, 16**3 + 1, 20_000)  # blocks of 16 nodes
 
 
 def profiles(rng, n):
@@ -60,13 +60,6 @@ def test_no_penetration_no_tension_and_balance(n, ell):
         assert found.energy == pytest.approx(energy.value(u), rel=1e-12, abs=0), name
         force = lat.spring * u.sum() + lat.tail_force(u[0] + u[-1])
         assert found.force == pytest.approx(force, rel=1e-12, abs=0), name
-
-
-def test_rounds_of_removal_stay_few():
-    for n in (2_000, 200_000):
-        for ell in (1.0, n / 50, 10.0 * n):
-            for name, g in profiles(np.random.default_rng(5), n).items():
-                assert obstacle(lattice(ell), g).rounds <= 60, (n, ell, name)
 
 
 def solve_exactly(lat, g, held):
