@@ -284,8 +284,7 @@ def lowest_contacts(
         first, g = window(lattice, scene.indenter, depth)
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
-        kind = "integer" if lattice.w else "convex"
-        return span.runs(Oracle(lattice, g.size, kind).solve(g).contact) + first, None
+        return span.runs(Oracle(lattice, g.size).solve(g).contact) + first, None
     if method == "lattice" and not lattice.w:
         contact = obstacle(lattice, g).contact
         return span.runs(contact if contact.any() else g == 0) + first, None
