@@ -158,8 +158,14 @@ def test_flat_punch_leaves_where_its_energy_vanishes():
     for factor, contacts in ((1 - 1e-9, [[0, links]]), (1 + 1e-9, [])):
         result = Found.of(lattice, np.full(links + 1, factor * leaves))
         assert result.contacts.tolist() == contacts
-    tied = Found.of(lattice, np.full(links + 1, leaves * (1 - 1e-15)))
-    assert tied.contacts.tolist() == [[0, links]]
+
+
+@pytest.mark.parametrize(("more", "contacts"), [(2e-13, [[0, 1]]), (2e-12, [])])
+def test_of_equal_energies_the_one_with_more_contact(more, contacts):
+    """Two nodes with an energy of 2 more wΔx; 1e-12 wΔx are a tie."""
+    lattice = Lattice(1.0, 0.0, 1.3, 1.3 * 4.0, 0.2)
+    leaves = -math.sqrt(lattice.w / (lattice.spring + lattice.end_stiffness))
+    assert Found.of(lattice, np.full(2, leaves * (1 + more))).contacts.tolist() == contacts
 
 
 @pytest.mark.parametrize("indenter", [Parabola(0.4), Wedge(0.01), PowerLaw(40.0, 3.0)])
