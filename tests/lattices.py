@@ -12,7 +12,7 @@ from discretization.lattice.ground import Ground
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.span import displacement, mask_of
+from discretization.lattice.obstacle import surface
 from energy import Profile
 
 
@@ -112,6 +112,19 @@ class Found:
 
     def u(self):
         return displacement(self.lattice, self.g, self.in_contact)
+
+
+def mask_of(n, contacts):
+    """(n,) whether a node is in one of the contacts, first and last node of each."""
+    held = np.zeros(n, bool)
+    for first, last in contacts:
+        held[first : last + 1] = True
+    return held
+
+
+def displacement(lattice, g, contact):
+    """u (n,): g on the contact nodes, the surface they hold elsewhere."""
+    return np.where(contact, g, surface(lattice, g, np.flatnonzero(contact), np.arange(len(g))))
 
 
 def lowest(lattice, g):

@@ -5,7 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lattices import nodes_of, of_heights, over, random_lattice, unpruned
+from lattices import (
+    displacement,
+    mask_of,
+    nodes_of,
+    of_heights,
+    over,
+    random_lattice,
+    unpruned,
+)
 from scenes import DELTA0, SCENE, L, adhesive, roughness, two
 
 from discretization import Lattice, NodalEnergy
@@ -14,7 +22,6 @@ from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.obstacle import obstacle
-from discretization.lattice.span import displacement, mask_of
 from discretization.lattice.state import on_lattice
 from discretization.lattice.totals import totals
 from energy import Profile

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lattices import over
+from lattices import mask_of, over
 from scenes import ALPHA, DELTA0, SCENE, L, adhesive
 from scipy.special import k0e, k1e
 from test_radial_contacts import Row as Nodes
@@ -14,7 +14,6 @@ from test_radial_contacts import bumps, dimple, on_nodes, relaxed, stiffness, tu
 from discretization import minimise
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.span import mask_of
 from discretization.lattice.totals import totals
 from energy import FlatPunch, Parabola, Profile, Sampled, Wedge
 

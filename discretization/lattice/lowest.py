@@ -124,7 +124,7 @@ def _decays(lattice: Lattice, node: Nodes) -> tuple[float, Logs, Logs, Array]:
     if lattice.axis != 0:
         mu, at = lattice.log_decay, node.astype(float)
         fall = np.append(at, (at.max(initial=0.0) + 2 * _FAR / mu, -math.inf))
-        return mu, fall, fall, np.full(node.size, span.unit(lattice))
+        return mu, fall, fall, np.full(node.size, lattice.spring / 2 + lattice.end_stiffness)
     spans = ring_spans(lattice.spring / lattice.link, 1 << int(node[-1]).bit_length())
     fall, rise = (
         np.append(logs[node], (logs[-1] + 2 * _FAR, -math.inf)) for logs in (spans.fall, spans.rise)
