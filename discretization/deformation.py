@@ -1,23 +1,23 @@
-"""What a contact does to the layer, by which the assumptions of the model are judged."""
+"""What a contact does to the layer, by which the assumptions of the model are judged.
+
+state: an `Equilibrium`, which is built on this module, not it on that.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energy.validity import Deformation
 
-if TYPE_CHECKING:
-    from discretization.equilibrium import Equilibrium
-
 Array = NDArray[np.float64]
 _SAMPLES = 257  # of each contact
 
 
-def range_of_heights(state: Equilibrium) -> tuple[float, float]:
+def range_of_heights(state: Any) -> tuple[float, float]:
     """Least and largest f in contact, looked for at many points; nan without contact.
 
     Where the layer is pressed anywhere, the least is that of the whole profile: were it free, the
@@ -29,7 +29,7 @@ def range_of_heights(state: Equilibrium) -> tuple[float, float]:
     return float(f.min()), float(f.max())
 
 
-def deformation(state: Equilibrium) -> Deformation:
+def deformation(state: Any) -> Deformation:
     """Indentation, largest displacement, narrowest contact and steepest slope of a state.
 
     Free surfaces move and bend most at their lines.
@@ -43,7 +43,7 @@ def deformation(state: Equilibrium) -> Deformation:
     return Deformation(state.indentation, farthest, narrowest, steepest)
 
 
-def _points_in_contact(state: Equilibrium) -> Array:
+def _points_in_contact(state: Any) -> Array:
     """Many x in contact, with the ends, corners, knots and the apex among them."""
     indenter, known = state.scene.indenter, state.contacts
     if not np.isfinite(known).all():

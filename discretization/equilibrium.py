@@ -248,11 +248,11 @@ class Equilibrium:
         """The violated assumptions in plain words; empty if all hold."""
         return tuple(str(a) for a in self.validity if not a.holds)
 
-    plot = plots.plot
-    to_dict = display.to_dict
+    plot = plots.plot_state
+    to_dict = display.state_row
     _repr_html_ = display.html
-    __repr__ = display.line
-    __str__ = display.text
+    __repr__ = display.state_line
+    __str__ = display.state_text
 
 
 def detached(

@@ -5,21 +5,20 @@
 "global"      no state has less energy
 "metastable"  a state with less energy is known
 "adhered"     the state of the path from first touch; whether another has less is not known
+
+state: an `Equilibrium`, which is built on this module, not it on that.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from discretization.routes import one_contact
 
-if TYPE_CHECKING:
-    from discretization.equilibrium import Equilibrium
 
-
-def label(state: Equilibrium) -> str:
+def label(state: Any) -> str:
     """The word for this state.
 
     "global" was searched for, or is the only minimum where w = 0 (a convex problem). Otherwise the
@@ -39,7 +38,7 @@ def label(state: Equilibrium) -> str:
     return "global" if one_contact(state.scene) else "adhered"
 
 
-def _springs_left_beside(state: Equilibrium) -> bool:
+def _springs_left_beside(state: Any) -> bool:
     """Whether springs without tension would gain w by attaching just beside the contact (γ₁ = 0).
 
     They would at every end but that of a body: they are all but in contact already.
