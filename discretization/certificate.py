@@ -23,6 +23,10 @@ class NotCertifiedError(RuntimeError):
     """The minimiser's state failed its certificate; nothing is returned in its place."""
 
 
+class AccuracyWarning(UserWarning):
+    """The requested rtol was not reached, or a profile is not resolved; the message says more."""
+
+
 class Certificate(NamedTuple):
     """Violations of the equilibrium conditions (dimensionless, 0 is perfect) and their verdict."""
 

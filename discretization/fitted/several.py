@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError
-from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
+from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
+from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors
