@@ -178,7 +178,7 @@ def _cheapest(chain: Chain, tie: float) -> tuple[float, Nodes]:
         value[k], before[k] = cost[best], starts[first + best]
         size = first + best + 1
         if not chain.height[k]:  # no span passes it
-            oldest, first, until = size, size, k + 1
+            oldest = first = size
         starts[size] = k
         size += 1
     return float(value[n]), before
