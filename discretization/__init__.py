@@ -41,8 +41,8 @@ that no digit changes:
 | cvxpy, matplotlib    | their imports                   | lattice.oracle.Oracle                   |
 """
 
-from discretization.certificate import NotCertifiedError
-from discretization.equilibrium import AccuracyWarning, Equilibrium
+from discretization.certificate import AccuracyWarning, NotCertifiedError
+from discretization.equilibrium import Equilibrium
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.loading import load_path

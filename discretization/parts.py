@@ -8,21 +8,20 @@
 
 They are read from the displacement field and its slopes at the lines, whoever found those. Their
 sums are the energy and the force up to quadrature and to what `error_estimate` says of the latter.
+
+state: an `Equilibrium`, which is built on this module, not it on that.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energy import terms
-
-if TYPE_CHECKING:
-    from discretization.equilibrium import Equilibrium
 
 Array = NDArray[np.float64]
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(14)
@@ -48,7 +47,7 @@ class Parts(NamedTuple):
         return cls(energy, dict(zip(("pressure", "lines"), force, strict=True)))
 
 
-def parts_of(state: Equilibrium) -> Parts:
+def parts_of(state: Any) -> Parts:
     """Energy and force of a state in parts; of a plane without end every part is endless."""
     if not state.contacts.size:
         return Parts.of(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -64,7 +63,7 @@ def parts_of(state: Equilibrium) -> Parts:
     return Parts.of(*stored, float(adhesion), float(pressure), pull)
 
 
-def _of_lines(state: Equilibrium) -> float:
+def _of_lines(state: Any) -> float:
     """-γ₁ Σ sin β, or -γ₁ Σ u' with small slopes (11); about an axis each times 2πr."""
     beside = state.line_slopes[1]
     if state.scene.slopes == "finite":
@@ -72,7 +71,7 @@ def _of_lines(state: Equilibrium) -> float:
     return -state.scene.gamma1 * float((beside * state.scene.measure(state.contacts)).sum())
 
 
-def _in_contact(state: Equilibrium) -> Array:
+def _in_contact(state: Any) -> Array:
     """Springs, surface, adhesion and pressure (4,) of the contacts.
 
     Panels end at corners, knots and the apex. They are halved until no integral changes by more
@@ -92,7 +91,7 @@ def _in_contact(state: Equilibrium) -> Array:
     return found
 
 
-def _panels(state: Equilibrium) -> Array:
+def _panels(state: Any) -> Array:
     """Ends (n, 2) of the panels in contact."""
     indenter = state.scene.indenter
     apex = [] if indenter.apex is None else [indenter.apex]
@@ -107,7 +106,7 @@ def _panels(state: Equilibrium) -> Array:
     return np.reshape(np.array(found, np.float64), (-1, 2))
 
 
-def _summed(state: Equilibrium, ends: Array) -> tuple[Array, Array]:
+def _summed(state: Any, ends: Array) -> tuple[Array, Array]:
     """The integrals of `_in_contact` on these panels (n, 2), and of their absolute values."""
     scene, half = state.scene, (ends[:, 1:] - ends[:, :1]) / 2
     x = ends.mean(axis=1)[:, None] + half * _POINTS
@@ -123,7 +122,7 @@ def _summed(state: Equilibrium, ends: Array) -> tuple[Array, Array]:
     return (densities * weights).sum(axis=(1, 2)), (np.abs(densities) * weights).sum(axis=(1, 2))
 
 
-def _of_free(state: Equilibrium) -> Array:
+def _of_free(state: Any) -> Array:
     """Springs and surface (2,) of all free surfaces, from u at Gauss points.
 
     The panels become wider away from the lines; about an axis u varies over the radius, too.

@@ -9,7 +9,7 @@ from lattices import of_heights
 from scenes import adhesive
 
 from discretization import Lattice, minimise
-from discretization.lattice import shortest_path
+from discretization.lattice import lowest
 from discretization.lattice.judge import judge
 from discretization.lattice.totals import totals
 from energy import Parabola, Profile, Sampled
@@ -93,7 +93,7 @@ def test_lines_of_a_smooth_profile_are_found_between_the_nodes():
 
 
 def test_the_window_is_limited(monkeypatch):
-    monkeypatch.setattr(shortest_path, "MOST", 1000)
+    monkeypatch.setattr(lowest, "MOST", 1000)
     scene, _ = rough_scene(1, n=5001)
     with pytest.raises(ValueError, match=r"spacing = 1\.0 puts more than 1000 nodes"):
         minimise(scene, 0.005, method="lattice", spacing=1.0, branch="global")

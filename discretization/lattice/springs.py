@@ -17,8 +17,8 @@ from discretization.lattice import fronts, line, span
 from discretization.lattice.assembly import Pair, Question, of_contacts, without_contact
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Ground
+from discretization.lattice.lowest import window
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.shortest_path import window
 
 Nodes = NDArray[np.int64]
 _TIE = 1e-12  # of the level: springs that rounding alone keeps from attaching

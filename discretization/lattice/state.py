@@ -13,7 +13,7 @@ from discretization.equilibrium import Equilibrium, detached
 from discretization.lattice.accuracy import estimated
 from discretization.lattice.assembly import Question
 from discretization.lattice.ground import Ground
-from discretization.lattice.lowest import on_lowest, on_lowest_rings
+from discretization.lattice.lowest import on_lowest
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.path_state import on_one_contact, on_path
 from discretization.lattice.springs import on_springs
@@ -26,7 +26,7 @@ ON_NODES = {
     "path": on_path,
     "springs": on_springs,
     "lowest": on_lowest,
-    "rings": on_lowest_rings,
+    "rings": on_lowest,
 }
 
 

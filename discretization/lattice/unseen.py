@@ -22,7 +22,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.equilibrium import AccuracyWarning, Equilibrium
+from discretization.certificate import AccuracyWarning
+from discretization.equilibrium import Equilibrium
 from discretization.lattice.fronts import heights
 from discretization.lattice.nodes import Lattice
 from discretization.profile import resolve

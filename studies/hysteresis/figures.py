@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from discretization import History
 from discretization.inside import FittedMany
-from discretization.paths.plots import draw, units
+from discretization.plots import draw_path, units
 from energy import cards
 from energy.units import prefixed
 from energy.units import quantity as quantity_of
@@ -64,7 +64,7 @@ def over_tension(record: Record) -> Figure:
             for history, colour in zip(own, shades(len(own)), strict=True):
                 ratio = history.scene.elastocapillary_length / SIZE
                 name = f"γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, l/b = {ratio:.2g}"
-                draw(axes, history, quantity, scale, colour, name)
+                draw_path(axes, history, quantity, scale, colour, name)
             axes.axhline(0, color="black", lw=0.6, ls=":")
             axes.grid(alpha=0.25)
         column[0].set_title(shape)
@@ -85,7 +85,7 @@ def over_control(record: Record) -> Figure:
     for column, shape, own in zip(grid.T, INDENTERS, chosen, strict=True):
         for axes, loop in zip(column, own, strict=True):
             area = loop.history.dissipated / (2 * WORK * SIZE)
-            draw(axes, loop.history, "force", units([loop.history], "force"), BLUE)
+            draw_path(axes, loop.history, "force", units([loop.history], "force"), BLUE)
             words = {"depth": "imposed depth", "force": "dead load"}
             stiffness = loop.control.removeprefix("K = ").replace(" ", "·")
             held = words.get(loop.control, f"spring of stiffness {stiffness}")
