@@ -12,7 +12,7 @@ from scenes import adhesive
 from truth.controls import Control, reading_of
 from truth.depth_paths import Adhering, Hanging, Place, depth_path_of
 from truth.path_compare import path_verdicts
-from truth.path_scenes import PATH_KINDS, path_case
+from truth.path_scenes import PATH_KINDS, STEPS, path_case, programme
 
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies, cards
@@ -101,3 +101,26 @@ def test_what_a_stiff_machine_loses_is_what_imposed_depth_loses():
         reading.go(drive)
     assert abs(sum(jump.released for jump in reading.jumps) - 0.30069) <= 1e-5
     assert abs(reading.jumps[-1].before.depth + 0.24807) <= 1e-5
+
+
+@pytest.mark.parametrize("seed", [4, 8])
+def test_springs_jump_where_a_sum_over_many_of_them_does(seed):
+    """Pulled by a machine over a flat slope and a contact that splits: C is steep there."""
+    case = path_case("machine_no_tension", seed)
+    scene, path = case.scene, depth_path_of(case.scene, case.feature)
+    reading, let_go = reading_of(path, Control(case.stiffness), case.scale), path.held
+    values = programme(case, reading)
+    for value in values[: -STEPS[-1]]:
+        reading.go(value)
+    depths = np.linspace(reading.place.depth, path.touch - let_go, 20_001)
+    x, step = np.linspace(*scene.indenter.extent, 100_001, retstep=True)
+    f = np.sort(scene.indenter.height(x))
+    held = np.searchsorted(f, np.minimum(depths + let_go, reading.place.level))
+    force = scene.stiffness * step * (held * depths - np.append(0.0, np.cumsum(f))[held])
+    C, before = depths + force / case.stiffness, len(reading.jumps)
+    edges = depths[np.flatnonzero(np.diff(np.minimum.accumulate(C) < C, append=False))]
+    wide = edges.reshape(-1, 2)[np.diff(edges)[::2] < -0.004 * case.scale]
+    reading.go(values[-1])
+    found = [(jump.before.depth, jump.after.depth) for jump in reading.jumps[before:]]
+    found = [jump for jump in found if jump[0] - jump[1] > 0.004 * case.scale]
+    assert len(wide) == len(found) and np.abs(wide - found).max() <= 1e-3 * case.scale

@@ -173,7 +173,8 @@ class Reading:
         )
         step = ((goal if here is top else top.height) - here.height) / rate
         step = min(max(step, SMALLEST * self.scale), LARGEST * self.scale) / self.finer
-        there = self._sample(here.place, here.place.depth + way * step, way)
+        depth = self.path.farthest(here.place, here.place.depth + way * step)
+        there = self._sample(here.place, depth, way)
         if here is not top or not self.path.jumps:
             return [there]
         return [*self._between(here, there, way), there]

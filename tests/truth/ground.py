@@ -1,5 +1,6 @@
 """The profile as the reference solutions see it: fine nodes, one-sided slopes, refined extremes."""
 
+import functools
 import math
 
 import numpy as np
@@ -52,6 +53,20 @@ class Ground:
         """Nodes strictly inside."""
         first = np.searchsorted(self.nodes, low, side="right")
         return self.nodes[first : np.searchsorted(self.nodes, high, side="left")]
+
+    @functools.cached_property
+    def extremes(self):
+        """All x at which f is least or largest among its neighbours, refined, in order."""
+        x, f = self.nodes, self.heights
+        dips = [at for at, _ in refined_minima(self.height, x, f, math.inf)]
+        tops = [at for at, _ in refined_minima(lambda s: -self.height(s), x, -f, math.inf)]
+        return np.unique(dips + tops)
+
+    @functools.cached_property
+    def monotone(self):
+        """Places between which f rises or falls, and f there."""
+        x = np.union1d(self.nodes, self.extremes)
+        return x, self.height(x)
 
     def lowest(self, tie):
         """min f and all x where f is that to within `tie`."""
