@@ -21,6 +21,7 @@ TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and nois
 ROUNDS, FINER, AROUND = 5, 4.0, 8
 MOST, JOINED = 12, 1e-4  # rounds; of the feature
 CLOSE, PULLED = 1e-3, 1e-9  # of the feature; of the depths: a pull
+APART = 1e-9  # of the feature: nodes closer than that are one
 
 
 def obstacle(scene, feature, depth):
@@ -61,21 +62,32 @@ def _stretched(ground, length, depth):
 
 def _lines(ground, surface, depth, extra):
     """Lines of the hull over the ground's nodes and `extra`, zoomed in on and polished."""
-    nodes, step = np.union1d(ground.nodes, extra), ground.step
-    kept = np.union1d(extra, ground.corners)
+    step = ground.step
+    kept = _with(ground.corners, np.unique(extra), APART * ground.feature)
+    nodes = _with(kept, ground.nodes, step / 8)
     noise = ROUNDING * (abs(depth) + abs(float(ground.heights.min())))
     lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
     for _ in range(ROUNDS):
         step /= FINER
         near = np.arange(-AROUND, AROUND + 1) * step
         nodes = np.unique(np.concatenate([nodes, *(x + near for x in lines)]))
-        nodes = nodes[(nodes >= ground.lo) & (nodes <= ground.hi)]
-        apart = np.diff(nodes, prepend=-math.inf) > step / 8
-        nodes = nodes[apart | np.isin(nodes, kept)]
+        nodes = _with(kept, nodes[(nodes >= ground.lo) & (nodes <= ground.hi)], step / 8)
         lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
     if lines.size and (lines[0] <= ground.lo or lines[-1] >= ground.hi):
         raise Outside("the contact reaches an end of the profile")
     return polished(_joined(lines, ground), depth, ground, surface) if lines.size else lines
+
+
+def _with(kept, nodes, least):
+    """These nodes and those of some others (sorted) that are farther than `least` from any.
+
+    Two as close as rounding would hold each other on the hull, however low they lie.
+    """
+    nodes = nodes[np.diff(nodes, prepend=-math.inf) > least]
+    ends = np.concatenate([[-math.inf], kept, [math.inf]])
+    after = np.searchsorted(ends, nodes)
+    apart = np.minimum(nodes - ends[after - 1], ends[after] - nodes)
+    return np.union1d(kept, nodes[apart > least])
 
 
 def _joined(lines, ground):
