@@ -108,7 +108,7 @@ class Independent:
         if depth > place.depth or not place.lines:
             return depth
         marks = np.append(self.marks, place.level) - self.held
-        return float(np.max(marks[marks < place.depth], initial=depth))
+        return float(np.max(marks[marks < place.depth - APART * self.held], initial=depth))
 
     def totals(self, place):
         """Force and energy there."""
