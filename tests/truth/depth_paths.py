@@ -50,6 +50,11 @@ class Adhering:
             self.walk.put(self._first, self.touch)
         return Place(depth, tuple(float(x) for x in self.walk.to(depth)))
 
+    def passed(self, place):
+        """How many corners and edges each line has reached from the left, and how many passed."""
+        corners = self.walk.ground.corners
+        return [np.searchsorted(corners, place.lines, side).tolist() for side in ("right", "left")]
+
     def farthest(self, place, depth):
         """How far on the way to a depth to the next sample."""
         return depth

@@ -1,5 +1,6 @@
 """The profile as the reference solutions see it: fine nodes, one-sided slopes, refined extremes."""
 
+import bisect
 import functools
 import math
 
@@ -36,6 +37,7 @@ class Ground:
         self.heights = np.asarray(indenter.height(self.nodes), float)
         self._aside = 4e-15 * max(abs(self.lo), abs(self.hi))
         self._kinks = np.union1d(self.corners, [self.lo, self.hi])
+        self._last = self._kinks.size - 1
 
     def height(self, x):
         """f(x)."""
@@ -43,6 +45,10 @@ class Ground:
 
     def slope(self, x, side):
         """f'(x), at corners and ends on this side (±1) of them."""
+        if np.ndim(x) == 0:
+            kink = self._kinks[min(bisect.bisect_left(self._kinks, x - self._aside), self._last)]
+            at = kink + 2 * side * self._aside if abs(x - kink) <= self._aside else x
+            return np.asarray(self.indenter.slope(at), float)
         x = np.asarray(x, float)
         near = np.searchsorted(self._kinks, x - self._aside)
         kink = self._kinks[np.minimum(near, self._kinks.size - 1)]
