@@ -17,7 +17,7 @@ from .surfaces import surface_of
 from .totals import NOTHING, state_of
 from .walk import Walk
 
-TURNS = 15_000  # moves of lines on one path
+TURNS = 3000  # moves of lines at one depth
 APART = 1e-6  # of δ₀: levels closer than that are one
 
 

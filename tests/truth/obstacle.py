@@ -19,7 +19,7 @@ from .totals import polished, state_of
 
 TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
 ROUNDS, FINER, AROUND = 5, 4.0, 8
-MOST, JOINED = 12, 1e-4  # rounds; of the feature
+MOST, JOINED = 12, 1e-5  # rounds; of the feature
 CLOSE, PULLED = 1e-3, 1e-9  # of the feature; of the depths: a pull
 APART = 1e-9  # of the feature: nodes closer than that are one
 
@@ -30,7 +30,14 @@ def obstacle(scene, feature, depth):
     ground = Ground(scene.indenter, min(feature, surface.length))
     tie = TIE * (abs(depth) + abs(float(ground.heights.min())))
     free, extra = Surfaces(ground, surface, tie), ground.lowest(tie)[1]
-    extra = [*extra, *_stretched(ground, surface.length, depth)]
+    inside = ground.corners[(ground.corners > ground.lo) & (ground.corners < ground.hi)]
+    beside = JOINED * ground.feature  # a gap opens at every corner that points inwards
+    extra = [
+        *extra,
+        *_stretched(ground, surface.length, depth),
+        *(inside - beside),
+        *(inside + beside),
+    ]
     for _ in range(MOST):
         lines = _lines(ground, surface, depth, extra)
         ends = [-math.inf, *lines, math.inf]

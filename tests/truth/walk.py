@@ -132,7 +132,7 @@ class Walk:
 
         way: +1 outwards, -1 inwards. A line that has moved is due again, and the one it faces.
         """
-        self._due, moves = [True] * len(self.lines), []
+        self._due, self.turns, moves = [True] * len(self.lines), 0, []
         while any(self._due):
             before, i = list(self.lines), 0
             while i < len(self.lines):
