@@ -21,7 +21,8 @@ from .path_scenes import path_case, programme
 EXACT, TOPS = 1e-7, 1e-4  # of the scales: states, and depths of the tops of C
 AWAY = 1e-6  # of the range of the control: values so near to a jump are not asked for
 LOST = 1e-5  # of the energies: jumps that lose less are not asked for
-NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes wrong
+NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes looked at closer
+CLOSER = 8  # times as many nodes must then agree as well as NODES[1] should have: it converges
 FEWEST, FINEST = 10, 400  # nodes per least length that say something, and the most per l
 SECOND = 4.0  # times (spacing/length)², of the scales
 METHODS = ("fitted", "lattice")
@@ -71,10 +72,11 @@ def path_verdicts(kind, seed, methods=METHODS):
     for method, (history, word, why, seconds) in answers.items():
         nodes = nodes_of(case, method)
         faults = differences(case, history, truth, nodes) if word == "right" else []
-        if faults and nodes:
-            nodes = resolved(case, NODES[1])
-            history, word, why, seconds = answer(case, values, nodes)
-            faults = differences(case, history, truth, nodes) if word == "right" else []
+        asked = resolved(case, NODES[1])
+        for finer in (1, CLOSER):
+            if faults and nodes:
+                history, word, why, seconds = answer(case, values, finer * asked)
+                faults = differences(case, history, truth, asked) if word == "right" else []
         word, why = ("wrong", "; ".join(faults)) if faults else (word, why)
         found[method] = PathVerdict(word, why, history, truth, seconds, other)
     return found
