@@ -51,9 +51,18 @@ class Adhering:
         return Place(depth, tuple(float(x) for x in self.walk.to(depth)))
 
     def passed(self, place):
-        """How many corners and edges each line has reached from the left, and how many passed."""
-        corners = self.walk.ground.corners
-        return [np.searchsorted(corners, place.lines, side).tolist() for side in ("right", "left")]
+        """How many corners and edges each line has reached from the left, and how many passed.
+
+        With two works of adhesion also whether it is about to advance, and to recede.
+        """
+        corners, found = self.walk.ground.corners, []
+        if self.scene.opening is not None:
+            self.walk.put(place.lines, place.depth)
+            found = [self.walk.about(i, way) for i in range(len(place.lines)) for way in (1, -1)]
+        return [
+            *(np.searchsorted(corners, place.lines, s).tolist() for s in ("right", "left")),
+            found,
+        ]
 
     def farthest(self, place, depth):
         """How far on the way to a depth to the next sample."""

@@ -29,6 +29,7 @@ MOVE = 1 / 4  # of the feature: the farthest a line moves before touching is loo
 SINK = 0.6  # of δ₀: the farthest the depth grows at once
 ROUGHLY, CLOSELY = 1e-4, 1e-11  # of the feature: what counts as moved, on the way and at its end
 SLOW, PART = 0.6, 0.5  # ratio of moves that are slow, and the part of their rest gone at once
+ABOUT = 1e-7  # of what holds a line: by less it is about to move
 LEAP = 1e-3  # of the feature: the farthest gone at once
 TIE = 1e-13  # of the depths of the scene: rounding of v
 
@@ -181,6 +182,12 @@ class Walk:
                 return True
         self.lines = rested
         return False
+
+    def about(self, i, way):
+        """Whether a line is about to advance (way = 1) or to recede (-1): neither, if held."""
+        x, side = self.lines[i], 1 if i % 2 else -1
+        slack = ABOUT * float(self.adhesion.deficit(x, side * way, way))
+        return float(self._drive(i, side, way)(x, 1)) < slack
 
     def _moves_on(self, i, way):
         """Whether a line would move on from where it is."""
