@@ -20,7 +20,7 @@ from .totals import polished, state_of
 TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
 ROUNDS, FINER, AROUND = 5, 4.0, 8
 MOST, JOINED = 12, 1e-5  # rounds; of the feature
-CLOSE, PULLED = 1e-3, 1e-9  # of the feature; of the depths: a pull
+CLOSE, PULLED = (1e-3, 1e-4, 1e-5), 1e-9  # of the feature; of the depths: a pull
 APART = 1e-9  # of the feature: nodes closer than that are one
 
 
@@ -54,17 +54,21 @@ def obstacle(scene, feature, depth):
 
 
 def _stretched(ground, length, depth):
-    """Three nodes around every place where the profile would pull most."""
-    near = CLOSE * ground.feature
+    """Nodes close to every place where the profile would pull most, which may be at a knot."""
+    near = min(CLOSE) * ground.feature
 
     def stress(x):
         rise = ground.slope(x + near, -1) - ground.slope(x - near, 1)
         return depth - ground.height(x) + length**2 * rise / (2 * near)
 
-    x, least = ground.nodes[1:-1], PULLED * (abs(depth) + abs(float(ground.heights.min())))
+    x = np.union1d(ground.nodes, np.asarray(ground.indenter.knots, float))
+    x = x[(x > ground.lo + near) & (x < ground.hi - near)]
+    least = PULLED * (abs(depth) + abs(float(ground.heights.min())))
     for at, value in refined_minima(stress, x, stress(x), -least):
         if value < -least:
-            yield from (at - near, at, at + near)
+            yield at
+            for close in CLOSE:
+                yield from (at - close * ground.feature, at + close * ground.feature)
 
 
 def _lines(ground, surface, depth, extra):
