@@ -159,6 +159,8 @@ def differences(case, history, truth, nodes):
         if len(scene.indenter.corners) or scene.pattern is not None:
             tolerance += FIRST / nodes
     end = _unsure(truth, window)
+    if nodes:
+        end = min(end, _blunt(case, truth, least_length(case) / nodes))
     at = [jump.value for jump in truth.jumps]
     faults = []
     for i in range(end):
@@ -179,6 +181,22 @@ def _unsure(truth, window):
         if any(j.step == i and abs(values[i] - j.value) <= window for j in truth.jumps):
             end = min(end, int(i))
     return end
+
+
+def _blunt(case, truth, spacing):
+    """The first step at which a corner between two nodes lets go of a contact of no width.
+
+    On nodes that corner is a flat facet, however close they are, and holds longer.
+    """
+    corners = np.asarray(case.scene.indenter.corners, float)
+    found = [
+        jump.step
+        for jump in truth.jumps
+        if jump.before.lines and not jump.after.lines and jump.first.half_width < spacing
+        for x in corners[np.abs(corners - jump.before.lines[0]) < spacing].tolist()
+        if abs(x / spacing - round(x / spacing)) > 1e-9
+    ]
+    return min(found, default=len(truth.values))
 
 
 def _step(case, history, truth, i, tolerance, nodes):
