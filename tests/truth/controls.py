@@ -24,6 +24,7 @@ from .totals import NOTHING
 LARGEST, SMALLEST = 1 / 12, 1 / 400  # of the depth scale: steps on the way
 CLOSE = 1e-9  # of the depth scale: what happens at once
 KINK = 1e-6  # of the depth scale: where a line leaves a corner, or comes to one
+JUMPED = 1e-4  # of the feature: lines that move farther within that have jumped
 TOP = 1e-8  # of the depth scale: how well a top of C is located
 SMOOTH = 0.01  # of the feature: how far lines may be from the mean of those beside
 MOST = 20_000
@@ -126,6 +127,8 @@ class Reading:
             for there in self._ahead(here, top, goal, way):
                 if here is top and there.height < here.height:
                     top = self._top(before, here, there, way)
+                elif here is top and self._at_once(here.place, there.place):  # a stiff machine
+                    self._record(way * here.height, here.place, there.place)
                 if not there.place.lines:
                     return self._lost(top, here, there, way)
                 if here is not top and there.height >= top.height:
@@ -177,7 +180,7 @@ class Reading:
         step = min(max(step, SMALLEST * self.scale), LARGEST * self.scale) / self.finer
         depth = self.path.farthest(here.place, here.place.depth + way * step)
         there = self._sample(here.place, depth, way)
-        if here is not top or not self.path.jumps:
+        if not self.path.jumps:
             return [there]
         return [*self._between(here, there, way), there]
 
@@ -187,9 +190,10 @@ class Reading:
         Where a line leaves a corner, comes to one or jumps over one, samples crowd on both sides.
         """
         a, b = here.place, there.place
-        alike = self.path.passed(a) == self.path.passed(b)
-        close = _apart(a.lines, b.lines) <= SMOOTH * self.path.feature
-        if (alike and close) or abs(b.depth - a.depth) <= (KINK if close else CLOSE) * self.scale:
+        alike, apart = self.path.passed(a) == self.path.passed(b), _apart(a.lines, b.lines)
+        least = KINK if apart <= JUMPED * self.path.feature else CLOSE
+        smooth = alike and apart <= SMOOTH * self.path.feature
+        if smooth or abs(b.depth - a.depth) <= least * self.scale:
             return []
         middle = self._sample(a, (a.depth + b.depth) / 2, way)
         if alike and len(a.lines) == len(b.lines):
@@ -223,6 +227,12 @@ class Reading:
             )
         )
 
+    def _at_once(self, a, b):
+        """Whether lines jump between two places."""
+        if not self.path.jumps or abs(b.depth - a.depth) > CLOSE * self.scale:
+            return False
+        return _apart(a.lines, b.lines) > JUMPED * self.path.feature
+
     def _top(self, before, here, there, way):
         """The top of C between two samples, of which the one in between is higher."""
         start, ends = before.place, sorted((before.place.depth, there.place.depth))
@@ -248,51 +258,3 @@ def _apart(lines, others):
     if len(lines) != len(others):
         return math.inf
     return float(np.abs(np.subtract(lines, others)).max(initial=0.0))
-
-
-class Unique(Reading):
-    """Without adhesion: C rises with the depth, and each value has one place."""
-
-    def beyond(self, value, window):
-        """Nothing jumps."""
-        return []
-
-    def go(self, value, guess=None):
-        """To a value, by secants from a guess of the depth."""
-        touch, self.value = self.path.touch, value
-        self.step += 1
-        if value < self.control.value(touch, 0.0):
-            self.place = Place(value if self.control.stiffness else -math.inf)
-            return self.place
-        least = self.control.value(1.0, 0.0) + self.control.value(0.0, self.path.stiffness(None))
-        low, high = touch, touch + (value - self.control.value(touch, 0.0)) / least
-        depth = min(max(guess if guess is not None else (low + high) / 2, low), high)
-        trials = [depth, touch] if depth > touch else [touch]
-        return self._solved(value, trials, low, high, CLOSE * least * self.scale)
-
-    def _solved(self, value, trials, low, high, least):
-        """By secants, enclosed between low and high."""
-        known = []
-        for _ in range(100):
-            depth = trials.pop(0) if trials else _secant(known, low, high)
-            self.place = self.path.moved(None, depth)
-            off = self.reached(self.place) - value
-            if abs(off) <= least:
-                return self.place
-            low, high = (depth, high) if off < 0 else (low, depth)
-            known.append((depth, off))
-        raise RuntimeError(f"C does not reach {value!r}")
-
-
-def _secant(known, low, high):
-    """The next trial between two depths."""
-    if len(known) < 2:
-        return (low + high) / 2
-    (x, p), (y, q) = sorted(known, key=lambda pair: abs(pair[1]))[:2]
-    step = y - q * (y - x) / (q - p) if q != p else math.nan
-    return step if low < step < high else (low + high) / 2
-
-
-def reading_of(path, control, scale, finer=1.0):
-    """How the path under a control is read off this one."""
-    return (Reading if path.scene.opened.work_of_adhesion else Unique)(path, control, scale, finer)
