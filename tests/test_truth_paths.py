@@ -1,7 +1,7 @@
 """`load_path` under dead loads and machines, against the reference of tests/truth.
 
-A few random paths of each class on both discretisations; ELASTOCAP_PATHS=500 asks for as many of
-each. python -m tests.truth CLASS 1 SEED prints one.
+A few random paths of each class on both discretisations, more of them with `-m slow`, and with
+ELASTOCAP_PATHS=500 as many of each. python -m tests.truth CLASS 1 SEED prints one.
 """
 
 import os
@@ -18,7 +18,7 @@ from truth.unique import reading_of
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies, cards
 
-ASKED = int(os.environ.get("ELASTOCAP_PATHS", "2"))
+FEW, MANY = 2, int(os.environ.get("ELASTOCAP_PATHS", "24"))
 REFUSED, SKIPPED = 0.005, 0.1  # of all paths, or one
 ONCE_WRONG = (  # the path or the reference, or refused
     ("load_pattern", 23),  # a line that jumps over an edge, by little
@@ -32,14 +32,25 @@ LAYER, WORK = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work
 
 
 @pytest.mark.parametrize("kind", PATH_KINDS)
-def test_paths_are_right_or_refused(kind):
+def test_a_few_paths_are_right_or_refused(kind):
+    assert_right_or_refused(kind, range(FEW))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", PATH_KINDS)
+def test_many_paths_are_right_or_refused(kind):
+    assert_right_or_refused(kind, range(FEW, MANY))
+
+
+def assert_right_or_refused(kind, asked):
+    """None of the paths of these seeds is wrong, and few are refused or skipped."""
     seeds = {word: {} for word in ("wrong", "refused", "skipped", "right")}
-    for seed in range(ASKED):
+    for seed in asked:
         for method, found in path_verdicts(kind, seed).items():
             seeds[found.word][seed, method] = found.why
-    assert not seeds["wrong"], f"{len(seeds['wrong'])} of {ASKED}: {seeds['wrong']}"
-    assert len(seeds["refused"]) <= max(1, REFUSED * ASKED), seeds["refused"]
-    assert len(seeds["skipped"]) <= max(2, SKIPPED * ASKED), seeds["skipped"]
+    assert not seeds["wrong"], f"{len(seeds['wrong'])} of {len(asked)}: {seeds['wrong']}"
+    assert len(seeds["refused"]) <= max(1, REFUSED * len(asked)), seeds["refused"]
+    assert len(seeds["skipped"]) <= max(2, SKIPPED * len(asked)), seeds["skipped"]
 
 
 @pytest.mark.parametrize(("kind", "seed"), ONCE_WRONG)
