@@ -25,7 +25,7 @@ from discretization.roots import crossings
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn
 _DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
-_FINEST = 1 / 16  # of a leg: parts that short are not halved again
+_FINEST = 1 / 256  # of a leg: parts that short are not halved again
 _PARTS = 8  # of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
 _NEWTON = 5  # steps to a guess
