@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.fitted.enclosing import Enclosing
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
@@ -82,7 +83,7 @@ class Events:
         if not found.failed:
             return Part(end, _flat(found.lines), None, found.pieces)
         failed, passed = found.failed, sorted(everything - found.failed)
-        low, high, own = trials.enclosed(unmoved(surfaces, start), found, start)
+        low, high, own = Enclosing(trials, unmoved(surfaces, start), found, start).run()
         found, smooth = trials.to(surfaces, failed - own, start, low.depth), True
         if passed and low.depth != start:  # smoothly up to here, as they do beyond
             moved = trials.smooth.over(surfaces[passed], start, low.depth)
