@@ -35,15 +35,14 @@ that no digit changes:
 | links in between     | a convex profile's heights      | lattice.fronts.first_above              |
 | true lengths         | nonlinear solves                | fitted.response.Response.surface        |
 | known surfaces       | solves of one seen before       | fitted.response.response                |
-| energy               | all but the force of a step     | paths.fitted_branch.FittedBranch.force  |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |
 | error estimate       | coarser lattice until asked for | lattice.accuracy.estimated              |
-| search for the line  | bracketing of the lines         | paths.fitted_branch.FittedBranch.follow |
+| search for the line  | states of their own of steps    | fitted.track.Track.lines                |
 | cvxpy, matplotlib    | their imports                   | lattice.oracle.Oracle                   |
 """
 
-from discretization.certificate import NotCertifiedError
-from discretization.equilibrium import AccuracyWarning, Equilibrium
+from discretization.certificate import AccuracyWarning, NotCertifiedError
+from discretization.equilibrium import Equilibrium
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.loading import load_path

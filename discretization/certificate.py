@@ -13,10 +13,7 @@ fitted/judgement.py.
 
 from __future__ import annotations
 
-import functools
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 TOLERANCE = 1e-9  # of the scales of the terms: far above rounding, far below what is asked
@@ -24,6 +21,10 @@ TOLERANCE = 1e-9  # of the scales of the terms: far above rounding, far below wh
 
 class NotCertifiedError(RuntimeError):
     """The minimiser's state failed its certificate; nothing is returned in its place."""
+
+
+class AccuracyWarning(UserWarning):
+    """The requested rtol was not reached, or a profile is not resolved; the message says more."""
 
 
 class Certificate(NamedTuple):
@@ -67,31 +68,11 @@ class Proof:
 
     bound: least energy of all contact sets, from the recursion; attained: `NodalEnergy` of the
     displacements returned; scale: sum of the absolute values of its terms.
-
-    `margin`: how far above lies the best state of another topology. The topology of a state says
-    which of the minimum's contacts adhere, which of them have become one, and whether the surface
-    touches elsewhere, beyond a ridge. So another one is of three kinds.
-    (1) A contact does not adhere: it has opened, or touches only where it is pressed. Not asked of
-    a contact with nodes that touch without adhesion too.
-    (2) The surface touches somewhere new: a node that is shielded from every contact by a node
-    which costs more to touch.
-    (3) Two neighbours have merged: all nodes between them are in contact.
-    (2) and (3) are not asked of nodes where contact never pays (bounds.py), as letting go of them
-    gains energy. That a contact splits, both parts adhering, is no kind of its own: letting go of
-    one pulled node inside it costs less than its two links, 2wΔx, on any lattice, and nothing in
-    the limit. inf: there is no such state; nan: it is not known. Found when it is asked for, which
-    takes longer than the rest of the proof.
     """
 
     bound: float
     attained: float
     scale: float
-    find_margin: Callable[[], float] | None = field(default=None, repr=False, compare=False)
-
-    @functools.cached_property
-    def margin(self) -> float:
-        """Energy [energy/length] of the best state of another topology above this one."""
-        return math.nan if self.find_margin is None else self.find_margin()
 
     @property
     def violation(self) -> float:

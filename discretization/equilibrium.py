@@ -12,19 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization import display, plots
 from discretization.certificate import Certificate, Proof
-from discretization.deformation import deformation, range_of_heights
-from discretization.label import label
 from discretization.parts import Parts, parts_of
-from discretization.tail import Tail
+from discretization.routes import one_contact
+from discretization.tail import FreeSurfaces, Tail
 from energy import Assumption, Scene
-from energy.validity import assumptions
+from energy.validity import Deformation, assumptions
 
 Array = NDArray[np.float64]
 QUANTITIES = ("half_width", "force", "energy")
-
-
-class AccuracyWarning(UserWarning):
-    """The requested rtol was not reached, or a profile is not resolved; the message says more."""
+_SAMPLES = 257  # of each contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +32,11 @@ class Equilibrium:
 
     contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
     themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
-    without contact; tail: the free surface;
-    errors: `error_estimate`, or the function of this state that finds it when it is asked for;
-    scales: of force and energy, the sums of their terms' absolute values; spacing: nan where there
-    are no nodes; proof: why no state on these nodes has a lower energy, where `shortest_path` has
-    found it; neutral: whether a line rests anywhere in a range at no cost.
+    without contact; tail: the free surface; errors: `error_estimate`, or the function of this state
+    that finds it when it is asked for; scales: of force and energy, the sums of their terms'
+    absolute values; spacing: nan where there are no nodes; proof: why no state on these nodes has a
+    lower energy, where `shortest_path` has found it; neutral: whether a line rests anywhere in a
+    range at no cost.
     """
 
     scene: Scene
@@ -78,13 +74,55 @@ class Equilibrium:
 
     @functools.cached_property
     def label(self) -> str:
-        """ "global", "metastable", "adhered", "neutral" or "detached"; see discretization.label."""
-        return label(self)
+        """What is known of this state among all of its scene at its depth, in one word.
+
+        "detached"    the flat surface without contact
+        "neutral"     a contact line rests anywhere in a range: states of any width cost the same
+        "global"      no state has less energy
+        "metastable"  a state with less energy is known
+        "adhered"     that of the path from first touch; whether another has less is not known
+
+        "global" was searched for, or is the only minimum where w = 0 (a convex problem). Otherwise
+        it is compared with the detached state, whose energy is 0, up to first touch: of a convex
+        indenter with tension the only other minimum, as the force on a line grows outwards. Without
+        tension springs beside a contact would gain w by attaching, but at an end of the body.
+        """
+        scene = self.scene
+        if not self.contacts.size:
+            return "detached"
+        if self.neutral:
+            return "neutral"
+        if scene.opening is not None or scene.pattern is not None:
+            return "adhered"
+        if self.branch == "global" or not scene.work_of_adhesion:
+            return "global"
+        beside = not scene.gamma1 and (np.isfinite(self.contacts) & ~self.pinned).any()
+        if beside or (self.energy > 0 and self.indentation <= 0):
+            return "metastable"
+        return "global" if one_contact(scene) else "adhered"
 
     @functools.cached_property
     def range_of_heights(self) -> tuple[float, float]:
-        """Least and largest f in contact; see discretization.deformation."""
-        return range_of_heights(self)
+        """Least and largest f in contact, looked for at many points; nan without contact.
+
+        Where the layer is pressed anywhere, the least is that of the whole profile: were it free,
+        the surface would stand above it by more than anywhere in contact.
+        """
+        if not self.contacts.size:
+            return math.nan, math.nan
+        f = self.scene.indenter.height(self._in_contact)
+        return float(f.min()), float(f.max())
+
+    @functools.cached_property
+    def _in_contact(self) -> Array:
+        """Many x in contact, with the ends, corners, knots and the apex among them."""
+        indenter, known = self.scene.indenter, self.contacts
+        if not np.isfinite(known).all():
+            return np.zeros(1)
+        even = np.linspace(known[:, 0], known[:, 1], _SAMPLES).ravel()
+        apex = [] if indenter.apex is None else [indenter.apex]
+        kinks = np.array([*indenter.corners, *indenter.knots, *apex], float)
+        return np.concatenate([even, kinks[self.inside(kinks)]])
 
     @property
     def indentation(self) -> float:
@@ -127,12 +165,12 @@ class Equilibrium:
             return math.pi * float(np.sum((ends[1] - ends[0]) * (ends[1] + ends[0])))
         return 2 * self.half_width
 
-    @property
-    def _radii(self) -> Array:
-        """Radii of the contact lines (m, 2), as the free surface needs them."""
-        if self.scene.axisymmetric:
-            return self.contacts * (-1, 1)
-        return np.full_like(self.contacts, math.inf)
+    @functools.cached_property
+    def _free(self) -> FreeSurfaces:
+        """The free surfaces beside and between the contacts."""
+        u = self.depth - self.scene.indenter.height(self.contacts)
+        radii = self.contacts * (-1, 1) if self.scene.axisymmetric else np.full_like(u, math.inf)
+        return FreeSurfaces(self.tail, self.contacts, u, radii)
 
     @functools.cached_property
     def line_slopes(self) -> tuple[Array, Array]:
@@ -144,13 +182,7 @@ class Equilibrium:
         wide = self.contacts[:, 1:] > self.contacts[:, :1]
         own = np.where(self.pinned, np.where(wide, -sides, sides), 0.0)
         f1 = self.scene.indenter.slope_beside(self.contacts, own)
-        u, radii = self.depth - self.scene.indenter.height(self.contacts), self._radii
-        outwards = self.tail.slope(u, radii) if self.scene.gamma1 else np.zeros_like(u)
-        if len(u) > 1:
-            width, right, left = self.contacts[1:, 0] - self.contacts[:-1, 1], u[:-1, 1], u[1:, 0]
-            outwards[:-1, 1] = self.tail.slope_between(width, right, left, radii[:-1, 1])
-            outwards[1:, 0] = self.tail.slope_between(width, left, right, radii[1:, 0])
-        return sides * f1, outwards
+        return sides * f1, self._free.slopes() if self.scene.gamma1 else np.zeros_like(f1)
 
     @property
     def angle_deficits(self) -> Array:
@@ -190,20 +222,9 @@ class Equilibrium:
         x = self._measured(x)
         u, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
-        if not (self.scene.gamma1 and self.contacts.size):
-            return u
-        radii = self._radii
-        for side, end, radius in (
-            (-1, self.contacts[0, 0], radii[0, 0]),
-            (1, self.contacts[-1, 1], radii[-1, 1]),
-        ):
-            free = side * (x - end) > 0
-            if free.any():
-                u_end = self.depth - float(self.scene.indenter.height(end))
-                u[free] = self.tail.displacement(side * (x[free] - end), u_end, radius)
-        if len(self.contacts) > 1:
-            within = (x > self.contacts[0, 0]) & (x < self.contacts[-1, 1]) & ~inside
-            u[within] = self._between(x[within])
+        free = ~inside & ~np.isnan(x)
+        if self.scene.gamma1 and self.contacts.size and free.any():
+            u[free] = self._free.displacement(x[free])
         return u
 
     def _measured(self, x: ArrayLike) -> Array:
@@ -217,18 +238,6 @@ class Equilibrium:
         left = np.searchsorted(self.contacts[:, 0], x, side="right") - 1
         return (left >= 0) & (x <= self.contacts[left, 1])
 
-    def _between(self, x: Array) -> Array:
-        """u of the free surfaces between two contacts."""
-        u, gaps = np.empty_like(x), np.searchsorted(self.contacts[:, 0], x) - 1
-        lines = np.column_stack([self.contacts[:-1, 1], self.contacts[1:, 0]])
-        ends = self.depth - self.scene.indenter.height(lines)
-        for i in np.unique(gaps).tolist():
-            own, (left, right) = gaps == i, lines[i].tolist()
-            at, radius = x[own], self._radii[i, 1]
-            one, other = ends[i].tolist()
-            u[own] = self.tail.between(at - left, right - at, right - left, one, other, radius)
-        return u
-
     def pressure(self, x: ArrayLike) -> Array:
         """Elastic stress k u(x) of the layer on the indenter, the integrand of Eq. (9).
 
@@ -241,18 +250,26 @@ class Equilibrium:
     @property
     def validity(self) -> tuple[Assumption, ...]:
         """How far the assumptions of the model hold here; see energy.validity."""
-        return assumptions(self.scene, deformation(self) if self.contacts.size else None)
+        if not self.contacts.size:
+            return assumptions(self.scene, None)
+        steepest = float(np.abs(self.scene.indenter.slope(self._in_contact)).max())
+        if np.isfinite(self.contacts).all():  # free surfaces bend and move most at their lines
+            steepest = max(steepest, float(np.max(np.abs(self.line_slopes))))
+        farthest = max(abs(self.depth - height) for height in self.range_of_heights)
+        widths = self.contacts[:, 1] - self.contacts[:, 0]
+        narrowest = float(np.min(np.where(self.at_axis[:, 0], widths, widths / 2)))
+        return assumptions(self.scene, Deformation(self.indentation, farthest, narrowest, steepest))
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """The violated assumptions in plain words; empty if all hold."""
         return tuple(str(a) for a in self.validity if not a.holds)
 
-    plot = plots.plot
-    to_dict = display.to_dict
+    plot = plots.plot_state
+    to_dict = display.state_row
     _repr_html_ = display.html
-    __repr__ = display.line
-    __str__ = display.text
+    __repr__ = display.state_line
+    __str__ = display.state_text
 
 
 def detached(

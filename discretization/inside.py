@@ -8,36 +8,34 @@ Everything else in the package may change without notice; these names are kept.
 | `adhered`, `region`, `heights` | of one contact: its first and last node, where these may be, f |
 | `ContactSet`, `totals` | contacts on nodes at a depth; their energy and force, with scales |
 | `obstacle` | the convex problem without adhesion, w = 0, on a row of g = d - f |
-| `global_minimum`, `window` | the lowest of all contact sets of such a row; a scene's row |
+| `global_minimum`, `window` | the lowest of all contact sets of a row, with proof; a scene's row |
 | `Oracle` | the same by a solver of cvxpy |
 | `on_lattice` | `minimise` on nodes, one of which is at a given place |
-| `FittedBranch` | one contact on the fitted mesh, followed from depth to depth |
-| `integrals`, `along` | energy and force between two lines: refined at one depth, or at many |
+| `FittedMany` | contacts on the fitted mesh, followed from depth to depth |
+| `integrals` | energy and force between two lines |
 | `forget` | what has been solved of free surfaces is forgotten, as in a new process |
 """
 
 from types import ModuleType
 
 from discretization.fitted import free_surface, response
-from discretization.fitted.quadrature import along
 from discretization.fitted.quadrature import totals as integrals
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.fronts import adhered, heights, region
 from discretization.lattice.ground import Ground
+from discretization.lattice.lowest import global_minimum, window
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import Oracle
-from discretization.lattice.shortest_path import global_minimum, window
 from discretization.lattice.state import on_lattice
 from discretization.lattice.totals import totals
-from discretization.paths.fitted_branch import FittedBranch
+from discretization.paths.fitted_many import FittedMany
 
 __all__ = [
     "ContactSet",
-    "FittedBranch",
+    "FittedMany",
     "Ground",
     "Oracle",
     "adhered",
-    "along",
     "forget",
     "global_minimum",
     "heights",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import warnings
 
-from discretization.equilibrium import AccuracyWarning, Equilibrium
+from discretization.certificate import AccuracyWarning
+from discretization.equilibrium import Equilibrium
 from discretization.fitted.several import on_several
 from discretization.fitted.springs import on_springs
 from discretization.fitted.state import on_one_contact

@@ -8,31 +8,30 @@
 
 They are read from the displacement field and its slopes at the lines, whoever found those. Their
 sums are the energy and the force up to quadrature and to what `error_estimate` says of the latter.
+
+state: an `Equilibrium`, which is built on this module, not it on that.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energy import terms
 
-if TYPE_CHECKING:
-    from discretization.equilibrium import Equilibrium
-
 Array = NDArray[np.float64]
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(14)
 _VALUES = np.polynomial.legendre.legvander(_POINTS, _POINTS.size - 1)
 _DERIVATIVE = np.linalg.solve(
-    _VALUES.T, np.polynomial.legendre.legval(_POINTS, np.polynomial.legendre.legder(np.eye(12)))
+    _VALUES.T, np.polynomial.legendre.legval(_POINTS, np.polynomial.legendre.legder(np.eye(14)))
 ).T  # of the polynomial through values at the points
+_NEAR = -4  # the first panel beside a line is 2**_NEAR of l wide
 _HALVINGS = 9  # of a panel, 500 parts: of rougher profiles the parts are less exact
 _AGREED = 1e-13  # change of the integrals relative to their size: all but rounding
-_GRADED = 2.0 ** np.arange(-3, 6)  # lengths l from a line at which panels in a gap end
 
 
 class Parts(NamedTuple):
@@ -48,7 +47,7 @@ class Parts(NamedTuple):
         return cls(energy, dict(zip(("pressure", "lines"), force, strict=True)))
 
 
-def parts_of(state: Equilibrium) -> Parts:
+def parts_of(state: Any) -> Parts:
     """Energy and force of a state in parts; of a plane without end every part is endless."""
     if not state.contacts.size:
         return Parts.of(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -58,14 +57,13 @@ def parts_of(state: Equilibrium) -> Parts:
     springs, surface, adhesion, pressure = _in_contact(state)
     free, pull = np.zeros(2), 0.0
     if state.scene.gamma1:
-        turned = state.scene.axisymmetric
-        free = _about_axis(state) if turned else _of_tails(state) + _of_gaps(state)
+        free = _of_free(state)
         pull = _of_lines(state)
     stored = float(springs + free[0]), float(surface + free[1])
     return Parts.of(*stored, float(adhesion), float(pressure), pull)
 
 
-def _of_lines(state: Equilibrium) -> float:
+def _of_lines(state: Any) -> float:
     """-γ₁ Σ sin β, or -γ₁ Σ u' with small slopes (11); about an axis each times 2πr."""
     beside = state.line_slopes[1]
     if state.scene.slopes == "finite":
@@ -73,7 +71,7 @@ def _of_lines(state: Equilibrium) -> float:
     return -state.scene.gamma1 * float((beside * state.scene.measure(state.contacts)).sum())
 
 
-def _in_contact(state: Equilibrium) -> Array:
+def _in_contact(state: Any) -> Array:
     """Springs, surface, adhesion and pressure (4,) of the contacts.
 
     Panels end at corners, knots and the apex. They are halved until no integral changes by more
@@ -93,7 +91,7 @@ def _in_contact(state: Equilibrium) -> Array:
     return found
 
 
-def _panels(state: Equilibrium) -> Array:
+def _panels(state: Any) -> Array:
     """Ends (n, 2) of the panels in contact."""
     indenter = state.scene.indenter
     apex = [] if indenter.apex is None else [indenter.apex]
@@ -108,7 +106,7 @@ def _panels(state: Equilibrium) -> Array:
     return np.reshape(np.array(found, np.float64), (-1, 2))
 
 
-def _summed(state: Equilibrium, ends: Array) -> tuple[Array, Array]:
+def _summed(state: Any, ends: Array) -> tuple[Array, Array]:
     """The integrals of `_in_contact` on these panels (n, 2), and of their absolute values."""
     scene, half = state.scene, (ends[:, 1:] - ends[:, :1]) / 2
     x = ends.mean(axis=1)[:, None] + half * _POINTS
@@ -124,34 +122,20 @@ def _summed(state: Equilibrium, ends: Array) -> tuple[Array, Array]:
     return (densities * weights).sum(axis=(1, 2)), (np.abs(densities) * weights).sum(axis=(1, 2))
 
 
-def _of_tails(state: Equilibrium) -> Array:
-    """Springs and surface (2,) beyond the outermost lines.
+def _of_free(state: Any) -> Array:
+    """Springs and surface (2,) of all free surfaces, from u at Gauss points.
 
-    A tail is the same one seen from each of its points: with its slope s(u) there, dx = du/|s|.
+    The panels become wider away from the lines; about an axis u varies over the radius, too.
     """
-    scene, total = state.scene, np.zeros(2)
-    for end in (state.contacts[0, 0], state.contacts[-1, 1]):
-        u_line = state.depth - float(scene.indenter.height(end))
-        if u_line:
-            u = u_line * (1 + _POINTS) / 2
-            s = state.tail.slope(u)
-            over = _WEIGHTS * abs(u_line) / 2 / np.abs(s)
-            surface = terms.surface(s, gamma1=scene.gamma1, slopes=scene.slopes)
-            total += over @ terms.spring(u, k=scene.stiffness).value, over @ surface.value
-    return total
-
-
-def _about_axis(state: Equilibrium) -> Array:
-    """Springs and surface (2,) of all free surfaces about an axis, from u at Gauss points."""
-    scene, ends = state.scene, [0.0, *state.contacts.ravel().tolist()]
-    near = scene.elastocapillary_length * np.append(0.0, 2.0 ** np.arange(-12, 6, 0.5))
-    free = [*zip(ends[::2], ends[1::2], strict=False), (ends[-1], ends[-1] + float(near[-1]))]
+    scene, lines = state.scene, state.contacts.ravel().tolist()
+    near = scene.elastocapillary_length * np.append(0.0, 2.0 ** np.arange(_NEAR, 6, 0.5))
+    far = float(near[-1])
+    ends = [0.0 if scene.axisymmetric else lines[0] - far, *lines, lines[-1] + far]
     panels: list[tuple[float, float]] = []
-    for left, right in free:
-        wider = left * 2.0 ** np.arange(0, 60, 0.5) if left else np.zeros(1)
+    for left, right in zip(ends[::2], ends[1::2], strict=True):
         cuts = np.unique(np.concatenate([left + near, right - near, [left, right]]))
-        if left and scene.elastocapillary_length > left:  # it varies over its distance to the axis
-            cuts = np.union1d(cuts, wider)
+        if scene.axisymmetric and scene.elastocapillary_length > left > 0:
+            cuts = np.union1d(cuts, left * 2.0 ** np.arange(0, 60, 0.5))
         panels += itertools.pairwise(cuts[(cuts >= left) & (cuts <= right)].tolist())
     edges = np.array(panels).reshape(-1, 2)
     half = (edges[:, 1:] - edges[:, :1]) / 2
@@ -162,34 +146,3 @@ def _about_axis(state: Equilibrium) -> Array:
     weights = half * _WEIGHTS * scene.measure(x)
     springs = terms.spring(u, k=scene.stiffness).value
     return np.array([(springs * weights).sum(), (surface * weights).sum()])
-
-
-def _of_gaps(state: Equilibrium) -> Array:
-    """Springs and surface (2,) of the free surfaces between contacts.
-
-    As γ₁u'' = ku (5), both together are [γ₁ u u']/2 between the lines. With finite slopes
-    γ₁(sin φ)' = ku and k/2 u² - γ₁(1 - cos φ) = C, so that the surface is
-    [γ₁ u sin φ] - 3 springs + C L over the length L.
-    """
-    scene, total = state.scene, np.zeros(2)
-    outwards = state.line_slopes[1]
-    u = state.depth - scene.indenter.height(state.contacts)
-    near = scene.elastocapillary_length * _GRADED
-    for i, (left, right) in enumerate(
-        zip(state.contacts[:-1, 1], state.contacts[1:, 0], strict=True)
-    ):
-        cuts = np.unique(np.concatenate([left + near, right - near, [(left + right) / 2]]))
-        ends = np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
-        half = np.diff(ends)[:, None] / 2
-        x = ends[:-1, None] + half * (1 + _POINTS)
-        stored = terms.spring(state.displacement(x), k=scene.stiffness).value
-        springs = float((stored * half * _WEIGHTS).sum())
-        facing, tilts = (np.array([of[i, 1], of[i + 1, 0]]) for of in (u, outwards))
-        if scene.slopes == "small":
-            total += springs, -scene.gamma1 / 2 * float(facing @ tilts) - springs
-            continue
-        sin, root = tilts / np.hypot(1.0, tilts), np.hypot(1.0, tilts)
-        first = scene.stiffness / 2 * facing**2 - scene.gamma1 * sin**2 * root / (1 + root)
-        pulled = -scene.gamma1 * float(facing @ sin)
-        total += springs, pulled - 3 * springs + float(first.mean()) * (right - left)
-    return total

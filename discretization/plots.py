@@ -1,15 +1,21 @@
-"""Figures of an equilibrium: the layer and the indenter, and the surroundings of a contact line.
+"""Figures of an equilibrium, and of a load path: P(d) and a(d) with its events.
 
-Lengths are drawn in metres with a prefix, or, with unit = "", as the plain numbers of the scene.
+Numbers are drawn in SI units with a prefix, or, with si = False or unit = "", as they are. Colours
+tell the loading of a path from its unloading, or one path from another. An instability is drawn
+dashed along the line on which the control holds it: fixed depth or load, or the spring's.
+
+state: an `Equilibrium`; history: a `History`. Both are built on this module, not it on them.
 """
 
 from __future__ import annotations
 
+import math
 import textwrap
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from energy import Assumption
 from energy.units import Unit, prefixed
@@ -17,10 +23,18 @@ from energy.units import Unit, prefixed
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from discretization.equilibrium import Equilibrium
-
+Array = NDArray[np.float64]
 BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#7F7F7F"  # Okabe-Ito, and grey
 SOFT, RIGID = "#f3d9b1", "#b8c4cc"
+JUMPS = ("touch", "jump-in", "jump", "detachment", "pull-off")
+MARKS = {"touch": "o", "jump-in": "^", "jump": "D", "detachment": "v", "pull-off": "X"}
+MARKS |= {"edge depinning": "s", "tip depinning": "<", "tip pinning": ">", "edge pinning": "p"}
+STYLES: dict[str, dict[str, Any]] = {
+    "loading": {"color": BLUE, "lw": 3.5, "alpha": 0.55, "zorder": 2},
+    "unloading": {"color": ORANGE, "lw": 1.4, "zorder": 3},
+    "jump": {"color": "black", "lw": 1.1, "ls": "--", "zorder": 4},
+    "free": {"color": GREY, "lw": 1.0, "zorder": 1},
+}
 
 
 def canvas(
@@ -38,20 +52,19 @@ def axis(name: str, unit: Unit) -> str:
     return f"{name} in {unit.symbol}" if unit.symbol else name
 
 
-def plot(state: Equilibrium, title: str = "", *, si: bool = True) -> Figure:
+def plot_state(state: Any, title: str = "", *, si: bool = True) -> Figure:
     """A matplotlib figure of the surface, and of the right contact line enlarged.
 
-    Lengths are drawn in metres with a prefix; si = False, for other units: as plain numbers.
-    Assumptions of the model that do not hold are named below.
+    si: whether the units are those of SI. Assumptions that do not hold are named below.
     """
     drawn, axes = canvas(11, 5, 1, 2)
-    draw(axes, state, "m" if si else "")
+    draw_state(axes, state, "m" if si else "")
     drawn.suptitle(title, fontsize=14)
     note(drawn, [one for one in state.validity if not one.holds])
     return drawn
 
 
-def draw(axes: Any, state: Equilibrium, unit: str = "m", last: bool = False) -> None:
+def draw_state(axes: Any, state: Any, unit: str = "m", last: bool = False) -> None:
     """The whole surface on the first of two axes, the right contact line on the second.
 
     last: say that it is the last of several states in contact.
@@ -71,7 +84,7 @@ def note(figure: Figure, violated: Iterable[Assumption]) -> None:
         figure.supxlabel("\n".join(text), fontsize=10, color=ORANGE)
 
 
-def _window(state: Equilibrium) -> tuple[float, float]:
+def _window(state: Any) -> tuple[float, float]:
     """Ends of the contact and some free surface beside them."""
     scene = state.scene
     ends = state.contacts if np.isfinite(state.contacts).all() else state.contacts[:0]
@@ -83,7 +96,7 @@ def _window(state: Equilibrium) -> tuple[float, float]:
 
 
 def _surface(
-    axes: Any, state: Equilibrium, lo: float, hi: float, origin: float = 0.0, unit: str = "m"
+    axes: Any, state: Any, lo: float, hi: float, origin: float = 0.0, unit: str = "m"
 ) -> None:
     """The deformed layer and the indenter from x = lo to hi, x drawn from the origin."""
     x = np.linspace(lo, hi, 2001)
@@ -104,7 +117,7 @@ def _surface(
     axes.legend(loc="upper center", ncols=2, fontsize=9)
 
 
-def _contact_line(axes: Any, state: Equilibrium, unit: str) -> None:
+def _contact_line(axes: Any, state: Any, unit: str) -> None:
     """The surroundings of the right contact line, enlarged; nothing if there is none."""
     if not (state.contacts.size and np.isfinite(state.contacts).all()):
         axes.set_axis_off()
@@ -116,3 +129,172 @@ def _contact_line(axes: Any, state: Equilibrium, unit: str) -> None:
     axes.set_xlabel(axes.get_xlabel().replace("position x", "distance from the contact line"))
     angle = np.degrees(state.angle_deficits[-1, 1])
     axes.set_title(f"right contact line: π − θ = {angle:.3g}° (not to scale)")
+
+
+Part = tuple[str, list[Any]]  # kind of `Leg` and the states, `Snapshot`, along it
+
+
+class Leg(NamedTuple):
+    """Part of a path: "loading", "unloading", "jump" or "free" (no contact); its states.
+
+    depth, force and half_width (n,); on a jump the force is that of what holds the indenter.
+    """
+
+    kind: str
+    depth: Array
+    force: Array
+    half_width: Array
+
+
+def legs(history: Any) -> list[Leg]:
+    """A path in parts that go one way, jumps between them. Infinite depths are left out."""
+    pairs: list[Part] = []
+    events, here = list(history.events), None
+    for step in range(history.depth.size):
+        while events and events[0].step == step:
+            event = events.pop(0)
+            pairs += _towards(here, event.before)
+            if event.kind in JUMPS:
+                pairs.append(("jump", _held(history, event)))
+            here = event.after
+        there = history.at(step)
+        pairs += _towards(here, there)
+        here = there
+    return [_leg(kind, states) for kind, states in _joined(pairs)]
+
+
+def _towards(here: Any, there: Any) -> list[Part]:
+    """One step without a jump; none where nothing moves, or comes from infinity."""
+    if here is None or not math.isfinite(here.depth + there.depth) or here.depth == there.depth:
+        return []
+    if math.isnan(here.left) and math.isnan(there.left):
+        return [("free", [here, there])]
+    return [("loading" if there.depth > here.depth else "unloading", [here, there])]
+
+
+def _held(history: Any, event: Any) -> list[Any]:
+    """A jump along the line of the control: before, under the load at its end, after."""
+    before, after = event.before, event.after
+    if history.control == "depth":
+        return [before, after]
+    stiffness = history.machine_stiffness
+    held = stiffness * (event.control - after.depth) if stiffness else event.control
+    return [before, after._replace(force=held), after]
+
+
+def _joined(pairs: list[Part]) -> list[Part]:
+    """Steps of one kind that follow each other as one list of states."""
+    runs: list[Part] = []
+    for kind, states in pairs:
+        if runs and kind != "jump" and runs[-1][0] == kind:
+            runs[-1][1].append(states[-1])
+        else:
+            runs.append((kind, list(states)))
+    return runs
+
+
+def _leg(kind: str, states: list[Any]) -> Leg:
+    return Leg(kind, *np.array([(s.depth, s.force, s.half_width) for s in states]).T)
+
+
+def units(histories: Sequence[Any], quantity: str, si: bool = True) -> tuple[Unit, Unit]:
+    """Units of depth and of the quantity in which all these paths are drawn."""
+    parts = [leg for history in histories for leg in legs(history) if leg.kind != "free"]
+    depth = np.concatenate([leg.depth for leg in parts])
+    values = np.concatenate([getattr(leg, quantity) for leg in parts])
+    force = f"N{histories[0].scene.per_length}"
+    length, other = ("m", force if quantity == "force" else "m") if si else ("", "")
+    return prefixed(depth, length), prefixed(values, other)
+
+
+def draw_path(
+    axes: Any,
+    history: Any,
+    quantity: str,
+    scale: tuple[Unit, Unit],
+    colour: str | None = None,
+    label: str | None = None,
+    width: float = 1.8,
+) -> None:
+    """One path over the depth; `colour` for the whole path, else by what it is doing."""
+    x, y = scale
+    for leg in legs(history):
+        style = dict(STYLES[leg.kind])
+        if colour is not None and leg.kind != "free":
+            style |= {"color": colour, "lw": 1.3 if leg.kind == "jump" else width, "alpha": 1.0}
+        depth, values = leg.depth / x.size, getattr(leg, quantity) / y.size
+        axes.plot(depth, values, **style)
+        if leg.kind in ("loading", "unloading", "jump") and np.ptp(depth) + np.ptp(values) > 0:
+            _arrow(axes, depth, values, style["color"], 0.35 if leg.kind == "loading" else 0.6)
+    if label is not None:
+        axes.plot([], [], color=colour, lw=width, label=label)
+    width_name = "radius a" if history.scene.axisymmetric else "half-width a"
+    name = {"force": "force P"}.get(quantity, width_name)
+    axes.set(xlabel=axis("depth d", x), ylabel=axis(name, y))
+    axes.ticklabel_format(scilimits=(-3, 4))  # of plain numbers
+
+
+def _arrow(axes: Any, x: Array, y: Array, colour: str, at: float) -> None:
+    """An arrow head on a line, at this part of its length."""
+    steps = np.hypot(np.diff(x) / (np.ptp(x) or 1.0), np.diff(y) / (np.ptp(y) or 1.0))
+    length = np.append(0.0, np.cumsum(steps))
+    ends = np.array([at - 0.025, at + 0.025]) * length[-1]
+    (x0, x1), (y0, y1) = np.interp(ends, length, x), np.interp(ends, length, y)
+    style = {"arrowstyle": "-|>", "color": colour, "mutation_scale": 14, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (x1, y1), (x0, y0), arrowprops=style, zorder=5)
+
+
+def mark(axes: Any, history: Any, quantity: str, scale: tuple[Unit, Unit]) -> None:
+    """Events of a path by kind: where contact has begun, or from where the state leaves."""
+    x, y = scale
+    for event in history.events:
+        state = event.after if event.kind in ("touch", "jump-in") else event.before
+        at = state.depth / x.size, getattr(state, quantity) / y.size
+        new = event.kind not in axes.get_legend_handles_labels()[1]
+        own = {"ms": 12, "mfc": "none"} if "pinning" in event.kind else {"ms": 8, "mfc": GREEN}
+        style = {"marker": MARKS.get(event.kind, "h"), "mec": "black", "zorder": 6, **own}
+        axes.plot(*at, ls="", label=event.kind if new else None, **style)
+
+
+def plot_path(
+    history: Any,
+    title: str = "",
+    closed_form: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+    *,
+    si: bool = True,
+) -> Figure:
+    """A matplotlib figure of P(d) and a(d) with the events, under a load also of d over the load.
+
+    closed_form: (d, P, a) to draw beside them. si: whether the units are those of SI.
+    """
+    driven = history.control != "depth"
+    drawn, row = canvas(16 if driven else 12, 5, 1, 2 + driven)
+    for axes, quantity, i in zip(row, ("force", "half_width"), (1, 2), strict=False):
+        scale = units([history], quantity, si)
+        draw_path(axes, history, quantity, scale)
+        if closed_form is not None:
+            x, y = np.asarray(closed_form[0]), np.asarray(closed_form[i])
+            thick = {"color": "black", "lw": 6, "alpha": 0.15, "zorder": 0}
+            axes.plot(x / scale[0].size, y / scale[1].size, label="closed form", **thick)
+        for kind in ("loading", "unloading", "jump", "free"):
+            name = {"jump": "instability", "free": "no contact"}.get(kind, kind)
+            axes.plot([], [], label=name, **STYLES[kind])
+        mark(axes, history, quantity, scale)
+        axes.axhline(0, color=GREY, lw=0.6, ls=":")
+        axes.grid(alpha=0.25)
+    row[0].legend(fontsize=9)
+    if driven:
+        _programme(row[2], history, si)
+    drawn.suptitle(title, fontsize=14)
+    return drawn
+
+
+def _programme(axes: Any, history: Any, si: bool) -> None:
+    """The depth against the imposed force or drive."""
+    force = f"N{history.scene.per_length}"
+    label, unit = {"force": ("imposed force", force), "drive": ("drive D", "m")}[history.control]
+    depth = np.where(np.isfinite(history.depth), history.depth, math.nan)
+    x, y = prefixed(history.values, unit if si else ""), prefixed(depth, "m" if si else "")
+    axes.plot(history.values / x.size, depth / y.size, ".-", color=BLUE, lw=1, ms=4)
+    axes.set(xlabel=axis(label, x), ylabel=axis("depth d", y))
+    axes.grid(alpha=0.25)

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.equilibrium import AccuracyWarning
+from discretization.certificate import AccuracyWarning
 from energy import Indenter, Scene
 from energy.axis import Radial
 

@@ -1,14 +1,18 @@
 """Lattices with heights of their nodes, and the least energies on them by brute force."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
+from discretization.certificate import Proof
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.fronts import Region
 from discretization.lattice.ground import Ground
+from discretization.lattice.lowest import global_minimum
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.obstacle import surface
 from energy import Profile
 
 
@@ -85,6 +89,44 @@ def enumerated(lattice, g):
     return sets, np.where(feasible, energy, math.inf)
 
 
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The state of lowest energy that `global_minimum` finds."""
+
+    lattice: Lattice
+    g: np.ndarray
+    contacts: np.ndarray
+    proof: Proof
+
+    @classmethod
+    def of(cls, lattice, g):
+        return cls(lattice, np.asarray(g), *global_minimum(lattice, g))
+
+    @property
+    def energy(self):
+        return self.proof.attained
+
+    @property
+    def in_contact(self):
+        return mask_of(self.g.size, self.contacts)
+
+    def u(self):
+        return displacement(self.lattice, self.g, self.in_contact)
+
+
+def mask_of(n, contacts):
+    """(n,) whether a node is in one of the contacts, first and last node of each."""
+    held = np.zeros(n, bool)
+    for first, last in contacts:
+        held[first : last + 1] = True
+    return held
+
+
+def displacement(lattice, g, contact):
+    """u (n,): g on the contact nodes, the surface they hold elsewhere."""
+    return np.where(contact, g, surface(lattice, g, np.flatnonzero(contact), np.arange(len(g))))
+
+
 def lowest(lattice, g):
     """Energy, contact nodes and displacements of the best of all contact sets."""
     sets, energy = enumerated(lattice, g)
@@ -94,11 +136,8 @@ def lowest(lattice, g):
     return model.value(u), held, u
 
 
-def unpruned(lattice, g, silent=()):
-    """The same minimum over all admissible pairs (i, j) in u itself: O(n²), nothing left out.
-
-    silent: nodes (counted from 1) whose link to the node before does not adhere.
-    """
+def unpruned(lattice, g):
+    """The same minimum over all admissible pairs (i, j) in u itself: O(n²), nothing left out."""
     mu, t, n = lattice.log_decay, lattice.link, g.size
     x = np.concatenate([[-60 / mu], np.arange(n), [n + 60 / mu]])
     y = np.concatenate([[0.0], g, [0.0]])
@@ -108,7 +147,7 @@ def unpruned(lattice, g, silent=()):
         coupling = t * math.sinh(mu) / np.sinh(mu * T)
         drop = coupling / 2 * (y[j] - y[:j]) ** 2
         drop += t * math.sinh(mu) * np.tanh(mu * T / 2) / 2 * (y[j] ** 2 + y[:j] ** 2)
-        drop[T == 1] -= lattice.w * lattice.spacing * (j not in silent)
+        drop[T == 1] -= lattice.w * lattice.spacing
         for i in range(j):
             at = x[i + 1 : j] - x[i]
             line = np.sinh(mu * (T[i] - at)) * y[i] + np.sinh(mu * at) * y[j]

@@ -33,6 +33,21 @@ def identical(a: History, b: History) -> bool:
     return True
 
 
+def alike(a: History, b: History) -> bool:
+    """Equal to rounding: legs begin at another state, and lines are found from there."""
+    if [event.kind for event in a.events] != [event.kind for event in b.events]:
+        return False
+    for name in ("depth", "force", "energy", "contacts"):
+        first, second = getattr(a, name), getattr(b, name)
+        size = np.nanmax(np.abs(first))
+        if not np.allclose(first, second, rtol=0, atol=1e-13 * size, equal_nan=True):
+            return False
+    numbers = [(e.depth, e.force, e.energy_released) for e in a.events]
+    others = [(e.depth, e.force, e.energy_released) for e in b.events]
+    size = np.abs(numbers).max(axis=0)
+    return bool((np.abs(np.subtract(numbers, others)) <= 1e-13 * size).all())
+
+
 def plain(event):
     """An event as nested tuples of Python numbers; repr tells every bit, and nan equals nan."""
     kind, control, before, after, released, step = event
@@ -69,7 +84,7 @@ def test_a_path_continues_as_if_it_had_not_stopped(scene, cut, tmp_path):
     first = load_path(scene, depths=PROGRAMME[:cut])
     first.to_csv(tmp_path / "first.csv")
     read = History.from_csv(tmp_path / "first.csv")
-    assert identical(whole, load_path(scene, depths=PROGRAMME[cut:], after=read))
+    assert alike(whole, load_path(scene, depths=PROGRAMME[cut:], after=read))
 
 
 def test_a_scene_given_in_whole_numbers_of_numpy_is_read_again(tmp_path):
@@ -94,7 +109,7 @@ def test_every_control_continues():
         values = {"forces": [0.02, 0.05, -0.01, -0.03], "drives": [0.02, 0.05, -0.04, -0.06]}[name]
         whole = load_path(scene, **{name: values}, **more)
         first = load_path(scene, **{name: values[:2]}, **more)
-        assert identical(whole, load_path(scene, **{name: values[2:]}, **more, after=first))
+        assert alike(whole, load_path(scene, **{name: values[2:]}, **more, after=first))
 
 
 def test_adhesion_hysteresis_continues():
@@ -104,7 +119,7 @@ def test_adhesion_hysteresis_continues():
     again = load_path(scene, depths=PROGRAMME[70:], after=first)
     assert again.friction == pytest.approx(whole.friction, rel=1e-14, abs=0)
     assert whole.friction > 0
-    assert again.contacts.tobytes() == whole.contacts.tobytes()
+    assert alike(whole, again)
 
 
 KILLED = """

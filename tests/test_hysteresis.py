@@ -8,8 +8,8 @@ import pytest
 from PIL import Image
 
 from discretization import load_path
-from discretization.paths.plots import legs
-from discretization.paths.plots import plot as figure
+from discretization.plots import legs
+from discretization.plots import plot_path as figure
 from energy import Parabola, Wedge, cards
 from studies.hysteresis import study as hysteresis
 from studies.hysteresis.animation import animate, frames, surface

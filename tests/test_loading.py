@@ -8,8 +8,8 @@ import pytest
 from scenes import adhesive, rescaled
 
 from discretization import NotCertifiedError, minimise
+from discretization.fitted.events import Events
 from discretization.loading import load_path
-from discretization.paths.fitted_branch import Contact, FittedBranch
 from energy import FlatPunch, Parabola, Plane, PowerLaw, SurfaceEnergies, Wedge
 
 
@@ -141,18 +141,20 @@ def test_a_path_does_not_continue_from_a_wrong_state(monkeypatch):
     """A line out of place is noticed, with one work of adhesion and with two."""
     plain = adhesive(Parabola(0.02), w=0.001)
     hysteretic = adhesive(Parabola(0.02), w=0.001, opening=0.003)
-    follow = FittedBranch.follow
+    part = Events.part
     for scene, factor in ((plain, 0.999), (plain, 1.001), (hysteretic, 0.999), (hysteretic, 3.0)):
 
-        def wrong(self, before, depth, factor=factor):
-            left, right = follow(self, before, depth)
-            return Contact(left._replace(x=factor * left.x), right._replace(x=factor * right.x))
+        def wrong(self, lines, start, end, factor=factor):
+            moved = part(self, lines, start, end)
+            pieces = [piece._replace(lines=factor * piece.lines) for piece in moved.pieces]
+            lines = tuple(factor * x for x in moved.lines)
+            return moved._replace(lines=lines, pieces=tuple(pieces))
 
         touched = load_path(scene, depths=[0.001])
-        monkeypatch.setattr(FittedBranch, "follow", wrong)
+        monkeypatch.setattr(Events, "part", wrong)
         with pytest.raises(NotCertifiedError, match="neighbours"):
             load_path(scene, depths=[0.0012], after=touched)  # no event on the way
-        monkeypatch.setattr(FittedBranch, "follow", follow)
+        monkeypatch.setattr(Events, "part", part)
         assert load_path(scene, depths=[0.001, -0.001]).half_width[1] > 0  # pinned if hysteretic
 
 

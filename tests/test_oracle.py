@@ -15,7 +15,7 @@ from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import CLARABEL, Oracle
-from energy import Parabola, Scene
+from energy import Parabola
 
 GAP = CLARABEL["tol_gap_rel"]
 SCENES = int(os.environ.get("ORACLE_SCENES", "0"))
@@ -36,7 +36,7 @@ def kkt_residual(lat, g, u, p):
 def test_obstacle_equals_the_convex_programme(n):
     rng = np.random.default_rng(n)
     lat, g = lattice(10 ** rng.uniform(-0.5, 2.5)), rough_heights(rng, n, offset=rng.uniform(-1, 1))
-    ours, theirs = obstacle(lat, g), Oracle(lat, n, "convex").solve(g)
+    ours, theirs = obstacle(lat, g), Oracle(lat, n).solve(g)
     height, force = np.abs(g).max(), ours.multipliers.max()
     assert theirs.energy == pytest.approx(ours.energy, rel=GAP, abs=0)
     # U(u) >= U(u*) + K (u_i - u_i*)²/2, K the stiffness of the surface at one node
@@ -46,24 +46,6 @@ def test_obstacle_equals_the_convex_programme(n):
     residual = kkt_residual(lat, g, ours.u, ours.multipliers)
     assert residual <= 2e-15 * (1 + (lat.spring + lat.link) * height / force)
     assert residual < kkt_residual(lat, g, theirs.u, theirs.multipliers)
-
-
-@pytest.mark.parametrize("ell", [0.5, 8.0, 300.0])
-def test_frozen_contact_equals_one_banded_solve(ell):
-    rng, lat = np.random.default_rng(1), lattice(ell, w=2e-3)
-    g = rough_heights(rng, 200)
-    oracle = Oracle(lat, 200, "frozen")
-    for fraction in (0.02, 0.5, 1.0):
-        contact = rng.random(200) < fraction
-        contact[17] = True
-        energy = NodalEnergy(lat, contact)
-        u, found = energy.relaxed(g), oracle.solve(g, contact)
-        height = np.abs(g).max()
-        assert np.abs(found.u - u).max() <= 1e-9 * height
-        force = np.where(contact, energy.gradient(u), 0)
-        assert np.abs(found.multipliers - force).max() <= 1e-8 * np.abs(force).max()
-        assert found.energy == pytest.approx(energy.value(u), rel=1e-8, abs=0)
-        assert np.array_equal(found.contact, contact)
 
 
 def adhesive_scene(rng, n, unit=1.0):
@@ -80,7 +62,7 @@ def test_integers_equal_the_best_of_all_contact_sets(seed):
     pytest.importorskip("pyscipopt", reason="the mixed-integer solver is in the test extra")
     lat, g = adhesive_scene(np.random.default_rng(seed), 9)
     energy, _, u = lowest(lat, g)
-    found = Oracle(lat, 9, "integer").solve(g)
+    found = Oracle(lat, 9).solve(g)
     scale = max(abs(energy), lat.w * lat.spacing)
     assert found.energy == pytest.approx(energy, rel=0, abs=1e-9 * scale)
     height = np.abs(g).max()
@@ -93,12 +75,12 @@ def test_integers_equal_the_best_of_all_contact_sets(seed):
 def test_integers_know_no_units():
     pytest.importorskip("pyscipopt", reason="the mixed-integer solver is in the test extra")
     lat, g = adhesive_scene(np.random.default_rng(2), 16)
-    here = Oracle(lat, 16, "integer").solve(g)
+    here = Oracle(lat, 16).solve(g)
     assert 0 < here.contact.sum() < 16
     for unit, stress in ((1e-6, 3e4), (1e3, 1e-6)):
         k, w = lat.k * stress / unit, lat.w * stress * unit
         there = Lattice(lat.spacing * unit, 0.0, k, lat.gamma1 * stress * unit, w)
-        found = Oracle(there, 16, "integer").solve(g * unit)
+        found = Oracle(there, 16).solve(g * unit)
         assert np.array_equal(found.contact, here.contact)
         assert np.allclose(found.u / unit, here.u, rtol=0, atol=1e-9 * np.abs(g).max())
         assert found.energy == pytest.approx(here.energy * stress * unit**2, rel=1e-8, abs=0)
@@ -110,7 +92,7 @@ def test_nodes_out_of_reach_change_nothing():
     low = g == g.min()
     energies = []
     for depth in (1e2, math.inf):
-        found = Oracle(lat, 9, "integer").solve(np.where(low, -depth, g))
+        found = Oracle(lat, 9).solve(np.where(low, -depth, g))
         assert not found.contact[low].any()
         energies.append(found.energy)
     assert np.ptp(energies) <= 1e-9 * lat.w * lat.spacing
@@ -118,7 +100,7 @@ def test_nodes_out_of_reach_change_nothing():
 
 def test_solved_again_by_changing_parameters():
     rng, lat = np.random.default_rng(6), lattice(12.0)
-    oracle = Oracle(lat, 60, "convex")
+    oracle = Oracle(lat, 60)
     (programme,) = oracle._programmes.values()
     assert programme.problem.is_dcp(dpp=True)
     first = oracle.solve(rough_heights(rng, 60))
@@ -132,15 +114,13 @@ def test_solved_again_by_changing_parameters():
 
 def test_scene():
     scene = adhesive(Parabola(0.3), w=0.0)
-    oracle = Oracle.of(scene, 0.004, 81, "convex")
+    oracle = Oracle(Lattice.of(scene, 0.004), 81)
     g = 0.02 - oracle.lattice.x(np.arange(-40, 41)) ** 2 / 0.6
     ours, theirs = obstacle(oracle.lattice, g), oracle.solve(g)
     assert np.array_equal(theirs.contact, ours.contact)
     assert theirs.multipliers.sum() == pytest.approx(ours.force, rel=1e-7, abs=0)
 
 
-SCENE = adhesive(Parabola(0.3))
-FINITE = Scene(SCENE.layer, SCENE.surfaces, SCENE.indenter, slopes="finite")
 FLAT, STICKY = lattice(3.0), lattice(3.0, w=1e-3)
 SLACK = Lattice(0.03, 0.0, 37.0, 0.0, 0.0)
 
@@ -148,18 +128,11 @@ SLACK = Lattice(0.03, 0.0, 37.0, 0.0, 0.0)
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Oracle(FLAT, 5, "quadratic"), "kind = 'quadratic' is unknown"),
-        (lambda: Oracle(STICKY, 5, "convex"), "w = 0.001 is not convex"),
-        (lambda: Oracle(SLACK, 5, "convex"), "gamma1 = 0"),
-        (lambda: Oracle(STICKY, 10**4, "integer"), "nodes = 10000 is too many"),
-        (lambda: Oracle(FLAT, 1, "convex"), "nodes = 1 must"),
-        (lambda: Oracle.of(FINITE, 0.01, 5, "frozen"), "slopes = 'finite'"),
-        (lambda: Oracle(FLAT, 3, "convex").solve([1, 2]), "g must be"),
-        (lambda: Oracle(FLAT, 2, "convex").solve([1, math.nan]), "g must be"),
-        (lambda: Oracle(FLAT, 2, "frozen").solve([1, 2]), "contact = None"),
-        (lambda: Oracle(FLAT, 2, "convex").solve([1, 2], [True, False]), "contact = "),
-        (lambda: Oracle(FLAT, 2, "frozen").solve([1, 2], [True]), "contact has shape"),
-        (lambda: Oracle(FLAT, 2, "frozen").solve([-math.inf, 2], [True, False]), "g = -inf"),
+        (lambda: Oracle(SLACK, 5), "gamma1 = 0"),
+        (lambda: Oracle(STICKY, 10**4), "nodes = 10000 is too many"),
+        (lambda: Oracle(FLAT, 1), "nodes = 1 must"),
+        (lambda: Oracle(FLAT, 3).solve([1, 2]), "g must be"),
+        (lambda: Oracle(FLAT, 2).solve([1, math.nan]), "g must be"),
     ],
 )
 def test_refuses(make, message):
@@ -172,10 +145,10 @@ def test_refuses_integers_without_a_solver(monkeypatch):
 
     monkeypatch.setattr(cvxpy, "installed_solvers", lambda: ["CLARABEL"])
     with pytest.raises(ValueError, match="pip install elastocap\\[test\\]"):
-        Oracle(STICKY, 5, "integer")
+        Oracle(STICKY, 5)
 
 
 def test_an_unsolved_programme_is_loud(monkeypatch):
     monkeypatch.setattr("discretization.lattice.oracle.CLARABEL", {"max_iter": 2})
     with pytest.warns(UserWarning, match="inaccurate"), pytest.raises(RuntimeError, match="status"):
-        Oracle(FLAT, 40, "convex").solve(rough_heights(np.random.default_rng(1), 40))
+        Oracle(FLAT, 40).solve(rough_heights(np.random.default_rng(1), 40))

@@ -1,10 +1,9 @@
 """The study of loop times: accurate loops, and few states per step."""
 
-import numpy as np
 import pytest
 
 from discretization import load_path
-from discretization.paths.fitted_branch import FittedBranch
+from discretization.paths.fitted_many import FittedMany
 from studies.benchmarks import path_speed
 from studies.shared import timing
 
@@ -20,22 +19,22 @@ def test_a_wrong_loop_fails():
     assert row._replace(error=0.0).accurate
 
 
-@pytest.mark.parametrize(("name", "states"), [("imposed depth", 1.0), ("dead load", 3.2)])
-def test_states_per_step(name, states, monkeypatch):
-    """Counts, not seconds: a smooth step looks for one state, under a load for three."""
+@pytest.mark.parametrize(("name", "most"), [("imposed depth", 1), ("dead load", 6)])
+def test_legs_of_a_smooth_part(name, most, monkeypatch):
+    """Counts, not seconds: the steps of a smooth part are read off a few legs."""
     params = path_speed.Parameters(steps=1000, nodes=100)
     arguments, _, _ = path_speed.loops(params)[name]
     (key, values), *_ = arguments.items()
     start, more = values[250:251], values[250:500]
     path = load_path(params.scene, **{key: start})
     count = 0
-    follow = FittedBranch.follow
+    leg = FittedMany.leg
 
-    def counted(self, before, depth):
+    def counted(self, point, goal):
         nonlocal count
         count += 1
-        return follow(self, before, depth)
+        return leg(self, point, goal)
 
-    monkeypatch.setattr(FittedBranch, "follow", counted)
+    monkeypatch.setattr(FittedMany, "leg", counted)
     load_path(params.scene, **{key: more}, after=path)
-    assert count <= states * np.size(more)
+    assert 0 < count <= most

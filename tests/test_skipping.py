@@ -17,7 +17,7 @@ from discretization import minimise
 from discretization.fitted import free_surface, quadrature, response, several
 from discretization.fitted.free_surface import FreeSurface
 from discretization.fitted.lines import Problem
-from discretization.lattice import shortest_path
+from discretization.lattice import lowest
 from energy import Parabola
 from studies.benchmarks import skipping
 from studies.benchmarks.skipping_routes import ROUTES, declared, numbers, scene
@@ -30,7 +30,7 @@ WORK = {
     "tridiagonal": (lapack, "dptsv"),
     "integrals": (quadrature, "inside"),
     "fields": (FreeSurface, "displacement"),
-    "searches": (shortest_path, "shortest"),
+    "searches": (lowest, "_cheapest"),
     "resolved": (several, "resolve"),
     "heights": (Parabola, "height"),
 }

@@ -4,6 +4,8 @@ import itertools
 import math
 
 import numpy as np
+import pytest
+import test_no_adhesion_paths as no_adhesion_paths
 from scenes import adhesive
 from test_truth import BODY, LAYER, WORK, R, ripples
 from truth import sets
@@ -13,7 +15,7 @@ from truth.penetration import penetration
 from truth.scenes import case_of
 from truth.springs import springs
 from truth.surfaces import surface_of
-from truth.totals import adhered
+from truth.totals import adhered, imbalance
 from truth.walk import Walk
 
 from energy import Profile, Scene, cards
@@ -46,18 +48,34 @@ def test_no_adhesion_has_pressure_inside_and_clearance_outside():
     several = 0
     for seed in range(40):
         case = case_of("no_adhesion", seed)
-        scene, found = case.scene, obstacle(case.scene, case.feature, case.depth)
-        ground, surface = Ground(scene.indenter, case.feature), surface_of(scene)
+        found = obstacle(case.scene, case.feature, case.depth)
         several += len(found.contacts) > 1
-        assert not sets.dips(found.contacts.ravel(), case.depth, ground, surface, scene)
-        for left, right in found.contacts:
-            x = np.linspace(left, right, 101)
-            g = case.depth - scene.indenter.height(x)
-            pull = np.diff(scene.indenter.slope(x)) * scene.gamma1  # of γ₁ f'' over each part
-            push = scene.stiffness * (g[1:] + g[:-1]) / 2 * np.diff(x)
-            slack = 1e-9 * scene.stiffness * case.scale * (right - left)
-            assert (pull + push >= -slack).all()
+        assert_pressed(case.scene, case.feature, case.depth, found, case.scale)
     assert several >= 10
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("polygon", s) for s in (104, 107, 115, 125, 131, 136)] + [("plateau", 15)]
+)
+def test_no_contact_is_lost_at_a_corner_next_to_a_node(kind, seed):
+    scene, feature, low, depths = no_adhesion_paths.case(kind, seed)
+    for depth in depths[depths > low + 0.01 * (depths.max() - low)].tolist():
+        found = obstacle(scene, feature, depth)
+        assert_pressed(scene, feature, depth, found, depth - low)
+
+
+def assert_pressed(scene, feature, depth, found, scale):
+    """Clearance outside, pressure inside, and lines that push or nothing."""
+    ground, surface = Ground(scene.indenter, feature), surface_of(scene)
+    lines = found.contacts.ravel()
+    assert not sets.dips(lines, depth, ground, surface, scene)
+    assert (imbalance(lines, depth, ground, surface) >= -1e-9 * scale / surface.length).all()
+    for left, right in found.contacts:
+        x = np.linspace(left, right, 101)
+        g = depth - scene.indenter.height(x)
+        pull = np.diff(scene.indenter.slope(x)) * scene.gamma1  # of γ₁ f'' over each part
+        push = scene.stiffness * (g[1:] + g[:-1]) / 2 * np.diff(x)
+        assert (pull + push >= -1e-9 * scene.stiffness * scale * (right - left)).all()
 
 
 def test_the_hull_of_the_obstacle_is_that_of_all_triples():

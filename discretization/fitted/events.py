@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.fitted.enclosing import Enclosing
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
@@ -29,14 +30,13 @@ _PARTS = 10_000  # places on one way at which lines only come free
 
 
 class Part(NamedTuple):
-    """Smooth motion up to a depth: the lines there, and ∫P dd. after: beyond an event there.
+    """Smooth motion up to a depth: the lines there. after: beyond an event there.
 
     pieces: the lines on the way.
     """
 
     depth: float
     lines: Lines
-    work: float
     after: Lines | None
     pieces: tuple[Piece, ...] = ()
 
@@ -54,19 +54,18 @@ class Events:
 
     def next(self, lines: Lines, start: float, end: float) -> Part:
         """To the first event on the way from one depth to another, or to its end."""
-        work, creeping = 0.0, 0
+        creeping = 0
         for _ in range(_PARTS):
             part = self.part(lines, start, end)
-            work += part.work
             slow = abs(part.depth - start) <= _CREEPS * self.motion.rests.size
             creeping = creeping + 1 if slow else 0
             if creeping > _CREEPING:
                 break
             if part.after is not None and self.happens(part.lines, part.after):
-                return part._replace(work=work)
+                return part
             lines, start = part.lines if part.after is None else part.after, part.depth
             if start == end:
-                return Part(end, lines, work, None)
+                return Part(end, lines, None)
         raise NotCertifiedError(f"the contacts at depth = {start!r} do not come to rest")
 
     def happens(self, before: Lines, after: Lines) -> bool:
@@ -82,20 +81,20 @@ class Events:
         everything = set(range(len(surfaces)))
         found = trials.tried(surfaces, everything, start, end)
         if not found.failed:
-            return Part(end, _flat(found.lines), float(found.work.sum()), None, found.pieces)
+            return Part(end, _flat(found.lines), None, found.pieces)
         failed, passed = found.failed, sorted(everything - found.failed)
-        low, high, own = trials.enclosed(unmoved(surfaces, start), found, start)
+        low, high, own = Enclosing(trials, unmoved(surfaces, start), found, start).run()
         found, smooth = trials.to(surfaces, failed - own, start, low.depth), True
         if passed and low.depth != start:  # smoothly up to here, as they do beyond
             moved = trials.smooth.over(surfaces[passed], start, low.depth)
-            found.lines[passed], found.work[passed] = moved.lines, moved.work
+            found.lines[passed] = moved.lines
             way = pieces(passed, moved.depths, moved.whole)
             found = found._replace(pieces=found.pieces + way)
             smooth = bool(moved.smooth.all())
         if found.failed or not smooth:  # by a shorter way than the others
             return self.part(lines, start, (start + low.depth) / 2)
         found = merge(low, own, found)
-        part = Part(high.depth, _flat(found.lines), float(found.work.sum()), None, found.pieces)
+        part = Part(high.depth, _flat(found.lines), None, found.pieces)
         return self._beyond(part, own, low.depth, end) if high.failed else part
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:

@@ -215,8 +215,9 @@ class Motion:
         """Whether a contact of one point is pulled: the surface without it is clear there."""
         left, right = (self.rests.at(end) for end in beside)
         u, _ = self.rests.surfaces.shape(np.array(x), left, right, depth)
-        clear = u - depth + float(self.profile.indenter.height(x))
-        return bool(clear > TIE * self.rests.size)
+        f = float(self.profile.indenter.height(x))
+        size = max(abs(depth), abs(f), *(abs(depth - line.f) for line in (left, right) if line))
+        return bool(u - depth + f > TIE * size)
 
 
 def free(lines: Sequence[float]) -> list[Pair]:

@@ -19,7 +19,8 @@ from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
 _NARROW = 1e-2  # of l
-_ROUNDED = {False: 2, True: 64}  # roundings of what ties the lines of a gap, and of a ring
+_ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
+# slope on a crest is a small sum of larger terms
 _POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(4))
 
 

@@ -213,63 +213,6 @@ def _halved(
         panels = panels.halved(scene, depth, rough)
 
 
-def _halves(ends: Array) -> Array:
-    """Ends (n, 2m + 1) with the middles of all panels."""
-    return np.sort(np.hstack([ends, (ends[:, :-1] + ends[:, 1:]) / 2]))
-
-
-def along(surfaces: Surfaces, depth: Array, lines: Array) -> tuple[Interval, float]:
-    """Energy and force at depths (n,) between lines (n, 2), and their change from fewer points."""
-    scene = surfaces.scene
-    ends, parts, change = _ends(scene.indenter, lines), [], 0.0
-    grids = [ends] if scene.indenter.complete else [ends, _halves(ends)]
-    left, right = (At(x, np.asarray(scene.indenter.height(x), float)) for x in lines.T)
-    stored = surfaces.stored(None, left, depth), surfaces.stored(right, None, depth)
-    pulls = np.array([part[1] for part in stored])
-    free = np.column_stack(
-        [stored[0][0] + stored[1][0], *2 * [pulls.sum(axis=0)], np.abs(pulls).sum(axis=0)]
-    )
-    step = max(1, _CHUNK // (40 * 2 * grids[-1].shape[1]))
-    for start in range(0, len(depth), step):
-        own, found = slice(start, start + step), []
-        for grid in grids:
-            sums, weakest = inside(scene, depth[own], grid[own])
-            found += [Interval(*_summed(part, free[own].T), weakest) for part in sums]
-        *coarser, fine = found
-        change = max(change, *map(fine.change, coarser))
-        parts.append(fine)
-    return Interval(*map(np.concatenate, list(zip(*parts, strict=True))[:-1])), change
-
-
-def pressing(surfaces: Surfaces, depth: float, left: float, right: float, rtol: float) -> float:
-    """The force alone: P = k∫(d - f) dx + S(left) + S(right); panels halved only where needed."""
-    scene, k = surfaces.scene, surfaces.scene.stiffness
-    x, span = _contact(scene.indenter, left, right)
-    if scene.axisymmetric:
-        span = span * scene.measure(x)
-    sums = (span @ scene.indenter.height(x)).tolist()
-    width = math.pi * (right - left) * (right + left) if scene.axisymmetric else right - left
-    press = k * (depth * width - sums[-1])
-    lines = (At(x, float(scene.indenter.height(x))) for x in (left, right))
-    pull = sum(surfaces.pull(side, line, depth) for side, line in zip((-1, 1), lines, strict=True))
-    if k * (max(sums) - min(sums)) > _PART * rtol * (abs(press) + abs(pull)):
-        return totals(surfaces, depth, left, right, rtol)[1].force
-    return press + pull
-
-
-def arc_length(scene: Scene, left: float, right: float) -> float:
-    """Length of the indenter between two positions: |right - left| for small slopes.
-
-    About an axis the area of the ring between two radii.
-    """
-    straight = scene.slopes == "small"
-    if left == right or (straight and not scene.axisymmetric):
-        return abs(right - left)
-    x, span = _contact(scene.indenter, min(left, right), max(left, right))
-    stretch = np.ones_like(x) if straight else np.sqrt(1 + scene.indenter.slope(x) ** 2)
-    return float(span[-1] @ (stretch * scene.measure(x)))
-
-
 def _panels(indenter: Indenter, left: float, right: float) -> Array:
     """`_ends` of one contact (1, m + 1), each once."""
     if len(indenter.corners) + len(indenter.knots) > _FEW_PANELS:
@@ -278,16 +221,3 @@ def _panels(indenter: Indenter, left: float, right: float) -> Array:
     if indenter.apex is not None:
         cuts.add(indenter.apex)
     return np.array([sorted(float(x) for x in cuts if left <= x <= right)])
-
-
-def _contact(indenter: Indenter, left: float, right: float) -> tuple[Array, Array]:
-    """Points (p,) and weights (2 or 4, p) of a contact by fewer and more points, and on halves."""
-    ends = _panels(indenter, left, right)
-    x, span = gauss.points(ends, *gauss.pair(*_orders(ends)))
-    if indenter.complete:
-        return x[0], span[:, 0]
-    ends = _halves(ends)
-    more, heavier = gauss.points(ends, *gauss.pair(*_orders(ends)))
-    both = np.zeros((4, x.size + more.size))
-    both[:2, : x.size], both[2:, x.size :] = span[:, 0], heavier[:, 0]
-    return np.append(x, more), both

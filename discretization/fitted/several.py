@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError
-from discretization.equilibrium import AccuracyWarning, Equilibrium, detached
+from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
+from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors
@@ -28,7 +28,6 @@ from discretization.fitted.quadrature import Interval
 from discretization.fitted.tail import FittedTail
 from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.radial_lowest import MOST
 from discretization.profile import Resolved, resolve
 from discretization.rounding import ROUNDING
 from energy import Scene
@@ -40,6 +39,7 @@ _NOTICED = 1 / 4  # of √(2w/γ₁): changes of the slope that count
 _FINER = 4  # lattices, each with half the spacing of the last
 _BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
 _MOST_NODES = 400_000  # of a lattice of which only the topology is taken
+_MOST_RINGS = 6000  # the same around an axis
 _SAME = 1e-9  # of the energy's scale: energies of the same state
 _UNKNOWN = Certificate(*5 * (math.nan,))
 
@@ -97,13 +97,13 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
     scene, profile = motion.scene, motion.profile
     spacing, least = coarsest(scene, profile), float(np.ptp(profile.x)) / _MOST_NODES
     if scene.axisymmetric:
-        least = scene.indenter.extent[1] / (MOST - 1)
+        least = scene.indenter.extent[1] / (_MOST_RINGS - 1)
     beside = _BESIDE * scene.critical_separation
     for i in range(_FINER):
         lattice = Lattice.of(scene, max(spacing / 2**i, least))
         found: set[Lines] = {()}
         for at in (depth - beside, depth, depth + beside):
-            nodes, _ = lowest_contacts(scene, at, lattice, "lattice")
+            nodes, _ = lowest_contacts(lattice.seen(scene), at, lattice, "lattice")
             near = parted(scene, at, np.asarray(lattice.x(nodes.astype(float))))
             lines = np.clip(near.ravel(), *scene.indenter.extent)
             found.add(motion.settled(tuple(lines.tolist()), depth))

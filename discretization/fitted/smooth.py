@@ -30,6 +30,7 @@ DEGREE = 12  # of the Lobatto rule in t
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
 _SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
+_GUESSED = 1e-4  # of the same: so far polynomials through neighbouring lines may be off
 _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
 _LOCAL = 1e-5  # of the same, and of the least gap: the changes of D are those of the step before
 _EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step need not be
@@ -39,7 +40,7 @@ BALANCED = 1e-12  # of the energy's terms
 
 
 class Moved(NamedTuple):
-    """Lines of free surfaces at the end of a smooth motion (n, 2), which of them moved so, ∫P dd.
+    """Lines of free surfaces at the end of a smooth motion (n, 2), and which of them moved so.
 
     depths (p, j), whole (n, p * j, 2): of the points of its parts, and the lines there. margin
     (n,): square of the stiffness against moving them at the end, nan if none moves or they are not
@@ -48,7 +49,6 @@ class Moved(NamedTuple):
 
     lines: Array
     smooth: NDArray[np.bool_]
-    work: Array
     margin: Array
     depths: Array
     whole: Array
@@ -75,7 +75,7 @@ class Smooth:
         x, good, margin = self.followed(lines, depths, way)
         margin[~good] = math.nan
         if not good.any():
-            return Moved(x[:, -1], good, np.zeros(len(x)), margin, cut, x)
+            return Moved(x[:, -1], good, margin, cut, x)
         found = np.zeros((3, *x.shape[:2]))
         found[:, good] = self.parts(x[good], depths, way)
         energy, size, force = found.reshape(3, len(x), parts, t.size)
@@ -85,24 +85,49 @@ class Smooth:
         even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
         good &= even.all(axis=1)
         x[:, -1] = self.rests.snapped(x[:, -1])
-        return Moved(x[:, -1], good, work.sum(axis=1), margin, cut, x)
+        return Moved(x[:, -1], good, margin, cut, x)
 
     def followed(
         self, lines: Array, depths: Array, way: int, guess: Array | None = None
     ) -> tuple[Array, NDArray[np.bool_], Array]:
         """Lines (n, j, 2) at depths (j,), by Newton's method; whether they are in equilibrium."""
-        n, j = len(lines), depths.size
-        x = np.repeat(lines[:, None, :], j, axis=1) if guess is None else guess
-        inner = np.isfinite(lines)
-        rests = self.rests.ahead(lines, way)
+        inner, rests = np.isfinite(lines), self.rests.ahead(lines, way)
         free = inner & (way * (rests - depths[-1]) < 0)
         early = _HELD * self.rests.size + self.rests.noise(lines)[:, None]
         waits = free & (way * (rests - depths[0]) > early)
         size = np.abs(np.where(inner, lines, 0.0)).sum(axis=1) + self.rests.length
-        rates, last = np.zeros((n, j, 2, 2)), np.full(n, math.inf)
-        room = self.rests.rooms(lines, way)
-        good, active, near = ~waits.any(axis=1), free.any(axis=1), False
-        worse = np.zeros(n, int)
+        x = np.repeat(lines[:, None, :], depths.size, axis=1) if guess is None else guess
+        last = np.full(len(lines), math.inf if guess is None else _GUESSED) * size
+        active = free.any(axis=1) & ~waits.any(axis=1)
+        rates, found = self._newton(
+            x, depths, way, free, self.rests.rooms(lines, way), last, active
+        )
+        good = ~waits.any(axis=1) & (found | ~free.any(axis=1))
+        stable, margin = margins(rates, free)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            loose = self.rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
+        slack = _BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0)
+        good &= stable & self._one_way(lines, x, way, slack)
+        return x, good & self._still_held(x[:, -1], inner & ~free, depths[-1], way), margin
+
+    def _newton(
+        self,
+        x: Array,
+        depths: Array,
+        way: int,
+        free: NDArray[np.bool_],
+        room: Array,
+        last: Array,
+        active: NDArray[np.bool_],
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Move the free lines of active surfaces to rest, x (n, j, 2) in place.
+
+        The changes of D (n, j, 2, 2), and which surfaces have come to rest. last: the size of the
+        step before, or of what a guess is off by.
+        """
+        rates, rests, worse = np.zeros((*x.shape, 2)), np.zeros(len(x), bool), np.zeros(len(x), int)
+        size, near = np.abs(np.where(np.isfinite(x[:, 0]), x[:, 0], 0.0)).sum(axis=1), False
+        size += self.rests.length
         for _ in range(_NEWTON):
             own = np.flatnonzero(active)
             if not own.size:
@@ -114,27 +139,20 @@ class Smooth:
             new, past = _stepped(x[own], rates[own], off, free[own], room[:, own, None])
             with np.errstate(invalid="ignore"):
                 now = np.where(free[own, None], np.abs(new - x[own]), 0.0).max(axis=(1, 2))
-            even = np.abs(off).max(axis=(1, 2)) <= self._even(x[own]).max(axis=1)
+            exact = np.abs(off) <= self._even(x[own])[..., None]
+            past &= ~exact  # that a corner leaves no room is no rest
             stuck = (past & (new == x[own])).any(axis=(1, 2))
             x[own] = new
-            rounding = (now <= _ROUNDED * size[own] * 4.0 ** worse[own]) | even
-            done = (now <= _STILL * size[own]) | ((last[own] / 2 <= now) & rounding)
-            fast = now * now <= _STILL * size[own] * last[own]  # the next step will be rounding
-            done |= fast & np.isfinite(last[own])
-            done = done & (even | ~past.any(axis=(1, 2)))  # that a corner leaves no room is no rest
-            stopped = stuck & ~even
+            even = np.asarray(exact.all(axis=(1, 2)))
+            done = _settled(now, last[own], size[own], worse[own], even) & ~past.any(axis=(1, 2))
             worse[own] += now > _SHRINKS * last[own]
-            lost = stopped | (~done & (worse[own] > _PATIENCE))
-            good[own] &= (new[..., 0] < new[..., 1]).all(axis=1) & np.isfinite(now) & ~lost
+            lost = stuck | (~done & (worse[own] > _PATIENCE)) | ~np.isfinite(now)
+            lost |= ~(new[..., 0] < new[..., 1]).all(axis=1)
             least = np.minimum(size[own], (new[..., 1] - new[..., 0]).min(axis=1))
             near = bool((now <= np.minimum(_LOCAL * least, last[own] / 8)).all())
-            last[own], active[own] = now, ~done & good[own]
-        stable, margin = margins(rates, free)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            loose = self.rests.noise(x) / np.abs(np.diagonal(rates, axis1=2, axis2=3)).min(axis=2)
-        slack = _BACK * size + np.nan_to_num(loose.max(axis=1), posinf=0.0)
-        good &= ~active & stable & self._one_way(lines, x, way, slack)
-        return x, good & self._still_held(x[:, -1], inner & ~free, depths[-1], way), margin
+            rests[own] = done & ~lost
+            last[own], active[own] = now, ~done & ~lost
+        return rates, rests
 
     def _even(self, lines: Array) -> Array:
         """D - d of surfaces (.., 2) that is rounding."""
@@ -190,6 +208,15 @@ def kinds(lines: Array) -> list[NDArray[np.bool_]]:
     inner = np.isfinite(lines)
     found = inner.all(axis=1), inner[:, 0] & ~inner[:, 1], inner[:, 1] & ~inner[:, 0]
     return [np.asarray(own) for own in found if own.any()]
+
+
+def _settled(
+    now: Array, last: Array, size: Array, worse: Array, even: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Whether steps of this size, after others, are rounding, or the next one will be."""
+    rounding = (now <= _ROUNDED * size * 4.0**worse) | even
+    fast = (now * now <= _STILL * size * last) & np.isfinite(last)
+    return np.asarray((now <= _STILL * size) | ((last / 2 <= now) & rounding) | fast)
 
 
 def _stepped(

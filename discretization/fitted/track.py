@@ -41,6 +41,8 @@ class Track:
         for piece in self.pieces:
             way, which = (1 if piece.end >= piece.start else -1), list(piece.which)
             at = np.flatnonzero(way * (depths - piece.start) > 0)
+            if not at.size:
+                continue
             at = at[np.argsort(way * depths[at], kind="stable")]
             for k in range(0, at.size, _MOST):
                 own = at[k : k + _MOST]

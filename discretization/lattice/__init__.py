@@ -8,17 +8,16 @@ between the nodes (line.py).
 They are found by state.py, which asks one of
     fronts.py        the contact of a convex profile, by bracketing
     plain.py         one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
-    lowest.py        lowest energy: window -> contacts (obstacle.py where w = 0; shortest_path.py
-                     with bounds.py, recursion.py, starts.py; radial_lowest.py; oracle.py)
+    lowest.py        lowest energy of all contact sets, on a line and around an axis (obstacle.py
+                     where w = 0; oracle.py)
     itself           the end of a path from first touch on: heights and their running sums (row.py),
                      the depths at which something happens (rules.py, waiting.py), the walk from one
                      such change to the next (walk.py, outer_lines.py), and lines between the nodes
                      (between.py); load paths (../paths/lattice_branch.py) too
 
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
-where it is held: outside, inside and between two contacts (radial_spans.py). The
-lattice and the search for the lowest contacts (radial_lowest.py) have forms of their own there; all
-else asks them what it asks of a line contact (shares.py).
+where it is held: outside, inside and between two contacts (radial_spans.py). The lattice has a form
+of its own there; all else asks it what it asks of a line contact (shares.py).
 """
 
 from discretization.lattice.nodes import Lattice

@@ -48,8 +48,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
-from discretization.equilibrium import QUANTITIES, AccuracyWarning, Equilibrium
+from discretization.certificate import AccuracyWarning, NotCertifiedError
+from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.lattice.fronts import heights
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice

@@ -24,7 +24,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.bounds import deepest_contact
 from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
@@ -150,7 +149,7 @@ def _searched(lattice: Lattice, indenter: Indenter, depth: float, first: int, la
         lo, hi = max(first, -half), min(last, half)
         node, least = _lowest(lattice, indenter, lo, hi)
         ends = heights(lattice, indenter, np.array([lo, hi], float))
-        clear = max(depth, least) + deepest_contact(lattice)
+        clear = max(depth, least) + lattice.deepest_contact
         if abs(node) <= half // 2 and ends.min() > clear:
             return Region(lo, hi, node)
         half *= 2

@@ -1,66 +1,262 @@
-"""States of lowest energy on the lattice, with any number of contacts (small slopes).
+"""States of lowest energy on the lattice, with any number of contacts (small slopes, γ₁ > 0).
 
-method           contact set from                     proof of the minimum
-"lattice"        obstacle.py where w = 0,             the certificate: the problem is convex
-                 else as "shortest_path"
-"shortest_path"  shortest_path.py, radial_lowest.py   `Proof`: bound attained, margin
-"oracle"         oracle.py, with cvxpy                the solver's
+    min U[u] s.t. u >= g, over all u and all contact sets (`NodalEnergy`).
+
+Certain contact. Without adhesion the minimum is the surface ū of obstacle.py. Any minimiser has
+u <= ū: else min(u, ū) had less energy and no less contact, as the energy is submodular. So nodes in
+contact in ū are in contact, and it is searched for the drop v = ū - u, 0 <= v <= h = ū - g.
+
+The recursion. Let P_m grow and Q_m decay along free nodes (λ⁻ᵐ and λᵐ; around an axis
+radial_spans.py). With z = P/Q and y = v/Q a free surface between two contact nodes is a straight
+line below the nodes between, and costs
+
+    C (y_j - y_i)²/(z_j - z_i) = c_j (h_j - h_i Q_j/Q_i)²/(1 - z_i/z_j).
+
+A surface begins at z = y = 0 ("nothing precedes") and ends far out at v = 0 ("a tail follows"). The
+least energy V_j that ends in contact node j is the least of V_i and that cost over all starts i,
+less the adhesion of the links between if i and j are neighbours.
+
+Few starts need be asked. Let T_i(y) be the least cost of a surface from start i to the height y at
+some z, as taut as the nodes between allow. Two of these do not cross, so the one from the older
+start arrives more steeply: T_i - T_k grows with y if i is older than k. A start beaten by an older
+one is beaten by it at all lower y, and by a newer one at all higher y. As surfaces pass node j at
+0 <= y <= y_j,
+
+1. starts newer than the best one of node j are not needed beyond it. (Nor do they block any: a line
+   from an older start that is above one of them, but not above the best one, is above node j.)
+2. starts older than the best one at y = 0 are not needed beyond it, nor those blocked there, which
+   a newer one beats. (Nor do these block any: lines above such a one fall below y = 0.)
+3. If the best line to some (z', y') from the starts there are at z is below all nodes from z to z',
+   older starts are not needed for these: one that is better there is better for (z', y'), too.
+
+So nothing is left out: V is the minimum but for rounding, and proves the state that attains it.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
-from discretization.lattice import span
-from discretization.lattice.assembly import Question, of_contacts, of_row, without_contact
+from discretization.lattice import fronts, span
+from discretization.lattice.assembly import Question, of_contacts, of_row
 from discretization.lattice.ground import Ground
+from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import obstacle
+from discretization.lattice.obstacle import obstacle, pressed, surface
 from discretization.lattice.oracle import Oracle
-from discretization.lattice.radial_lowest import lowest_rings
+from discretization.lattice.radial_spans import ring_spans
 from discretization.lattice.row import Row
-from discretization.lattice.shortest_path import global_minimum, window
-from discretization.lattice.totals import totals
-from energy import Scene
+from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
+Logs = NDArray[np.floating]
 Nodes = NDArray[np.int64]
+_TIE = 1e-12  # of wΔx: what more contact may cost
+_FEW = 32  # starts that are all asked; nodes after which it is looked again which are needed
+_FAR = 300.0  # decay lengths after which it is, too: exp(-2·300) is a number
+MOST = 10**7  # nodes of a window
+
+
+def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
+    """First and last node of each contact (m, 2) of lowest energy of all sets, and its proof.
+
+    g: (n,) heights d - f of nodes in a row, the first one on the axis if there is one. Beyond both
+    ends are free tails; contact must be impossible there (see `window`). Of states whose energies
+    agree within 1e-12 wΔx per contact the one with more contact. ValueError if γ₁ = 0 or g is empty
+    or not finite.
+    """
+    if not lattice.gamma1:
+        raise ValueError("gamma1 = 0.0 leaves the springs independent: use `fronts.held`")
+    g = np.asarray(g, float)
+    if g.ndim != 1 or not g.size or not np.isfinite(g).all():
+        raise ValueError(f"g of shape {g.shape} must be one row of finite values: pass d - f")
+    every, (held, force) = np.arange(g.size), pressed(lattice, g)
+    h = np.maximum(surface(lattice, g, held, every) - g, 0.0)
+    h[held] = 0.0
+    chain = _chain(lattice, h)
+    least, before = _cheapest(chain, _TIE * lattice.w * lattice.cell)
+    contact = h == 0
+    contact[chain.node[_path(before)]] = True
+    u = np.where(contact, g, surface(lattice, g, np.flatnonzero(contact), every))
+    terms = np.array([*NodalEnergy(lattice, contact).terms(u).values()])
+    proof = Proof(float(force @ g[held]) / 2 + least, float(terms.sum()), float(abs(terms).sum()))
+    return span.runs(contact), proof
+
+
+class Chain(NamedTuple):
+    """The nodes where contact may pay, then one far beyond all, and one far before them.
+
+    fall, rise: -ln Q and ln P, over `rate`; stiffness: c; height: h; bonds: what adheres in a
+    contact from the node before to this one, 0 if there is something else between.
+    """
+
+    node: Nodes
+    fall: Logs
+    rise: Logs
+    rate: float
+    stiffness: Array
+    height: Array
+    bonds: Array
+
+
+def _chain(lattice: Lattice, h: Array) -> Chain:
+    """Of a row of nodes with h = 0 only the first and the last; around an axis all others."""
+    zero = np.concatenate([[False], h == 0, [False]])
+    inner = zero[:-2] & zero[1:-1] & zero[2:]
+    deepest = math.inf if lattice.axis == 0 else lattice.deepest_contact
+    node = np.flatnonzero((h <= deepest) & ~inner)
+    before = np.append(node[:1], node[:-1])
+    linked = (node - before == 1) | (np.diff(np.cumsum(h > 0)[node], prepend=-1) == 0)
+    bonds = np.where(linked, lattice.w * lattice.cell * lattice.bound(before, node), 0.0)
+    rate, fall, rise, stiffness = _decays(lattice, node)
+    rest = (np.append(part, (0.0, 0.0)) for part in (stiffness, h[node], bonds))
+    return Chain(node, fall, rise, rate, *rest)
+
+
+def _decays(lattice: Lattice, node: Nodes) -> tuple[float, Logs, Logs, Array]:
+    """rate, fall, rise and stiffness of `Chain`."""
+    if lattice.axis != 0:
+        mu, at = lattice.log_decay, node.astype(float)
+        fall = np.append(at, (at.max(initial=0.0) + 2 * _FAR / mu, -math.inf))
+        return mu, fall, fall, np.full(node.size, lattice.spring / 2 + lattice.end_stiffness)
+    spans = ring_spans(lattice.spring / lattice.link, 1 << int(node[-1]).bit_length())
+    fall, rise = (
+        np.append(logs[node], (logs[-1] + 2 * _FAR, -math.inf)) for logs in (spans.fall, spans.rise)
+    )
+    whole = spans.spring + spans.outside + spans.inside
+    return 1.0, fall, rise, lattice.link / 2 * whole[node].astype(float)
+
+
+def _costs(chain: Chain, value: Array, starts: Nodes, k: int, height: float) -> Array:
+    """V of a surface at this height at node k from each of the starts, inf if one blocks another.
+
+    Slopes are compared less that of a line from z = 0, so that nothing is lost in rounding.
+    """
+    own, fall = chain.height[starts], _apart(chain, chain.fall, starts, k)
+    falls = rises = np.expm1(fall)
+    if chain.rise is not chain.fall:
+        rises = np.expm1(_apart(chain, chain.rise, starts, k))
+    whole, up = -falls - (1 + falls) * rises, height - own
+    cost = value[starts] + chain.stiffness[k] * (up - falls * own) ** 2 / whole
+    if starts.size > 1:
+        slope = np.exp(fall - fall[-1]) * (up + rises * height) / whole
+        cost[slope < np.maximum.accumulate(slope[::-1])[::-1]] = math.inf
+    return cost
+
+
+def _apart(chain: Chain, logs: Logs, starts: Nodes, k: int) -> Array:
+    """Of `fall` or `rise`, how much less they are at the starts than at node k."""
+    return np.asarray(chain.rate * (logs[starts] - logs[k]), float)
+
+
+def _cheapest(chain: Chain, tie: float) -> tuple[float, Nodes]:
+    """V of the tail that follows, and from where each node is reached (-1: nothing precedes).
+
+    starts[oldest:size] may be needed for any node to come, starts[first:size] for those before
+    node `until`.
+    """
+    n = chain.node.size
+    value, before = np.full(n + 2, math.inf), np.empty(n + 1, np.int64)
+    starts, size, oldest, first, until = np.full(n + 2, -1), 1, 0, 0, 0
+    value[-1] = 0.0
+    for k in range(n + 1):
+        if k >= until:
+            kept = _needed(chain, value, starts[oldest:size], k)
+            size = oldest + kept.size
+            starts[oldest:size] = kept
+            until = _until(chain, k, kept.size)
+            first = oldest + _first_needed(chain, value, kept, k, until - 1)
+        cost = _costs(chain, value, starts[first:size], k, float(chain.height[k]))
+        cost[-1] -= chain.bonds[k]
+        best = _newest(cost, tie)
+        value[k], before[k] = cost[best], starts[first + best]
+        size = first + best + 1
+        if not chain.height[k]:  # no span passes it
+            oldest = first = size
+        starts[size] = k
+        size += 1
+    return float(value[n]), before
+
+
+def _newest(cost: Array, tie: float) -> int:
+    """Place of the least cost; the last, that of most contact, if it costs no more but a tie."""
+    last = cost.size - 1
+    best = last - int(cost[::-1].argmin())
+    return last if cost[last] <= cost[best] + tie else best
+
+
+def _needed(chain: Chain, value: Array, starts: Nodes, k: int) -> Nodes:
+    """Those that may be best at node k or beyond (statement 2)."""
+    cost = _costs(chain, value, starts, k, 0.0)
+    best = _newest(cost, 0.0)
+    return starts[best:][np.isfinite(cost[best:])]
+
+
+def _until(chain: Chain, k: int, starts: int) -> int:
+    """The node from which on it is looked again at which starts are needed."""
+    far = np.searchsorted(chain.fall[:-1], chain.fall[k] + _FAR / chain.rate)
+    return max(k + 1, min(k + _FEW + math.isqrt(starts), int(far)))
+
+
+def _first_needed(chain: Chain, value: Array, starts: Nodes, k: int, last: int) -> int:
+    """Place of the oldest start that may be best at one of the nodes k..last (statement 3)."""
+    if starts.size <= _FEW:
+        return 0
+    ahead = slice(k, last + 1)
+    height = chain.height[ahead] * np.exp(chain.rate * (chain.fall[ahead] - chain.fall[last]))
+    among = np.append(starts, np.arange(k, last))
+    cost = _costs(chain, value, among, last, float(height.min()))
+    return int(cost[: starts.size].argmin())
+
+
+def _path(before: Nodes) -> list[int]:
+    """Nodes of the chain from the last contact back to the first."""
+    path, k = [], int(before[-1])
+    while k >= 0:
+        path.append(k)
+        k = int(before[k])
+    return path
+
+
+def window(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, Array]:
+    """First node, and g = d - f from there on: outside these nodes no minimiser is in contact.
+
+    The nodes with f <= d + D (`Lattice.deepest_contact`; h >= f - d), and all between; at least the
+    lowest. ValueError for more than 1e7 nodes to look at.
+    """
+    where, limit = fronts.region(lattice, indenter, depth), depth + lattice.deepest_contact
+    rising = indenter.convex or indenter.apex is not None
+    first, last = fronts.below(lattice, indenter, where, limit) if rising else where[:2]
+    if last - first > MOST:
+        raise ValueError(
+            f"spacing = {lattice.spacing!r} puts more than {MOST} nodes where contact is to be "
+            "looked for; give a larger spacing, or a profile of smaller extent"
+        )
+    f = fronts.heights(lattice, indenter, np.arange(first, last + 1.0))
+    near = np.append(np.flatnonzero(f <= limit), where.lowest - first)
+    start, stop = int(near.min()), int(near.max()) + 1
+    return first + start, depth - f[start:stop]
 
 
 def on_lowest(asked: Question, ground: Ground) -> Equilibrium:
-    """Certified state of lowest energy of all contact sets on these nodes.
+    """Certified state of lowest energy of all contact sets on these nodes, with its proof.
 
     ValueError for finite slopes, what the method cannot express, and a contact that reaches the end
     of the known profile.
     """
-    scene, method = asked.scene, asked.method
-    nodes, proof = lowest_contacts(scene, asked.depth, ground.lattice, method)
-    name = "shortest_path" if method == "lattice" and proof else method
-    return replace(of_contacts(asked, ground, nodes), proof=proof, method=name)
-
-
-def on_lowest_rings(asked: Question, ground: Ground) -> Equilibrium:
-    """The certified state of lowest energy of all contact sets around the axis, with its proof.
-
-    ValueError for too many nodes, and for a contact that reaches an end of the known profile.
-    """
-    row = _around_axis(asked.scene, ground, asked.depth)
-    nodes, bound = lowest_rings(row, asked.depth)
-    attained = scale = 0.0
-    if nodes.size:
+    nodes, proof = lowest_contacts(asked.scene, asked.depth, ground.lattice, asked.method)
+    if ground.lattice.axis == 0 and nodes.size:
+        row = _around_axis(asked.scene, ground, asked.depth)
         state = of_row(asked, ground, row, nodes.tolist())
-        sums = totals(row.contacts(ground, nodes.tolist(), asked.depth))
-        attained, scale = sums.energy, sums.energy_scale
     else:
-        state = without_contact(asked, ground)
-    proof = Proof(bound, attained, scale)
-    return replace(state, proof=proof, method="shortest_path")
+        state = of_contacts(asked, ground, nodes)
+    return replace(state, proof=proof, method="shortest_path" if proof else asked.method)
 
 
 def lowest_contacts(
@@ -68,6 +264,8 @@ def lowest_contacts(
 ) -> tuple[Nodes, Proof | None]:
     """First and last nodes (m, 2) of the contacts of lowest energy, and the proof if there is one.
 
+    scene: as far as it has nodes (`Lattice.seen`). method: "shortest_path", "oracle", which needs
+    cvxpy and has no proof, or "lattice": obstacle.py without adhesion, else as "shortest_path".
     ValueError as `on_lowest`.
     """
     if scene.slopes != "small":
@@ -79,28 +277,21 @@ def lowest_contacts(
         raise ValueError(
             f"gamma1 = 0 leaves no links to search over: use 'lattice', not {method!r}"
         )
-    if scene.axisymmetric:
-        seen = lattice.seen(scene)
-        ground = Ground.of(lattice, seen.indenter, depth)
-        return lowest_rings(_around_axis(seen, ground, depth), depth)[0], None
-    first, g = window(lattice, scene.indenter, depth)
-    nodes, proof = _search(lattice, g, method)
-    return nodes + first, proof
+    if lattice.axis == 0:
+        ground = Ground.of(lattice, scene.indenter, depth)
+        first, g = 0, depth - _around_axis(scene, ground, depth).f
+    else:
+        first, g = window(lattice, scene.indenter, depth)
+    if method == "oracle":
+        g = np.append(g, -math.inf)  # it needs two nodes
+        return span.runs(Oracle(lattice, g.size).solve(g).contact) + first, None
+    if method == "lattice" and not lattice.w:
+        contact = obstacle(lattice, g).contact
+        return span.runs(contact if contact.any() else g == 0) + first, None
+    contacts, proof = global_minimum(lattice, g)
+    return contacts + first, proof
 
 
 def _around_axis(scene: Scene, ground: Ground, depth: float) -> Row:
     """All known nodes; of a convex profile those that a contact reaches which is only touched."""
     return Row.of(scene, ground, max(depth, ground.lowest))
-
-
-def _search(lattice: Lattice, g: Array, method: str) -> tuple[Nodes, Proof | None]:
-    """First and last node of each contact (m, 2), and the proof if there is one."""
-    if method == "oracle":
-        g = np.append(g, -math.inf)  # it needs two nodes
-        kind = "integer" if lattice.w else "convex"
-        return span.runs(Oracle(lattice, g.size, kind).solve(g).contact), None
-    if method == "lattice" and not lattice.w:
-        contact = obstacle(lattice, g).contact
-        return span.runs(contact if contact.any() else g == 0), None
-    found = global_minimum(lattice, g)
-    return found.contacts, found.proof

@@ -143,7 +143,7 @@ class Lattice(Place):
         """Values per link, between successive ones of these nodes, times the links' weights: 1."""
         return values
 
-    def bound(self, first: int, last: int) -> float:
+    def bound(self, first: Any, last: Any) -> Any:
         """Weights of the links in a contact of these nodes."""
         return last - first
 
@@ -185,6 +185,22 @@ class Lattice(Place):
         Root of `advance_cost`; for independent springs it is δ₀.
         """
         return math.sqrt(2 * self.w * self.cell / self.link_over_decay)
+
+    @property
+    def deepest_contact(self) -> float:
+        """D [length]: contact deeper below the surface without adhesion never pays; about 1.9 δ₀.
+
+        Let v be the drop below that surface, largest in contact node j, and replace it by the free
+        span between v_{j-r} and v_{j+r} where that is lower. This loses at most the 2r links there
+        and gains at least t sinh μ coth μr (v_j - s)², s <= v_j/cosh μr the span at j. D is where
+        these are equal, at nearly the best r. For line contacts; γ₁ = 0: δ₀.
+        """
+        if not self.gamma1:
+            return self.critical_gap
+        mu = self.log_decay
+        r = max(1, round(2.4 / mu))
+        rise, unit = 1 - 1 / math.cosh(min(mu * r, 60.0)), self.link * math.sinh(mu)
+        return math.sqrt(2 * r * self.w * self.cell * math.tanh(mu * r) / unit) / rise
 
     @property
     def edge(self) -> float:

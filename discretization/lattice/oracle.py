@@ -5,16 +5,15 @@ energies in klG², the programmes on n nodes with exact tails beyond both ends a
 
     min over v   s/2 Σ v_i² + 1/(2s) [Σ (v_{i+1} - v_i)² + (1-λ)(v_1² + v_n²)]  - ω Σ y_i
 
-    "convex"     s.t. v >= g/G                              w = 0: no y
-    "frozen"     s.t. v_i = g_i/G where contact is given    no y; free nodes may pass through g
-    "integer"    s.t. v >= g/G,  v_i - g_i/G <= M_i (1 - z_i),  y_i <= z_i, z_{i+1},  z binary
+    w = 0   s.t. v >= g/G                              convex: no y
+    w > 0   s.t. v >= g/G,  v_i - g_i/G <= M_i (1 - z_i),  y_i <= z_i, z_{i+1},  z binary
 
 with y_i = 1 on adhesive links and ω = wΔx/(klG²). M_i is the room above g_i below the highest g.
 Heights too low to be reached are raised to where a contact costs more than it can ever gain:
 K g²/2 > U(no contact) + wΔx(n-1), K the stiffness of the surface at one node.
 
-Each programme is built once per lattice and size, and re-solved by changing cvxpy Parameters. The
-integer programme fixes z; its displacements and multipliers are those of the convex programme with
+Each programme is built once per lattice and size, and re-solved by changing cvxpy Parameters. That
+of w > 0 fixes z; its displacements and multipliers are those of the convex programme with
 v_i = g_i/G where z_i = 1. No other module may import cvxpy.
 """
 
@@ -30,12 +29,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
-from energy import Scene
-from energy.checks import option
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-KINDS = ("convex", "frozen", "integer")
 MOST_INTEGERS = 100
 PRESSES = 1e-6  # of the largest multiplier, at least kΔxG: less is a solver's noise
 CLARABEL = {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10}
@@ -76,56 +72,44 @@ class _Programme:
 
 @dataclass(frozen=True)
 class Oracle:
-    """The programme of a kind, "convex", "frozen" or "integer", on n nodes of a lattice.
+    """The programme on n nodes of a lattice: convex if w = 0, else with integers.
 
-    ValueError for what a kind cannot express: springs without tension (γ₁ = 0), adhesion in the
-    convex programme, too many nodes for integers or no solver for them.
+    ValueError for springs without tension (γ₁ = 0), too many nodes for integers or no solver for
+    them.
     """
 
     lattice: Lattice
     nodes: int
-    kind: str
     _programmes: Mapping[str, _Programme] = field(init=False, repr=False, compare=False)
-
-    @classmethod
-    def of(cls, scene: Scene, spacing: float, nodes: int, kind: str) -> Oracle:
-        """Programme of a scene; ValueError for finite slopes, whose energy is not quadratic."""
-        if scene.slopes != "small":
-            raise ValueError(f"slopes = {scene.slopes!r} is not quadratic: use slopes='small'")
-        return cls(Lattice.of(scene, spacing), nodes, kind)
 
     def __post_init__(self) -> None:
         lat, n = self.lattice, self.nodes
-        _check(lat, n, self.kind)
+        _check(lat, n)
         programmes = {"convex": _convex(lat, n)}
-        if self.kind == "integer":
+        if lat.w:
             programmes["integer"] = _integer(lat, n)
         object.__setattr__(self, "_programmes", programmes)
 
-    def solve(self, g: ArrayLike, contact: ArrayLike | None = None) -> OracleSolution:
+    def solve(self, g: ArrayLike) -> OracleSolution:
         """Minimum for heights g (n,), -inf where there is no obstacle.
 
-        contact: (n,) bool, the nodes in contact; for "frozen", and only there. ValueError if an
-        argument does not fit, RuntimeError if the solver did not reach its tolerance.
+        ValueError if g does not fit, RuntimeError if the solver did not reach its tolerance.
         """
-        g, held = self._checked(g, contact)
-        if self.kind == "frozen":
-            g = np.where(held, g, 0.0)
-            low = np.full(g.size, -math.inf)
-        else:
-            low = g = np.maximum(g, -_deepest(self.lattice, g))
-        scale = float(np.abs(g).max()) or self.lattice.spacing
-        if self.kind == "integer":
-            held = self._integers(g, scale)
-        u, force = self._pressed(low, held, g, scale)
-        if self.kind != "frozen":
-            held = held | (force > PRESSES * max(force.max(), self.lattice.spring * scale))
-        return OracleSolution(u, held, force, NodalEnergy(self.lattice, held).value(u))
+        heights, shape = np.asarray(g, float), (self.nodes,)
+        if heights.shape != shape or not heights.max() < math.inf:
+            raise ValueError(f"g must be {shape} numbers, -inf for no obstacle; has {np.shape(g)}")
+        lat = self.lattice
+        floor = np.maximum(heights, -_deepest(lat, heights))
+        scale = float(np.abs(floor).max()) or lat.spacing
+        held = self._integers(floor, scale) if lat.w else np.zeros(shape, bool)
+        u, force = self._pressed(held, floor, scale)
+        held = held | (force > PRESSES * max(force.max(), lat.spring * scale))
+        return OracleSolution(u, held, force, NodalEnergy(lat, held).value(u))
 
-    def _pressed(self, low: Array, held: Mask, g: Array, scale: float) -> tuple[Array, Array]:
-        """Displacements over a floor, equal to g where held, and the multipliers of both."""
+    def _pressed(self, held: Mask, g: Array, scale: float) -> tuple[Array, Array]:
+        """Displacements over g, equal to it where held, and the multipliers of both."""
         values = {
-            "floor": np.maximum(low / scale, -10.0),
+            "floor": np.maximum(g / scale, -10.0),
             "held": held.astype(float),
             "height": np.where(held, g / scale, 0.0),
         }
@@ -148,39 +132,20 @@ class Oracle:
         z = self._programmes["integer"].solve(values, "SCIP", scip_params=SCIP)["z"]
         return np.asarray(z > 0.5)
 
-    def _checked(self, g: ArrayLike, contact: ArrayLike | None) -> tuple[Array, Mask]:
-        g, shape = np.asarray(g, float), (self.nodes,)
-        if g.shape != shape or not g.max() < math.inf:
-            raise ValueError(f"g must be {shape} numbers, -inf for no obstacle; has {g.shape}")
-        if (contact is None) == (self.kind == "frozen"):
-            raise ValueError(
-                f"contact = {contact!r} does not fit kind = {self.kind!r}: give it "
-                "for 'frozen', and only there"
-            )
-        held = np.zeros(shape, bool) if contact is None else np.asarray(contact, bool)
-        if held.shape != shape:
-            raise ValueError(f"contact has shape {held.shape}, must be {shape}: one per node")
-        if not np.isfinite(g[held]).all():
-            raise ValueError("g = -inf cannot be in contact: change contact there")
-        return g, held
 
-
-def _check(lattice: Lattice, n: int, kind: str) -> None:
-    option("kind", kind, KINDS)
+def _check(lattice: Lattice, n: int) -> None:
     if n < 2:
         raise ValueError(f"nodes = {n!r} must be at least 2")
     if not lattice.gamma1:
         raise ValueError("gamma1 = 0 leaves independent springs, no programme: use u = max(g, 0)")
-    if kind == "convex" and lattice.w:
-        raise ValueError(f"w = {lattice.w!r} is not convex: use kind 'frozen' or 'integer'")
-    if kind != "integer":
+    if not lattice.w:
         return
     import cvxpy
 
     if n > MOST_INTEGERS:
         raise ValueError(f"nodes = {n!r} is too many for integers: use at most {MOST_INTEGERS}")
     if "SCIP" not in cvxpy.installed_solvers():
-        raise ValueError("kind = 'integer' needs the solver SCIP: pip install elastocap[test]")
+        raise ValueError("w > 0 needs the solver SCIP: pip install elastocap[test]")
 
 
 def _deepest(lattice: Lattice, g: Array) -> float:

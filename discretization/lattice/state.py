@@ -25,7 +25,7 @@ from discretization.lattice.assembly import (
 from discretization.lattice.between import Lines, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Ground
-from discretization.lattice.lowest import on_lowest, on_lowest_rings
+from discretization.lattice.lowest import on_lowest
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.plain import turning
 from discretization.lattice.plain_state import on_plain, overhang
@@ -156,5 +156,5 @@ _ON_NODES = {
     "path": on_path,
     "plain": on_plain,
     "lowest": on_lowest,
-    "rings": on_lowest_rings,
+    "rings": on_lowest,
 }

@@ -197,6 +197,9 @@ class FollowerBase(BranchBase):
     def leg(self: Any, point: Point, goal: float) -> Followed:
         """The way from a point towards another depth, up to the first event."""
         jump = self.jump(point.state, point.depth, goal)
+        if jump is not None:  # by rounding it may lie behind
+            low, high = sorted((point.depth, goal))
+            jump = (min(max(jump[0], low), high), *jump[1:])
         end = moved(self, point, goal) if jump is None else Point(jump[0], jump[1])
         if _held(self, end) != _held(self, point):
             return Followed(self, point, *_change(self, point, end), jumps=False)

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from discretization.paths.branch import Branch
-from discretization.paths.fitted_branch import FittedBranch
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.springs_branch import SpringsBranch
@@ -17,8 +16,9 @@ from energy import Scene
 
 _SHALLOW = 1e-12  # of the thickness: the first depth that is tried
 _DEEPER = 4.0  # times as deep: the next one
-_ON_MESH: dict[str, type[FittedBranch | SpringsBranch | FittedMany]] = {
-    "one contact": FittedBranch,
+_LESS, _TURNS = 0.95, 60  # of the depth: what is tried where the profile is not known so far
+_ON_MESH: dict[str, type[SpringsBranch | FittedMany]] = {
+    "one contact": FittedMany,
     "springs": SpringsBranch,
     "several contacts": FittedMany,
 }
@@ -39,12 +39,10 @@ def pressed_by(
     Or to one at which it has left the known profile: the programme may end before that.
     """
     if scene.work_of_adhesion == 0 or scene.gamma1 == 0:
-        return made(_resisting(scene, enough))
+        return _as_deep(made, resolve(scene, 0.0).touch, _resisting(scene, enough))
     depth, size = 0.0, scene.opened.critical_separation
     while True:
         branch = made(depth)
-        if isinstance(branch, FittedBranch):
-            return branch
         depth = max(depth, branch.touch)
         try:
             force = branch.force(branch.follow(None, depth), depth)
@@ -54,6 +52,20 @@ def pressed_by(
         except ValueError:
             return branch
         depth = deeper
+
+
+def _as_deep(made: Callable[[float], Branch], touch: float, depth: float) -> Branch:
+    """The branch for depths down to this one, or nearly as far as the profile is known.
+
+    ValueError where it is not known far enough for a small part of the depth.
+    """
+    for turn in range(_TURNS):
+        try:
+            return made(touch + (depth - touch) * _LESS**turn)
+        except ValueError:
+            if turn == _TURNS - 1:
+                raise
+    raise AssertionError
 
 
 def _resisting(scene: Scene, enough: Callable[[float, float], bool]) -> float:

@@ -25,7 +25,7 @@ from discretization.roots import crossings
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn
 _DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
-_FINEST = 1 / 16  # of a leg: parts that short are not halved again
+_FINEST = 1 / 256  # of a leg: parts that short are not halved again
 _PARTS = 8  # of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
 _NEWTON = 5  # steps to a guess
@@ -108,12 +108,14 @@ class Curve(NamedTuple):
         low, high, found = *self._around(i, side), False
         for _ in range(_ZOOMS):
             t, value, series = _drawn(self.leg, self.control, low, high)
+            turns = _turns(series)
+            known = _represents(series, _RESOLVED) and turns.size > 0
+            if found and not known:  # closer by, rounding moves the peak
+                break
             best = int(np.argmax(side * value))
             top, reach = float(t[best]), np.abs(t - t[best])[max(best - 1, 0) : best + 2].max()
             if np.ptp(value) <= 8 * self.rounding:
                 break
-            turns = _turns(series)
-            known = _represents(series, _RESOLVED) and turns.size > 0
             if known:
                 top = float(turns[np.argmin(np.abs(turns - top))])
                 if found:
@@ -226,4 +228,4 @@ def _with_turns(
         return t, value
     whole = np.concatenate([t, turns])
     order = np.argsort(whole)
-    return whole[order], np.concatenate([value, _values(leg, control, turns)])[order]
+    return whole[order], np.concatenate([value, _values(leg, control, turns, roughly=True)])[order]

@@ -22,14 +22,17 @@ from discretization.fitted.events import Events
 from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.quadrature import Interval
+from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
-from discretization.fitted.smooth import Smooth
+from discretization.fitted.smooth import DEGREE, Smooth
+from discretization.fitted.spectral import rounded
 from discretization.fitted.track import Track
 from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import resolve
 from energy import Scene
 
 Array = NDArray[np.float64]
+_MORE = 2 * DEGREE  # of the rule for ∫P dd
 _EXACT = 1e-15  # of surfaces: else the energy would not balance; they cost no more than others
 
 
@@ -62,14 +65,15 @@ class Tracked:
     after: Point | None
     jumps: bool
     track: Track
-    done: float
 
     @property
     def pinned(self) -> Pinned:
-        """What holds the outermost lines on the way: a line that leaves its edge is free."""
-        ends = [self.branch.pinned(point.state) for point in (self.start, self.end)]
-        first, last = ((one if one == other else "") for one, other in zip(*ends, strict=True))
-        return first, last
+        """What holds the outermost lines on the way."""
+        first, last = (self.branch.pinned(point.state) for point in (self.start, self.end))
+        if first == last:
+            return first
+        (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
+        return self.branch.pinned(between.state)
 
     def points(self, depths: Array) -> list[Point]:
         """The states at depths on the way (n,)."""
@@ -86,8 +90,16 @@ class Tracked:
         return np.asarray(self.branch.smoothly.many(lines, depths)[1])
 
     def work(self) -> float:
-        """∫P dd from the start to the end."""
-        return self.done
+        """∫P dd from the start to the end, by twice the points on which the energy balanced."""
+        ends = {self.start.depth, self.end.depth}
+        ends |= {end for piece in self.track.pieces for end in (piece.start, piece.end)}
+        cuts = np.array(sorted(ends, key=lambda depth: abs(depth - self.start.depth)))
+        steps = np.diff(cuts)[:, None]  # next to the end of a step P may be like a root
+        points, weights, _ = rounded(_MORE)
+        t = (1 + points) / 2
+        depths = cuts[:-1, None] + steps * (t * (2 - t))
+        forces = self.forces(depths.ravel()).reshape(depths.shape)
+        return float((steps * (1 - t) * weights * forces).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +126,12 @@ class FittedMany(BranchBase):
     def smoothly(self) -> Smooth:
         """What moves lines between events."""
         return self.events.trials.smooth
+
+    @property
+    def gradual(self) -> bool:
+        """Whether lines never jump: D grows outwards in a line contact of a convex profile."""
+        scene = self.scene
+        return scene.indenter.convex and not scene.axisymmetric and scene.pattern is None
 
     @property
     def touch(self) -> float:
@@ -145,13 +163,28 @@ class FittedMany(BranchBase):
         end, after, jumps = Point(part.depth, _held(part.lines, part.depth)), None, False
         if part.after is not None:
             after = Point(part.depth, _held(part.after, part.depth))
-            jumps = self.events.happens(part.lines, part.after)
+            jumps = self._jumps(end, after)
         track = Track(self.smoothly, np.array(free(lines)), part.pieces)
-        return Tracked(self, point, end, after, jumps, track, part.work)
+        return Tracked(self, point, end, after, jumps, track)
 
-    def pinned(self, state: State) -> tuple[str, str]:
-        """What holds the outermost lines: "edge" or "" where they are free."""
-        return at_edges(self.scene, state)
+    def pinned(self, state: State) -> Pinned:
+        """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""
+        tip, held = self.motion.profile.lowest, at_edges(self.scene, state)
+        if state is None or not self.gradual or tip not in self.scene.indenter.corners:
+            return held
+        tips = (x == tip for x in state.ends)
+        first, last = (edge or "tip" * at for edge, at in zip(held, tips, strict=True))
+        return first, last
+
+    def _jumps(self, before: Point, after: Point) -> bool:
+        """Whether lines jump; not by what the energy changes within the rounding of a depth."""
+        if after.state is None or before.state is None:
+            return not self.gradual
+        if len(before.state.lines) != len(after.state.lines):
+            return True
+        (first, force), (second, other) = (self._totals(p.state, p.depth) for p in (before, after))
+        noise = TIE * self.motion.rests.size * (abs(force) + abs(other))
+        return self.events.happens(before.state.lines, after.state.lines) and first - second > noise
 
     def _totals(self, state: Held, depth: float) -> tuple[float, float]:
         return self.smoothly.totals(np.array(free(state.lines)), depth)

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.paths import balance, display, plots
+from discretization import display, plots
+from discretization.paths import balance
 from discretization.paths.branch import Branch, State
 from discretization.paths.branches import branch_of
 from discretization.paths.control import Control
@@ -217,11 +218,11 @@ class History:
         """
         return balance.most_tensile(self._branch, self.segments)
 
-    plot = plots.plot
-    to_dict = display.to_dict
+    plot = plots.plot_path
+    to_dict = display.path_columns
     _repr_html_ = display.html
-    __repr__ = display.line
-    __str__ = display.text
+    __repr__ = display.path_line
+    __str__ = display.path_text
 
     def __len__(self) -> int:
         return self.depth.size

@@ -19,6 +19,8 @@ _FIRST = 1 / 32  # of δ₀ and the depth: the first leg of a load, where its le
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
 _ROUNDING = 2e-16  # of the sum of what P is made of
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
+_CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
+_CREEPING = 100  # and so many in a row are not followed any further
 _SHORTEST = 40  # halvings of a leg that is refused: beyond the known profile there is none
 
 
@@ -38,6 +40,7 @@ class LoadPath:
     pinned: Pinned = ("", "")
     reach: float = math.inf
     rate: float = 0.0
+    creeping: int = 0
     points: list[Point] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
@@ -53,7 +56,7 @@ class LoadPath:
             self.value = 0.0
         for part in _one_way(values, self.value):
             left, side = part, 1 if part[-1] >= self.value else -1
-            self.reach = math.inf
+            self.reach, self.rate = math.inf, 0.0
             while left.size:
                 move = self._apart if self.point.state is None else self._pushed
                 left = left[move(left, side) :]
@@ -157,6 +160,14 @@ class LoadPath:
             except (ValueError, NotCertifiedError):
                 if abs(way) * 0.5**turn <= least or turn == _SHORTEST - 1:
                     raise
+        done = abs(leg.end.depth - point.depth)
+        slow = done <= min(_CREEPS * size, least / 2) and not leg.jumps
+        self.creeping = self.creeping + 1 if slow else 0
+        if self.creeping > _CREEPING:
+            self.branch.certify(leg.end.state, leg.end.depth)
+            raise NotCertifiedError(
+                f"the contacts at depth = {point.depth!r} do not come to rest; try other depths"
+            )
         if point is self.point:
             self._hold(leg.pinned)
         return leg

@@ -17,13 +17,11 @@ import numpy as np
 from discretization import AccuracyWarning, Lattice, NodalEnergy, load_path, minimise
 from discretization.inside import (
     ContactSet,
-    FittedBranch,
     Ground,
     adhered,
     forget,
     global_minimum,
     heights,
-    integrals,
     obstacle,
     region,
     totals,
@@ -100,8 +98,8 @@ def no_adhesion() -> Pair:
         return float(np.count_nonzero(found.contact)), found.energy
 
     def general() -> Numbers:
-        found = global_minimum(lattice, g)
-        return float(np.sum(np.diff(found.contacts) + 1)), found.energy
+        contacts, proof = global_minimum(lattice, g)
+        return float(np.sum(np.diff(contacts) + 1)), proof.attained
 
     return skips, general
 
@@ -224,18 +222,6 @@ def known_surfaces() -> Pair:
     return work, _forgetting(work)
 
 
-def force_alone() -> Pair:
-    """The force of 50 load steps, against all integrals."""
-    branch = FittedBranch.of(scene(), 1e-8)
-    known = [(d, s) for d in STEPS.tolist() if (s := branch.follow(None, d))]
-    assert len(known) == STEPS.size
-
-    def general() -> Numbers:
-        return [integrals(branch.surfaces, d, *s.ends, branch.rtol)[1].force for d, s in known]
-
-    return lambda: [branch.force(s, d) for d, s in known], general
-
-
 def fields() -> Pair:
     """u and p at 10 000 points as well."""
     own = scene()
@@ -283,7 +269,6 @@ ROUTES: dict[str, Callable[[], Pair]] = {
     "links in between": convex_nodes,
     "true lengths": small_slopes,
     "known surfaces": known_surfaces,
-    "energy": force_alone,
     "fields": fields,
     "error estimate": estimate,
     "search for the line": warm_start,

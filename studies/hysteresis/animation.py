@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from discretization import History, Snapshot
-from discretization.paths.plots import draw, mark, units
+from discretization.plots import draw_path, mark, units
 from energy.units import Unit, prefixed, quantity
 from studies.shared.figures import BLUE, ORANGE, RIGID, SOFT, canvas
 from studies.shared.table import naming
@@ -121,7 +121,7 @@ def animate(history: History, path: Path, count: int = 60) -> int:
         raise ValueError("history has no contact: there is nothing to animate; load it further")
     figure, (left, right) = canvas(*FIGSIZE, 1, 2)
     depth, force = scale = units([history], "force")
-    draw(right, history, "force", scale)
+    draw_path(right, history, "force", scale)
     mark(right, history, "force", scale)
     right.axhline(0, color="black", lw=0.6, ls=":")
     right.set_title("force over depth")

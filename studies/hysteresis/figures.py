@@ -6,6 +6,7 @@ under imposed depth, and what separates one from the detached surface, U = 0, is
 keeps it metastable.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -13,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import History
-from discretization.inside import FittedBranch, along
-from discretization.paths.plots import draw, units
+from discretization.inside import FittedMany
+from discretization.plots import draw_path, units
 from energy import cards
 from energy.units import prefixed
 from energy.units import quantity as quantity_of
@@ -63,7 +64,7 @@ def over_tension(record: Record) -> Figure:
             for history, colour in zip(own, shades(len(own)), strict=True):
                 ratio = history.scene.elastocapillary_length / SIZE
                 name = f"γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, l/b = {ratio:.2g}"
-                draw(axes, history, quantity, scale, colour, name)
+                draw_path(axes, history, quantity, scale, colour, name)
             axes.axhline(0, color="black", lw=0.6, ls=":")
             axes.grid(alpha=0.25)
         column[0].set_title(shape)
@@ -84,7 +85,7 @@ def over_control(record: Record) -> Figure:
     for column, shape, own in zip(grid.T, INDENTERS, chosen, strict=True):
         for axes, loop in zip(column, own, strict=True):
             area = loop.history.dissipated / (2 * WORK * SIZE)
-            draw(axes, loop.history, "force", units([loop.history], "force"), BLUE)
+            draw_path(axes, loop.history, "force", units([loop.history], "force"), BLUE)
             words = {"depth": "imposed depth", "force": "dead load"}
             stiffness = loop.control.removeprefix("K = ").replace(" ", "·")
             held = words.get(loop.control, f"spring of stiffness {stiffness}")
@@ -184,12 +185,14 @@ def _curve(history: History, step: int, a: Array) -> Curve:
     """U by the quadrature with which load paths are integrated."""
     scene, depth = history.scene, float(history.depth[step])
     apex = scene.indenter.apex or 0.0
-    surfaces = FittedBranch.of(scene, 1e-8).surfaces
-    between, _ = along(surfaces, np.full(a.size, depth), apex + a[:, None] * np.array([-1, 1]))
+    branch = FittedMany.of(scene, 1e-8, depth + float(scene.indenter.height(apex + a[-1])))
+    tails = np.full((a.size, 2, 2), [-math.inf, math.inf])
+    tails[:, 0, 1], tails[:, 1, 0] = apex - a, apex + a
+    energy = branch.smoothly.many(tails, np.full(a.size, depth))[0]
     end, slope = depth - scene.indenter.height(apex + a), scene.indenter.slope(apex + a)
     through = scene.elastocapillary_length * slope < end
     state = history.at(step)
-    return Curve(depth, a, between.energy, through, (state.half_width, state.energy))
+    return Curve(depth, a, energy, through, (state.half_width, state.energy))
 
 
 def landscape(history: History, steps: Sequence[int]) -> Figure:

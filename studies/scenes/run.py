@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from discretization import Equilibrium, display, minimise, plots
-from discretization.paths.display import text as lines_of
 from energy import Assumption, Scene
 from energy.description import described
 from energy.units import prefixed
@@ -157,7 +156,7 @@ def plot(record: Record) -> Any:
         _curve(axes[0, 0], record, "force", "force P", f"N{state.scene.per_length}")
         width = "radius a" if state.scene.axisymmetric else "half-width a"
         _curve(axes[0, 1], record, "half_width", width, "m")
-    plots.draw(axes[-1], state, last=several and bool(record.attached))
+    plots.draw_state(axes[-1], state, last=several and bool(record.attached))
     figure.suptitle(record.given.title, fontsize=14)
     plots.note(figure, record.violated)
     return figure
@@ -228,7 +227,7 @@ def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
 def response(given: SceneFile, out: command.Output) -> list[Path]:
     """Follow, print and write the load path of the file; the files written."""
     history = follow(given)
-    print(lines_of(history, si=True))
+    print(display.path_text(history, si=True))
     name = f"{given.path.stem}_path"
     written = out.at(f"{name}.csv")
     about = [f"title: {given.title}", f"source: {given.source}", *out.header(given.options)]

@@ -17,6 +17,7 @@ meniscus.py     rotational symmetry with finite slopes: Young-Laplace, integrate
 adhesion.py     what holds a line: two works of adhesion, patterns
 depth_paths.py  depth paths that may turn, from any place of theirs
 controls.py     what happens under a dead load or a machine, read off a depth path
+unique.py       the same without adhesion
 
 scenes.py draws random scenes and path_scenes.py random load paths; compare.py says what `minimise`
 makes of the ones and path_compare.py what `load_path` makes of the others, and

@@ -7,7 +7,7 @@ path from the present place with falling depth. In between, C may fall before it
 indenter jumps from the top of C over all that to where C comes back to the same value.
 
 The path is sampled in steps of the depth, fine enough to see every change of lines that is not
-smooth; what happens at once is enclosed by bisection, the tops of C by golden sections, and the
+smooth; what happens at once is enclosed by bisection, the tops of C by Brent's method, and the
 places where C has a value by roots.
 """
 
@@ -15,7 +15,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from .depth_paths import Place
 from .ground import Outside
@@ -23,8 +23,10 @@ from .totals import NOTHING
 
 LARGEST, SMALLEST = 1 / 12, 1 / 400  # of the depth scale: steps on the way
 CLOSE = 1e-9  # of the depth scale: what happens at once
-SMOOTH = 0.02  # of the feature: how far lines may be from the mean of those beside
-GOLDEN = (math.sqrt(5) - 1) / 2
+KINK = 1e-6  # of the depth scale: where a line leaves a corner, or comes to one
+JUMPED = 1e-4  # of the feature: lines that move farther within that have jumped
+TOP = 1e-8  # of the depth scale: how well a top of C is located
+SMOOTH = 0.01  # of the feature: how far lines may be from the mean of those beside
 MOST = 20_000
 
 
@@ -125,6 +127,8 @@ class Reading:
             for there in self._ahead(here, top, goal, way):
                 if here is top and there.height < here.height:
                     top = self._top(before, here, there, way)
+                elif here is top and self._at_once(here.place, there.place):  # a stiff machine
+                    self._record(way * here.height, here.place, there.place)
                 if not there.place.lines:
                     return self._lost(top, here, there, way)
                 if here is not top and there.height >= top.height:
@@ -166,27 +170,33 @@ class Reading:
         self.place = Place(value if self.control.stiffness else held.depth)
         self._record(value, top.place, self.place)
 
+    def _rate(self, place):
+        """The most by which C rises with the depth."""
+        return self.control.value(1.0, self.path.stiffness(place))
+
     def _ahead(self, here, top, goal, way):
         """The next samples on the way, up to one step."""
-        rate = self.control.value(1.0, 0.0) + self.control.value(
-            0.0, self.path.stiffness(here.place)
-        )
-        step = ((goal if here is top else top.height) - here.height) / rate
+        step = ((goal if here is top else top.height) - here.height) / self._rate(here.place)
         step = min(max(step, SMALLEST * self.scale), LARGEST * self.scale) / self.finer
-        there = self._sample(here.place, here.place.depth + way * step, way)
-        if here is not top or not self.path.jumps:
+        depth = self.path.farthest(here.place, here.place.depth + way * step)
+        there = self._sample(here.place, depth, way)
+        if not self.path.jumps:
             return [there]
         return [*self._between(here, there, way), there]
 
     def _between(self, here, there, way):
-        """Samples between two, so many that lines move smoothly but for what happens at once."""
+        """Samples between two, so many that lines move smoothly but for what happens at once.
+
+        Where a line leaves a corner, comes to one or jumps over one, samples crowd on both sides.
+        """
         a, b = here.place, there.place
-        if _apart(a.lines, b.lines) <= SMOOTH * self.path.feature:
-            return []
-        if abs(b.depth - a.depth) <= CLOSE * self.scale:
+        alike, apart = self.path.passed(a) == self.path.passed(b), _apart(a.lines, b.lines)
+        least = KINK if apart <= JUMPED * self.path.feature else CLOSE
+        smooth = alike and apart <= SMOOTH * self.path.feature
+        if smooth or abs(b.depth - a.depth) <= least * self.scale:
             return []
         middle = self._sample(a, (a.depth + b.depth) / 2, way)
-        if len(a.lines) == len(b.lines):
+        if alike and len(a.lines) == len(b.lines):
             mean = tuple(np.add(a.lines, b.lines) / 2)
             if _apart(middle.place.lines, mean) <= SMOOTH * self.path.feature:
                 return [middle]
@@ -195,30 +205,48 @@ class Reading:
     def _root(self, start, end, height, way):
         """The place between two where C has a value, times way."""
 
-        def excess(depth):
-            return way * self.reached(self.path.moved(start, depth)) - height
+        known = [start]
 
-        if excess(start.depth) >= 0:
+        def to(depth):
+            nearest = max(
+                (p for p in known if way * (depth - p.depth) >= 0), key=lambda p: way * p.depth
+            )
+            known.append(self.path.moved(nearest, depth))
+            return known[-1]
+
+        if way * self.reached(start) >= height:
             return start
-        xtol = 1e-15 * self.scale + 1e-16 * abs(end.depth)
-        return self.path.moved(start, brentq(excess, start.depth, end.depth, xtol=xtol, rtol=1e-15))
+        xtol = 1e-14 * self.scale + 1e-16 * abs(end.depth)
+        return to(
+            brentq(
+                lambda d: way * self.reached(to(d)) - height,
+                start.depth,
+                end.depth,
+                xtol=xtol,
+                rtol=1e-15,
+            )
+        )
+
+    def _at_once(self, a, b):
+        """Whether lines jump between two places."""
+        if not self.path.jumps or abs(b.depth - a.depth) > CLOSE * self.scale:
+            return False
+        return _apart(a.lines, b.lines) > JUMPED * self.path.feature
 
     def _top(self, before, here, there, way):
         """The top of C between two samples, of which the one in between is higher."""
-        start, a, b = before.place, before.place.depth, there.place.depth
-        if abs(b - here.place.depth) <= 2 * CLOSE * self.scale:  # what happens at once
+        start, ends = before.place, sorted((before.place.depth, there.place.depth))
+        if abs(there.place.depth - here.place.depth) <= 2 * CLOSE * self.scale:  # at once
             return Sample(*here)
-        one, other = (self._sample(start, a + s * (b - a), way) for s in (1 - GOLDEN, GOLDEN))
-        best = max(here, one, other, key=_height)
-        while abs(b - a) > CLOSE * self.scale:
-            if one.height >= other.height:
-                b, other = other.place.depth, one
-                one = new = self._sample(start, a + (1 - GOLDEN) * (b - a), way)
-            else:
-                a, one = one.place.depth, other
-                other = new = self._sample(start, a + GOLDEN * (b - a), way)
-            best = max(best, new, key=_height)
-        return Sample(*best)
+        tried, least = [here], here.height - self._rate(start) * (ends[1] - ends[0])
+
+        def below(depth):
+            tried.append(self._sample(start, depth, way))
+            return -max(tried[-1].height, least)
+
+        given = {"bounds": ends, "method": "bounded", "options": {"xatol": TOP * self.scale}}
+        minimize_scalar(below, **given)
+        return Sample(*max(tried, key=_height))
 
 
 def _height(sample):
@@ -230,51 +258,3 @@ def _apart(lines, others):
     if len(lines) != len(others):
         return math.inf
     return float(np.abs(np.subtract(lines, others)).max(initial=0.0))
-
-
-class Unique(Reading):
-    """Without adhesion: C rises with the depth, and each value has one place."""
-
-    def beyond(self, value, window):
-        """Nothing jumps."""
-        return []
-
-    def go(self, value, guess=None):
-        """To a value, by secants from a guess of the depth."""
-        touch, self.value = self.path.touch, value
-        self.step += 1
-        if value < self.control.value(touch, 0.0):
-            self.place = Place(value if self.control.stiffness else -math.inf)
-            return self.place
-        least = self.control.value(1.0, 0.0) + self.control.value(0.0, self.path.stiffness(None))
-        low, high = touch, touch + (value - self.control.value(touch, 0.0)) / least
-        depth = min(max(guess if guess is not None else (low + high) / 2, low), high)
-        trials = [depth, touch] if depth > touch else [touch]
-        return self._solved(value, trials, low, high, CLOSE * least * self.scale)
-
-    def _solved(self, value, trials, low, high, least):
-        """By secants, enclosed between low and high."""
-        known = []
-        for _ in range(100):
-            depth = trials.pop(0) if trials else _secant(known, low, high)
-            self.place = self.path.moved(None, depth)
-            off = self.reached(self.place) - value
-            if abs(off) <= least:
-                return self.place
-            low, high = (depth, high) if off < 0 else (low, depth)
-            known.append((depth, off))
-        raise RuntimeError(f"C does not reach {value!r}")
-
-
-def _secant(known, low, high):
-    """The next trial between two depths."""
-    if len(known) < 2:
-        return (low + high) / 2
-    (x, p), (y, q) = sorted(known, key=lambda pair: abs(pair[1]))[:2]
-    step = y - q * (y - x) / (q - p) if q != p else math.nan
-    return step if low < step < high else (low + high) / 2
-
-
-def reading_of(path, control, scale, finer=1.0):
-    """How the path under a control is read off this one."""
-    return (Reading if path.scene.opened.work_of_adhesion else Unique)(path, control, scale, finer)

@@ -5,6 +5,7 @@ Each class answers `moved(place, depth)`, the state that the path from `place` c
 left as often as one likes, as a bisection does.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,8 @@ from .surfaces import surface_of
 from .totals import NOTHING, state_of
 from .walk import Walk
 
-TURNS = 15_000  # moves of lines on one path
+TURNS = 3000  # moves of lines at one depth
+APART = 1e-6  # of δ₀: levels closer than that are one
 
 
 class Place(NamedTuple):
@@ -47,6 +49,24 @@ class Adhering:
         else:
             self.walk.put(self._first, self.touch)
         return Place(depth, tuple(float(x) for x in self.walk.to(depth)))
+
+    def passed(self, place):
+        """How many corners and edges each line has reached from the left, and how many passed.
+
+        With two works of adhesion also whether it is about to advance, and to recede.
+        """
+        corners, found = self.walk.ground.corners, []
+        if self.scene.opening is not None:
+            self.walk.put(place.lines, place.depth)
+            found = [self.walk.about(i, way) for i in range(len(place.lines)) for way in (1, -1)]
+        return [
+            *(np.searchsorted(corners, place.lines, s).tolist() for s in ("right", "left")),
+            found,
+        ]
+
+    def farthest(self, place, depth):
+        """How far on the way to a depth to the next sample."""
+        return depth
 
     def totals(self, place):
         """Force and energy there, with the work of closing."""
@@ -84,6 +104,25 @@ class Independent:
             return Place(depth)
         lines = intervals(self.ground, level).ravel().tolist()
         return Place(depth, tuple(lines) or (self.ground.lowest(0.0)[1][0],) * 2, level)
+
+    @functools.cached_property
+    def marks(self):
+        """Levels at which contacts split, vanish or come to a corner, and every other node's.
+
+        Between two of them no line moves far, and C bends only once: it has tops beside the ones
+        where its slope jumps, and where the profile is nearly flat.
+        """
+        ground = self.ground
+        x = np.concatenate([ground.extremes, ground.corners, ground.nodes[::2]])
+        levels = np.unique(ground.height(x))
+        return levels[np.diff(levels, prepend=-np.inf) > APART * self.held]
+
+    def farthest(self, place, depth):
+        """How far on the way to a depth to the next sample: as it falls, to the next mark."""
+        if depth > place.depth or not place.lines:
+            return depth
+        marks = np.append(self.marks, place.level) - self.held
+        return float(np.max(marks[marks < place.depth - APART * self.held], initial=depth))
 
     def totals(self, place):
         """Force and energy there."""

@@ -1,5 +1,7 @@
 """The profile as the reference solutions see it: fine nodes, one-sided slopes, refined extremes."""
 
+import bisect
+import functools
 import math
 
 import numpy as np
@@ -35,6 +37,7 @@ class Ground:
         self.heights = np.asarray(indenter.height(self.nodes), float)
         self._aside = 4e-15 * max(abs(self.lo), abs(self.hi))
         self._kinks = np.union1d(self.corners, [self.lo, self.hi])
+        self._last = self._kinks.size - 1
 
     def height(self, x):
         """f(x)."""
@@ -42,6 +45,10 @@ class Ground:
 
     def slope(self, x, side):
         """f'(x), at corners and ends on this side (±1) of them."""
+        if np.ndim(x) == 0:
+            kink = self._kinks[min(bisect.bisect_left(self._kinks, x - self._aside), self._last)]
+            at = kink + 2 * side * self._aside if abs(x - kink) <= self._aside else x
+            return np.asarray(self.indenter.slope(at), float)
         x = np.asarray(x, float)
         near = np.searchsorted(self._kinks, x - self._aside)
         kink = self._kinks[np.minimum(near, self._kinks.size - 1)]
@@ -52,6 +59,20 @@ class Ground:
         """Nodes strictly inside."""
         first = np.searchsorted(self.nodes, low, side="right")
         return self.nodes[first : np.searchsorted(self.nodes, high, side="left")]
+
+    @functools.cached_property
+    def extremes(self):
+        """All x at which f is least or largest among its neighbours, refined, in order."""
+        x, f = self.nodes, self.heights
+        dips = [at for at, _ in refined_minima(self.height, x, f, math.inf)]
+        tops = [at for at, _ in refined_minima(lambda s: -self.height(s), x, -f, math.inf)]
+        return np.unique(dips + tops)
+
+    @functools.cached_property
+    def monotone(self):
+        """Places between which f rises or falls, and f there."""
+        x = np.union1d(self.nodes, self.extremes)
+        return x, self.height(x)
 
     def lowest(self, tie):
         """min f and all x where f is that to within `tie`."""

@@ -19,8 +19,9 @@ from .totals import polished, state_of
 
 TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
 ROUNDS, FINER, AROUND = 5, 4.0, 8
-MOST, JOINED = 12, 1e-4  # rounds; of the feature
-CLOSE, PULLED = 1e-3, 1e-9  # of the feature; of the depths: a pull
+MOST, JOINED = 12, 1e-5  # rounds; of the feature
+CLOSE, PULLED = (1e-3, 1e-4, 1e-5), 1e-9  # of the feature; of the depths: a pull
+APART = 1e-9  # of the feature: nodes closer than that are one
 
 
 def obstacle(scene, feature, depth):
@@ -29,7 +30,14 @@ def obstacle(scene, feature, depth):
     ground = Ground(scene.indenter, min(feature, surface.length))
     tie = TIE * (abs(depth) + abs(float(ground.heights.min())))
     free, extra = Surfaces(ground, surface, tie), ground.lowest(tie)[1]
-    extra = [*extra, *_stretched(ground, surface.length, depth)]
+    inside = ground.corners[(ground.corners > ground.lo) & (ground.corners < ground.hi)]
+    beside = JOINED * ground.feature  # a gap opens at every corner that points inwards
+    extra = [
+        *extra,
+        *_stretched(ground, surface.length, depth),
+        *(inside - beside),
+        *(inside + beside),
+    ]
     for _ in range(MOST):
         lines = _lines(ground, surface, depth, extra)
         ends = [-math.inf, *lines, math.inf]
@@ -46,36 +54,51 @@ def obstacle(scene, feature, depth):
 
 
 def _stretched(ground, length, depth):
-    """Three nodes around every place where the profile would pull most."""
-    near = CLOSE * ground.feature
+    """Nodes close to every place where the profile would pull most, which may be at a knot."""
+    near = min(CLOSE) * ground.feature
 
     def stress(x):
         rise = ground.slope(x + near, -1) - ground.slope(x - near, 1)
         return depth - ground.height(x) + length**2 * rise / (2 * near)
 
-    x, least = ground.nodes[1:-1], PULLED * (abs(depth) + abs(float(ground.heights.min())))
+    x = np.union1d(ground.nodes, np.asarray(ground.indenter.knots, float))
+    x = x[(x > ground.lo + near) & (x < ground.hi - near)]
+    least = PULLED * (abs(depth) + abs(float(ground.heights.min())))
     for at, value in refined_minima(stress, x, stress(x), -least):
         if value < -least:
-            yield from (at - near, at, at + near)
+            yield at
+            for close in CLOSE:
+                yield from (at - close * ground.feature, at + close * ground.feature)
 
 
 def _lines(ground, surface, depth, extra):
     """Lines of the hull over the ground's nodes and `extra`, zoomed in on and polished."""
-    nodes, step = np.union1d(ground.nodes, extra), ground.step
-    kept = np.union1d(extra, ground.corners)
+    step = ground.step
+    kept = _with(ground.corners, np.unique(extra), APART * ground.feature)
+    nodes = _with(kept, ground.nodes, step / 8)
     noise = ROUNDING * (abs(depth) + abs(float(ground.heights.min())))
     lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
     for _ in range(ROUNDS):
         step /= FINER
         near = np.arange(-AROUND, AROUND + 1) * step
         nodes = np.unique(np.concatenate([nodes, *(x + near for x in lines)]))
-        nodes = nodes[(nodes >= ground.lo) & (nodes <= ground.hi)]
-        apart = np.diff(nodes, prepend=-math.inf) > step / 8
-        nodes = nodes[apart | np.isin(nodes, kept)]
+        nodes = _with(kept, nodes[(nodes >= ground.lo) & (nodes <= ground.hi)], step / 8)
         lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
     if lines.size and (lines[0] <= ground.lo or lines[-1] >= ground.hi):
         raise Outside("the contact reaches an end of the profile")
     return polished(_joined(lines, ground), depth, ground, surface) if lines.size else lines
+
+
+def _with(kept, nodes, least):
+    """These nodes and those of some others (sorted) that are farther than `least` from any.
+
+    Two as close as rounding would hold each other on the hull, however low they lie.
+    """
+    nodes = nodes[np.diff(nodes, prepend=-math.inf) > least]
+    ends = np.concatenate([[-math.inf], kept, [math.inf]])
+    after = np.searchsorted(ends, nodes)
+    apart = np.minimum(nodes - ends[after - 1], ends[after] - nodes)
+    return np.union1d(kept, nodes[apart > least])
 
 
 def _joined(lines, ground):

@@ -13,15 +13,17 @@ import numpy as np
 
 from discretization import AccuracyWarning, NotCertifiedError, load_path
 
-from .controls import Control, reading_of
+from .controls import Control
 from .depth_paths import depth_path_of
 from .ground import Outside
 from .path_scenes import path_case, programme
+from .unique import reading_of
 
 EXACT, TOPS = 1e-7, 1e-4  # of the scales: states, and depths of the tops of C
 AWAY = 1e-6  # of the range of the control: values so near to a jump are not asked for
 LOST = 1e-5  # of the energies: jumps that lose less are not asked for
-NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes wrong
+NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes looked at closer
+CLOSER = 8  # times as many nodes must then agree as well as NODES[1] should have: it converges
 FEWEST, FINEST = 10, 400  # nodes per least length that say something, and the most per l
 SECOND = 4.0  # times (spacing/length)², of the scales
 METHODS = ("fitted", "lattice")
@@ -71,10 +73,11 @@ def path_verdicts(kind, seed, methods=METHODS):
     for method, (history, word, why, seconds) in answers.items():
         nodes = nodes_of(case, method)
         faults = differences(case, history, truth, nodes) if word == "right" else []
-        if faults and nodes:
-            nodes = resolved(case, NODES[1])
-            history, word, why, seconds = answer(case, values, nodes)
-            faults = differences(case, history, truth, nodes) if word == "right" else []
+        asked = resolved(case, NODES[1])
+        for finer in (1, CLOSER):
+            if faults and nodes:
+                history, word, why, seconds = answer(case, values, finer * asked)
+                faults = differences(case, history, truth, asked) if word == "right" else []
         word, why = ("wrong", "; ".join(faults)) if faults else (word, why)
         found[method] = PathVerdict(word, why, history, truth, seconds, other)
     return found
@@ -157,6 +160,8 @@ def differences(case, history, truth, nodes):
         if len(scene.indenter.corners) or scene.pattern is not None:
             tolerance += FIRST / nodes
     end = _unsure(truth, window)
+    if nodes:
+        end = min(end, _blunt(case, truth, least_length(case) / nodes))
     at = [jump.value for jump in truth.jumps]
     faults = []
     for i in range(end):
@@ -177,6 +182,22 @@ def _unsure(truth, window):
         if any(j.step == i and abs(values[i] - j.value) <= window for j in truth.jumps):
             end = min(end, int(i))
     return end
+
+
+def _blunt(case, truth, spacing):
+    """The first step at which a corner between two nodes lets go of a contact of no width.
+
+    On nodes that corner is a flat facet, however close they are, and holds longer.
+    """
+    corners = np.asarray(case.scene.indenter.corners, float)
+    found = [
+        jump.step
+        for jump in truth.jumps
+        if jump.before.lines and not jump.after.lines and jump.first.half_width < spacing
+        for x in corners[np.abs(corners - jump.before.lines[0]) < spacing].tolist()
+        if abs(x / spacing - round(x / spacing)) > 1e-9
+    ]
+    return min(found, default=len(truth.values))
 
 
 def _step(case, history, truth, i, tolerance, nodes):

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.optimize import brentq
 
-from .ground import Ground, Outside, refined_minima
+from .ground import Ground, Outside
 from .totals import NOTHING, State, points
 
 ROUNDING = 1e-15
@@ -29,12 +29,8 @@ def of_level(scene, ground, contacts, depth):
 
 def intervals(ground, depth):
     """Where f <= depth (m, 2). Outside if that reaches an end of the profile."""
-    x, f = ground.nodes, ground.heights
-    size = np.abs(f).max()
-    dips = [at for at, _ in refined_minima(ground.height, x, f, depth)]
-    tops = [at for at, _ in refined_minima(lambda s: -ground.height(s), x, -f, -depth)]
-    x = np.union1d(x, dips + tops)
-    inside = ground.height(x) <= depth + ROUNDING * size
+    x, f = ground.monotone
+    inside = f <= depth + ROUNDING * np.abs(f).max()
     if inside[0] or inside[-1]:
         raise Outside("the contact reaches an end of the profile")
     edges = np.flatnonzero(inside[1:] != inside[:-1])

@@ -15,6 +15,7 @@ with a pattern against that of the patch they move over (adhesion.py). The walk 
 one likes: both rules, and the order of moves, hold from any state at rest.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -27,6 +28,9 @@ from .surfaces import surface_of
 MOVE = 1 / 4  # of the feature: the farthest a line moves before touching is looked for
 SINK = 0.6  # of δ₀: the farthest the depth grows at once
 ROUGHLY, CLOSELY = 1e-4, 1e-11  # of the feature: what counts as moved, on the way and at its end
+SLOW, PART = 0.6, 0.5  # ratio of moves that are slow, and the part of their rest gone at once
+ABOUT = 1e-7  # of what holds a line: by less it is about to move
+LEAP = 1e-3  # of the feature: the farthest gone at once
 TIE = 1e-13  # of the depths of the scene: rounding of v
 
 
@@ -129,19 +133,66 @@ class Walk:
 
         way: +1 outwards, -1 inwards. A line that has moved is due again, and the one it faces.
         """
-        self._due, i = [True] * len(self.lines), -1
+        self._due, self.turns, moves = [True] * len(self.lines), 0, []
         while any(self._due):
-            i = self._due.index(True, i + 1) if any(self._due[i + 1 :]) else self._due.index(True)
-            self._due[i] = False
-            self.turns += 1
-            if self.turns > self.most:
-                raise Outside("two lines that face each other come to rest too slowly")
-            far = self._advance(i) if way > 0 else self._recede(i)
-            if far > least * self.feature:
-                side = 1 if i % 2 else -1
-                for one in (i, i + side):
-                    if 0 <= one < len(self.lines):
-                        self._due[one] = True
+            before, i = list(self.lines), 0
+            while i < len(self.lines):
+                if self._due[i]:
+                    self._turn(i, way, least)
+                i += 1
+            if len(self.lines) != len(before):
+                moves = []
+                continue
+            moves = [*moves[-2:], np.subtract(self.lines, before)]
+            if len(moves) == 3 and self._leap(moves, way):
+                moves = []
+
+    def _turn(self, i, way, least):
+        """Move one line to where it rests."""
+        self._due[i] = False
+        self.turns += 1
+        if self.turns > self.most:
+            raise Outside("two lines that face each other come to rest too slowly")
+        far = self._advance(i) if way > 0 else self._recede(i)
+        if far > least * self.feature:
+            side = 1 if i % 2 else -1
+            for one in (i, i + side):
+                if 0 <= one < len(self.lines):
+                    self._due[one] = True
+
+    def _leap(self, moves, way):
+        """Whether lines whose moves are a slow geometric series went part of the rest at once.
+
+        moves: of the last three rounds. They may where every line that moved would still move on,
+        and nothing touches. Two lines that come close to moving together for good do so more
+        slowly the closer they are, so that a part of the rest is never beyond it.
+        """
+        sizes = [float(np.abs(move).max()) for move in moves]
+        if min(sizes) <= 0 or not all(
+            SLOW < b / a < 1 / SLOW for a, b in itertools.pairwise(sizes)
+        ):
+            return False
+        rested, rate = list(self.lines), sizes[2] / sizes[1]
+        part = min(PART * rate / max(abs(1 - rate), 1e-9), LEAP * self.feature / sizes[2])
+        self.lines = (np.array(rested) + part * moves[-1]).tolist()
+        moved = np.flatnonzero(moves[-1]).tolist()
+        if (np.diff(self.lines) >= 0).all() and all(self._moves_on(i, way) for i in moved):
+            everywhere = range(len(self.lines) // 2 + 1)
+            if not any(v + self.tie < 0 for i in everywhere for v, _ in self._dips(i)):
+                return True
+        self.lines = rested
+        return False
+
+    def about(self, i, way):
+        """Whether a line is about to advance (way = 1) or to recede (-1): neither, if held."""
+        x, side = self.lines[i], 1 if i % 2 else -1
+        slack = ABOUT * float(self.adhesion.deficit(x, side * way, way))
+        return float(self._drive(i, side, way)(x, 1)) < slack
+
+    def _moves_on(self, i, way):
+        """Whether a line would move on from where it is."""
+        x, side = self.lines[i], 1 if i % 2 else -1
+        return float(self._drive(i, side, way)(x, 1)) < 0
 
     def _insert(self, at):
         """A contact of no width here."""
@@ -226,6 +277,11 @@ class Walk:
 
     def _rest(self, i, side, start, limit, way):
         """First rest of a line moving outwards (way = 1) or inwards; whether it met the limit."""
+        meets = way < 0 or self._facing(i, side)[1] is not None
+        return first_rest(self._drive(i, side, way), start, limit, meets, self.ground)
+
+    def _drive(self, i, side, way):
+        """drive(x, ahead) >= 0: a line does not move on from x, as it looks ahead (1) or back."""
         other = self._facing(i, side)[1]
         lean, ground = self.surface.lean, self.ground
 
@@ -234,4 +290,4 @@ class Walk:
             deficit = self.adhesion.deficit(x, toward, way)
             return way * (lean(side * ground.slope(x, toward)) + tilt - deficit)
 
-        return first_rest(drive, start, limit, way < 0 or other is not None, ground)
+        return drive

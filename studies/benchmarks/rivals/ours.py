@@ -70,7 +70,7 @@ def shortest(task: Task, size: float) -> tuple[Solve, int]:
     nodes, g = rough(int(size))
 
     def solve() -> Answer:
-        found = global_minimum(nodes, g)
-        return Answer(math.nan, math.nan, 1 + found.proof.violation, math.nan)
+        _, proof = global_minimum(nodes, g)
+        return Answer(math.nan, math.nan, 1 + proof.violation, math.nan)
 
     return solve, int(size)

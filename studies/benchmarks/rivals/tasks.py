@@ -162,7 +162,8 @@ def _rough() -> Task:
 
 def _integers(task: Task, size: float) -> tuple[Solve, int]:
     lattice, g = rough(int(size))
-    proven, oracle = global_minimum(lattice, g).energy, Oracle(lattice, int(size), "integer")
+    (_, proof), oracle = global_minimum(lattice, g), Oracle(lattice, int(size))
+    proven = proof.attained
     return lambda: Answer(math.nan, math.nan, oracle.solve(g).energy / proven, math.nan), int(size)
 
 

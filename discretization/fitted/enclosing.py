@@ -1,0 +1,195 @@
+"""The event on a way of free surfaces, enclosed between two depths as close as those are known.
+
+What runs out at an event is known in between, and all but linear in the depth: the square of the
+stiffness against moving the lines of a surface, its least clearance, the width of a contact. So the
+next depth to try is where it would be zero; one in the middle, where that does not halve the range.
+Where an equilibrium disappears is solved for (rests.py), where lines meet is read off the
+polynomials of their motion, and both are only tried on either side.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from discretization.certificate import NotCertifiedError
+from discretization.fitted.rests import TIE
+from discretization.fitted.trials import PARTS, Trials, Tried
+
+_CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
+_WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
+_MOST = 400  # trials: with the next rule three times as many as halvings of a double
+_FOLDS = 4  # times that an equilibrium is looked for that disappears
+_MEETS = 1e-9  # of the way: where polynomials say that lines meet
+_PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
+
+
+@dataclass(eq=False)
+class Enclosing:
+    """An event between `low`, up to which nothing happens, and `high`, which fails.
+
+    start: where the way began; older: the trial before `low`; involved: the surfaces to which it
+    happens; parts: of the next trials; aim, away: the depth where something runs out, and how far
+    that was from `low`; widths: of the ranges so far; folds: times that an equilibrium may yet be
+    looked for that disappears, fresh: whether `low` is new since the last time.
+    """
+
+    trials: Trials
+    low: Tried
+    high: Tried
+    start: float
+    parts: int = 1
+    passed: bool = False
+    aim: float = math.nan
+    away: float = math.inf
+    folds: int = _FOLDS
+    fresh: bool = True
+    widths: list[float] = field(default_factory=lambda: [math.inf] * _PATIENCE)
+
+    def __post_init__(self) -> None:
+        self.involved = self.trials.involved(self.high, self.start)
+        rooms = self.low.rooms or self.trials.rooms(self.low, self.involved, self.high.depth)
+        self.low = self.older = self.low._replace(rooms=rooms)
+
+    @property
+    def width(self) -> float:
+        """Of the range of depths."""
+        return self.high.depth - self.low.depth
+
+    @property
+    def least(self) -> float:
+        """How close depths are known."""
+        return _CLOSE * self.trials.motion.rests.size
+
+    @property
+    def done(self) -> bool:
+        """Whether the depths are as close as they are known, or nothing happens."""
+        low, width = self.low.depth, self.width
+        return not self.high.failed or abs(width) <= self.least or low + width / 2 == low
+
+    def run(self) -> tuple[Tried, Tried, set[int]]:
+        """The last depth before the first event, the first one beyond, and to what it happens.
+
+        Or a depth to which nothing happens, twice.
+        """
+        for _ in range(_MOST):
+            self._solve()
+            if self.done:
+                return (self.low if self.high.failed else self.high), self.high, self.involved
+            depth, meets = self._next()
+            tried = self.trials.tried(
+                self.low.lines, self.involved, self.low.depth, depth, self.parts
+            )
+            if meets:
+                tried = self.trials.in_parts(self.low, tried, self.involved)
+            if self._take(tried):
+                return self.low, self.low, self.involved
+        raise NotCertifiedError(
+            f"the event near depth = {self.low.depth!r} is not enclosed; try other depths"
+        )
+
+    def _solve(self) -> None:
+        """Where nothing is known to happen: look for a fold, then for shorter parts of the way."""
+        unknown = self.high.failed and not self.high.known and abs(self.width) > self.least
+        if unknown and self.folds and self.fresh:
+            self.folds, self.fresh = self.folds - 1, False
+            self.low, self.high = self._beside_fold(self.low, self.high, self.involved)
+        if self.parts == 1 and not self.high.known and abs(self.width) > self.least:
+            high, self.parts = self.trials.in_parts(self.low, self.high, self.involved), PARTS[0]
+            self.high = high if high.failed else high.after(self.low)
+
+    def _next(self) -> tuple[float, bool]:
+        """The next depth to try, and whether lines are expected to meet there."""
+        low, high, width = self.low, self.high, self.width
+        last, self.aim = (self.aim, self.away), _runs_out(self.older, low, high)
+        meets = not math.isnan(high.aim)
+        if meets:
+            self.aim, last = high.aim, (high.aim * (1 + _MEETS), math.inf)
+            self.high = high._replace(aim=math.nan)
+        self.away = abs(self.aim - low.depth)
+        off = abs(self.aim - last[0]) * min(1.0, self.away / (last[1] or self.away or 1.0))
+        self.widths.append(abs(width))
+        closing = self.away < last[1] / 8
+        slow = self.widths[-1] > self.widths[-1 - _PATIENCE] / 2 and not closing
+        if self.passed and not high.known and not 0 < (self.aim - low.depth) / width < 1:
+            return high.depth, meets  # from here nothing may happen
+        if slow:
+            return low.depth + width / 2, meets
+        return _towards(low, high, self.aim, off + self.least / 4), meets
+
+    def _take(self, tried: Tried) -> bool:
+        """The range after a trial; whether lines only come free at its lower end."""
+        self.passed = not tried.failed
+        if not self.passed:
+            self.high = tried
+            self.involved = self.trials.involved(tried, self.start) & self.involved
+            return False
+        self.older, self.low, self.fresh = self.low, tried.after(self.low), True
+        if self._released(self.older, self.low, sorted(self.involved)):
+            return True
+        if tried.depth == self.high.depth:
+            self.high = self.low
+        return False
+
+    def _released(self, before: Tried, after: Tried, which: list[int]) -> bool:
+        """Whether lines of these surfaces that were held on the way come free at its end."""
+        way, size = (1 if after.depth > before.depth else -1), self.trials.motion.rests.size
+        lines = after.lines[which]
+        held = np.isfinite(lines) & (lines == before.lines[which])
+        if not held.any():
+            return False
+        left = way * (self.trials.motion.rests.ahead(lines, way) - after.depth)
+        return bool((held & (left <= TIE * size)).any())
+
+    def _beside_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
+        """Just before and beyond where an equilibrium disappears, if that is found; else these."""
+        start, least = low.depth, self.least
+        way = 1 if high.depth > start else -1
+        lost = [i for i in sorted(high.failed) if math.isnan(high.rooms["stiff", i])]
+        folds = [self.trials.motion.rests.fold(low.lines[i], way) for i in lost]
+        steps = (way * (fold - start) for fold in folds)
+        ahead = [step for step in steps if -least < step < abs(high.depth - start)]
+        if not ahead:
+            return low, high
+        step, before = max(min(ahead), 0.0), low
+        if step > least / 2:
+            before = self.trials.to(low.lines, which, start, start + way * (step - least / 2))
+            if before.failed:  # something else happens before that
+                return low, before
+            before = before.after(low)
+        beyond = start + way * (step + least / 2)
+        tried = self.trials.tried(before.lines, which, before.depth, beyond)
+        return before, tried if tried.failed else high
+
+
+def _runs_out(older: Tried, low: Tried, high: Tried) -> float:
+    """The first depth at which something is used up, if it changes linearly; nan: not known.
+
+    By the secant through `low` and the nearer of the other two.
+    """
+    found = [math.nan]
+    for key, room in low.rooms.items():
+        other, before = high.rooms.get(key, math.nan), older.rooms.get(key, math.nan)
+        ahead, behind = high.depth - low.depth, low.depth - older.depth
+        closer = abs(behind) < abs(ahead) or not other < 0
+        if before > room > 0 and closer:
+            found.append(behind * room / (before - room))
+        elif other < 0 < room:
+            found.append(ahead * room / (room - other))
+    return low.depth + min(found, key=lambda step: math.inf if math.isnan(step) else abs(step))
+
+
+def _towards(low: Tried, high: Tried, aim: float, off: float) -> float:
+    """The next depth to try: a little before what is aimed at, or if that is near, beyond it.
+
+    off: how far the aim may be off. The middle, where neither encloses the event much closer.
+    """
+    width, middle = high.depth - low.depth, (low.depth + high.depth) / 2
+    share, part = (aim - low.depth) / width, off / abs(width)
+    if not (-part < share < 1 and part < _WORTH):  # nan: not known
+        return middle
+    depth = low.depth + width * (share - part if share > 2 * part else share + 2 * part)
+    inside = min(low.depth, high.depth) < depth < max(low.depth, high.depth)
+    return depth if inside else middle
