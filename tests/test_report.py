@@ -37,7 +37,7 @@ def test_every_figure_is_in_the_page_and_every_link_leads_to_a_file_beside_it(fo
             assert f"<h2 id={link[1:]}>" in made
         else:
             assert (folder / link).is_file()
-    assert {"tolerance/tolerance.pdf", "path_speed/path_speed.csv"} < set(links)
+    assert {"tolerance/tolerance.csv", "path_speed/path_speed.csv"} < set(links)
 
 
 def test_a_study_answers_before_its_figures_which_have_captions(made):

@@ -1,4 +1,4 @@
-"""What all studies share: options, figures as PNG and PDF, tables that say how they were made."""
+"""What all studies share: options, figures, tables that say how they were made."""
 
 import importlib
 import math
@@ -69,7 +69,7 @@ def test_no_jobs_are_refused(capsys):
 
 
 @pytest.mark.parametrize("name", FAST)
-def test_a_quick_study_leaves_png_pdf_and_a_table_that_says_how(name, tmp_path, monkeypatch):
+def test_a_quick_study_leaves_a_picture_and_a_table_that_says_how(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     depths = (DEPTH, "depth = [1e-6, 0.0]")
     writer(tmp_path / "scene.toml")(depths, (SURFACES, "w = [1e-4, 2e-4]"))
@@ -83,7 +83,7 @@ def test_a_quick_study_leaves_png_pdf_and_a_table_that_says_how(name, tmp_path, 
     assert pictures
     for picture in pictures:
         assert picture.read_bytes().startswith(b"\x89PNG")
-        assert picture.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
+        assert not picture.with_suffix(".pdf").exists()
     tables = sorted((tmp_path / "out").glob("*.csv"))
     for one, count in zip(tables, rows, strict=True):
         head = [line[2:] for line in one.read_text("utf-8").splitlines() if line[0] == "#"]

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from energy import FlatPunch, Indenter, Scene, cards
-from studies.verify.mesh import Array, Fitted, Grid, Mesh
+from studies.verify.mesh import Array, Grid
 from studies.verify.observe import brink
-from studies.verify.scenes import GAMMA1, PARABOLA, PUNCH, WEDGE, case, constants, gel
+from studies.verify.scenes import PARABOLA, PUNCH, WEDGE, case, constants, gel
 
 GRID = Grid(100, 0.23)
-ANGLE_CELLS = (4, 8, 16, 32, 64, 128, 256)
-ANGLE_SHIFTS = (0.0, 0.23, 0.5, 0.81)
 
 
 class Meniscus(NamedTuple):
@@ -45,15 +42,6 @@ class Outside(NamedTuple):
     at_line: float
 
 
-class Angles(NamedTuple):
-    """Relative error of the measured π - θ for each number of links per l, and fitted."""
-
-    gamma1: float
-    cells: Array
-    errors: Array
-    fitted: float
-
-
 class Branch(NamedTuple):
     """a(d) and P(d) of a case study: simulated at `depths`, closed forms at `dense`."""
 
@@ -72,7 +60,6 @@ class Curves(NamedTuple):
 
     meniscus: Meniscus
     outside: list[Outside]
-    angles: list[Angles]
     branches: list[Branch]
 
 
@@ -93,9 +80,9 @@ class Study(NamedTuple):
 
 def simulate(points: int) -> Curves:
     """All curves; `points` simulated states on each branch."""
-    shapes, tensions = studies(), (0.012, GAMMA1, 0.19)
-    branches = [branch(shape, points) for shape in shapes]
-    return Curves(meniscus(), [*map(outside, shapes)], [*map(angles, tensions)], branches)
+    shapes = studies()
+    branches = [branch(shape, points) for shape in shapes if points]
+    return Curves(meniscus(), [*map(outside, shapes)], branches)
 
 
 def studies() -> tuple[Study, ...]:
@@ -154,18 +141,6 @@ def outside(study: Study) -> Outside:
     given = {"k": scene.stiffness, "gamma1": scene.gamma1}
     closed_form = np.array(cards.tail.displacement(x, a=a, u_a=u_a, **given))
     return Outside(study.name, distance, u / delta0, closed_form / delta0, u_a / delta0)
-
-
-def angles(gamma1: float, cells: Sequence[int] = ANGLE_CELLS) -> Angles:
-    """Error of π - θ against Eq. (15): worst over shifts of the grid; on the fitted mesh."""
-    scene = gel(PARABOLA, gamma1=gamma1)
-    expected = cards.contact_line.angle_deficit_small(scene.work_of_adhesion, gamma1)
-
-    def error(mesh: Mesh) -> float:
-        return math.fabs(mesh.solve(scene, 0.0).angle_deficit / expected - 1)
-
-    errors = [max(error(Grid(n, shift)) for shift in ANGLE_SHIFTS) for n in cells]
-    return Angles(gamma1, np.array(cells), np.array(errors), error(Fitted()))
 
 
 def branch(study: Study, points: int) -> Branch:

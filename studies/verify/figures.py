@@ -7,7 +7,7 @@ import numpy as np
 
 from energy.units import prefixed
 from studies.shared.figures import BLUE, COLOURS, LINE, MARKERS, ORANGE, Figure, canvas
-from studies.verify.curves import Angles, Branch, Meniscus, Outside
+from studies.verify.curves import Branch, Meniscus, Outside
 
 LEAST = 1e-9  # difference that is drawn
 LAYER, BASE, BODY = "#d9d9d9", "#7f7f7f", "#bcd4e6"
@@ -89,30 +89,6 @@ def free_surface(shapes: Sequence[Outside]) -> Figure:
     bottom.set_ylim(LEAST / 2, 1e-3)
     bottom.set_title(f"Difference to Eq. (6), 100 links per l (below {LEAST:.0e}: drawn there)")
     bottom.grid(alpha=0.3)
-    return figure
-
-
-def contact_angle(curves: Sequence[Angles]) -> Figure:
-    """Relative error of the measured π - θ against Δx/l, with a line of second order.
-
-    The fitted mesh has no spacing: its error is a level. One below rounding is drawn at rounding.
-    """
-    (figure, axes), unit = canvas(7, 5), prefixed([curve.gamma1 for curve in curves], "N/m")
-    for curve, colour, marker in zip(curves, COLOURS, MARKERS, strict=False):
-        name = f"γ₁ = {curve.gamma1 / unit.size:.0f} {unit.symbol}"
-        style: dict[str, Any] = {"color": colour, "marker": marker}
-        axes.loglog(1 / curve.cells, curve.errors, label=f"lattice, {name}", **style)
-        level = np.full(2, max(curve.fitted, np.finfo(float).eps))
-        ends = 1 / curve.cells[[0, -1]]
-        axes.loglog(ends, level, ls=":", mfc="white", label=f"fitted mesh, {name}", **style)
-    spacing = 1 / curves[0].cells
-    least = min(float(curve.errors[-1]) for curve in curves)
-    guide = 0.4 * least * (spacing / spacing[-1]) ** 2
-    axes.loglog(spacing, guide, "--", color="black", label="second order")
-    axes.set(xlabel="spacing of the lattice  Δx/l", ylabel="relative error of  π - θ")
-    axes.set_title("The simulated angle converges to that of Eq. (15), √(2w/γ₁)")
-    axes.grid(which="both", alpha=0.25)
-    axes.legend(loc="center right", fontsize=9)
     return figure
 
 
