@@ -9,14 +9,14 @@ import pytest
 from scene_files import DEPTH, SURFACES, writer
 
 from energy.units import prefixed, quantity
-from studies import MODULES, TIMED
+from studies import MODULES, TIMED, sphere
 from studies import __main__ as command_line
 from studies.shared import command, figures, table
 
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
 FAST = {  # its words, and the rows of its tables in the order of their names
-    "tolerance": (["tolerance"], 180, 300),
-    "path_speed": (["path_speed"], 4, 2),
+    "tolerance": (["tolerance"], 480),
+    "speed": (["speed"], 9),
     "stress": (["stress", "--grids", "fitted", "lattice"], 147),
     "rough": (["rough"], 180),
     "sweep": (["sweep", "SCENE"], 4),
@@ -95,10 +95,16 @@ def test_a_quick_study_leaves_a_picture_and_a_table_that_says_how(name, tmp_path
         assert len(table.read(one)) == count
 
 
+@pytest.fixture
+def _few_spheres(monkeypatch):
+    monkeypatch.setattr(sphere, "QUICK", sphere.Parameters((0.1, 1.0), (1.0,), (0.1,)))
+
+
+@pytest.mark.usefixtures("_few_spheres")
 def test_the_command_of_a_table_makes_it_again(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    path = tmp_path / "out" / "tolerance.csv"
-    command_line.main(["tolerance", "--quick", "--jobs", "1", "--out", "out"])
+    path = tmp_path / "out" / "sphere.csv"
+    command_line.main(["sphere", "--quick", "--jobs", "1", "--out", "out"])
     first = path.read_bytes()
     told = first.decode("utf-8").splitlines()[0]
     words = shlex.split(told.removeprefix("# command: "))
@@ -108,12 +114,13 @@ def test_the_command_of_a_table_makes_it_again(tmp_path, monkeypatch):
     assert path.read_bytes() == first  # to the last bit, header and all
 
 
+@pytest.mark.usefixtures("_few_spheres")
 def test_jobs_do_not_change_the_numbers(tmp_path):
     for jobs in ("1", "2"):
         out = str(tmp_path / jobs)
-        assert command_line.main(["tolerance", "--quick", "--jobs", jobs, "--out", out]) == 0
-    rows = [table.read(tmp_path / jobs / "tolerance.csv") for jobs in ("1", "2")]
-    assert rows[0] == rows[1] and len(rows[0]) == 180
+        assert command_line.main(["sphere", "--quick", "--jobs", jobs, "--out", out]) == 0
+    rows = [table.read(tmp_path / jobs / "sphere.csv") for jobs in ("1", "2")]
+    assert rows[0] == rows[1] and len(rows[0]) == 3
 
 
 def test_a_table_is_read_as_it_was_written(tmp_path):
