@@ -13,14 +13,14 @@ import functools
 import importlib.util
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 
 from discretization import Lattice
-from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from energy import ElasticLayer, Parabola, Sampled, Scene, SurfaceEnergies
 from studies.shared.types import Array
 
 RADIUS = 10.0
@@ -36,20 +36,21 @@ class Answer(NamedTuple):
     success: bool = True
 
 
-def elastic(w: float, radius: float, slopes: str = "small", geometry: str = "line") -> Scene:
-    """A parabola, or a sphere, on a layer with k = γ₁ = 1."""
+def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
+    """A parabola on a layer with k = γ₁ = 1."""
     surfaces = SurfaceEnergies.from_work(1.0, w)
-    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes, geometry=geometry)
+    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes)
 
 
-def rough(n: int) -> tuple[Lattice, Array]:
-    """d - f for a parabola with four waves of random phase, n nodes over 16 l."""
+def rough(n: int) -> tuple[Scene, dict[str, Any]]:
+    """A parabola with four waves of random phase over 16 l, and options for n nodes on it."""
     scene, rng = elastic(0.05, RADIUS), np.random.default_rng(5)
-    x = np.linspace(-8, 8, n)
-    waves = sum(
-        0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6)) for j in (1, 2, 3, 5)
-    )
-    return Lattice.of(scene, 16 / (n - 1), 0.0), 0.5 - x * x / (2 * RADIUS) + waves
+    x = np.linspace(-8, 8, n // 2 * 2 + 1)
+    z = x * x / (2 * RADIUS)
+    for j in (1, 2, 3, 5):
+        z -= 0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6))
+    options = {"branch": "global", "spacing": float(x[1] - x[0])}
+    return replace(scene, indenter=Sampled(x, z)), options
 
 
 @dataclass(frozen=True, eq=False)
