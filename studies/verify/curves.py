@@ -32,16 +32,6 @@ class Meniscus(NamedTuple):
         return Meniscus(self.scene, a, d, self.x / size, self.u / size, self.closed_form / size)
 
 
-class Outside(NamedTuple):
-    """Free surface beside a shape: (x - a)/l, u/δ₀ simulated and by Eq. (6), u_a/δ₀."""
-
-    name: str
-    distance: Array
-    u: Array
-    closed_form: Array
-    at_line: float
-
-
 class Branch(NamedTuple):
     """a(d) and P(d) of a case study: simulated at `depths`, closed forms at `dense`."""
 
@@ -59,21 +49,19 @@ class Curves(NamedTuple):
     """Everything the figures show."""
 
     meniscus: Meniscus
-    outside: list[Outside]
     branches: list[Branch]
 
 
 class Study(NamedTuple):
     """A case study: name, scene, closed forms a(d) and P(d) and where they stand in the paper.
 
-    depths: range of d/δ₀ of the branch; shown: d/δ₀ at which the free surface is drawn.
+    depths: range of d/δ₀ of the branch.
     """
 
     name: str
     sources: tuple[str, str]
     scene: Scene
     depths: tuple[float, float]
-    shown: float
     half_width: Callable[[Any], Any]
     force: Callable[[Any], Any]
 
@@ -82,7 +70,7 @@ def simulate(points: int) -> Curves:
     """All curves; `points` simulated states on each branch."""
     shapes = studies()
     branches = [branch(shape, points) for shape in shapes if points]
-    return Curves(meniscus(), [*map(outside, shapes)], branches)
+    return Curves(meniscus(), branches)
 
 
 def studies() -> tuple[Study, ...]:
@@ -97,10 +85,10 @@ def studies() -> tuple[Study, ...]:
         (dry.parabola_half_width, dry.parabola_force),
     )
     return (
-        _study("flat punch", ("edge of the punch", "Eq. (11)"), PUNCH, -0.999, -0.98, laws[0]),
-        _study("wedge", ("Eq. (25)", "Eq. (27)"), WEDGE, end, -0.3, laws[1]),
-        _study("parabola", ("Eq. (33)", "Eq. (11)"), PARABOLA, -0.999, 1.2, laws[2]),
-        _study("parabola, w = 0", ("Eq. (39)", "Eq. (40)"), PARABOLA, 0.001, 0.6, laws[3], w=0.0),
+        _study("flat punch", ("edge of the punch", "Eq. (11)"), PUNCH, -0.999, laws[0]),
+        _study("wedge", ("Eq. (25)", "Eq. (27)"), WEDGE, end, laws[1]),
+        _study("parabola", ("Eq. (33)", "Eq. (11)"), PARABOLA, -0.999, laws[2]),
+        _study("parabola, w = 0", ("Eq. (39)", "Eq. (40)"), PARABOLA, 0.001, laws[3], w=0.0),
     )
 
 
@@ -109,13 +97,12 @@ def _study(
     sources: tuple[str, str],
     indenter: Indenter,
     least: float,
-    shown: float,
     laws: Any,
     **options: float,
 ) -> Study:
     scene, _, given = case(indenter, (), **options)
     width, force = (partial(law, **given) for law in laws)
-    return Study(name, sources, scene, (least, 1.5), shown, width, force)
+    return Study(name, sources, scene, (least, 1.5), width, force)
 
 
 def meniscus() -> Meniscus:
@@ -127,20 +114,6 @@ def meniscus() -> Meniscus:
     u = GRID.solve(scene, depth).displacement(x)
     closed_form = np.array(cards.flat_punch.displacement(x, a=a, **constants(scene)))
     return Meniscus(scene, a, depth, x, u, closed_form)
-
-
-def outside(study: Study) -> Outside:
-    """Free surface up to five decay lengths from the closed form's contact line."""
-    scene, delta0 = study.scene, gel(PUNCH).critical_separation
-    ell, d = scene.elastocapillary_length, study.shown * delta0
-    a = float(study.half_width(d))
-    distance = np.linspace(0, 5, 41)
-    x = a + ell * distance
-    u_a = d - float(scene.indenter.height(a))
-    u = GRID.solve(scene, d).displacement(x)
-    given = {"k": scene.stiffness, "gamma1": scene.gamma1}
-    closed_form = np.array(cards.tail.displacement(x, a=a, u_a=u_a, **given))
-    return Outside(study.name, distance, u / delta0, closed_form / delta0, u_a / delta0)
 
 
 def branch(study: Study, points: int) -> Branch:

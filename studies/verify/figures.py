@@ -7,9 +7,8 @@ import numpy as np
 
 from energy.units import prefixed
 from studies.shared.figures import BLUE, COLOURS, LINE, MARKERS, ORANGE, Figure, canvas
-from studies.verify.curves import Branch, Meniscus, Outside
+from studies.verify.curves import Branch, Meniscus
 
-LEAST = 1e-9  # difference that is drawn
 LAYER, BASE, BODY = "#d9d9d9", "#7f7f7f", "#bcd4e6"
 
 
@@ -65,31 +64,6 @@ def _draw_dimensions(axes: Any, data: Meniscus, h: float, unit: str) -> None:
     axes.text(edge, face + 0.3 * h, f"$|d_c|$ = {face:.2f} {unit}", ha="center", va="bottom")
     axes.annotate("", (0, face + 1.15 * h), (0, face + 0.65 * h), arrowprops=one)
     axes.text(0.06 * a, face + 0.95 * h, "pull", va="center")
-
-
-def free_surface(shapes: Sequence[Outside]) -> Figure:
-    """u(x) beside four shapes in scaled coordinates, Eq. (6) dashed, and the error below."""
-    figure, (top, bottom) = canvas(7.5, 7, 2, 1, sharex=True, height_ratios=(1.6, 1))
-    for i, shape in enumerate(shapes):
-        colour = COLOURS[i]
-        style: dict[str, Any] = {"color": colour, "marker": MARKERS[i], "markevery": (i, 4)}
-        top.plot(shape.distance, -shape.u, ls="", label=shape.name, **style)
-        top.plot(shape.distance, -shape.closed_form, "--", color=colour)
-        error = np.abs(shape.u - shape.closed_form) / abs(shape.at_line)
-        error = np.maximum(error, LEAST)
-        bottom.semilogy(shape.distance, error, lw=1, label=shape.name, **style)
-    top.plot([], [], "--", color="black", label="Eq. (6)")
-    top.axhline(0, color="black", lw=0.7, ls=":")
-    top.set(
-        ylabel="height of the surface  -u/δ₀",
-        title="Beside the contact the surface decays over the length l, as Eq. (6) says",
-    )
-    top.legend()
-    bottom.set(xlabel="distance from the contact line  (x - a)/l", ylabel="|difference| / |u(a)|")
-    bottom.set_ylim(LEAST / 2, 1e-3)
-    bottom.set_title(f"Difference to Eq. (6), 100 links per l (below {LEAST:.0e}: drawn there)")
-    bottom.grid(alpha=0.3)
-    return figure
 
 
 def case_studies(branches: Sequence[Branch]) -> Figure:

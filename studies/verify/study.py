@@ -76,10 +76,7 @@ def run(
 def plot(record: Record) -> dict[str, Figure]:
     """The figures by file name; that of the case studies where branches were drawn."""
     drawn = record.curves
-    found = {
-        "fig2.png": verify_figures.punch_and_meniscus(drawn.meniscus),
-        "free_surface.png": verify_figures.free_surface(drawn.outside),
-    }
+    found = {"fig2.png": verify_figures.punch_and_meniscus(drawn.meniscus)}
     if drawn.branches:
         found["case_studies.png"] = verify_figures.case_studies(drawn.branches)
     return found
@@ -90,7 +87,6 @@ COLUMNS += ["fitted", "limit", "verdict", "s"]
 RULES = "--- --- --: --: --- --: --: --: --- --: --: --- --:"
 CAPTIONS = {
     "fig2.png": "Fig. 2 of the paper from the simulation: a flat punch about to detach.",
-    "free_surface.png": "Shape of the free surface beside four indenters, Eq. (6).",
     "case_studies.png": "Half-width and force against depth, simulated and in closed form.",
 }
 
