@@ -11,7 +11,6 @@ from discretization.paths.plots import plot as figure
 from energy import Parabola, Wedge
 from studies.hysteresis import study as hysteresis
 from studies.pull_off import study as pull_off
-from studies.pull_off.conclusions import trend
 from studies.shared import loops
 from studies.shared.loops import INDENTERS, LAYER, LIFT, SIZE, WORK, Form
 from studies.shared.table import read
@@ -156,8 +155,8 @@ def test_pull_off_agrees_with_the_paper_and_the_parabola_law(pulls):
 
 def test_tension_helps_the_punch_and_the_parabola_and_weakens_the_wedge(pulls):
     flat, wedge, parabola = pulls
-    assert trend(flat.forces) == trend(parabola.forces) == 1
-    assert trend(wedge.forces[wedge.ratios < 1]) == -1
+    assert pull_off.trend(flat.forces) == pull_off.trend(parabola.forces) == 1
+    assert pull_off.trend(wedge.forces[wedge.ratios < 1]) == -1
     text = "\n".join(pull_off.conclusions(pulls))
     assert "flat punch (paper: tension helps): tension helps at every step: confirmed" in text
     assert "tan δ < α: tension weakens at every step: confirmed" in text
@@ -170,8 +169,8 @@ def test_the_conclusions_follow_the_numbers(pulls):
     swapped = "\n".join(pull_off.conclusions((flat, replace(flat, shape="wedge"), wedge)))
     assert "tension helps at every step: NOT confirmed" in swapped
     assert "parabola (paper: open): tension has no one sign" in swapped
-    assert trend(np.array([1.0, 2.0, 1.5])) == 0
-    assert trend(np.array([1.0, 2.0, 2.0])) == 0
+    assert pull_off.trend(np.array([1.0, 2.0, 1.5])) == 0
+    assert pull_off.trend(np.array([1.0, 2.0, 2.0])) == 0
 
 
 def test_the_global_pull_of_the_punch_is_the_maxwell_point(pulls):
@@ -188,15 +187,13 @@ def test_pull_off_writes_its_table_and_figures_and_fails_on_an_error(
     monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: pulls)
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "worst relative error" in capsys.readouterr().out
-    for name in ("", "_gain", "_maxwell"):
-        assert (tmp_path / f"pull_off{name}.png").stat().st_size > 2e4
+    assert (tmp_path / "pull_off_gain.png").stat().st_size > 2e4
     rows = read(tmp_path / "pull_off.csv")
     assert [float(row["force"]) for row in rows] == [*np.concatenate([c.forces for c in pulls])]
     first = pulls[0].pulls[0]
     wrong = first._replace(simulated=first.simulated._replace(depth=-LIFT * (1 + 2e-8)))
     spoilt = (replace(pulls[0], pulls=(wrong, *pulls[0].pulls[1:])), *pulls[1:])
     monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: spoilt)
-    monkeypatch.setattr(pull_off, "plot", lambda curves: {})
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 1
 
 

@@ -10,7 +10,7 @@ import pytest
 from discretization import Lattice
 from energy import SurfaceEnergies, cards
 from studies.shared.table import read
-from studies.verify import curves, mesh, scenes
+from studies.verify import figures, mesh, scenes
 from studies.verify import study as verify
 from studies.verify.checks import CHECKS
 from studies.verify.checks import axisymmetric as around_axis
@@ -250,7 +250,7 @@ def test_the_curves_lie_on_their_closed_forms(record):
     data = record.curves
     drawn = data.meniscus
     assert np.max(np.abs(drawn.u - drawn.closed_form)) < 1e-5 * abs(drawn.depth)
-    for case, study in zip(data.branches, curves.studies(), strict=True):
+    for case, study in zip(data.branches, figures.studies(), strict=True):
         force = np.asarray(study.force(case.depths))
         assert np.max(np.abs(case.forces - force)) < 1e-3 * np.max(np.abs(force))
         expected = np.asarray(study.half_width(case.depths))

@@ -10,9 +10,9 @@ import numpy as np
 
 from studies.applicability.figures import draw_conjecture, draw_maps, grid, worst_on_path
 from studies.applicability.record import PUNCH, Point, Record
+from studies.shared import Array
 from studies.shared.command import Output
 from studies.shared.table import Table, markdown
-from studies.shared.types import Array
 
 
 def within(steepness: Array, errors: Array, tolerance: float) -> float:

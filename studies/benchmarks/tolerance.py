@@ -27,12 +27,11 @@ import numpy as np
 
 from discretization import AccuracyWarning, NotCertifiedError, minimise
 from discretization.inside import on_lattice
-from studies.shared import command
+from studies.shared import QUANTITIES, command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.random_cases import Case, in_turn
 from studies.shared.table import Columns, Table
-from studies.shared.types import QUANTITIES
 
 FLOOR, ROUNDING = 1e-12, {"mesh": 1e-15, "nodes": 1e-13}  # of errors over the sums of their terms
 SHARE = 0.99

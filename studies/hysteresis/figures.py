@@ -9,10 +9,9 @@ from discretization.paths.plots import draw, units
 from energy import cards
 from energy.units import quantity as quantity_of
 from studies.hysteresis.record import Loop, Record
-from studies.shared import loops
+from studies.shared import Array, loops
 from studies.shared.figures import BLUE, Figure, canvas, shades
 from studies.shared.loops import INDENTERS, SIZE, WORK
-from studies.shared.types import Array
 
 
 def plot(record: Record, history: History) -> dict[str, Figure]:

@@ -12,8 +12,8 @@ from discretization.plots import BLUE, GREEN, GREY, ORANGE
 from discretization.plots import RIGID as RIGID
 from discretization.plots import SOFT as SOFT
 from discretization.plots import canvas as canvas
+from studies.shared import Array
 from studies.shared.table import naming
-from studies.shared.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

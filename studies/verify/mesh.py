@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from discretization import AccuracyWarning, Equilibrium, History, load_path, minimise
 from discretization.inside import on_lattice
 from energy import Scene
-from studies.shared.types import Array
+from studies.shared import Array
 
 
 class Mesh(ABC):

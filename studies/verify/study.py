@@ -23,8 +23,7 @@ from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import Figure
 from studies.shared.table import Columns, Table, markdown
-from studies.verify import curves
-from studies.verify import figures as verify_figures
+from studies.verify import figures
 from studies.verify.checks import CHECKS
 from studies.verify.convergence import Check, Result, refine
 
@@ -51,7 +50,7 @@ class Record:
 
     parameters: Parameters
     results: tuple[Result, ...]
-    curves: curves.Curves
+    curves: figures.Curves
 
     @property
     def failed(self) -> tuple[Result, ...]:
@@ -70,15 +69,15 @@ def run(
     work = partial(refine, cells=parameters.cells, offsets=parameters.offsets)
     chosen = CHECKS if checks is None else checks
     results = tuple(each(work, chosen, jobs, say=lambda result: show(line(result))))
-    return Record(parameters, results, curves.simulate(parameters.points))
+    return Record(parameters, results, figures.simulate(parameters.points))
 
 
 def plot(record: Record) -> dict[str, Figure]:
     """The figures by file name; that of the case studies where branches were drawn."""
     drawn = record.curves
-    found = {"fig2.png": verify_figures.punch_and_meniscus(drawn.meniscus)}
+    found = {"fig2.png": figures.punch_and_meniscus(drawn.meniscus)}
     if drawn.branches:
-        found["case_studies.png"] = verify_figures.case_studies(drawn.branches)
+        found["case_studies.png"] = figures.case_studies(drawn.branches)
     return found
 
 

@@ -21,7 +21,7 @@ from scipy import sparse
 
 from discretization import Lattice
 from energy import ElasticLayer, Parabola, Sampled, Scene, SurfaceEnergies
-from studies.shared.types import Array
+from studies.shared import Array
 
 RADIUS = 10.0
 

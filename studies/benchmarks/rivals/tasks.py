@@ -9,7 +9,7 @@ import numpy as np
 
 from discretization import AccuracyWarning, Equilibrium, load_path, minimise
 from energy import cards
-from studies.benchmarks.rivals import active_set, one_line, solvers
+from studies.benchmarks.rivals import by_hand, solvers
 from studies.benchmarks.rivals.problem import (
     RADIUS,
     Answer,
@@ -116,10 +116,10 @@ def _grid(task: Task, size: float, depth: float) -> Grid:
 def boundary_value(task: Task, rtol: float) -> Made:
     """scipy's solve_bvp, started a tenth too wide."""
     guess = 1.1 * float(task.exact[0, -1])
-    return one_line.boundary_value(task.scene, task.depth, rtol, guess), SIMILAR
+    return by_hand.boundary_value(task.scene, task.depth, rtol, guess), SIMILAR
 
 
-def by_hand(task: Task, size: float) -> Made:
+def step_by_step(task: Task, size: float) -> Made:
     """Each of a few steps from its predecessor's line, which is taken as known."""
     chosen = task.chosen
     grids = [_grid(task, size, float(task.depths[i])) for i in chosen]
@@ -127,7 +127,7 @@ def by_hand(task: Task, size: float) -> Made:
 
     def solve() -> Answer:
         pairs = zip(grids, before, strict=True)
-        found = [one_line.bisection(grid, m)()[:4] for grid, m in pairs]
+        found = [by_hand.bisection(grid, m)()[:4] for grid, m in pairs]
         return Answer(*np.array(found).T)
 
     return solve, grids[0].nodes
@@ -140,7 +140,7 @@ OURS = (
 PATHS = (
     Method("ours, load_path", path, tolerances=True),
     Method("ours, load_path on the lattice", lattice_path),
-    Method("one line by hand, from the last", by_hand, 10**5, few=True),
+    Method("one line by hand, from the last", step_by_step, 10**5, few=True),
 )
 BVP = Method("scipy solve_bvp (angle put in)", boundary_value, tolerances=True)
 ROUGH = (
@@ -152,7 +152,7 @@ ROUGH = (
 def convex() -> tuple[Method, ...]:
     """What can solve a quadratic programme."""
     return (
-        Method("active set, nested grids", on_grid(active_set.nested)),
+        Method("active set, nested grids", on_grid(by_hand.nested)),
         *(Method(n, on_grid(p), 10**5) for n, p in solvers.through_cvxpy().items()),
         Method("PIQP 1e-10, direct", on_grid(solvers.piqp), 10**5, ("piqp",)),
         Method("scipy L-BFGS-B", on_grid(solvers.bounded), 10**4),
@@ -176,7 +176,7 @@ def finite() -> Task:
     scene, m = elastic(w, STEEP_RADIUS, "finite"), {"k": 1.0, "gamma1": 1.0, "w": w}
     d = float(cards.finite.depth(a * a / 2 / STEEP_RADIUS, a / STEEP_RADIUS, **m))
     exact = np.array([[a, *steep_totals(scene, d, a), scene.surfaces.contact_angle]]).T
-    hand = Method("one line by hand, Newton", on_grid(one_line.bisection), 10**5)
+    hand = Method("one line by hand, Newton", on_grid(by_hand.bisection), 10**5)
     return Task("finite", scene, np.array([d]), exact, (*OURS, hand, BVP))
 
 
@@ -184,7 +184,7 @@ TASKS: dict[str, Callable[[int], Task]] = {
     "nonadhesive": lambda steps: adhesive("nonadhesive", (*OURS, *convex()), w=0.0),
     "adhesive": lambda steps: adhesive(
         "adhesive",
-        (*OURS, Method("one line by hand, dptsv", on_grid(one_line.bisection), 10**6), BVP),
+        (*OURS, Method("one line by hand, dptsv", on_grid(by_hand.bisection), 10**6), BVP),
     ),
     "finite": lambda steps: finite(),
     "loop": lambda steps: adhesive("loop", PATHS, steps=steps),

@@ -16,7 +16,7 @@ from discretization import NotCertifiedError, load_path
 from discretization.inside import FittedBranch
 from energy import Scene, SurfaceEnergies
 from studies.scenes.fit.force_curve import Curve, Mark, contacts, in_contact, marks, noise
-from studies.shared.types import Array
+from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
