@@ -11,6 +11,7 @@ from energy import Parabola, cards
 from studies.applicability import figures as applicability_figures
 from studies.applicability import report as applicability_report
 from studies.applicability import study as applicability
+from studies.applicability.record import Point
 from studies.shared import small_slopes
 from studies.shared.command import Output
 from studies.shared.small_slopes import Errors, at_unit_width, blunt, detachment, scene
@@ -203,3 +204,28 @@ def test_forces_around_an_axis_are_compared_in_units_of_its_line():
     assert abs(state.force) < line
     assert errors.force == pytest.approx((force - state.force) / line, rel=1e-9, abs=0)
     assert depth == pytest.approx(cards.axisymmetric.sphere.depth(2.0, **around), rel=1e-12, abs=0)
+
+
+def test_the_short_answer_tells_the_largest_error_of_any_shape_and_quantity(record):
+    def path(*errors):
+        """(steepness, |error| of a, |error| of P) of points at two γ₁."""
+        worst = [(s, a, force) for s, a, force in errors]
+        return tuple(
+            Point("wedge", ratio, s, 1.0, Errors(-part * a, part * force, 0.0, 0.0))
+            for s, a, force in worst
+            for ratio, part in ((0.1, 1.0), (0.2, 0.5))
+        )
+
+    wedge, parabola = (
+        path((0.1, 0.02, 0.01), (1.0, 0.3, 0.6)),
+        path((0.1, 0.01, 0.04), (1.0, 0.5, 0.2)),
+    )
+    for paths in ({"wedge": wedge, "parabola": parabola}, {"parabola": parabola, "wedge": wedge}):
+        told = applicability_report.short(replace(record, paths=paths))
+        assert "4.0% where f'(a₀) = 0.1 and 60.0% where f'(a₀) = 1." in told
+
+
+def test_the_report_tells_the_worst_flat_face(record):
+    flat = (("flat punch", 0.1, 1e-9), ("flat punch", 0.2, -4e-7), ("flat punch", 0.3, 2e-8))
+    told = applicability_report.answer(replace(record, flat=flat))
+    assert "the flat punch detaches at d = -√(2w/k) within 4e-07 for w/γ₁ from 0.1 to 0.3" in told

@@ -9,7 +9,7 @@ import pytest
 from energy import Wedge
 from studies import __main__ as studies
 from studies.contact_angle import study as contact_angle
-from studies.contact_angle.record import ORDER
+from studies.contact_angle.record import ORDER, Loop
 from studies.contact_angle.study import measured
 from studies.shared.small_slopes import scene, simulated
 
@@ -115,3 +115,12 @@ def test_both_studies_run_from_the_command_line(tmp_path, monkeypatch, capsys):
     written = {path.suffix for path in tmp_path.glob("contact_angle.*")}
     assert written == {".png", ".csv"}
     assert {"applicability", "contact_angle"} <= set(studies.STUDIES)
+
+
+def test_the_spread_of_a_path_is_from_its_least_to_its_largest_angle(record):
+    one = record.states[0]
+    loading, pulling = (
+        [one._replace(deficit=value) for value in part] for part in ((2, 5), (1, 3))
+    )
+    assert Loop("wedge", 0.1, tuple(loading), tuple(pulling)).spread == 4
+    assert Loop("wedge", 0.1, tuple(pulling), tuple(loading)).spread == 4
