@@ -13,7 +13,7 @@ from studies.shared import timing
 from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 from studies.shared.table import read
 
-TINY = speed.Parameters(1, (10**4,), 40, 400, (("lattice", 10),), 1)
+TINY = speed.Parameters(1, (10**4,), 40, 400, (("lattice", 10),), 1, 1)
 
 
 @pytest.fixture(scope="module")

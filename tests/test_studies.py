@@ -16,7 +16,7 @@ from studies.shared import command, figures, table
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
 FAST = {  # its words, and the rows of its tables in the order of their names
     "tolerance": (["tolerance"], 480),
-    "speed": (["speed"], 9),
+    "speed": (["speed"], 8),
     "stress": (["stress", "--grids", "fitted", "lattice"], 147),
     "rough": (["rough"], 180),
     "sweep": (["sweep", "SCENE"], 4),

@@ -48,7 +48,7 @@ LAYER, GAMMA1, W, RADIUS = ElasticLayer(3e3, 0.45, 50e-6), 0.07, 3e-4, 0.1  # Pa
 
 @dataclass(frozen=True)
 class Parameters:
-    """Scenes of each indenter, nodes, steps of a loop and its nodes, contacts, repetitions."""
+    """Scenes of each indenter, nodes, steps of a loop and its nodes, contacts, pairs of times."""
 
     scenes: int = 60
     nodes: tuple[int, ...] = (10**5, 10**6)
@@ -56,10 +56,11 @@ class Parameters:
     loop_nodes: int = 10**5
     contacts: tuple[tuple[str, int], ...] = tuple((m, n) for m in ROUGH for n in ROUGH[m])
     repeats: int = 7
+    imports: int = 7
     seed: int = 1
 
 
-QUICK = Parameters(5, (10**5,), 100, 10**4, (("lattice", 10),), 3)
+QUICK = Parameters(5, (10**5,), 100, 10**4, (("lattice", 10),), 3, 0)
 
 
 class Row(NamedTuple):
@@ -216,7 +217,7 @@ def imports(p: Parameters) -> Row:
     """Imports in fresh interpreters."""
     ours, floor = "import energy, discretization", "import numpy, scipy.linalg"
     work = partial(interpreter_seconds, ours)
-    times = paired(work, lambda: interpreter_seconds(floor), p.repeats)
+    times = paired(work, lambda: interpreter_seconds(floor), p.imports)
     return Row("import", *times, IMPORT[0], 0.0, IMPORT[1])
 
 
@@ -227,7 +228,7 @@ def run(p: Parameters = Parameters(), show: Show = silent) -> list[Row]:
         *(partial(nodes, count) for count in p.nodes),
         *(partial(loop, name) for name in loops(p)),
         *(partial(rough, which) for which in p.contacts),
-        imports,
+        *[imports][: p.imports],
     ]
     show(COLUMNS.head)
     return list(each(lambda one: one(p), measures, 1, say=lambda row: show(line(row))))
