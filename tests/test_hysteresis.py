@@ -129,7 +129,7 @@ def test_the_command_writes_everything(record, monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: record)
     assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "0 failed" in capsys.readouterr().out
-    for name in ("tension", "control", "loop"):
+    for name in ("control", "loop"):
         assert (tmp_path / f"hysteresis_{name}.png").stat().st_size > 2e4
     rows = read(tmp_path / "hysteresis.csv")
     assert len(rows) == len(record.loops)

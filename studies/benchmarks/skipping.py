@@ -4,8 +4,8 @@ Measured in pairs: the call that skips, and the same question asked so that noth
 the profile declared without what it is (`declared(Parabola(R), symmetric=False)` has the same
 heights), a vanishing slope, nodes instead of an exact far field. The factor is the median of the
 ratios of their times, between its quartiles; next to it the largest difference of a, P and U,
-relative to each, which must be rounding. Imports are timed in fresh interpreters. The table in
-`discretization` says where each thing is skipped.
+relative to each, which must be rounding. The table in `discretization` says where each thing is
+skipped.
 
 The film is thicker than springs allow beside the contact, h > l: times and digits are those of the
 model, in which only k, γ₁ and w of a film enter.
@@ -27,11 +27,9 @@ from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, GREY, Figure, canvas
 from studies.shared.table import Columns
-from studies.shared.timing import interpreter_seconds, seconds
+from studies.shared.timing import seconds
 
 ROUNDING = 1e-12
-IMPORTS = "cvxpy, matplotlib"
-PLAIN = "import energy, discretization"
 LAYER = ElasticLayer(3e3, 0.45, 50e-6)  # Pa, 1, m
 GAMMA1, W, RADIUS, DEPTH = 0.07, 3e-4, 0.1, 2e-6  # N/m, J/m², m, m
 Numbers = Sequence[float]
@@ -123,20 +121,19 @@ def routes() -> dict[str, tuple[Route, Route]]:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Pairs of calls, and of interpreters; seconds after which a row has enough pairs."""
+    """Pairs of calls; seconds after which a row has enough of them."""
 
     pairs: int = 41
-    imports: int = 7
     patience: float = 4.0
 
 
-QUICK = Parameters(pairs=5, imports=0, patience=0.3)
+QUICK = Parameters(pairs=5, patience=0.3)
 
 
 class Row(NamedTuple):
     """Seconds with the skip and by the general route; their ratio with its quartiles; what changed.
 
-    difference: largest of a, P and U, relative; nan where there is nothing to compare.
+    difference: largest of a, P and U, relative.
     """
 
     name: str
@@ -160,18 +157,12 @@ def difference(found: Numbers, general: Numbers) -> float:
     return float(np.max(np.abs(one - other) / np.where(size > 0, size, 1.0)))
 
 
-def measure(parameters: Parameters, case: tuple[str, tuple[Route, Route] | None]) -> Row:
-    """One row: calls of both routes in turn, the first not timed; imports in new interpreters."""
-    (name, pair), times = case, list[tuple[float, float]]()
-    if pair is None:
-        codes, changed = (PLAIN, f"{PLAIN}, cvxpy, matplotlib.figure"), float("nan")
-        for _ in range(parameters.imports):
-            times.append((interpreter_seconds(codes[0]), interpreter_seconds(codes[1])))
-    else:
-        skips, general = pair
-        changed = difference(skips(), general())
-        while len(times) < parameters.pairs and np.sum(times) <= parameters.patience:
-            times.append((seconds(skips), seconds(general)))
+def measure(parameters: Parameters, case: tuple[str, tuple[Route, Route]]) -> Row:
+    """One row: calls of both routes in turn, the first not timed."""
+    (name, (skips, general)), times = case, list[tuple[float, float]]()
+    changed = difference(skips(), general())
+    while len(times) < parameters.pairs and np.sum(times) <= parameters.patience:
+        times.append((seconds(skips), seconds(general)))
     one, other = np.transpose(times)
     low, middle, high = np.percentile(other / one, [25, 50, 75]).tolist()
     return Row(name, float(np.median(one)), float(np.median(other)), middle, low, high, changed)
@@ -180,7 +171,7 @@ def measure(parameters: Parameters, case: tuple[str, tuple[Route, Route] | None]
 def run(parameters: Parameters = Parameters(), show: Show = silent) -> list[Row]:
     """All rows; `show` gets a line for each."""
     show(COLUMNS.head)
-    cases = [*routes().items(), *[(IMPORTS, None)][: parameters.imports]]
+    cases = list(routes().items())
     return list(each(partial(measure, parameters), cases, 1, say=lambda row: show(line(row))))
 
 
@@ -208,8 +199,7 @@ def plot(rows: Sequence[Row]) -> Figure:
     axes.set(xlabel="time of the general route / time of the call that skips it")
     axes.set_xlim(min(0.9, low.min()), 30 * high.max())  # room for the texts
     for height, row in enumerate(rows):
-        changed = "" if np.isnan(row.difference) else f"  (Δ {row.difference:.0e})"
-        text = f"  × {row.factor:.3g}{changed}"
+        text = f"  × {row.factor:.3g}  (Δ {row.difference:.0e})"
         axes.text(max(row.high, row.factor), height, text, va="center", fontsize=8)
     axes.axvline(1, color="black", lw=0.8)
     axes.grid(alpha=0.25, axis="x")

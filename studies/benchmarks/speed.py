@@ -291,10 +291,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     slow = [row.name for row in found if not row.fast]
     if slow:
         command.missed(f"longer than its limit: {', '.join(slow)}")
-    small = found[0]
     ratios = [row.ratio for row in found if row.name.startswith("loop")]
     command.answer(
-        f"95 of 100 states take less than {small.ratio:.2g} of one tridiagonal solve of 10⁵ "
+        f"95 of 100 states take less than {found[0].ratio:.2g} of one tridiagonal solve of 10⁵ "
         f"unknowns, a loop of {p.steps} steps {min(ratios):.3g} to {max(ratios):.3g} of them."
     )
     accurate = all(row.accurate for row in found)

@@ -10,7 +10,7 @@ from energy import cards
 from energy.units import quantity as quantity_of
 from studies.hysteresis.record import Loop, Record
 from studies.shared import Array, loops
-from studies.shared.figures import BLUE, Figure, canvas, shades
+from studies.shared.figures import BLUE, Figure, canvas
 from studies.shared.loops import INDENTERS, SIZE, WORK
 
 
@@ -19,7 +19,6 @@ def plot(record: Record, history: History) -> dict[str, Figure]:
     gamma1 = quantity_of(history.scene.gamma1, "N/m")
     title = f"Parabola, γ₁ = {gamma1}: in contact loading and unloading coincide"
     return {
-        "hysteresis_tension.png": over_tension(record),
         "hysteresis_control.png": over_control(record),
         "hysteresis_loop.png": history.plot(title, closed_form(history)),
     }
@@ -33,25 +32,6 @@ def _own(record: Record, shape: str) -> list[Loop]:
     """The loops of a shape at w = WORK."""
     own = [loop for loop in record.loops if loop.shape == shape]
     return [loop for loop in own if loop.history.scene.work_of_adhesion == WORK]
-
-
-def over_tension(record: Record) -> Figure:
-    """P(d) above, a(d) below, under imposed depth, a colour for each γ₁."""
-    drawn, grid = _grid(2, 8.5)
-    for column, shape in zip(grid.T, INDENTERS, strict=True):
-        own = [loop.history for loop in _own(record, shape) if loop.control == "depth"]
-        for axes, quantity in zip(column, ("force", "half_width"), strict=True):
-            scale = units(own, quantity)
-            for history, colour in zip(own, shades(len(own)), strict=True):
-                ratio = history.scene.elastocapillary_length / SIZE
-                name = f"γ₁ = {quantity_of(history.scene.gamma1, 'N/m')}, l/b = {ratio:.2g}"
-                draw(axes, history, quantity, scale, colour, name)
-            axes.axhline(0, color="black", lw=0.6, ls=":")
-            axes.grid(alpha=0.25)
-        column[0].set_title(shape)
-        column[0].legend(fontsize=9)
-    drawn.suptitle("Loops under imposed depth: energy is lost in the jumps (dashed), nowhere else")
-    return drawn
 
 
 def over_control(record: Record) -> Figure:

@@ -21,14 +21,13 @@ times `error_estimate`, which is infinite where it is withheld. At a distance of
 of detachment a depth counts as it: "neutral" passes on either side of it, and nowhere else.
 
 The odd profiles have no closed form: their results must not depend on the units (10⁻⁹), and the
-lattice must agree with the default method. Every floating-point warning is an error. Output: a heat
-map of digits kept for each grid, a CSV, the list of what was lost or failed, why points were
-refused. Exit status 1 if anything was lost or failed.
+lattice must agree with the default method. Every floating-point warning is an error.
+
+Output: a heat map of digits kept for each grid, a CSV, the list of what was lost or failed. Exit
+status 1 if anything was.
 """
 
 import math
-import re
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -57,7 +56,6 @@ from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.table import Table
 
-REASON = 120  # characters
 UNITS = (1.0, 1e9, 1e-3, 1e6, 1e3)  # per metre
 POISSON = (0.0, 0.3, 0.49, 0.4999, -0.9)
 SHAPES = ("parabola", "x1", "x3", "x4", "flat")
@@ -210,13 +208,6 @@ def summary(name: str, trials: Sequence[Trial]) -> str:
     return f"{name:9s} {counts}; fewest digits of {told}; {allowed}"
 
 
-def refusals(trials: Sequence[Trial]) -> Counter[str]:
-    """How often a point was refused for which reason, numbers left out."""
-    notes = (t.note for t in trials if t.verdict == "refused")
-    told = (re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "…", note) for note in notes)
-    return Counter(f"{note[:REASON]} …" for note in told)
-
-
 def table(trials: Sequence[Trial]) -> Table:
     """Columns and a row per trial."""
     names = ["digits_half_width", "digits_force", "digits_energy", "excess", "verdict", "note"]
@@ -235,8 +226,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     bad = [t for t in trials if t.verdict in BAD]
     for t in sorted(bad, key=lambda t: (t.grid, t.shape, -t.excess)):
         print(f"{t.verdict:14s} {t.grid:8s} {t.shape:8s} x = {t.x:5.3g}, y = {t.y:5.3g}: {t.note}")
-    for reason, times in refusals(trials).items():
-        print(f"refused {times} times: {reason}")
     known = [t for t in trials if t.verdict == "ok" and not math.isnan(t.digits[0])]
     kept = sum(min(t.digits) >= KEPT for t in known)
     command.answer(
