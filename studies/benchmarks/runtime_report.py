@@ -62,7 +62,7 @@ def machine() -> str:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
         names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
         name = names[0] if names else name
-    threads = os.environ.get("OMP_NUM_THREADS", "as many as BLAS takes")
+    threads = os.environ.get("OPENBLAS_NUM_THREADS", "as many as BLAS takes")
     versions = f"Python {platform.python_version()}, numpy {np.__version__}"
     return f"{name}, {os.cpu_count()} cores, threads: {threads}; {versions}"
 
