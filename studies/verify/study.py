@@ -36,12 +36,12 @@ class Parameters:
     """
 
     cells: tuple[int, ...] = (50, 100, 200, 400)
-    offsets: tuple[float, ...] = (0.0, 0.31, 0.7)
+    offsets: tuple[float, ...] = (0.0, 0.43, 0.81)
     points: int = 15
 
 
 FULL = Parameters()
-QUICK = Parameters(offsets=(0.37,), points=0)
+QUICK = Parameters(offsets=(0.43,), points=0)
 
 
 @dataclass(frozen=True)
