@@ -76,10 +76,10 @@ def measure(task: Task, method: Method, size: float, parameters: Parameters) -> 
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, IndexError) as problem:
         note = f"{type(problem).__name__}: {problem}".splitlines()[0][:120]
         return Point.failed(task.name, method.name, size, note)
-    per_step = np.array(times) / method.steps(task)
+    per_step = np.array(times) / task.depths.size
     median, spread = middle(per_step)
     floor = tridiagonal_seconds(unknowns, 3)
-    prepared = modelling, first / method.steps(task)
+    prepared = modelling, first / task.depths.size
     done = task.errors(answer), bool(answer.success)
     return Point(
         task.name, method.name, size, unknowns, *prepared, median, spread, median / floor, *done
@@ -107,11 +107,11 @@ def _grown(
         show(points[-1])
         return points
     for size in method.sizes(parameters.sizes):
-        if points and not expected(points, size) * method.steps(task) < 5 * parameters.patience:
+        if points and not expected(points, size) * task.depths.size < 5 * parameters.patience:
             break
         points.append(measure(task, method, size, parameters))
         show(points[-1])
-        if not points[-1].seconds * method.steps(task) < parameters.patience / 4:
+        if not points[-1].seconds * task.depths.size < parameters.patience / 4:
             break
     return points
 

@@ -6,7 +6,6 @@ one node per iteration; the contact of a grid half as fine is a start from which
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -64,7 +63,7 @@ def solved(grid: Grid, held: Mask) -> tuple[Array, Array, Mask]:
     raise RuntimeError(f"no active set after {2 * grid.nodes} iterations")
 
 
-def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
+def bisection(grid: Grid) -> Solve:
     """Energy of the contact |x| <= mΔx by a solve of all nodes; bisection: where it grows with m.
 
     Where the surface would pass through the indenter the line advances as well. Then a, P and U
@@ -86,7 +85,7 @@ def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
         return bool(u[beside] < grid.g[beside]) or state(m + 1)[0] < energy
 
     def solve() -> Answer:
-        low, high = _bracket(advances, middle - 4, around)
+        low, high = 1, middle - 4
         while high - low > 1:
             m = (low + high) // 2
             low, high = (m, high) if advances(m) else (low, m)
@@ -103,19 +102,7 @@ def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
     return solve
 
 
-def _bracket(advances: Callable[[int], bool], largest: int, around: int | None) -> tuple[int, int]:
-    if around is None:
-        return 1, largest
-    low, high, step = around, around, 1
-    while low > 1 and not advances(low):
-        low, step = max(1, low - step), 2 * step
-    step = 1
-    while high < largest and advances(high):
-        high, step = min(largest, high + step), 2 * step
-    return low, max(high, low + 1)
-
-
-def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Callable[[], Answer]:
+def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Solve:
     """scipy's solve_bvp for the free surface and a; Young's law has to be put in by hand."""
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
     ell = scene.elastocapillary_length

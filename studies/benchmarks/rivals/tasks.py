@@ -101,36 +101,17 @@ def on_grid(prepare: Callable[[Grid], Solve]) -> Callable[[Task, float], Made]:
     """What is given nodes over the contact and the free surface beside it."""
 
     def make(task: Task, size: float) -> Made:
-        grid = _grid(task, size, task.depth)
+        reach = float(task.exact[0].max()) + MARGIN * task.scene.elastocapillary_length
+        grid = Grid(task.scene, task.depth, int(size) // 2 * 2 + 1, reach)
         return prepare(grid), grid.nodes
 
     return make
-
-
-def _grid(task: Task, size: float, depth: float) -> Grid:
-    n = int(size) // 2 * 2 + 1
-    reach = float(task.exact[0].max()) + MARGIN * task.scene.elastocapillary_length
-    return Grid(task.scene, depth, n, reach)
 
 
 def boundary_value(task: Task, rtol: float) -> Made:
     """scipy's solve_bvp, started a tenth too wide."""
     guess = 1.1 * float(task.exact[0, -1])
     return by_hand.boundary_value(task.scene, task.depth, rtol, guess), SIMILAR
-
-
-def step_by_step(task: Task, size: float) -> Made:
-    """Each of a few steps from its predecessor's line, which is taken as known."""
-    chosen = task.chosen
-    grids = [_grid(task, size, float(task.depths[i])) for i in chosen]
-    before = [max(1, round(task.exact[0, max(i - 1, 0)] / grids[0].spacing)) for i in chosen]
-
-    def solve() -> Answer:
-        pairs = zip(grids, before, strict=True)
-        found = [by_hand.bisection(grid, m)()[:4] for grid, m in pairs]
-        return Answer(*np.array(found).T)
-
-    return solve, grids[0].nodes
 
 
 OURS = (
@@ -140,7 +121,6 @@ OURS = (
 PATHS = (
     Method("ours, load_path", path, tolerances=True),
     Method("ours, load_path on the lattice", lattice_path),
-    Method("one line by hand, from the last", step_by_step, 10**5, few=True),
 )
 BVP = Method("scipy solve_bvp (angle put in)", boundary_value, tolerances=True)
 ROUGH = (

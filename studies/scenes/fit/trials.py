@@ -132,21 +132,11 @@ def told(record: Record) -> str:
 
 def table(record: Record) -> Table:
     """Columns and a row per trial and parameter, SI."""
-    rows = []
-    for number, trial in enumerate(record.trials, 1):
-        for name, one in zip(record.parameters.names, trial, strict=True):
-            interval = one.interval or ("", "")
-            rows.append(
-                [
-                    number,
-                    name,
-                    record.truth[name],
-                    one.value,
-                    *interval,
-                    one.holds,
-                    one.profile_holds,
-                ]
-            )
+    rows = [
+        [number, name, record.truth[name], one.value, *(one.interval or ("", "")), *one[2:]]
+        for number, trial in enumerate(record.trials, 1)
+        for name, one in zip(record.parameters.names, trial, strict=True)
+    ]
     columns = ["trial", "parameter", "truth", "estimate", "low", "high"]
     return [*columns, "holds_truth", "profile_holds_truth"], rows
 
