@@ -74,13 +74,13 @@ def solved(own: Scene, depth: float = DEPTH, asked: str = "", **options: Any) ->
 
 
 def pressed(beside: int) -> Numbers:
-    """P and U of given contact nodes, 200 per l, and of so many free ones on each side of them."""
-    own = scene(w=0.0)
-    lattice = Lattice.of(own, own.elastocapillary_length / 200)
-    inside = int(minimise(own, DEPTH).half_width / lattice.spacing)
+    """P and U of contact nodes over 10 l, 100 per l, and of so many free ones on each side."""
+    own, depth = scene(w=0.0), DEPTH / 40
+    lattice = Lattice.of(own, own.elastocapillary_length / 100)
+    inside = int(minimise(own, depth).half_width / lattice.spacing)
     node = np.arange(-inside - beside, inside + beside + 1)
     energy = NodalEnergy(lattice, np.abs(node) <= inside)
-    u = energy.relaxed(DEPTH - own.indenter.height(lattice.x(node)))
+    u = energy.relaxed(depth - own.indenter.height(lattice.x(node)))
     return float(np.maximum(energy.gradient(u), 0).sum()), energy.value(u)
 
 
@@ -101,7 +101,7 @@ def routes() -> dict[str, tuple[Route, Route]]:
             partial(solved, flat, pulled),
             partial(solved, scene(blunt(6e-4)), pulled),
         ),
-        "far field": (partial(pressed, 0), partial(pressed, 8000)),
+        "far field": (partial(pressed, 0), partial(pressed, 4000)),
         "other contacts": (partial(solved, own), partial(solved, scene(plain))),
         "true lengths": (
             partial(solved, gentle, 1e-6 * DEPTH),
