@@ -207,6 +207,7 @@ def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretis
 
 def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(verify, "CHECKS", tuple(checks_of(25) + checks_of(20)))
+    monkeypatch.setattr(verify, "QUICK", PRESET)
     assert verify.main(["--quick", "--jobs", "1", "--out", str(tmp_path / "new")]) == 0
     out = capsys.readouterr().out.splitlines()
     assert re.fullmatch(
@@ -216,7 +217,7 @@ def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, caps
     assert sum("ok" in printed for printed in out) == 2
     report = (tmp_path / "new" / "report.md").read_text("utf-8")
     links = re.findall(r"\]\((.*?)\)", report)
-    assert links == ["fig2.png"]
+    assert links == ["fig2.png", "case_studies.png"]
     for link in links:
         assert (tmp_path / "new" / link).read_bytes().startswith(b"\x89PNG")
     rows = read(tmp_path / "new" / "verify.csv")

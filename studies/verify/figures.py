@@ -72,8 +72,7 @@ class Study(NamedTuple):
 def simulate(points: int) -> Curves:
     """All curves; `points` simulated states on each branch."""
     shapes = studies()
-    branches = [branch(shape, points) for shape in shapes if points]
-    return Curves(meniscus(), branches)
+    return Curves(meniscus(), [branch(shape, points) for shape in shapes])
 
 
 def studies() -> tuple[Study, ...]:
