@@ -38,7 +38,8 @@ def test_young_s_law_and_its_small_slope_form_emerge(record):
 
 
 def test_the_two_laws_differ_as_far_as_they_should(record):
-    gap = dict(contact_angle.law_gap(record))
+    small, finite = ({x.ratio: x.deficit for x in record.of(kind)} for kind in ("small", "finite"))
+    gap = {ratio: 1 - small[ratio] / finite[ratio] for ratio in finite}
     assert gap[0.01] == pytest.approx(0.001, rel=0.2, abs=0)
     assert gap[0.1] == pytest.approx(0.009, rel=0.1, abs=0)
     assert gap[0.5] == pytest.approx(0.045, rel=0.01, abs=0)
@@ -82,7 +83,6 @@ def test_a_wrong_angle_fails_the_study(record):
 def test_summary_csv_and_figure(record, tmp_path):
     text = contact_angle.summary(record)
     assert f"(8) within {record.worst('finite'):.0e}" in text
-    assert "at w/γ₁ = 0.5: π - θ smaller by 4.5" in text
     columns, rows = contact_angle.table(record)
     on_loops = sum(len(one.angles) for one in record.loops)
     assert len(rows) == len(record.states) + on_loops

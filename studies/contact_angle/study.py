@@ -125,10 +125,6 @@ def summary(record: Record) -> str:
             f"a goes from {min(widths):.2g} l to {max(widths):.2g} l and the surface beside the "
             f"line turns by {turn:.2g}°"
         )
-    lines += [
-        f"simulated (15) against simulated (8) at w/γ₁ = {ratio:g}: π - θ smaller by {gap:.3%}"
-        for ratio, gap in law_gap(record)
-    ]
     return "\n".join(lines)
 
 
@@ -141,12 +137,6 @@ def answer(record: Record) -> str:
             f"Yes: at {lines} contact lines π - θ is that of its law within {worst:.0e} of itself."
         )
     return f"Not as simulated: π - θ differs from its law by up to {worst:.0e} of itself."
-
-
-def law_gap(record: Record) -> list[tuple[float, float]]:
-    """(w/γ₁, how much smaller π - θ is for small slopes), both measured."""
-    small, finite = ({x.ratio: x.deficit for x in record.of(k)} for k in ("small", "finite"))
-    return [(r, 1 - small[r] / finite[r]) for r in sorted(finite)]
 
 
 def table(record: Record) -> Table:
