@@ -19,8 +19,8 @@ paths/    states followed in depth, load or the position of a machine
 The certificate (certificate.py) and the result (equilibrium.py) are the same for all of them. A new
 minimiser returns a contact set or contact lines; what judges those judges it unchanged.
 
-What a scene does not need is not done; `python -m studies skipping` measures what that saves and
-that no digit changes:
+What a scene does not need is not done; `python -m studies skipping` measures what most of that
+saves and that no digit changes:
 
 | not needed           | skipped                         | by                                      |
 | -------------------- | ------------------------------- | --------------------------------------- |

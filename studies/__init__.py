@@ -12,7 +12,7 @@ benchmarks/   time against error, and how far tolerances and digits can be trust
 verify/, contact_angle/, applicability/, hysteresis/, pull_off/   a folder for each larger study
 """
 
-TIMED = ("lattice_speed", "fitted_speed", "path_speed", "skipping", "runtime_vs_error")  # one job
+TIMED = ("speed", "skipping", "runtime_vs_error")  # one job
 MODULES = {
     **{name: f"studies.{name}.study" for name in ("verify", "contact_angle", "applicability")},
     **{name: f"studies.{name}.study" for name in ("hysteresis", "pull_off")},

@@ -1,9 +1,13 @@
 """`python -m studies`, or `elastocap`, lists the studies; with NAME [options] it runs one."""
 
+import os
+
+# studies run in a process for each core: threads of one would wait for those of another
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy when it is imported
+
 import ast
 import importlib
 import io
-import os
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches

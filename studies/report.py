@@ -25,7 +25,6 @@ from studies import MODULES, REPORTED, TIMED
 from studies.shared import command
 from studies.shared.table import commit, read, versions
 
-PICTURES = {".png": "image/png", ".gif": "image/gif"}
 DOCUMENTS = (".md", ".pdf")
 LONGEST = 100  # rows of a table that are shown
 STYLE = """
@@ -123,7 +122,7 @@ def _section(one: Section) -> list[str]:
     parts += [f"<p class=answer>{_text(answer)}</p>" for answer in one.said("answer")]
     parts += [f"<p class=bad>Missed: {_text(missed)}</p>" for missed in one.said("missed")]
     files = sorted(path for path in one.folder.rglob("*") if path.is_file())
-    parts += [_figure(one, path) for path in files if path.suffix in PICTURES]
+    parts += [_figure(one, path) for path in files if path.suffix == ".png"]
     parts += [_table(one, path) for path in files if path.suffix == ".csv"]
     links = ", ".join(_link(one, path) for path in files if path.suffix in DOCUMENTS)
     parts.append(f"<p>{one.seconds:.1f} s{'; also: ' * bool(links)}{links}</p>")
@@ -134,7 +133,7 @@ def _section(one: Section) -> list[str]:
 def _figure(one: Section, path: Path) -> str:
     content = path.read_bytes()
     told = _text(caption(content) or path.stem.replace("_", " "))
-    source = f"data:{PICTURES[path.suffix]};base64,{base64.b64encode(content).decode()}"
+    source = f"data:image/png;base64,{base64.b64encode(content).decode()}"
     shown = f'<img alt="{told}" src="{source}">'
     return f"<figure>{shown}<figcaption>{told} ({_link(one, path)})</figcaption></figure>"
 

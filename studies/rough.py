@@ -28,11 +28,10 @@ from numpy.typing import NDArray
 from discretization import Equilibrium, History, load_path, minimise
 from energy import ElasticLayer, Sampled, Scene, SurfaceEnergies
 from energy.units import prefixed, quantity
-from studies.shared import command
+from studies.shared import Array, command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, MARKERS, RIGID, SOFT, Figure, canvas, shades
 from studies.shared.table import Columns, Table
-from studies.shared.types import Array
 
 
 @dataclass(frozen=True)

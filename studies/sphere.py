@@ -23,11 +23,10 @@ import numpy as np
 
 from discretization import load_path
 from energy import Circle, ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
-from studies.shared import command
+from studies.shared import Array, command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import BLUE, GREEN, GREY, LINE, ORANGE, Figure, canvas, plain_ticks
 from studies.shared.table import Columns, Table
-from studies.shared.types import Array
 
 LAYER, LENGTH = ElasticLayer(E=7e3, nu=0.0, h=10e-6), 10e-6  # Pa, 1, m; l in m
 GAMMA1 = LAYER.stiffness * LENGTH**2  # N/m

@@ -17,8 +17,8 @@ EDGE = 0.02  # inches that lines may be wide
 def _figures_are_whole(monkeypatch):
     written = figures.save
 
-    def save(figure, path):
-        found = written(figure, path)
+    def save(figure, path, *pdf):
+        found = written(figure, path, *pdf)
         check(figure, path.name)
         return found
 

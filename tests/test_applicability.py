@@ -11,6 +11,7 @@ from energy import Parabola, cards
 from studies.applicability import figures as applicability_figures
 from studies.applicability import report as applicability_report
 from studies.applicability import study as applicability
+from studies.applicability.record import Point
 from studies.shared import small_slopes
 from studies.shared.command import Output
 from studies.shared.small_slopes import Errors, at_unit_width, blunt, detachment, scene
@@ -135,37 +136,17 @@ def test_a_wedge_lets_go_where_its_angle_says():
     given = scene(blunt("wedge", 0.2), 1.0, 0.3)
     angle = given.surfaces.angle_deficit - math.atan(0.2)
     assert detachment(given) == pytest.approx(-2 * math.sin(angle / 2), rel=2e-6, abs=0)
-    error = small_slopes.detachment_error("wedge", 0.2, 0.3)
-    by_16 = 0.2 - given.critical_separation
-    expected = (by_16 + 2 * math.sin(angle / 2)) / given.critical_separation
-    assert error == pytest.approx(expected, rel=1e-3, abs=0)
 
 
 def test_every_quantity_of_every_shape_has_its_two_borders(monkeypatch):
-    monkeypatch.setitem(small_slopes.QUANTITIES, "largest pull", lambda *at: at[2])
-    monkeypatch.setitem(small_slopes.QUANTITIES, "depth of detachment", lambda *at: 0.0)
+    monkeypatch.setitem(small_slopes.QUANTITIES, "force", lambda *at: at[2])
     found = list(applicability.borders(replace(PRESET, lines=(0.05,))))
     rows = [(b.shape, b.quantity) for b in found]
-    assert (
-        rows[::2]
-        == rows[1::2]
-        == [
-            *(("wedge", name) for name in small_slopes.QUANTITIES),
-            *(("parabola", name) for name in list(small_slopes.QUANTITIES)[:3]),
-            *((shape, name) for shape in ("cone", "sphere") for name in ("half-width", "force")),
-            ("any", "π - θ"),
-        ]
-    )
-    pull = [b.ratio for b in found if b.quantity == "largest pull"]
-    assert pull == pytest.approx(2 * [0.01, 0.1], rel=2e-3, abs=0)
-
-
-def test_the_largest_pull_of_a_wedge_is_found_at_first_touch():
-    given = scene(blunt("wedge", 0.2), 1.0, 0.3)
-    touched = small_slopes.simulated(given, 0.0)
-    by_16 = 2 * 0.3 / 0.2 - 0.2
-    error = small_slopes.pull_error("wedge", 0.2, 0.3)
-    assert error == pytest.approx((by_16 + touched.force) / touched.force, rel=1e-4, abs=0)
+    shapes = ("wedge", "parabola", "cone", "sphere")
+    named = [(shape, name) for shape in shapes for name in ("half-width", "force")]
+    assert rows[::2] == rows[1::2] == [*named, ("any", "π - θ")]
+    force = [b.ratio for b in found if b.quantity == "force"]
+    assert force == pytest.approx(4 * [0.01, 0.1], rel=2e-3, abs=0)
 
 
 def test_report_table_and_figures_are_written_from_the_record(record, tmp_path):
@@ -203,3 +184,28 @@ def test_forces_around_an_axis_are_compared_in_units_of_its_line():
     assert abs(state.force) < line
     assert errors.force == pytest.approx((force - state.force) / line, rel=1e-9, abs=0)
     assert depth == pytest.approx(cards.axisymmetric.sphere.depth(2.0, **around), rel=1e-12, abs=0)
+
+
+def test_the_short_answer_tells_the_largest_error_of_any_shape_and_quantity(record):
+    def path(*errors):
+        """(steepness, |error| of a, |error| of P) of points at two γ₁."""
+        worst = [(s, a, force) for s, a, force in errors]
+        return tuple(
+            Point("wedge", ratio, s, 1.0, Errors(-part * a, part * force, 0.0, 0.0))
+            for s, a, force in worst
+            for ratio, part in ((0.1, 1.0), (0.2, 0.5))
+        )
+
+    wedge, parabola = (
+        path((0.1, 0.02, 0.01), (1.0, 0.3, 0.6)),
+        path((0.1, 0.01, 0.04), (1.0, 0.5, 0.2)),
+    )
+    for paths in ({"wedge": wedge, "parabola": parabola}, {"parabola": parabola, "wedge": wedge}):
+        told = applicability_report.short(replace(record, paths=paths))
+        assert "4.0% where f'(a₀) = 0.1 and 60.0% where f'(a₀) = 1." in told
+
+
+def test_the_report_tells_the_worst_flat_face(record):
+    flat = (("flat punch", 0.1, 1e-9), ("flat punch", 0.2, -4e-7), ("flat punch", 0.3, 2e-8))
+    told = applicability_report.answer(replace(record, flat=flat))
+    assert "the flat punch detaches at d = -√(2w/k) within 4e-07 for w/γ₁ from 0.1 to 0.3" in told

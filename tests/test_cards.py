@@ -275,3 +275,11 @@ def test_against_fifty_digits(kind, alpha):
         if ell == 0:  # Eq. (18)
             level = cards.contact_line.cut_level(case.d, k=k, w=case.args["w"])
             check(case.height(a), level, 1e-13, depth)
+
+
+@pytest.mark.parametrize("module", [cards.power_law, cards.axisymmetric.power_law])
+def test_an_array_of_exponents_is_refused(module):
+    given = {"c": 0.3, "k": 1.0, "gamma1": 0.7, "w": 0.1}
+    for exponents in (np.array([2.0, 3.0]), [2.0], np.array([[1.5]])):
+        with pytest.raises(ValueError, match="must be one number: loop over exponents"):
+            module.force(1.0, n=exponents, **given)

@@ -272,7 +272,7 @@ def test_the_self_test_reports_and_fails_where_intervals_miss(tmp_path, capsys, 
     params = replace(FEW, trials=2, profile=False)
     assert fit_trials.report(params, Output(tmp_path, "a command")) == 0
     assert "2 of 2 points" in capsys.readouterr().err
-    assert (tmp_path / "fit_self_test.png").stat().st_size > 10_000
+    assert (tmp_path / "fit_self_test.csv").exists()
     record = fit_trials.run(params)
     missed = tuple(tuple(t._replace(holds=False) for t in trial) for trial in record.trials)
     assert record.passed and not replace(record, trials=missed).passed

@@ -10,6 +10,7 @@ from measured_curves import LIFT, SCENE, measured
 
 from discretization import load_path
 from energy import FlatPunch, Scene, SurfaceEnergies, Wedge
+from studies.scenes.fit import estimate as fit_estimate
 from studies.scenes.fit import failures as fit_failures
 from studies.scenes.fit import study as fit_figure
 from studies.scenes.fit import trials as fit_trials
@@ -233,3 +234,41 @@ def test_every_contact_starts_from_a_touch():
         x = np.array([math.log(0.8), model.coordinate("offset", 0.1 * LIFT)])
         residuals.append(model.residuals(x)[: model.measured.size])
     assert residuals[0][both.pieces[1]] == pytest.approx(residuals[1], rel=1e-9, abs=0)
+
+
+class OneParameter:
+    """As much of a model and of its minimum as an estimate looks at."""
+
+    def __init__(self, name, bound=False):
+        self.names, self.bound, self.x = (name,), bound, np.zeros(1)
+
+    def value(self, name, coordinate):
+        return math.exp(coordinate)
+
+    def on_bound(self, x, i):
+        return self.bound
+
+
+@pytest.mark.parametrize(
+    ("name", "reach", "profile", "bound", "identifiable"),
+    [
+        ("w", 0.9, 0.9, False, True),
+        ("w", 1.1, 0.9, False, False),  # wider than a factor e
+        ("w", 0.9, 1.1, False, False),
+        ("w", 0.9, math.inf, False, False),
+        ("w", math.inf, 0.9, False, False),
+        ("w", 0.9, 0.9, True, False),
+        ("offset", 1.1, 1.1, False, True),  # an offset may have any size
+        ("offset", 1.1, math.inf, False, False),
+        ("offset", math.inf, 1.1, False, False),
+        ("offset", 1.1, 1.1, True, False),
+    ],
+)
+def test_a_parameter_is_identifiable_with_both_intervals_short_and_no_bound(
+    name, reach, profile, bound, identifiable, monkeypatch
+):
+    end = lambda model, best, i, reach: math.copysign(profile, reach)  # noqa: E731
+    monkeypatch.setattr(fit_estimate, "_profile_end", end)
+    model = OneParameter(name, bound)
+    found = fit_estimate._estimate(model, model, np.array([reach]), True, True, 0)
+    assert found.identifiable == identifiable

@@ -12,7 +12,7 @@ from discretization.fitted.rests import Rests
 from discretization.fitted.smooth import Smooth
 from discretization.paths.fitted_many import FittedMany
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
-from studies.benchmarks.path_speed import rough_scene
+from studies.benchmarks.speed import rough_scene
 
 UP = np.r_[-0.1, 0.6, 1.485, 1.8] * DELTA0
 LOOP = np.r_[UP, np.linspace(1.2, -0.9, 6) * DELTA0]

@@ -5,24 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PIL import Image
 
-from discretization import load_path
 from discretization.plots import legs
 from discretization.plots import plot_path as figure
-from energy import Parabola, Wedge, cards
+from energy import Parabola, Wedge
 from studies.hysteresis import study as hysteresis
-from studies.hysteresis.animation import animate, frames, surface
-from studies.hysteresis.figures import curves, landscape
 from studies.pull_off import study as pull_off
-from studies.pull_off.conclusions import trend
 from studies.shared import loops
 from studies.shared.loops import INDENTERS, LAYER, LIFT, SIZE, WORK, Form
 from studies.shared.table import read
 
-LITTLE = hysteresis.Parameters(
-    tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36, across=(0.1,), up=(1.0, 3.0)
-)
+LITTLE = hysteresis.QUICK
 FEW = pull_off.Parameters(ratios=(0.1, 0.3, 0.8, 1.7, 4.0))
 
 
@@ -47,8 +40,6 @@ def test_every_loop_agrees_with_the_cards_and_its_energy_balances(record):
     for loop in record.loops:
         assert loop.error <= 1e-8, (hysteresis.line(loop), loop.forms)
         assert loop.imbalance <= 1e-9, hysteresis.line(loop)
-    for found in record.maps:
-        assert found.error.max() <= 1e-8
     assert record.passed
     assert (hysteresis.BAR, hysteresis.LEDGER) == (1e-8, 1e-9)
 
@@ -134,76 +125,11 @@ def test_figures_tell_loading_from_unloading_and_mark_the_events(parabola):
     assert [data[0, 0] for data in drawn] == pytest.approx([0, -1e6 * LIFT], rel=1e-9, abs=1e-9)
 
 
-def test_a_landscape_has_its_minimum_at_the_state_of_the_path(parabola):
-    held = [i for i in range(parabola.depth.size) if parabola.half_width[i] > 0.05 * SIZE]
-    for curve in curves(parabola, held[::8]):
-        a, U = curve.half_width, np.where(curve.through, np.inf, curve.energy)
-        assert curve.state[1] <= U.min() + 1e-12 * abs(U.min())
-        assert abs(a[U.argmin()] - curve.state[0]) <= a[1] - a[0]
-    assert landscape(parabola, held[:2]).axes[0].get_xlabel() == "half-width a in µm"
-
-
-def test_a_landscape_shows_where_a_narrower_contact_would_pass_through():
-    scene = loops.scene_of("parabola", 0.02)
-    path = load_path(scene, depths=[LIFT])
-    (curve,) = curves(path, [0])
-    material = {"k": scene.stiffness, "gamma1": scene.gamma1, "w": 0.0}
-    edge = float(cards.parabola.half_width(LIFT, R=scene.indenter.R, **material))
-    assert np.array_equal(curve.through, curve.half_width < edge)
-
-
-def test_landscapes_refuse_what_they_cannot_draw():
-    scene = loops.scene_of("wedge", 0.02)
-    path = load_path(scene, depths=[-LIFT, LIFT])
-    with pytest.raises(ValueError, match="must contain one with a contact"):
-        landscape(path, [0])
-    tilted = replace(scene, indenter=Wedge(0.05).tilted(0.01))
-    with pytest.raises(ValueError, match="must be symmetric"):
-        landscape(load_path(tilted, depths=[LIFT]), [0])
-
-
-def test_the_animated_surface_is_that_of_the_cards(parabola):
-    scene, R = parabola.scene, parabola.scene.indenter.R
-    material = {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
-    x = np.linspace(-4 * SIZE, 4 * SIZE, 101)
-    step = int(np.argmin(parabola.force))
-    u, body = surface(parabola, parabola.at(step), x)
-    card = cards.parabola.displacement(x, d=float(parabola.depth[step]), R=R, **material)
-    assert np.max(np.abs(u - card)) < 1e-9 * LIFT
-    assert np.min(u - body) > -1e-12 * LIFT
-    assert not np.any(surface(parabola, parabola.at(0), x)[0])
-
-
-def test_the_animation_has_frames_of_every_part_and_stays_small(parabola, tmp_path):
-    path = loops.depth_loop(parabola.scene, 100)
-    shown = frames(path, 50)
-    assert {"jump-in", "detachment"} <= {frame.caption.split(":")[0] for frame in shown}
-    depths = [frame.state.depth for frame in shown]
-    assert max(depths) == pytest.approx(2 * LIFT, rel=1e-12, abs=0)
-    count = animate(path, tmp_path / "loop.gif", 50)
-    assert 40 <= count <= 80
-    with Image.open(tmp_path / "loop.gif") as gif:
-        assert gif.n_frames > 30
-        first = np.asarray(gif.convert("RGB"), int)
-        gif.seek(gif.n_frames // 2)
-        assert np.abs(first - np.asarray(gif.convert("RGB"), int)).max() > 100
-    assert (tmp_path / "loop.gif").stat().st_size < 2e6
-
-
-def test_animations_refuse_what_they_cannot_show(parabola, tmp_path):
-    with pytest.raises(ValueError, match="must be at least 2"):
-        frames(parabola, 1)
-    apart = load_path(parabola.scene, depths=[-LIFT, -2 * LIFT])
-    with pytest.raises(ValueError, match="has no contact"):
-        animate(apart, tmp_path / "none.gif")
-
-
 def test_the_command_writes_everything(record, monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: record)
-    monkeypatch.setattr(hysteresis, "animate", lambda history, path, count: 0)
     assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "0 failed" in capsys.readouterr().out
-    for name in ("tension", "control", "map", "loop", "landscape"):
+    for name in ("control", "loop"):
         assert (tmp_path / f"hysteresis_{name}.png").stat().st_size > 2e4
     rows = read(tmp_path / "hysteresis.csv")
     assert len(rows) == len(record.loops)
@@ -229,8 +155,8 @@ def test_pull_off_agrees_with_the_paper_and_the_parabola_law(pulls):
 
 def test_tension_helps_the_punch_and_the_parabola_and_weakens_the_wedge(pulls):
     flat, wedge, parabola = pulls
-    assert trend(flat.forces) == trend(parabola.forces) == 1
-    assert trend(wedge.forces[wedge.ratios < 1]) == -1
+    assert pull_off.trend(flat.forces) == pull_off.trend(parabola.forces) == 1
+    assert pull_off.trend(wedge.forces[wedge.ratios < 1]) == -1
     text = "\n".join(pull_off.conclusions(pulls))
     assert "flat punch (paper: tension helps): tension helps at every step: confirmed" in text
     assert "tan δ < α: tension weakens at every step: confirmed" in text
@@ -243,8 +169,8 @@ def test_the_conclusions_follow_the_numbers(pulls):
     swapped = "\n".join(pull_off.conclusions((flat, replace(flat, shape="wedge"), wedge)))
     assert "tension helps at every step: NOT confirmed" in swapped
     assert "parabola (paper: open): tension has no one sign" in swapped
-    assert trend(np.array([1.0, 2.0, 1.5])) == 0
-    assert trend(np.array([1.0, 2.0, 2.0])) == 0
+    assert pull_off.trend(np.array([1.0, 2.0, 1.5])) == 0
+    assert pull_off.trend(np.array([1.0, 2.0, 2.0])) == 0
 
 
 def test_the_global_pull_of_the_punch_is_the_maxwell_point(pulls):
@@ -261,15 +187,13 @@ def test_pull_off_writes_its_table_and_figures_and_fails_on_an_error(
     monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: pulls)
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 0
     assert "worst relative error" in capsys.readouterr().out
-    for name in ("", "_gain", "_maxwell"):
-        assert (tmp_path / f"pull_off{name}.png").stat().st_size > 2e4
+    assert (tmp_path / "pull_off_gain.png").stat().st_size > 2e4
     rows = read(tmp_path / "pull_off.csv")
     assert [float(row["force"]) for row in rows] == [*np.concatenate([c.forces for c in pulls])]
     first = pulls[0].pulls[0]
     wrong = first._replace(simulated=first.simulated._replace(depth=-LIFT * (1 + 2e-8)))
     spoilt = (replace(pulls[0], pulls=(wrong, *pulls[0].pulls[1:])), *pulls[1:])
     monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: spoilt)
-    monkeypatch.setattr(pull_off, "plot", lambda curves: {})
     assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 1
 
 

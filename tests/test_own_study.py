@@ -54,8 +54,7 @@ def test_a_new_study_takes_at_most_60_lines(inside, capsys):
     assert capsys.readouterr().out.count("F_A = ") == 2
     low, high = (float(row["force"]) for row in read(inside / "out" / "cubic.csv"))
     assert high < low < 0  # more tension, more adhesion
-    for ending in ("png", "pdf"):
-        assert (inside / "out" / f"cubic.{ending}").stat().st_size > 1000
+    assert (inside / "out" / "cubic.png").stat().st_size > 1000
 
 
 def test_a_study_that_fails_says_so_by_its_status(inside, capsys):

@@ -95,7 +95,7 @@ def test_the_shell_recipe_runs(path, tmp_path):
     done = subprocess.run(["sh", "-ec", recipe], cwd=tmp_path, env=given, capture_output=True)
     assert done.returncode == 0, done.stderr.decode()
     names = {
-        ROOT: ("my.csv", "my.png", "many_sweep_quick.csv", "many_sweep_quick.pdf"),
+        ROOT: ("my.csv", "my.png", "many_sweep_quick.csv", "many_sweep_quick.png"),
         ROOT / "studies": ("half_width.csv", "half_width.png"),
     }
     for name in names[path.parent]:

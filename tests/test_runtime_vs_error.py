@@ -10,19 +10,16 @@ from studies.benchmarks import runtime_report as report
 from studies.benchmarks import runtime_vs_error as study
 from studies.benchmarks.rivals import problem
 from studies.benchmarks.rivals.problem import Method
-from studies.benchmarks.rivals.tasks import TASKS, named
+from studies.benchmarks.rivals.tasks import TASKS
 
 SLOW = ((10**3, 0.01), (10**4, 10.0))
 TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
 WIDTH = {  # relative error of a that each rival must reach with 400 nodes
     "ours": 1e-4,
     "active set": 1e-3,
-    "Clarabel": 1e-3,
     "PIQP": 1e-3,
-    "OSQP 1e-9": 1e-3,
     "cvxpy": 5e-3,
     "scipy L-BFGS-B": 1e-3,
-    "scikit-fem": 1e-3,
     "one line by hand": 3e-3,
     "scipy solve_bvp": 1e-3,
 }
@@ -36,7 +33,7 @@ def points():
 def test_every_method_of_every_task_was_measured_or_says_why_not(points):
     for name in TASKS:
         methods = {p.method for p in points if p.task == name}
-        assert methods == {m.name for m in named(name, 10).methods}
+        assert methods == {m.name for m in TASKS[name](10).methods}
     for p in points:
         assert p.note or (p.seconds > 0 and p.ratio > 0 and p.unknowns > 0 and p.spread >= 0)
         assert "not installed" in p.note or not p.note
@@ -55,17 +52,17 @@ def test_rivals_solve_the_same_problem(points):
     assert checked > 20
 
 
-@pytest.mark.parametrize("name", ["nonadhesive", "adhesive", "finite", "sphere"])
+@pytest.mark.parametrize("name", ["nonadhesive", "adhesive", "finite"])
 def test_the_default_method_reaches_its_digits(name):
     """However long it takes: `points` leave out what is slow."""
-    task = named(name, TINY.steps)
+    task = TASKS[name](TINY.steps)
     (method,) = (method for method in task.methods if method.name == "ours, default")
     for rtol in (1e-10, 1e-12):
         assert max(task.errors(method.make(task, rtol)[0]())) <= 1e-10
 
 
 def test_a_nested_active_set_is_of_second_order():
-    task = named("nonadhesive", 1)
+    task = TASKS["nonadhesive"](1)
     (method,) = (m for m in task.methods if m.name == "active set, nested grids")
     errors = [task.errors(method.make(task, n)[0]())[0] for n in (500, 1000, 2000, 4000, 8000)]
     slope = np.polyfit(np.log([500, 1000, 2000, 4000, 8000]), np.log(errors), 1)[0]
@@ -93,31 +90,10 @@ def test_a_size_that_would_take_for_ever_is_left_out():
         sizes.append(size)
         return (lambda: time.sleep(0.003) or problem.Answer(1.0, 1.0, 1.0, 1.0)), 100
 
-    task = named("adhesive", 1)
+    task = TASKS["adhesive"](1)
     method = Method("slow", prepare)
     study._grown(study.Parameters((10, 100, 1000), patience=0.05, repeats=1), len, (task, method))
     assert sizes == [10]
-
-
-def test_the_guard_fails_on_a_loss_of_half_again_only():
-    stored = {"a": 1.0, "b": 2.0}
-    assert study.losses({"a": 1.49, "b": 0.1}, stored) == []
-    assert [line[0] for line in study.losses({"a": 1.51, "b": 2.0}, stored)] == ["a"]
-    assert [line[0] for line in study.losses({"a": math.nan, "b": 2.0}, stored)] == ["a"]
-    assert [line[0] for line in study.losses({"a": 1.0}, stored)] == ["b"]
-
-
-def test_the_baseline_names_what_is_guarded():
-    import json
-
-    stored = json.loads(study.BASELINE.read_text("utf-8"))
-    assert set(stored) == set(study.guarded())
-
-
-def test_exponents_are_those_of_a_power_law():
-    blank = study.Point.failed("t", "ours, lattice", 0, "")
-    made = [blank._replace(unknowns=n, seconds=3e-9 * n**1.1) for n in (10**4, 10**5, 10**6)]
-    assert study.exponents(made)["t, ours, lattice"] == pytest.approx(1.1, rel=1e-13, abs=0)
 
 
 def test_time_to_an_error_counts_only_success_and_only_what_reached_it():
@@ -138,10 +114,10 @@ def test_time_to_an_error_counts_only_success_and_only_what_reached_it():
 
 def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(study, "QUICK", TINY)
-    assert study.main(["--quick", "--tasks", "finite", "--out", str(tmp_path)]) == 0
+    assert study.main(["--quick", "--tasks", "finite", "rough", "--out", str(tmp_path)]) == 0
     text = (tmp_path / "runtime_vs_error.md").read_text("utf-8")
     assert text in capsys.readouterr().out
     assert "cores" in text and "### floors" in text
     rows = (tmp_path / "runtime_vs_error.csv").read_text("utf-8").splitlines()
     assert len({row.count(",") for row in rows if row[0] != "#" and '"' not in row}) == 1
-    assert (tmp_path / "runtime_vs_error_finite.png").stat().st_size > 20_000
+    assert (tmp_path / "runtime_vs_error.png").stat().st_size > 20_000

@@ -180,3 +180,14 @@ def test_a_missing_file_a_folder_and_bytes_are_named(tmp_path):
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(ValueError, match=r"bytes\.toml: cannot be read as TOML"):
         load(tmp_path / "bytes.toml")
+
+
+@pytest.mark.parametrize(("text", "told"), [("true", "True"), ("2.0", "2.0"), ("0", "0")])
+def test_a_number_of_steps_is_whole_and_true_is_no_number(written, text, told):
+    path = f"[path]\ndepths = [0.0, 1e-6]\nsteps = {text}\n[options]"
+    with refused(
+        written((DEPTH, ""), ("[options]", path)), rf"path.steps = {told} must be a whole"
+    ):
+        load(written((DEPTH, ""), ("[options]", path)))
+    with refused(written(("R = 0.017", "R = true")), "indenter.R = True must be a number"):
+        load(written(("R = 0.017", "R = true")))

@@ -47,7 +47,7 @@ def test_the_expansions_and_the_line_contact_drawn_are_those_of_the_cards(sphere
 def test_what_is_written_and_said(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sphere, "QUICK", sphere.Parameters((0.1, 1.0), (1.0,), (0.1,)))
     assert main(["sphere", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"sphere.csv", "sphere.png", "sphere.pdf"}
+    assert {path.name for path in tmp_path.iterdir()} == {"sphere.csv", "sphere.png"}
     said = capsys.readouterr().out
     assert "answer: Both: F_A/2πRw falls from 1 to ½" in said
     assert "0.929 at Λ = 0.1, 0.5546 at Λ = 1" in said

@@ -11,13 +11,13 @@ from scipy.optimize import brentq
 from discretization import minimise
 from discretization.lattice.state import on_lattice
 from energy import Parabola, Wedge
-from studies.benchmarks import lattice_tolerance, tolerance
+from studies.benchmarks import tolerance
 from studies.scenes import run
 
 
 @pytest.fixture(scope="module")
 def trials():
-    return tolerance.run(tolerance.Parameters())
+    return tolerance.run(tolerance.Parameters(lattices=0))
 
 
 def test_rtol_is_honoured_in_99_of_100_scenes(trials):
@@ -51,7 +51,9 @@ def test_the_study_fails_when_an_estimate_or_an_error_is_off(trials):
 
 @pytest.fixture(scope="module")
 def sparse():
-    return lattice_tolerance.run(100, 5, lambda progress: None)
+    return tolerance.run(
+        tolerance.Parameters(scenes=0, lattices=100, seed=5), lambda progress: None
+    )
 
 
 def test_no_estimate_of_a_lattice_state_is_below_a_tenth_of_the_error(sparse):
@@ -77,11 +79,11 @@ def test_a_lattice_state_that_is_off_fails_the_study(sparse, tmp_path, monkeypat
     assert bold._replace(word="withheld").trusted
     few = tolerance.Parameters(scenes=8, lattices=8)
     monkeypatch.setattr(tolerance, "Parameters", lambda **_: few)
-    assert tolerance.main(["--preset", "quick", "--out", str(tmp_path)]) == 0
+    assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
     assert "withheld" in capsys.readouterr().out
-    assert (tmp_path / "tolerance_lattice.csv").exists()
-    monkeypatch.setattr(lattice_tolerance, "run", lambda *_: [bold])
-    assert tolerance.main(["--preset", "quick", "--out", str(tmp_path)]) == 1
+    found = tolerance.run(few)
+    monkeypatch.setattr(tolerance, "run", lambda *_, **__: [*found, bold])
+    assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from scenes import adhesive
 from truth.controls import Control
 from truth.depth_paths import Adhering, Hanging, Place, depth_path_of
-from truth.path_compare import path_verdicts
+from truth.path_compare import answer, path_verdicts
 from truth.path_scenes import PATH_KINDS, STEPS, path_case, programme
 from truth.unique import reading_of
 
@@ -150,3 +150,12 @@ def test_springs_jump_where_a_sum_over_many_of_them_does(seed):
     found = [(jump.before.depth, jump.after.depth) for jump in reading.jumps[before:]]
     found = [jump for jump in found if jump[0] - jump[1] > 0.004 * case.scale]
     assert len(wide) == len(found) and np.abs(wide - found).max() <= 1e-3 * case.scale
+
+
+def test_a_line_that_creeps_is_refused_before_long():
+    """Beside a corner, with two works of adhesion, where it comes free again and again."""
+    case = path_case("machine_opening", 17)
+    path = depth_path_of(case.scene, case.feature)
+    reading = reading_of(path, Control(case.stiffness), case.scale)
+    word, why = answer(case, programme(case, reading), None)[1:3]
+    assert word == "right" or "do not come to rest" in why

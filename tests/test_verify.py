@@ -10,7 +10,7 @@ import pytest
 from discretization import Lattice
 from energy import SurfaceEnergies, cards
 from studies.shared.table import read
-from studies.verify import convergence, curves, mesh, scenes
+from studies.verify import figures, mesh, scenes
 from studies.verify import study as verify
 from studies.verify.checks import CHECKS
 from studies.verify.checks import axisymmetric as around_axis
@@ -165,18 +165,27 @@ def put_into_the_fitted_mesh(fault, monkeypatch):
     module = import_module("discretization.minimise")
     for way in ("one contact", "springs"):
         monkeypatch.setitem(module.ON_MESH, way, _faulty(module.ON_MESH[way], fault))
+    right = mesh.load_path
+
+    def path(scene, **options):
+        return right(scene if "spacing" in options else _changed(scene, fault), **options)
+
+    monkeypatch.setattr(mesh, "load_path", path)
 
 
 def _faulty(right, fault):
     """What answers with other parameters than it was given."""
 
     def faulty(scene, depth, **options):
-        k, gamma1, w = fault(scene.stiffness, scene.gamma1, scene.work_of_adhesion)
-        layer = replace(scene.layer, E=scene.layer.E * (k / scene.stiffness))
-        other = replace(scene, layer=layer, surfaces=SurfaceEnergies.from_work(gamma1, w))
-        return replace(right(other, depth, **options), scene=scene)
+        return replace(right(_changed(scene, fault), depth, **options), scene=scene)
 
     return faulty
+
+
+def _changed(scene, fault):
+    k, gamma1, w = fault(scene.stiffness, scene.gamma1, scene.work_of_adhesion)
+    layer = replace(scene.layer, E=scene.layer.E * (k / scene.stiffness))
+    return replace(scene, layer=layer, surfaces=SurfaceEnergies.from_work(gamma1, w))
 
 
 def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretisations():
@@ -187,7 +196,9 @@ def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretis
         with pytest.MonkeyPatch.context() as patch:
             put_into_the_lattice(fault, patch)
             put_into_the_fitted_mesh(fault, patch)
+            mesh._solved.cache_clear()
             results = [r for item in CHECKS if not (r := refine(item, (100,), (0.37,))).note]
+        mesh._solved.cache_clear()
         seen_on_lattice |= {r.check for r in results if r.error > 1e-3}
         seen_on_fitted |= {r.check for r in results if r.fitted_error > 1e-3}
     for seen in (seen_on_lattice, seen_on_fitted):
@@ -196,6 +207,7 @@ def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretis
 
 def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(verify, "CHECKS", tuple(checks_of(25) + checks_of(20)))
+    monkeypatch.setattr(verify, "QUICK", PRESET)
     assert verify.main(["--quick", "--jobs", "1", "--out", str(tmp_path / "new")]) == 0
     out = capsys.readouterr().out.splitlines()
     assert re.fullmatch(
@@ -205,7 +217,7 @@ def test_the_command_writes_report_table_and_figures(monkeypatch, tmp_path, caps
     assert sum("ok" in printed for printed in out) == 2
     report = (tmp_path / "new" / "report.md").read_text("utf-8")
     links = re.findall(r"\]\((.*?)\)", report)
-    assert len(links) == 4
+    assert links == ["fig2.png", "case_studies.png"]
     for link in links:
         assert (tmp_path / "new" / link).read_bytes().startswith(b"\x89PNG")
     rows = read(tmp_path / "new" / "verify.csv")
@@ -239,13 +251,7 @@ def test_the_curves_lie_on_their_closed_forms(record):
     data = record.curves
     drawn = data.meniscus
     assert np.max(np.abs(drawn.u - drawn.closed_form)) < 1e-5 * abs(drawn.depth)
-    for shape in data.outside:
-        assert np.max(np.abs(shape.u - shape.closed_form)) < 1e-4 * abs(shape.at_line)
-    for angle in data.angles:
-        order = convergence.observed_order(tuple(angle.cells), tuple(angle.errors))
-        assert order == pytest.approx(2, abs=0.1)
-        assert angle.fitted <= 1e-13
-    for case, study in zip(data.branches, curves.studies(), strict=True):
+    for case, study in zip(data.branches, figures.studies(), strict=True):
         force = np.asarray(study.force(case.depths))
         assert np.max(np.abs(case.forces - force)) < 1e-3 * np.max(np.abs(force))
         expected = np.asarray(study.half_width(case.depths))

@@ -106,8 +106,8 @@ class Enclosing:
         last, self.aim = (self.aim, self.away), _runs_out(self.older, low, high)
         meets = not math.isnan(high.aim)
         if meets:
-            self.aim, last = high.aim, (high.aim * (1 + _MEETS), math.inf)
-            self.high = high._replace(aim=math.nan)
+            last = high.aim + _MEETS * width, abs(high.aim - low.depth)
+            self.aim, self.high = high.aim, high._replace(aim=math.nan)
         self.away = abs(self.aim - low.depth)
         off = abs(self.aim - last[0]) * min(1.0, self.away / (last[1] or self.away or 1.0))
         self.widths.append(abs(width))

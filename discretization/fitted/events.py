@@ -24,7 +24,7 @@ from discretization.fitted.trials import Trials, merge, unmoved
 Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
-_CREEPS = 1e-12  # of the size of depths: a part that short is one of a line that comes free by
+_CREEPS = 2e-12  # of the size of depths: a part that short is one of a line that comes free by
 _CREEPING = 20  # roundings, and after so many in a row it is not followed any further
 _PARTS = 10_000  # places on one way at which lines only come free
 

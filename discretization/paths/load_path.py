@@ -15,7 +15,8 @@ from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, Snapshot, inner_lines, kind_of_jump
 
 Array = NDArray[np.float64]
-_FIRST = 1 / 32  # of δ₀ and the depth: the first leg of a load, where its length is not known
+# of δ₀ and the depth: legs under a load of unknown length, where a branch looks ahead or not
+_FIRST = {True: 1 / 2, False: 1 / 32}
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
 _ROUNDING = 2e-16  # of the sum of what P is made of
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
@@ -189,7 +190,7 @@ class LoadPath:
         """How far to look ahead for the last of these values."""
         rate, depth = self.rate, self.point.depth
         off = abs(float(values[-1]) - self._value(self.point))
-        size = _FIRST * (abs(depth - self.branch.touch) + self.branch.lift)
+        size = _FIRST[self.branch.ahead] * (abs(depth - self.branch.touch) + self.branch.lift)
         first = size or off / self.branch.scene.layer.modulus
         aim = _LONGER * off / rate if rate > 0 else math.inf
         return min(aim, self.reach if math.isfinite(self.reach) else first)
@@ -272,7 +273,7 @@ class LoadPath:
         Events on the way happen: contacts that begin pull at an indenter that moves in, and those
         that close have pulled at one that moves out, so that no event holds it.
         """
-        step = _FIRST * (abs(here.depth - self.branch.touch) + self.branch.lift)
+        step = _FIRST[self.branch.ahead] * (abs(here.depth - self.branch.touch) + self.branch.lift)
         while here.state is not None:
             if side * (self._value(here) - value) >= 0:
                 return here

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from studies.applicability.record import PUNCH, TOLERANCES, Point, Record
+from studies.shared import Array
 from studies.shared.figures import COLOURS, MARKERS, Figure, canvas, plain_ticks, shades
-from studies.shared.types import Array
 
 FLOOR = 1e-4  # the darkest colour of the map
 LINES = (("a", "white", "-"), ("P", "black", "--"))

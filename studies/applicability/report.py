@@ -4,15 +4,15 @@ Every number is read from the record of simulated states; none stands here.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from studies.applicability.figures import draw_conjecture, draw_maps, grid, worst_on_path
-from studies.applicability.record import PUNCH, Point, Record
+from studies.applicability.record import PUNCH, Record
+from studies.shared import Array
 from studies.shared.command import Output
 from studies.shared.table import Table, markdown
-from studies.shared.types import Array
 
 
 def within(steepness: Array, errors: Array, tolerance: float) -> float:
@@ -33,19 +33,6 @@ def power(x: Array, y: Array) -> float:
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
-def growth(points: Sequence[Point]) -> tuple[float, float, float]:
-    """f', C and n of |error of a| = C (w/γ₁)ⁿ for the bluntest profile, 1e-3 <= w/γ₁ <= 0.1.
-
-    (Below, the steepness of the profile itself is the larger cause of error.)
-    """
-    bluntest = min(point.steepness for point in points)
-    chosen = [x for x in points if x.steepness == bluntest and 1e-3 <= x.ratio <= 0.1]
-    ratios = np.array([x.ratio for x in chosen])
-    errors = np.abs([x.errors.half_width for x in chosen])
-    n, log_c = np.polyfit(np.log(ratios), np.log(errors), 1)
-    return bluntest, math.exp(log_c), float(n)
-
-
 def answer(record: Record) -> str:
     """applicability.md without its figures."""
     return "\n".join(
@@ -57,7 +44,7 @@ def answer(record: Record) -> str:
             "\n## Up to which w/γ₁ is the error below 1 % and 10 %?\n",
             *_table(record),
             "",
-            *_growth(record),
+            *_punch(record),
             "\n## Does it serve for all γ₁? (w, k, indenter and d = 0 fixed)\n",
             *_conjecture(record),
             "\n## Where nothing can be said\n",
@@ -108,13 +95,7 @@ def _table(record: Record) -> Iterator[str]:
     yield markdown(columns, rows, "--- --: --- --- ---")
 
 
-def _growth(record: Record) -> Iterator[str]:
-    for shape in record.paths:
-        steepness, coefficient, n = growth(record.maps[shape])
-        yield (
-            f"- {shape}, f'(a) = {steepness:g}: the error of a grows as {coefficient:.2g}"
-            f"·(w/γ₁)^{n:.2f} at a = l (least squares, w/γ₁ = 0.001 to 0.1)."
-        )
+def _punch(record: Record) -> Iterator[str]:
     points = [x for shape in record.paths for x in (*record.maps[shape], *record.paths[shape])]
     known = [x.errors.half_width for x in points if x.errors.exists]
     below = sum(error < 0 for error in known)
@@ -144,7 +125,6 @@ def _conjecture(record: Record) -> Iterator[str]:
                 f"if f'(a₀) {_bound(one)}, within 10 % if it {_bound(ten)}."
             )
             orders.append(power(steepness, errors))
-    yield _range(record)
     if min(orders) > 0.5:
         yield (
             "\nThe conjecture holds in this sense: not π - θ has to be small but the slope of the "
@@ -154,17 +134,6 @@ def _conjecture(record: Record) -> Iterator[str]:
         )
     else:
         yield "\nThe conjecture fails: the error does not vanish for blunt indenters."
-
-
-def _range(record: Record) -> str:
-    """Which γ₁ were tried, down to where the surface turns over."""
-    points = [x for row in record.paths.values() for x in row if x.errors.exists]
-    least = {
-        s: min(1 / x.ratio for x in points if x.steepness == s)
-        for s in sorted({x.steepness for x in points})
-    }
-    reached = ", ".join(f"{gamma:.2g} w at f'(a₀) = {s:g}" for s, gamma in least.items())
-    return f"- Least γ₁ tried at which the surface does not turn over: {reached}."
 
 
 def _bound(steepness: float) -> str:

@@ -7,9 +7,8 @@ is set, at the same imposed depth d, against minimising the energy of the true s
 only on w/γ₁, on a/l and on the steepness, the slope f'(a) at the line of (16).
 
 Map: a wedge and a parabola at the depth where (16) gives a = l, over w/γ₁ and steepness; a flat
-punch about to detach, over w/γ₁ and a/l. Errors: of a relative to a; of the force (11) and of the
-largest pull relative to max(|P|, 2√(2wγ₁)), the tension term of (22); of the depth at which the
-contact detaches relative to δ₀ = √(2w/k); of π - θ relative to itself.
+punch about to detach, over w/γ₁ and a/l. Errors: of a relative to a; of the force (11) relative to
+max(|P|, 2√(2wγ₁)), the tension term of (22); of π - θ relative to itself.
 Around an axis: cone and sphere likewise, small against finite slopes at the depth where a line of
 radius l is in balance, d = f - (δ₀ - l f') K₀/K₁.
 Conjecture: w, k, the indenter and d = 0 are fixed, γ₁ alone varies: does (16) hold for all γ₁?
@@ -60,10 +59,8 @@ def border(error: Callable[[float], float], scan: Sequence[float], tolerance: fl
 
 def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
     """Each shape, steepness line and quantity; and the angle, which depends on w/γ₁ alone."""
-    lines = product(SHAPES, p.lines, small_slopes.QUANTITIES)
-    flat = "parabola", "depth of detachment"  # at its tip: among the flat faces
-    chosen = [(shape, s, name) for shape, s, name in lines if (shape, name) != flat]
-    chosen += product(small_slopes.ROUND, p.lines, ("half-width", "force"))
+    shapes = (*SHAPES, *small_slopes.ROUND)
+    chosen = list(product(shapes, p.lines, small_slopes.QUANTITIES))
     for pair in each(functools.partial(_borders, p.scan), chosen, jobs):
         yield from pair
     for tolerance in TOLERANCES:

@@ -13,7 +13,6 @@ import numpy as np
 from studies.shared.figures import COLOURS, Figure, canvas, plain_ticks
 from studies.shared.table import Table, markdown
 
-QUANTITIES = ("half-width a", "force P", "energy U", "angle θ")
 MARKERS = "osD^v<>phX*"
 LEAST = 1e-16
 LEVELS = (1e-4, 1e-6, 1e-8, 1e-10)
@@ -63,7 +62,7 @@ def machine() -> str:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
         names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
         name = names[0] if names else name
-    threads = os.environ.get("OMP_NUM_THREADS", "as many as BLAS takes")
+    threads = os.environ.get("OPENBLAS_NUM_THREADS", "as many as BLAS takes")
     versions = f"Python {platform.python_version()}, numpy {np.__version__}"
     return f"{name}, {os.cpu_count()} cores, threads: {threads}; {versions}"
 
@@ -78,7 +77,7 @@ def rows(points: Sequence[Point], floors: dict[int, float]) -> Table:
     return [*head, "seconds", "spread", "ratio_to_dptsv", *names, "success", "note"], found
 
 
-def table(points: Sequence[Point], floors: dict[int, float], exponents: dict[str, float]) -> str:
+def table(points: Sequence[Point], floors: dict[int, float]) -> str:
     """Everything measured, in Markdown."""
     names = dict.fromkeys(p.task for p in points)
     tasks = {task: [p for p in points if p.task == task] for task in names}
@@ -90,8 +89,6 @@ def table(points: Sequence[Point], floors: dict[int, float], exponents: dict[str
         lines += [f"### {task}: {told}", "", levels(tasks[task]), ""]
     times = [[f"{n}", f"{seconds * 1e3:.4g}"] for n, seconds in floors.items()]
     lines += ["### floors", "", markdown(("n", "dptsv ms"), times)]
-    lines += ["", "Cost exponents (time over unknowns):", ""]
-    lines += [f"- {name}: {value:.2f}" for name, value in exponents.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -133,55 +130,55 @@ def _row(p: Point) -> list[str]:
 def family(method: str) -> str:
     """What a method is drawn as: those of other authors by their kind."""
     kinds = {
-        "active set": "active set",
         "cvxpy": "solver through cvxpy",
         "direct": "solver, direct",
-        "scipy": "scipy minimisers",
+        "scipy L": "scipy L-BFGS-B",
     }
-    if method.startswith("ours") or "(angle put in)" in method:
-        return method
+    kinds |= {"by hand": "one line by hand", "ours, load_path on": "ours, lattice"}
+    kinds |= {"ours, load_path": "ours, default", "ours, shortest": "ours, lattice"}
     return next((kind for word, kind in kinds.items() if word in method), method)
 
 
-def plot(task: str, points: Sequence[Point], floors: dict[int, float]) -> Figure:
-    """Time against each error, or where there is none but of U against the size; a line per method.
+def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
+    """Time against the error of a of each task, or where there is none against the size.
 
     A ring: the method says that it failed.
     """
     shown = [p for p in points if not p.note and np.isfinite(p.seconds)]
-    finite = [q for q in range(4) if any(np.isfinite(p.errors[q]) for p in shown)]
-    known = [None] if finite in ([], [2]) else finite
-    rows, columns = (len(known) + 1) // 2, min(2, len(known))
-    figure, grid = canvas(
-        1 + 6 * columns, 1.4 + 4 * rows, rows, columns, sharey=True, squeeze=False
+    tasks, kinds = (
+        [*dict.fromkeys(found)]
+        for found in ([p.task for p in shown], [family(p.method) for p in shown])
     )
+    columns = min(3, len(tasks))
+    rows = -(-len(tasks) // columns)
+    size = 1 + 4.6 * columns, 1.6 + 3.8 * rows
+    figure, grid = canvas(*size, rows, columns, sharey=True, squeeze=False)
     panels = grid.ravel()
-    for axes in panels[len(known) :]:
+    for axes in panels[len(tasks) :]:
         axes.set_axis_off()
-    kinds = list(dict.fromkeys(family(p.method) for p in shown))
-    for quantity, axes in zip(known, panels, strict=False):
-        for method in dict.fromkeys(p.method for p in shown):
-            own = [p for p in shown if p.method == method]
-            if quantity is not None:
-                own = [p for p in own if np.isfinite(p.errors[quantity])]
-            _draw(axes, own, quantity, kinds.index(family(method)))
-        for n, seconds in floors.items():
+    for task, axes in zip(tasks, panels, strict=False):
+        own = [p for p in shown if p.task == task]
+        known = any(np.isfinite(p.errors[0]) for p in own)
+        for method in dict.fromkeys(p.method for p in own):
+            _draw(axes, [p for p in own if p.method == method], known, kinds.index(family(method)))
+        for seconds in floors.values():
             axes.axhline(seconds, color="0.6", lw=0.8, ls="--", zorder=0)
-            place = {"xycoords": ("axes fraction", "data"), "fontsize": 7, "color": "0.35"}
-            text = f"one tridiagonal solve, n = {n:g}"
-            axes.annotate(text, (0.99, seconds), ha="right", va="bottom", **place)
-        axes.set(xscale="log", yscale="log", xlabel="unknowns")
-        axes.grid(alpha=0.25)
-        if quantity is not None:
-            axes.set_xlabel(f"relative error of {QUANTITIES[quantity]}")
+        axes.set(xscale="log", yscale="log", title=f"{task}, one step" * (task == "loop") or task)
+        axes.set_xlabel("relative error of the half-width a" if known else "nodes")
+        if known:
             axes.set_xlim(LEAST / 3, max(axes.get_xlim()[1], 100 * LEAST))
+        axes.grid(alpha=0.25)
     for axes in panels[::columns]:
-        axes.set_ylabel("time of one step" if task == "loop" else "time")
+        axes.set_ylabel("time")
     plain_ticks(panels[0].yaxis, "s", (1.0,))
     for number, kind in enumerate(kinds):
         panels[0].plot([], [], label=kind, **_style(number, kind.startswith("ours")))
-    figure.legend(loc="outside lower center", fontsize=8, ncols=min(len(kinds), 3 * columns))
-    figure.suptitle(f"{task}: {fastest(shown)}", wrap=True, fontsize=11)
+    sizes = ", ".join(f"{n:g}" for n in floors)
+    panels[0].plot([], [], "--", color="0.6", lw=0.8, label=f"one dptsv, n = {sizes}")
+    figure.legend(loc="outside lower center", fontsize=8, ncols=min(len(kinds) + 1, 3))
+    figure.suptitle(
+        "What an error of the half-width costs, here and with what a user would pick instead"
+    )
     return figure
 
 
@@ -203,11 +200,9 @@ def _style(number: int, ours: bool) -> dict[str, Any]:
     return {"marker": marker, "color": colour, "ms": 7 if ours else 5, "lw": 2.2 if ours else 1}
 
 
-def _draw(axes: Any, own: Sequence[Point], quantity: int | None, number: int) -> None:
-    """One method: its times over the errors of a quantity, or over the unknowns."""
-    if not own:
-        return
-    x = [p.unknowns if quantity is None else max(p.errors[quantity], LEAST) for p in own]
+def _draw(axes: Any, own: Sequence[Point], known: bool, number: int) -> None:
+    """One method: its times over the errors of a, or over the nodes."""
+    x = [max(p.errors[0], LEAST) if known else p.unknowns for p in own]
     seconds = [p.seconds for p in own]
     half = np.array([p.spread / 2 for p in own])
     spread = np.array(seconds) * [half / (1 + half), half]  # by a factor: the axis is logarithmic

@@ -10,39 +10,31 @@ value on the path or their own; θ over θ) for
 | finite      | parabola, w > 0, finite slopes                                                 |
 | loop        | loading and unloading of the adhesive parabola; time of one step               |
 | rough       | lowest energy of all on a rough profile; its error against the proven one      |
-| sphere      | adhesive, turned about its axis                                                |
-| sphere_loop | loop, turned about its axis                                                    |
 
 Every point carries its size, its success and the spread of its time; times are medians, as ratios
 to one LAPACK `dptsv` of that size measured in between. Modelling (building a cvxpy problem,
-matrices, the first solve of a parametrised one) is timed apart from solving. The floors in each
-figure: one `dptsv` of each size.
+matrices, the first solve of a parametrised one) is timed apart from solving.
 
---check measures only the ratios of rivals.tasks.guarded and compares them with
-studies/benchmarks/baseline.json: a ratio 1.5 times larger fails. --update stores new ones.
+Output: a line per point, runtime_vs_error.md with a table, runtime_vs_error.csv and .png: time
+against the error of a, of the rough profile against the number of nodes; floors: one `dptsv` of
+each size.
 """
 
-import json
 import math
-import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from studies.benchmarks.rivals.problem import Method, Task, installed
-from studies.benchmarks.rivals.tasks import TASKS, guarded, named
+from studies.benchmarks.rivals.tasks import TASKS
 from studies.benchmarks.runtime_report import Point, fastest, machine, plot, rows, table
 from studies.shared import command
 from studies.shared.batches import each
-from studies.shared.timing import middle, seconds, tridiagonal_seconds
-
-BASELINE = Path(__file__).with_name("baseline.json")
-LOSS = 1.5
+from studies.shared.timing import middle, tridiagonal_seconds
 
 
 @dataclass(frozen=True)
@@ -84,10 +76,10 @@ def measure(task: Task, method: Method, size: float, parameters: Parameters) -> 
     except (ValueError, ArithmeticError, RuntimeError, MemoryError, IndexError) as problem:
         note = f"{type(problem).__name__}: {problem}".splitlines()[0][:120]
         return Point.failed(task.name, method.name, size, note)
-    per_step = np.array(times) / method.steps(task)
+    per_step = np.array(times) / task.depths.size
     median, spread = middle(per_step)
     floor = tridiagonal_seconds(unknowns, 3)
-    prepared = modelling, first / method.steps(task)
+    prepared = modelling, first / task.depths.size
     done = task.errors(answer), bool(answer.success)
     return Point(
         task.name, method.name, size, unknowns, *prepared, median, spread, median / floor, *done
@@ -96,11 +88,11 @@ def measure(task: Task, method: Method, size: float, parameters: Parameters) -> 
 
 def run(
     parameters: Parameters = Parameters(),
-    tasks: Sequence[str] = TASKS,
+    tasks: Sequence[str] = tuple(TASKS),
     show: Callable[[Point], object] = lambda point: None,
 ) -> list[Point]:
     """Every method of every task at growing sizes until its patience is exceeded."""
-    chosen = [named(name, parameters.steps) for name in tasks]
+    chosen = [TASKS[name](parameters.steps) for name in tasks]
     cases = [(task, method) for task in chosen for method in task.methods]
     return [p for own in each(partial(_grown, parameters, show), cases, 1) for p in own]
 
@@ -115,11 +107,11 @@ def _grown(
         show(points[-1])
         return points
     for size in method.sizes(parameters.sizes):
-        if points and not expected(points, size) * method.steps(task) < 5 * parameters.patience:
+        if points and not expected(points, size) * task.depths.size < 5 * parameters.patience:
             break
         points.append(measure(task, method, size, parameters))
         show(points[-1])
-        if not points[-1].seconds * method.steps(task) < parameters.patience / 4:
+        if not points[-1].seconds * task.depths.size < parameters.patience / 4:
             break
     return points
 
@@ -137,73 +129,18 @@ def expected(points: Sequence[Point], size: float) -> float:
     return float(points[-1].seconds * (size / points[-1].size) ** power)
 
 
-def exponents(points: Sequence[Point], least: int = 10**4) -> dict[str, float]:
-    """Slope of log time over log unknowns from `least` unknowns on, for methods on a lattice."""
-    found = {}
-    for task, method in dict.fromkeys((p.task, p.method) for p in points):
-        own = [p for p in points if (p.task, p.method) == (task, method) and p.unknowns >= least]
-        if len({p.unknowns for p in own}) >= 2 and "lattice" in method:
-            x, y = np.log([(p.unknowns, p.seconds) for p in own]).T
-            found[f"{task}, {method}"] = float(np.polyfit(x, y, 1)[0])
-    return found
-
-
-def ratios(repeats: int = 15) -> dict[str, float]:
-    """The guarded ratios, each the median of pairs measured one after the other."""
-    found = {}
-    for name, (work, floor) in guarded().items():
-        work()
-        floor()
-        pairs = [(seconds(work), seconds(floor)) for _ in range(repeats)]
-        found[name] = statistics.median(a / b for a, b in pairs)
-    return found
-
-
-def losses(found: dict[str, float], baseline: dict[str, float]) -> list[str]:
-    """A line for every ratio that is missing or more than LOSS times its baseline."""
-    lines = []
-    for name in sorted({*found, *baseline}):
-        if name not in found or name not in baseline:
-            lines.append(f"{name}: only in {'this run' if name in found else 'the baseline'}")
-        elif not found[name] <= LOSS * baseline[name]:
-            lines.append(f"{name}: {found[name]:.3g}, baseline {baseline[name]:.3g}")
-    return lines
-
-
-def check(update: bool) -> int:
-    """Compare with the stored baseline, or store a new one."""
-    found = ratios()
-    stored = json.loads(BASELINE.read_text("utf-8")) if BASELINE.exists() else {}
-    for name, value in found.items():
-        print(f"{name:44s} {value:8.3f}   baseline {stored.get(name, float('nan')):8.3f}")
-    if update:
-        rounded = {name: float(f"{value:.3g}") for name, value in found.items()}
-        BASELINE.write_text(json.dumps(rounded, indent=2) + "\n", encoding="utf-8")
-        return 0
-    lost = losses(found, stored)
-    print("\n".join(lost) if lost else f"no ratio is more than {LOSS} times its baseline")
-    return 1 if lost else 0
-
-
 def main(argv: Sequence[str] | None = None) -> int:
-    """Command line of the study; with --check 1 if a ratio was lost."""
+    """Command line of the study."""
     parser = command.parser("runtime_vs_error", __doc__, "small sizes, under 20 s")
-    command.some_of(parser, "--tasks", TASKS)
-    parser.add_argument("--check", action="store_true", help="compare with the stored baseline")
-    parser.add_argument("--update", action="store_true", help="store a new baseline")
+    command.some_of(parser, "--tasks", tuple(TASKS))
     options, out = command.parse(parser, argv)
-    if options.check or options.update:
-        return check(options.update)
-    quick = options.preset == "quick"
-    parameters = QUICK if quick else Parameters()
-    points = run(parameters, options.tasks, lambda point: command.say(line(point)))
-    least = {n: tridiagonal_seconds(n, parameters.repeats) for n in parameters.sizes}
-    out.table("runtime_vs_error.csv", parameters, *rows(points, least), notes=[machine()])
-    text = table(points, least, exponents(points, 10**3 if quick else 10**4))
+    p = QUICK if options.preset == "quick" else Parameters()
+    points = run(p, options.tasks, lambda point: command.say(line(point)))
+    floors = {n: tridiagonal_seconds(n, p.repeats) for n in p.sizes}
+    out.table("runtime_vs_error.csv", p, *rows(points, floors), notes=[machine()])
+    text = table(points, floors)
     out.text("runtime_vs_error.md", text)
-    for name in options.tasks:
-        own = [p for p in points if p.task == name]
-        out.figure(f"runtime_vs_error_{name}.png", plot(name, own, least))
+    out.figure("runtime_vs_error.png", plot(points, floors))
     print(text)
     for name in options.tasks:
         command.answer(f"{name}: {fastest([p for p in points if p.task == name and not p.note])}.")

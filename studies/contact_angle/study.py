@@ -5,8 +5,7 @@
 The energies that are minimised hold no angle: it is measured, at every contact line, as the angle
 between the indenter and the simulated surface beside it (12). With true surface lengths
 (slopes="finite") it should be Young's (8), with small slopes (15), whatever the indenter, the depth
-and the way there, along a line or around an axis; `method="lattice"` should recover (15) from nodes
-a spacing apart.
+and the way there, along a line or around an axis. (`verify` has both equations on nodes, too.)
 
 Output: contact_angle.png and .csv, the numbers on the screen; exit status 1 if a law is missed.
 """
@@ -15,7 +14,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import chain, product
+from itertools import chain
 
 import numpy as np
 
@@ -27,7 +26,6 @@ from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.small_slopes import depth_by_16, detachment, scene, simulated
 from studies.shared.table import Table
-from studies.verify.mesh import Grid
 
 INDENTERS: dict[str, Indenter] = {
     "wedge": Wedge(math.atan(0.1)),
@@ -63,7 +61,7 @@ def measured(kind: str, shape: str, state: Equilibrium) -> Iterator[Angle]:
     ratio = scene.work_of_adhesion / scene.gamma1
     for i in np.flatnonzero(~state.pinned & np.isfinite(state.angle_deficits)):
         seen = float(state.angle_deficits.flat[i]), law, float(indenter[i]), float(layer[i])
-        yield Angle(kind, shape, ratio, state.depth, state.half_width, *seen, state.spacing)
+        yield Angle(kind, shape, ratio, state.depth, state.half_width, *seen)
 
 
 def single(p: Parameters, shape: str) -> list[Angle]:
@@ -95,23 +93,6 @@ def loop(steps: int, case: tuple[str, float]) -> Loop:
     return Loop(shape, ratio, tuple(angles[:steps]), tuple(angles[steps:]))
 
 
-def on_lattices(p: Parameters, case: tuple[int, str]) -> list[Angle]:
-    """Small-slope angles from nodes, at the worst line of each state.
-
-    The error of an angle is about half its change from twice the spacing.
-    """
-    (cells, shape), found = case, []
-    for ratio, shift in product(p.path, p.offsets):
-        small = given(shape, ratio, "small")
-        depth = depth_by_16(small, (small.indenter.apex or 0.0) + 1.0)
-        grids = Grid(cells, shift), Grid(cells / 2, shift / 2)
-        fine, coarse = ([*measured("lattice", shape, one.solve(small, depth))] for one in grids)
-        worst, beside = max(zip(fine, coarse, strict=True), key=lambda pair: pair[0].residual)
-        off = abs(worst.deficit - beside.deficit) / 2
-        found.append(worst._replace(estimate=off, spacing=1 / cells))
-    return found
-
-
 def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """Measure all angles in `jobs` processes; `show` gets a line as each part begins."""
     show(f"{len(p.ratios)} w/γ₁ x {len(SHAPES)} indenters x {len(p.widths)} depths ...")
@@ -119,10 +100,7 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     show(f"loading paths at {len(p.path)} w/γ₁ ...")
     ways = [(shape, ratio) for shape in ("wedge", "parabola") for ratio in p.path]
     loops = tuple(each(partial(loop, p.steps), ways, jobs))
-    show(f"{len(p.cells)} lattices ...")
-    levels = [(cells, shape) for cells in p.cells for shape in SHAPES]
-    lattice = tuple(chain.from_iterable(each(partial(on_lattices, p), levels, jobs)))
-    return Record(p, states, loops, lattice)
+    return Record(p, states, loops)
 
 
 def summary(record: Record) -> str:
@@ -147,15 +125,6 @@ def summary(record: Record) -> str:
             f"a goes from {min(widths):.2g} l to {max(widths):.2g} l and the surface beside the "
             f"line turns by {turn:.2g}°"
         )
-    lines += [
-        f"lattice, Δx = {spacing:g} l: π - θ is (15) within {error:.1e} of itself"
-        for spacing, error in record.lattice_errors().items()
-    ]
-    lines.append(f"lattice: order {record.order:.2f}, error/estimate <= {record.overstepped:.2f}")
-    lines += [
-        f"simulated (15) against simulated (8) at w/γ₁ = {ratio:g}: π - θ smaller by {gap:.3%}"
-        for ratio, gap in law_gap(record)
-    ]
     return "\n".join(lines)
 
 
@@ -163,25 +132,16 @@ def answer(record: Record) -> str:
     """Whether the angle is that of its law everywhere."""
     lines = len(record.states) + sum(len(loop.angles) for loop in record.loops)
     worst = max(record.worst("finite"), record.worst("small"))
-    order = f"on the lattice it converges with the order {record.order:.2f}."
     if record.passed:
         return (
-            f"Yes: at {lines} contact lines on the fitted mesh π - θ is that of its law within "
-            f"{worst:.0e} of itself; {order}"
+            f"Yes: at {lines} contact lines π - θ is that of its law within {worst:.0e} of itself."
         )
-    told = f"π - θ differs from its law by up to {worst:.0e} of itself"
-    return f"Not as simulated: {told}, and {order}"
-
-
-def law_gap(record: Record) -> list[tuple[float, float]]:
-    """(w/γ₁, how much smaller π - θ is for small slopes), both measured."""
-    small, finite = ({x.ratio: x.deficit for x in record.of(k)} for k in ("small", "finite"))
-    return [(r, 1 - small[r] / finite[r]) for r in sorted(finite)]
+    return f"Not as simulated: π - θ differs from its law by up to {worst:.0e} of itself."
 
 
 def table(record: Record) -> Table:
     """Columns and a row per measured angle; lengths in l, angles in rad."""
-    rows = [["state", *angle, angle.residual] for angle in (*record.states, *record.lattice)]
+    rows = [["state", *angle, angle.residual] for angle in record.states]
     for one in record.loops:
         for i, angle in enumerate(one.angles):
             part = "advance" if i < len(one.advance) else "retract"

@@ -8,34 +8,28 @@ works of adhesion w, under imposed depth, a dead load, and machines of finite st
 The left side comes from the forces along the path, the right side from the energies beside the
 events. Jump-in, pull-off, end of the contact and loop area stand beside the closed forms
 (energy.cards); where a closed form is 0 the error is in units of kδ₀(b + l), δ₀ and b, see
-shared/loops.py. The map is over the two groups on which a loop depends (small slopes): l/b, which
-is √(γ₁/k)/b, or √(γ₁/2w) tan δ for the wedge, and K/(kb).
+shared/loops.py. A loop depends (small slopes) on two groups: l/b, which is √(γ₁/k)/b, or
+√(γ₁/2w) tan δ for the wedge, and K/(kb).
 
-Output: a line per loop and its worst error, hysteresis.csv with all numbers, figures, and a GIF.
-Exit status 1 if an error exceeds 1e-8 or the energy balance does not close
-within 1e-9.
+Output: a line per loop and its worst error, hysteresis.csv with all numbers, figures. Exit status 1
+if an error exceeds 1e-8 or the energy balance does not close within 1e-9.
 """
 
 from collections.abc import Sequence
 from functools import partial
 from itertools import product
 
-import numpy as np
-
 from discretization import History
 from studies.hysteresis import figures as hysteresis_figures
-from studies.hysteresis.animation import animate
-from studies.hysteresis.record import BAR, FULL, LEDGER, QUICK, Loop, Map, Parameters, Record
+from studies.hysteresis.record import BAR, FULL, LEDGER, QUICK, Loop, Parameters, Record
 from studies.shared import command, loops
 from studies.shared.batches import Show, each, silent
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
-from studies.shared.types import Array
 
 _NIL = 1e-8  # of the scale, printed as 0
 LENGTHS = ("jump-in half-width", "pull-off depth", "pull-off half-width")
 SHOWN = dict.fromkeys(LENGTHS, 1e6) | {"pull-off force": 1.0, "loop area": 1.0}
-_COARSE = 18  # steps of a loop of the map
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
@@ -46,14 +40,7 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Re
     for own in each(partial(_controls, parameters), scenes, jobs):
         found += own
         show("\n".join(map(line, own)))
-    cases = list(product(INDENTERS, parameters.across))
-    columns = np.array(list(each(partial(_map_column, parameters.up), cases, jobs)))
-    grid = columns.reshape(len(INDENTERS), len(parameters.across), 2, -1).transpose(0, 2, 3, 1)
-    axes = np.array(parameters.across), np.array(parameters.up)
-    maps = [Map(shape, *axes, *own) for shape, own in zip(INDENTERS, grid, strict=True)]
-    for one in maps:
-        show(f"map of the {one.shape}: {one.area.size} loops, worst {one.error.max():.1e}")
-    return Record(parameters, tuple(found), tuple(maps))
+    return Record(parameters, tuple(found))
 
 
 def _controls(parameters: Parameters, case: tuple[str, float, float]) -> list[Loop]:
@@ -63,17 +50,6 @@ def _controls(parameters: Parameters, case: tuple[str, float, float]) -> list[Lo
     stiffness = LAYER.stiffness * SIZE
     held = [loops.driven_loop(path, K * stiffness) for K in (0.0, *parameters.machines)]
     return [Loop(shape, one, tuple(loops.compared(one)), one.work()) for one in (path, *held)]
-
-
-def _map_column(up: Sequence[float], case: tuple[str, float]) -> Array:
-    """Loop areas and their errors (2, m) under machines at one l/b, by coarse paths."""
-    shape, ratio = case
-    scene = loops.scene_of(shape, LAYER.stiffness * (ratio * SIZE) ** 2)
-    path, found = loops.depth_loop(scene, _COARSE), []
-    for K in np.array(up) * LAYER.stiffness * SIZE:
-        form = loops.compared(loops.driven_loop(path, K))[-1]
-        found.append((form.simulated / (2 * scene.work_of_adhesion * SIZE), form.error))
-    return np.transpose(found)
 
 
 COLUMNS = Columns(
@@ -98,9 +74,8 @@ def line(loop: Loop) -> str:
 def summary(record: Record) -> str:
     """The last lines: errors, and what the loops say."""
     failed = sum(not loop.passed for loop in record.loops)
-    maps = sum(found.area.size for found in record.maps)
     return (
-        f"{len(record.loops)} loops and {maps} of the maps: worst error {record.error:.1e} "
+        f"{len(record.loops)} loops: worst error {record.error:.1e} "
         f"(limit {BAR:.0e}), energy balances off by {record.imbalance:.1e} at most "
         f"(limit {LEDGER:.0e}); {failed} failed"
     )
@@ -128,28 +103,13 @@ def table(record: Record) -> Table:
     return [*given, *columns, "work", "dissipated", "imbalance"], rows
 
 
-def map_table(record: Record) -> Table:
-    """A row per loop of the maps."""
-    rows = [
-        [found.shape, across, up, found.area[i, j], found.error[i, j]]
-        for found in record.maps
-        for j, across in enumerate(found.across)
-        for i, up in enumerate(found.up)
-    ]
-    return ["indenter", "l_over_b", "K_over_kb", "area_over_2wb", "error"], rows
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write; 1 if a loop misses a bar."""
-    quick = "fewer loops, a coarse map"
+    quick = "fewer loops"
     preset, jobs, out = command.start("hysteresis", __doc__, argv, quick, FULL, QUICK)
     record = run(preset, command.say, jobs)
     out.table("hysteresis.csv", preset, *table(record))
-    out.table("hysteresis_map.csv", preset, *map_table(record))
     out.figures(hysteresis_figures.plot(record, featured(record)))
-    finer = loops.depth_loop(featured(record).scene, 2 * preset.frames)
-    count = animate(finer, out.at("hysteresis_loop.gif"), preset.frames)
-    print(f"written: hysteresis.csv, figures and a GIF of {count} frames in {out.folder}")
     print(summary(record))
     command.answer(
         f"The energy released in its jumps and nothing else: in {len(record.loops)} loops the area "

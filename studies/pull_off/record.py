@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from energy import Scene
-from studies.shared import loops
-from studies.shared.types import Array
+from studies.shared import Array, loops
 
 
 class State(NamedTuple):

@@ -27,11 +27,10 @@ from energy.units import prefixed
 from studies.scenes.file import SceneFile, built, read
 from studies.scenes.grid import axes, coarser, follow
 from studies.scenes.sweep import study as sweep
-from studies.shared import command
+from studies.shared import QUANTITIES, command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, GREY, ORANGE, canvas
 from studies.shared.table import Table, naming
-from studies.shared.types import QUANTITIES
 
 SIGNS = (
     "signs: depth > 0 into the layer, force > 0 compressive, energy 0 for the flat surface "

@@ -30,9 +30,8 @@ def parser(
     found = argparse.ArgumentParser(prog=f"python -m studies {name}", description=doc)
     found.formatter_class = argparse.RawDescriptionHelpFormatter
     presets = ("quick", "full")
-    found.add_argument(
-        "--preset", choices=presets, default="full", help=f"quick: {quick}; default: full"
-    )
+    about = f"quick: {quick}, figures as PNG alone; default: full"
+    found.add_argument("--preset", choices=presets, default="full", help=about)
     same = "the same as --preset quick"
     found.add_argument("--quick", action="store_const", const="quick", dest="preset", help=same)
     where = "folder of tables and figures; default: results/"
@@ -64,10 +63,14 @@ def _jobs(text: str, timed: bool) -> int:
 
 @dataclass(frozen=True)
 class Output:
-    """A folder for tables and figures, and the command that makes them again."""
+    """A folder for tables and figures, and the command that makes them again.
+
+    pdf: whether figures are written as PDF, too.
+    """
 
     folder: Path
     command: str
+    pdf: bool = True
 
     def table(
         self,
@@ -103,8 +106,8 @@ class Output:
         return table.header(self.command, parameters)
 
     def figure(self, name: str, figure: Figure) -> list[Path]:
-        """Write a figure as PNG and PDF; `name` may have an ending."""
-        return figures.save(figure, self.at(name))
+        """Write a figure; `name` may have an ending."""
+        return figures.save(figure, self.at(name), self.pdf)
 
 
 def parse(
@@ -122,7 +125,8 @@ def parse(
     except OSError:
         refusal = f"--out {options.out}: {there} is no folder to write to; give another"
         raise ValueError(refusal) from None
-    return options, Output(options.out, shlex.join([*parser.prog.split(), *given]))
+    command = shlex.join([*parser.prog.split(), *given])
+    return options, Output(options.out, command, pdf=options.preset == "full")
 
 
 def start(

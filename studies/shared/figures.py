@@ -12,8 +12,8 @@ from discretization.plots import BLUE, GREEN, GREY, ORANGE
 from discretization.plots import RIGID as RIGID
 from discretization.plots import SOFT as SOFT
 from discretization.plots import canvas as canvas
+from studies.shared import Array
 from studies.shared.table import naming
-from studies.shared.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,20 +60,32 @@ def edges(middles: Array) -> Array:
     return np.concatenate([[2 * middles[0] - inner[0]], inner, [2 * middles[-1] - inner[-1]]])
 
 
-def save(figure: Figure, path: Path) -> list[Path]:
-    """Write the figure as PNG and as PDF, without the time in it; the files written."""
-    png, pdf = path.with_suffix(".png"), path.with_suffix(".pdf")
-    _write(png, figure, dpi=DPI, metadata={"Title": title(figure)})
-    figure.set_layout_engine("none")  # as just laid out
-    _write(pdf, figure, metadata={"CreationDate": None, "Title": title(figure)})
-    return [png, pdf]
+def save(figure: Figure, path: Path, pdf: bool = True) -> list[Path]:
+    """Write the figure as PNG and, if wanted, as PDF, without the time in it; the files written.
+
+    The PNG is what one pass draws: `savefig` would draw everything twice to lay it out.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.image import imsave
+
+    named, image = {"Title": title(figure)}, BytesIO()
+    figure.set_dpi(DPI)
+    drawn = FigureCanvasAgg(figure)
+    drawn.draw()
+    imsave(image, drawn.buffer_rgba(), format="png", dpi=DPI, metadata=named)
+    written = [_write(path.with_suffix(".png"), image)]
+    if pdf:
+        image = BytesIO()
+        figure.set_layout_engine("none")  # as just laid out
+        figure.savefig(image, format="pdf", metadata={"CreationDate": None, **named})
+        written.append(_write(path.with_suffix(".pdf"), image))
+    return written
 
 
-def _write(path: Path, figure: Figure, **options: Any) -> None:
-    drawn = BytesIO()
-    figure.savefig(drawn, format=path.suffix[1:], **options)
+def _write(path: Path, image: BytesIO) -> Path:
     with naming(path):
-        path.write_bytes(drawn.getbuffer())
+        path.write_bytes(image.getbuffer())
+    return path
 
 
 def title(figure: Figure) -> str:

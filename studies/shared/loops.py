@@ -49,11 +49,6 @@ class Known(NamedTuple):
     size: Callable[[float, float], float]
     pull_off: Callable[..., Any]
 
-    @property
-    def critical_stiffness(self) -> Callable[..., Any] | None:
-        """Of a machine under which the contact closes to the end; None for a flat face."""
-        return getattr(cards.machine_control, f"{self.name}_critical_stiffness", None)
-
     def loop(self, control: str, given: dict[str, float], K: float | None) -> list[Any]:
         """Jump-in, end of the contact and loop area under one control."""
         machine = {"K": K} if control == "drive" else {}

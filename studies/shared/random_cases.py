@@ -23,7 +23,7 @@ from energy import (
     Wedge,
     cards,
 )
-from studies.shared.types import QUANTITIES
+from studies.shared import QUANTITIES
 
 
 @dataclass(frozen=True)

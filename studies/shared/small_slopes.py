@@ -12,11 +12,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
 from discretization import Equilibrium, minimise
 from energy import ElasticLayer, FlatPunch, Indenter, Parabola, Scene, SurfaceEnergies, Wedge, cards
-from studies.shared.loops import pull_off_card
 
 K = 1.0
 _NARROW = 0.9  # rtol for contacts about to vanish, whose exact width does not matter
@@ -51,13 +50,12 @@ class Kind(NamedTuple):
     """A family of indenters with a given slope s at their line, f'(a) = s.
 
     body(s, a); width: a s without tension at d = 0 and δ₀ = 1; at_touch(a₀, l): half-width by (16)
-    where that is a₀ without tension, at d = 0; detachment(s, δ₀): the depth by (16).
+    where that is a₀ without tension, at d = 0.
     """
 
     body: Callable[[float, float], Indenter]
     width: float
     at_touch: Callable[[float, float], float]
-    detachment: Callable[[float, float], float]
 
 
 KINDS = {
@@ -65,13 +63,11 @@ KINDS = {
         lambda s, a: Wedge(math.atan(s)),
         1.0,
         lambda a0, ell: a0 - ell,
-        lambda s, reach: min(s - reach, 0.0),
     ),
     "parabola": Kind(
         lambda s, a: Parabola(a / s),
         2.0,
         lambda a0, ell: a0 / (ell / a0 + math.hypot(ell / a0, 1)),
-        lambda s, reach: -reach,
     ),
 }
 SHAPES = tuple(KINDS)
@@ -163,33 +159,7 @@ def detachment(given: Scene, tolerance: float = 1e-6) -> float:
     return float(brentq(width, -1.01 * reach, 0.01 * reach, xtol=tolerance * reach, rtol=1e-14))
 
 
-def detachment_error(shape: str, steepness: float, ratio: float) -> float:
-    """Error of the depth at which (16) lets the contact go, relative to δ₀."""
-    given = scene(blunt(shape, steepness), 1.0, ratio)
-    reach = given.critical_separation
-    return (KINDS[shape].detachment(steepness, reach) - detachment(given)) / reach
-
-
-def pull_error(shape: str, steepness: float, ratio: float) -> float:
-    """Error of the largest pull on the way to where the contact detaches, scaled like P."""
-    given = scene(blunt(shape, steepness), 1.0, ratio)
-    reach = given.critical_separation
-
-    def force(depth: float) -> float:
-        state = simulated(given, depth, _NARROW)
-        return state.force if state else 0.0
-
-    inner = minimize_scalar(
-        force, bounds=(-reach, reach / 4), method="bounded", options={"xatol": 1e-4 * reach}
-    )
-    most = min(float(inner.fun), force(-reach * (1 - 1e-9)))
-    by_16 = pull_off_card(given).force
-    return (float(by_16) - most) / _force_scale(given, most)
-
-
 QUANTITIES: dict[str, Callable[[str, float, float], float]] = {
     "half-width": lambda *at: at_unit_width(*at).half_width,
     "force": lambda *at: at_unit_width(*at).force,
-    "largest pull": functools.cache(pull_error),
-    "depth of detachment": functools.cache(detachment_error),
 }

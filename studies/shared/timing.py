@@ -8,6 +8,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,9 +35,11 @@ def tridiagonal_seconds(n: int, repeats: int = 7) -> float:
 def interpreter_seconds(code: str) -> float:
     """Wall time of a Python that does nothing else, modules compiled as those installed are."""
     command, environment = [sys.executable, "-c", code], _compiled(code)
-    return seconds(lambda: subprocess.run(command, check=True, env=environment))
+    given: dict[str, Any] = {"check": True, "env": environment, "cwd": _ROOT}
+    return seconds(lambda: subprocess.run(command, **given))
 
 
+_ROOT = Path(__file__).parents[2]  # from where these packages are found, installed or not
 _BYTECODE = functools.cache(tempfile.TemporaryDirectory)  # one, made when it is needed
 
 
@@ -44,7 +48,7 @@ def _compiled(code: str) -> dict[str, str]:
     """An environment in which what the code imports is compiled: it has run once."""
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": _BYTECODE().name}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment, cwd=_ROOT)
     return environment
 
 

@@ -1,16 +1,132 @@
-"""The figures of `verify`, drawn from its curves."""
+"""The figures of `verify`: simulated curves beside their closed forms, and how they are drawn."""
 
-from collections.abc import Sequence
-from typing import Any
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from energy import FlatPunch, Indenter, Scene, cards
 from energy.units import prefixed
 from studies.shared.figures import BLUE, COLOURS, LINE, MARKERS, ORANGE, Figure, canvas
-from studies.verify.curves import Angles, Branch, Meniscus, Outside
+from studies.verify.mesh import Array, Grid
+from studies.verify.observe import brink
+from studies.verify.scenes import PARABOLA, PUNCH, WEDGE, case, constants, gel
 
-LEAST = 1e-9  # difference that is drawn
 LAYER, BASE, BODY = "#d9d9d9", "#7f7f7f", "#bcd4e6"
+GRID = Grid(100, 0.23)
+
+
+class Meniscus(NamedTuple):
+    """Surface u(x) under and beside a flat punch about to detach, and Eq. (21)."""
+
+    scene: Scene
+    half_width: float
+    depth: float
+    x: Array
+    u: Array
+    closed_form: Array
+
+    def scaled(self, size: float) -> Meniscus:
+        """All lengths in units of `size`."""
+        a, d = self.half_width / size, self.depth / size
+        return Meniscus(self.scene, a, d, self.x / size, self.u / size, self.closed_form / size)
+
+
+class Branch(NamedTuple):
+    """a(d) and P(d) of a case study: simulated at `depths`, closed forms at `dense`."""
+
+    name: str
+    sources: tuple[str, str]
+    depths: Array
+    half_widths: Array
+    forces: Array
+    dense: Array
+    half_width_card: Array
+    force_card: Array
+
+
+class Curves(NamedTuple):
+    """Everything the figures show."""
+
+    meniscus: Meniscus
+    branches: list[Branch]
+
+
+class Study(NamedTuple):
+    """A case study: name, scene, closed forms a(d) and P(d) and where they stand in the paper.
+
+    depths: range of d/δ₀ of the branch.
+    """
+
+    name: str
+    sources: tuple[str, str]
+    scene: Scene
+    depths: tuple[float, float]
+    half_width: Callable[[Any], Any]
+    force: Callable[[Any], Any]
+
+
+def simulate(points: int) -> Curves:
+    """All curves; `points` simulated states on each branch."""
+    shapes = studies()
+    return Curves(meniscus(), [branch(shape, points) for shape in shapes])
+
+
+def studies() -> tuple[Study, ...]:
+    """The four shapes; depths run from just before they detach."""
+    flat, wedge, parabola, dry = cards.flat_punch, cards.wedge, cards.parabola, cards.nonadhesive
+    scene, _, given = case(WEDGE, ())
+    end = float(wedge.detachment_depth(**given)) / scene.critical_separation + 1e-3
+    laws = (
+        (lambda d, a, **_: a + 0 * d, flat.force),
+        (wedge.half_width, wedge.force),
+        (parabola.half_width, parabola.force),
+        (dry.parabola_half_width, dry.parabola_force),
+    )
+    return (
+        _study("flat punch", ("edge of the punch", "Eq. (11)"), PUNCH, -0.999, laws[0]),
+        _study("wedge", ("Eq. (25)", "Eq. (27)"), WEDGE, end, laws[1]),
+        _study("parabola", ("Eq. (33)", "Eq. (11)"), PARABOLA, -0.999, laws[2]),
+        _study("parabola, w = 0", ("Eq. (39)", "Eq. (40)"), PARABOLA, 0.001, laws[3], w=0.0),
+    )
+
+
+def _study(
+    name: str,
+    sources: tuple[str, str],
+    indenter: Indenter,
+    least: float,
+    laws: Any,
+    **options: float,
+) -> Study:
+    scene, _, given = case(indenter, (), **options)
+    width, force = (partial(law, **given) for law in laws)
+    return Study(name, sources, scene, (least, 1.5), width, force)
+
+
+def meniscus() -> Meniscus:
+    """A punch pulled upward, drawn as in Fig. 2 of the paper."""
+    punch = FlatPunch(1.2e-4)
+    scene = gel(punch)
+    depth, a = brink(GRID, scene), punch.half_width
+    x = np.linspace(-2.4e-4, 2.4e-4, 481)
+    u = GRID.solve(scene, depth).displacement(x)
+    closed_form = np.array(cards.flat_punch.displacement(x, a=a, **constants(scene)))
+    return Meniscus(scene, a, depth, x, u, closed_form)
+
+
+def branch(study: Study, points: int) -> Branch:
+    """a(d) and P(d) between the depths of the case study."""
+    lo, hi = np.array(study.depths) * gel(PUNCH).critical_separation
+    depths, dense = np.linspace(lo, hi, points), np.linspace(lo, hi, 301)
+    states = [GRID.solve(study.scene, d) for d in depths]
+    half_widths = np.array([state.half_width for state in states])
+    forces = np.array([state.force for state in states])
+    known = np.asarray(study.half_width(dense)), np.asarray(study.force(dense))
+    return Branch(study.name, study.sources, depths, half_widths, forces, dense, *known)
 
 
 def punch_and_meniscus(data: Meniscus) -> Figure:
@@ -65,55 +181,6 @@ def _draw_dimensions(axes: Any, data: Meniscus, h: float, unit: str) -> None:
     axes.text(edge, face + 0.3 * h, f"$|d_c|$ = {face:.2f} {unit}", ha="center", va="bottom")
     axes.annotate("", (0, face + 1.15 * h), (0, face + 0.65 * h), arrowprops=one)
     axes.text(0.06 * a, face + 0.95 * h, "pull", va="center")
-
-
-def free_surface(shapes: Sequence[Outside]) -> Figure:
-    """u(x) beside four shapes in scaled coordinates, Eq. (6) dashed, and the error below."""
-    figure, (top, bottom) = canvas(7.5, 7, 2, 1, sharex=True, height_ratios=(1.6, 1))
-    for i, shape in enumerate(shapes):
-        colour = COLOURS[i]
-        style: dict[str, Any] = {"color": colour, "marker": MARKERS[i], "markevery": (i, 4)}
-        top.plot(shape.distance, -shape.u, ls="", label=shape.name, **style)
-        top.plot(shape.distance, -shape.closed_form, "--", color=colour)
-        error = np.abs(shape.u - shape.closed_form) / abs(shape.at_line)
-        error = np.maximum(error, LEAST)
-        bottom.semilogy(shape.distance, error, lw=1, label=shape.name, **style)
-    top.plot([], [], "--", color="black", label="Eq. (6)")
-    top.axhline(0, color="black", lw=0.7, ls=":")
-    top.set(
-        ylabel="height of the surface  -u/δ₀",
-        title="Beside the contact the surface decays over the length l, as Eq. (6) says",
-    )
-    top.legend()
-    bottom.set(xlabel="distance from the contact line  (x - a)/l", ylabel="|difference| / |u(a)|")
-    bottom.set_ylim(LEAST / 2, 1e-3)
-    bottom.set_title(f"Difference to Eq. (6), 100 links per l (below {LEAST:.0e}: drawn there)")
-    bottom.grid(alpha=0.3)
-    return figure
-
-
-def contact_angle(curves: Sequence[Angles]) -> Figure:
-    """Relative error of the measured π - θ against Δx/l, with a line of second order.
-
-    The fitted mesh has no spacing: its error is a level. One below rounding is drawn at rounding.
-    """
-    (figure, axes), unit = canvas(7, 5), prefixed([curve.gamma1 for curve in curves], "N/m")
-    for curve, colour, marker in zip(curves, COLOURS, MARKERS, strict=False):
-        name = f"γ₁ = {curve.gamma1 / unit.size:.0f} {unit.symbol}"
-        style: dict[str, Any] = {"color": colour, "marker": marker}
-        axes.loglog(1 / curve.cells, curve.errors, label=f"lattice, {name}", **style)
-        level = np.full(2, max(curve.fitted, np.finfo(float).eps))
-        ends = 1 / curve.cells[[0, -1]]
-        axes.loglog(ends, level, ls=":", mfc="white", label=f"fitted mesh, {name}", **style)
-    spacing = 1 / curves[0].cells
-    least = min(float(curve.errors[-1]) for curve in curves)
-    guide = 0.4 * least * (spacing / spacing[-1]) ** 2
-    axes.loglog(spacing, guide, "--", color="black", label="second order")
-    axes.set(xlabel="spacing of the lattice  Δx/l", ylabel="relative error of  π - θ")
-    axes.set_title("The simulated angle converges to that of Eq. (15), √(2w/γ₁)")
-    axes.grid(which="both", alpha=0.25)
-    axes.legend(loc="center right", fontsize=9)
-    return figure
 
 
 def case_studies(branches: Sequence[Branch]) -> Figure:

@@ -1,26 +1,30 @@
 """Where a check solves: on a lattice of chosen spacing and shift, or on the fitted mesh."""
 
+import functools
 import warnings
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from discretization import AccuracyWarning, Equilibrium, minimise
+from discretization import AccuracyWarning, Equilibrium, History, load_path, minimise
 from discretization.inside import on_lattice
 from energy import Scene
-from studies.shared.types import Array
+from studies.shared import Array
 
 
 class Mesh(ABC):
     """A discretisation, as the measure of a check sees it.
 
     cells: links per reference length; a limit that is taken in the scene itself divides by it.
+    short: how far short of detachment, relatively, a state just before it is taken.
     """
 
     cells: float
+    short: float
 
     @abstractmethod
     def solve(
@@ -28,10 +32,21 @@ class Mesh(ABC):
     ) -> Equilibrium:
         """Equilibrium; a lattice has length/cells between nodes, `length` is l unless given."""
 
+    @abstractmethod
+    def path(self, scene: Scene, depths: ArrayLike) -> History:
+        """The load path through these depths."""
+
     def sweep(self, scene: Scene, depths: ArrayLike, name: str, **options: Any) -> Array:
         """The attribute `name` of the equilibria at the depths, (n,)."""
         depths = np.atleast_1d(np.asarray(depths, float))
         return np.array([getattr(self.solve(scene, d, **options), name) for d in depths])
+
+
+@functools.lru_cache(maxsize=512)
+def _solved(solve: Callable[..., Equilibrium], scene: Scene, *where: Any) -> Equilibrium:
+    """A state on nodes, solved once for all checks that look at it one after the other."""
+    depth, spacing, branch, origin = where
+    return solve(scene, depth, spacing, branch=branch, origin=origin)
 
 
 @dataclass(frozen=True)
@@ -40,6 +55,7 @@ class Grid(Mesh):
 
     cells: float
     offset: float = 0.0
+    short: float = 1e-8
 
     def solve(
         self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"
@@ -48,12 +64,20 @@ class Grid(Mesh):
 
         A node stands on an axis of rotation; there the spacing shrinks a little instead.
         """
-        turned, origin = scene.axisymmetric, None
-        links = self.cells + self.offset if turned else self.cells
-        spacing = (length or scene.elastocapillary_length) / links
-        if self.offset and not turned:
+        spacing, origin = self._spacing(scene, length), None
+        if self.offset and not scene.axisymmetric:
             origin = (scene.indenter.apex or 0.0) + self.offset * spacing
-        return on_lattice(scene, float(depth), spacing, branch=branch, origin=origin)
+        return _solved(on_lattice, scene, float(depth), spacing, branch, origin)
+
+    def path(self, scene: Scene, depths: ArrayLike) -> History:
+        """The load path. ValueError for a shifted line contact: a path has a node at the tip."""
+        if self.offset and not scene.axisymmetric:
+            raise ValueError(f"offset = {self.offset!r} must be 0 for a path along a line")
+        return load_path(scene, depths=depths, method="lattice", spacing=self._spacing(scene))
+
+    def _spacing(self, scene: Scene, length: float | None = None) -> float:
+        links = self.cells + self.offset if scene.axisymmetric else self.cells
+        return (length or scene.elastocapillary_length) / links
 
 
 @dataclass(frozen=True)
@@ -64,6 +88,7 @@ class Fitted(Mesh):
     """
 
     cells: float = 1e12
+    short: float = 1e-10
 
     def solve(
         self, scene: Scene, depth: float, *, length: float | None = None, branch: str = "adhered"
@@ -72,3 +97,7 @@ class Fitted(Mesh):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)
             return minimise(scene, float(depth), branch=branch)
+
+    def path(self, scene: Scene, depths: ArrayLike) -> History:
+        """The load path."""
+        return load_path(scene, depths=depths)

@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import fixed_quad
 from scipy.optimize import brentq, minimize_scalar
 
 from discretization import Equilibrium, Lattice, NodalEnergy
@@ -15,7 +14,9 @@ from studies.verify.mesh import Array, Grid, Mesh
 
 _ONE_SIDED = np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12  # first derivative, fourth order
 _CURVATURE = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12  # second derivative, fourth order
-_FIVE_POINT = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12  # first derivative, fourth order
+_BESIDE = np.array([-2.0, -1.0, 1.0, 2.0])  # steps to the points of a first derivative
+_CENTRAL = np.array([1.0, -8.0, 8.0, -1.0]) / 12  # and their weights, fourth order
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 _STEP = 1 / 250  # of l, between the points of a difference quotient
 
 
@@ -65,7 +66,12 @@ def line_by_far_field(state: Equilibrium) -> float:
 
 def integral(function: Callable[[Array], Array], ends: Sequence[float]) -> float:
     """Gauss-Legendre quadrature over each interval between consecutive `ends`."""
-    return float(sum(fixed_quad(function, lo, hi, n=64)[0] for lo, hi in pairwise(ends)))
+    return float(
+        sum(
+            (hi - lo) / 2 * _WEIGHTS @ function((lo + hi) / 2 + (hi - lo) / 2 * _POINTS)
+            for lo, hi in pairwise(ends)
+        )
+    )
 
 
 def contact_pressure(state: Equilibrium) -> float:
@@ -93,7 +99,7 @@ def punch_difference(
     return Punches((wide.force - narrow.force) / added, (wide.energy - narrow.energy) / added)
 
 
-def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-15) -> float:
+def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-12) -> float:
     """Smallest depth that still holds, by bisection between 0 and -2 µm of the label."""
     lo, hi = -2e-6, 0.0
     if mesh.solve(scene, lo).label != "detached" or mesh.solve(scene, hi).label == "detached":
@@ -108,8 +114,8 @@ def last_contact(mesh: Mesh, scene: Scene, rtol: float = 1e-15) -> float:
 
 
 def brink(mesh: Mesh, scene: Scene) -> float:
-    """A depth 1e-10 short of detachment: at that point itself any width of a flat face holds."""
-    return last_contact(mesh, scene, rtol=1e-11) * (1 - 1e-10)
+    """A depth just short of detachment: at that point itself any width of a flat face holds."""
+    return last_contact(mesh, scene, mesh.short / 10) * (1 - mesh.short)
 
 
 def membrane(grid: Grid, scene: Scene, depth: float, width: float) -> tuple[Array, Array]:
@@ -153,7 +159,7 @@ def least_force(mesh: Mesh, scene: Scene, lo: float, hi: float) -> float:
 
 
 def energy_derivative(mesh: Mesh, scene: Scene, depth: float) -> float:
-    """dU/dd by a five-point central difference of the simulated energy."""
+    """dU/dd by a central difference of fourth order of the simulated energy."""
     step = 0.002 * scene.critical_separation
-    energies = mesh.sweep(scene, depth + step * np.arange(-2, 3), "energy")
-    return float(_FIVE_POINT @ energies) / step
+    energies = mesh.sweep(scene, depth + step * _BESIDE, "energy")
+    return float(_CENTRAL @ energies) / step

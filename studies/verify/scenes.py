@@ -4,7 +4,9 @@ E = 310 Pa, ν = 0.38, h = 11 µm, γ₁ = 47 mN/m, w = 23 µJ/m²: l = 29.8 µm
 √(2w/γ₁) = 0.031. At d = 0 the assumptions of the model (d ≪ h ≪ a, small slopes, 2w ≪ γ₁) hold.
 """
 
+import functools
 import math
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any, NamedTuple
 
@@ -61,6 +63,22 @@ def case(indenter: Any, levels: ArrayLike, **options: Any) -> Case:
     shape = {"a": indenter.half_width} if flat else asdict(indenter)
     depths = np.asarray(levels, float) * scene.critical_separation
     return Case(scene, depths, shape | constants(scene))
+
+
+@functools.lru_cache(maxsize=256)
+def limit(card: Callable[..., Any], **given: float) -> Any:
+    """A closed form without an argument, such as a pull-off, worked out once for all grids."""
+    return card(**given)
+
+
+def known(card: Callable[..., Any], at: ArrayLike, **given: float) -> np.ndarray:
+    """A closed form at depths or places (n,), worked out once for all grids."""
+    return _known(card, tuple(np.ravel(at).tolist()), **given)
+
+
+@functools.lru_cache(maxsize=256)
+def _known(card: Callable[..., Any], at: tuple[float, ...], **given: float) -> np.ndarray:
+    return np.asarray(card(np.array(at), **given))
 
 
 def constants(scene: Scene) -> dict[str, float]:

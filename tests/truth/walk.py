@@ -28,8 +28,9 @@ from .surfaces import surface_of
 MOVE = 1 / 4  # of the feature: the farthest a line moves before touching is looked for
 SINK = 0.6  # of δ₀: the farthest the depth grows at once
 ROUGHLY, CLOSELY = 1e-4, 1e-11  # of the feature: what counts as moved, on the way and at its end
-SLOW, PART = 0.6, 0.5  # ratio of moves that are slow, and the part of their rest gone at once
+SLOW, PART = 0.6, 0.9  # ratio of moves that are slow, and the part of their rest gone at once
 ABOUT = 1e-7  # of what holds a line: by less it is about to move
+BEHIND = 0.05  # of how slow it is: by so much less some of them go
 LEAP = 1e-3  # of the feature: the farthest gone at once
 TIE = 1e-13  # of the depths of the scene: rounding of v
 
@@ -174,7 +175,9 @@ class Walk:
             return False
         rested, rate = list(self.lines), sizes[2] / sizes[1]
         part = min(PART * rate / max(abs(1 - rate), 1e-9), LEAP * self.feature / sizes[2])
-        self.lines = (np.array(rested) + part * moves[-1]).tolist()
+        behind = np.ones(len(rested))  # the lines that moved last are at rest
+        behind[::2] -= BEHIND * min(abs(1 - rate), 1.0)
+        self.lines = (np.array(rested) + part * behind * moves[-1]).tolist()
         moved = np.flatnonzero(moves[-1]).tolist()
         if (np.diff(self.lines) >= 0).all() and all(self._moves_on(i, way) for i in moved):
             everywhere = range(len(self.lines) // 2 + 1)

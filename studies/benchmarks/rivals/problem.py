@@ -13,15 +13,15 @@ import functools
 import importlib.util
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 
 from discretization import Lattice
-from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-from studies.shared.types import Array
+from energy import ElasticLayer, Parabola, Sampled, Scene, SurfaceEnergies
+from studies.shared import Array
 
 RADIUS = 10.0
 
@@ -36,20 +36,21 @@ class Answer(NamedTuple):
     success: bool = True
 
 
-def elastic(w: float, radius: float, slopes: str = "small", geometry: str = "line") -> Scene:
-    """A parabola, or a sphere, on a layer with k = γ₁ = 1."""
+def elastic(w: float, radius: float, slopes: str = "small") -> Scene:
+    """A parabola on a layer with k = γ₁ = 1."""
     surfaces = SurfaceEnergies.from_work(1.0, w)
-    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes, geometry=geometry)
+    return Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(radius), slopes)
 
 
-def rough(n: int) -> tuple[Lattice, Array]:
-    """d - f for a parabola with four waves of random phase, n nodes over 16 l."""
+def rough(n: int) -> tuple[Scene, dict[str, Any]]:
+    """A parabola with four waves of random phase over 16 l, and options for n nodes on it."""
     scene, rng = elastic(0.05, RADIUS), np.random.default_rng(5)
-    x = np.linspace(-8, 8, n)
-    waves = sum(
-        0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6)) for j in (1, 2, 3, 5)
-    )
-    return Lattice.of(scene, 16 / (n - 1), 0.0), 0.5 - x * x / (2 * RADIUS) + waves
+    x = np.linspace(-8, 8, n // 2 * 2 + 1)
+    z = x * x / (2 * RADIUS)
+    for j in (1, 2, 3, 5):
+        z -= 0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6))
+    options = {"branch": "global", "spacing": float(x[1] - x[0])}
+    return replace(scene, indenter=Sampled(x, z)), options
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,15 +134,13 @@ class Grid:
 
 Solve = Callable[[], Answer]
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-FEW = 20  # steps of the loop given to slow methods
 
 
 @dataclass(frozen=True)
 class Method:
     """Name, how to prepare it for a size (number of nodes, or rtol), packages it needs.
 
-    largest: size; only: sizes of a method that can do few; tolerances: it is given rtol, not nodes;
-    few: it is given FEW steps of a loop.
+    largest: size; only: sizes of a method that can do few; tolerances: it is given rtol, not nodes.
     """
 
     name: str
@@ -150,17 +149,12 @@ class Method:
     packages: tuple[str, ...] = ()
     only: tuple[int, ...] = ()
     tolerances: bool = False
-    few: bool = False
 
     def sizes(self, given: Sequence[int]) -> Sequence[float]:
         """The sizes, or the tolerances of a method without nodes."""
         if self.tolerances:
             return TOLERANCES
         return self.only or [n for n in given if n <= self.largest]
-
-    def steps(self, task: Task) -> int:
-        """Steps of a loop over which its time is shared out."""
-        return min(FEW, task.depths.size) if self.few else task.depths.size
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,20 +175,9 @@ class Task:
     def errors(self, answer: Any) -> tuple[float, float, float, float]:
         """Largest relative errors of a, P, U and θ; for the rough profile of U alone."""
         found = np.array([np.asarray(part, float).T for part in answer[:4]]).reshape(4, -1)
-        exact = self.exact if found.shape[1] == self.exact.shape[1] else self.few
-        size = np.abs(exact).max(axis=1)
-        a, force, energy, angle = np.abs(found - exact).max(axis=1) / size
+        size = np.abs(self.exact).max(axis=1)
+        a, force, energy, angle = np.abs(found - self.exact).max(axis=1) / size
         return float(a), float(force), float(energy), float(angle)
-
-    @property
-    def chosen(self) -> Array:
-        """Indices of the few steps a slow method is given."""
-        return np.linspace(0, self.depths.size - 1, min(FEW, self.depths.size)).astype(int)
-
-    @property
-    def few(self) -> Array:
-        """What is exact at these."""
-        return self.exact[:, self.chosen]
 
 
 def installed(name: str) -> bool:

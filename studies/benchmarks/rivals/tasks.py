@@ -1,15 +1,15 @@
 """The tasks of runtime_vs_error: scenes with known answers, and who takes part in each."""
 
 import math
+import warnings
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from discretization.inside import Oracle, global_minimum
+from discretization import AccuracyWarning, Equilibrium, load_path, minimise
 from energy import cards
-from studies.benchmarks.rivals import active_set, conic, one_line, ours
+from studies.benchmarks.rivals import by_hand, solvers
 from studies.benchmarks.rivals.problem import (
     RADIUS,
     Answer,
@@ -21,168 +21,153 @@ from studies.benchmarks.rivals.problem import (
     rough,
 )
 from studies.shared.random_cases import steep_totals
-from studies.shared.timing import tridiagonal_seconds
 
-Make = Callable[[Task, float], tuple[Solve, int]]
-TASKS = ("nonadhesive", "adhesive", "finite", "loop", "rough", "sphere", "sphere_loop")
+Made = tuple[Solve, int]  # what solves, and its unknowns
 DEPTH, WORK = 5.0, 0.02  # k = γ₁ = 1
 STEEP_RADIUS, STEEP_WIDTH, STEEP_WORK = 5.0, 2.0, 0.3
 ROUGH_NODES = (60, 200, 500, 1000, 2000, 4000, 10_000, 20_000, 40_000, 10**5)
 MARGIN = 15.0  # elastocapillary lengths of free surface that a rival's grid covers on each side
+SIMILAR = 50_000  # unknowns of a dptsv that takes about as long as a method without nodes
 
 
-def named(name: str, steps: int) -> Task:
-    """One of TASKS; steps: of a loop."""
-    known = Method("ours, default", _known(ours.default), tolerances=True), OURS[1]
-    known_path = Method("ours, load_path", _known(ours.path), tolerances=True), PATHS[1]
-    made: dict[str, Callable[[], Task]] = {
-        "nonadhesive": lambda: _blunt(name, (*OURS, *_convex()), w=0.0),
-        "adhesive": lambda: _blunt(name, (*OURS, *BY_HAND)),
-        "finite": _finite,
-        "loop": lambda: _blunt(name, (*PATHS, LAST), steps=steps),
-        "rough": _rough,
-        "sphere": lambda: _blunt(name, known, geometry="axisymmetric"),
-        "sphere_loop": lambda: _blunt(name, known_path, steps=steps, geometry="axisymmetric"),
-    }
-    return made[name]()
+def default(task: Task, rtol: float) -> Made:
+    """`minimise` with its defaults but rtol."""
+
+    def solve() -> Answer:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)
+            return _answer(minimise(task.scene, task.depth, rtol=rtol))
+
+    return solve, SIMILAR
 
 
-def _blunt(
-    name: str, methods: tuple[Method, ...], w: float = WORK, steps: int = 0, geometry: str = "line"
-) -> Task:
-    """A parabola or sphere at DEPTH, or on 0 -> DEPTH -> just above where the contact detaches."""
-    card: Any = cards.parabola
-    given = {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
-    width, last = card.half_width, -math.sqrt(2 * w)
-    if geometry == "axisymmetric":
-        card = cards.axisymmetric.sphere
-        width, last = card.radius, float(card.detachment(**given).depth)
-    loading, half = np.linspace(0, DEPTH, steps // 2), steps - steps // 2
-    loop = np.r_[loading, np.linspace(DEPTH, 0.99 * last, half)]
-    depths = loop if steps else np.array([DEPTH])
-    known = [one(depths, **given) for one in (width, card.force, card.energy)]
-    exact = np.array([*known, np.full(depths.size, math.pi - math.sqrt(2 * w))])
-    return Task(name, elastic(w, RADIUS, geometry=geometry), depths, exact, methods)
+def _answer(state: Equilibrium) -> Answer:
+    done = state.certificate.ok
+    return Answer(state.half_width, state.force, state.energy, state.contact_angle, done)
 
 
-def _grid(task: Task, size: float, depth: float | None = None) -> Grid:
-    n = int(size) // 2 * 2 + 1
-    reach = float(task.exact[0].max()) + MARGIN * task.scene.elastocapillary_length
-    return Grid(task.scene, task.depth if depth is None else depth, n, reach)
+def lattice(task: Task, size: float) -> Made:
+    """As many nodes in contact as asked for."""
+    dx = 2 * float(task.exact[0, -1]) / size
+    options: dict[str, Any] = {"method": "lattice", "spacing": dx}
+    return lambda: _answer(minimise(task.scene, task.depth, **options)), int(size)
 
 
-def _on_grid(prepare: Callable[[Grid], Solve]) -> Make:
-    def make(task: Task, size: float) -> tuple[Solve, int]:
-        grid = _grid(task, size)
+def path(task: Task, rtol: float) -> Made:
+    """`load_path` with its defaults but rtol."""
+    return _followed(task, rtol=rtol), SIMILAR
+
+
+def lattice_path(task: Task, size: float) -> Made:
+    """`load_path` on as many nodes in the largest contact."""
+    dx = 2 * float(task.exact[0].max()) / size
+    return _followed(task, method="lattice", spacing=dx), int(size)
+
+
+def _followed(task: Task, **options: Any) -> Solve:
+    def solve() -> Answer:
+        found = load_path(task.scene, depths=task.depths, **options)
+        angle = np.full(task.depths.size, math.nan)
+        return Answer(found.half_width, found.force, found.energy, angle)
+
+    return solve
+
+
+def shortest(task: Task, size: float) -> Made:
+    """The proven lowest energy over itself and the violation of its proof."""
+    scene, options = rough(int(size))
+
+    def solve() -> Answer:
+        state = minimise(scene, task.depth, method="shortest_path", **options)
+        violation = state.proof.violation if state.proof else math.inf
+        return Answer(math.nan, math.nan, 1 + violation, math.nan)
+
+    return solve, int(size)
+
+
+def integers(task: Task, size: float) -> Made:
+    """The same nodes as a mixed-integer programme."""
+    scene, options = rough(int(size))
+    proven = minimise(scene, task.depth, method="shortest_path", **options).energy
+
+    def solve() -> Answer:
+        state = minimise(scene, task.depth, method="oracle", **options)
+        return Answer(math.nan, math.nan, state.energy / proven, math.nan)
+
+    return solve, int(size)
+
+
+def on_grid(prepare: Callable[[Grid], Solve]) -> Callable[[Task, float], Made]:
+    """What is given nodes over the contact and the free surface beside it."""
+
+    def make(task: Task, size: float) -> Made:
+        reach = float(task.exact[0].max()) + MARGIN * task.scene.elastocapillary_length
+        grid = Grid(task.scene, task.depth, int(size) // 2 * 2 + 1, reach)
         return prepare(grid), grid.nodes
 
     return make
 
 
-def _bvp(task: Task, rtol: float) -> tuple[Solve, int]:
+def boundary_value(task: Task, rtol: float) -> Made:
+    """scipy's solve_bvp, started a tenth too wide."""
     guess = 1.1 * float(task.exact[0, -1])
-    return one_line.boundary_value(task.scene, task.depth, rtol, guess), 50_000
-
-
-def _known(make: Make) -> Make:
-    """Solved once beforehand, as modelling: surfaces of all radii are kept from then on."""
-
-    def made(task: Task, rtol: float) -> tuple[Solve, int]:
-        solve, unknowns = make(task, rtol)
-        solve()
-        return solve, unknowns
-
-    return made
-
-
-def _by_hand(task: Task, size: float) -> tuple[Solve, int]:
-    """Each of a few steps from its predecessor's line, which is taken as known."""
-    chosen = task.chosen
-    grids = [_grid(task, size, float(task.depths[i])) for i in chosen]
-    before = [max(1, round(task.exact[0, max(i - 1, 0)] / grids[0].spacing)) for i in chosen]
-
-    def solve() -> Answer:
-        pairs = zip(grids, before, strict=True)
-        found = [one_line.bisection(grid, m)()[:4] for grid, m in pairs]
-        return Answer(*np.array(found).T)
-
-    return solve, grids[0].nodes
+    return by_hand.boundary_value(task.scene, task.depth, rtol, guess), SIMILAR
 
 
 OURS = (
-    Method("ours, default", ours.default, tolerances=True),
-    Method("ours, lattice", ours.lattice),
+    Method("ours, default", default, tolerances=True),
+    Method("ours, lattice", lattice),
 )
 PATHS = (
-    Method("ours, load_path", ours.path, tolerances=True),
-    Method("ours, load_path on the lattice", ours.lattice_path),
+    Method("ours, load_path", path, tolerances=True),
+    Method("ours, load_path on the lattice", lattice_path),
 )
-LAST = Method("one line by hand, from the last", _by_hand, 10**5, few=True)
-BVP = Method("scipy solve_bvp (angle put in)", _bvp, tolerances=True)
-BY_HAND = Method("one line by hand, dptsv", _on_grid(one_line.bisection), 10**6), BVP
+BVP = Method("scipy solve_bvp (angle put in)", boundary_value, tolerances=True)
+ROUGH = (
+    Method("ours, shortest path (lattice)", shortest, only=ROUGH_NODES),
+    Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(15, 30, 60)),
+)
 
 
-def _convex() -> tuple[Method, ...]:
+def convex() -> tuple[Method, ...]:
+    """What can solve a quadratic programme."""
     return (
-        Method("ours, obstacle (lattice)", _on_grid(ours.hull)),
-        Method("active set, nested grids", _on_grid(active_set.nested)),
-        Method("Clarabel, direct", _on_grid(conic.clarabel), 10**5),
-        Method("OSQP, direct", _on_grid(conic.osqp), 10**5),
-        Method("OSQP 1e-9, direct", _on_grid(partial(conic.osqp, tolerance=1e-9)), 10**4),
-        Method("PIQP, direct", _on_grid(conic.piqp), 10**6, ("piqp",)),
-        Method(
-            "PIQP 1e-10, direct", _on_grid(partial(conic.piqp, tolerance=1e-10)), 10**5, ("piqp",)
-        ),
-        *(Method(n, _on_grid(p), 10**5) for n, p in conic.cvxpy_solvers().items()),
-        Method("scipy L-BFGS-B", _on_grid(conic.bounded), 10**4),
-        Method("scikit-fem, nested", _on_grid(active_set.scikit_fem), 10**6, ("skfem",)),
+        Method("active set, nested grids", on_grid(by_hand.nested)),
+        *(Method(n, on_grid(p), 10**5) for n, p in solvers.through_cvxpy().items()),
+        Method("PIQP 1e-10, direct", on_grid(solvers.piqp), 10**5, ("piqp",)),
+        Method("scipy L-BFGS-B", on_grid(solvers.bounded), 10**4),
     )
 
 
-def _finite() -> Task:
+def adhesive(name: str, methods: tuple[Method, ...], w: float = WORK, steps: int = 0) -> Task:
+    """A parabola at DEPTH, or on 0 -> DEPTH -> just above where the contact detaches."""
+    card, given = cards.parabola, {"R": RADIUS, "k": 1.0, "gamma1": 1.0, "w": w}
+    loading, half = np.linspace(0, DEPTH, steps // 2), steps - steps // 2
+    loop = np.r_[loading, np.linspace(DEPTH, -0.99 * math.sqrt(2 * w), half)]
+    depths = loop if steps else np.array([DEPTH])
+    known = [one(depths, **given) for one in (card.half_width, card.force, card.energy)]
+    exact = np.array([*known, np.full(depths.size, math.pi - math.sqrt(2 * w))])
+    return Task(name, elastic(w, RADIUS), depths, exact, methods)
+
+
+def finite() -> Task:
+    """A steep parabola with finite slopes."""
     a, w = STEEP_WIDTH, STEEP_WORK
-    scene = elastic(w, STEEP_RADIUS, "finite")
-    d = float(
-        cards.finite.depth(a * a / 2 / STEEP_RADIUS, a / STEEP_RADIUS, k=1.0, gamma1=1.0, w=w)
-    )
+    scene, m = elastic(w, STEEP_RADIUS, "finite"), {"k": 1.0, "gamma1": 1.0, "w": w}
+    d = float(cards.finite.depth(a * a / 2 / STEEP_RADIUS, a / STEEP_RADIUS, **m))
     exact = np.array([[a, *steep_totals(scene, d, a), scene.surfaces.contact_angle]]).T
-    hand = Method("one line by hand, Newton", _on_grid(one_line.bisection), 10**5)
+    hand = Method("one line by hand, Newton", on_grid(by_hand.bisection), 10**5)
     return Task("finite", scene, np.array([d]), exact, (*OURS, hand, BVP))
 
 
-def _rough() -> Task:
-    """The lowest energy of all; exact is what each size proves itself, so that only U counts."""
-    nothing = np.array([[1.0, 1.0, 1.0, 1.0]]).T
-    methods = (
-        Method("ours, shortest path (lattice)", ours.shortest, only=ROUGH_NODES),
-        Method("cvxpy SCIP, mixed integer", _integers, packages=("pyscipopt",), only=(15, 30, 60)),
-    )
-    return Task("rough", elastic(0.05, RADIUS), np.array([0.5]), nothing, methods)
-
-
-def _integers(task: Task, size: float) -> tuple[Solve, int]:
-    lattice, g = rough(int(size))
-    (_, proof), oracle = global_minimum(lattice, g), Oracle(lattice, int(size))
-    proven = proof.attained
-    return lambda: Answer(math.nan, math.nan, oracle.solve(g).energy / proven, math.nan), int(size)
-
-
-def guarded() -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
-    """What may not become slower, and what it is measured against."""
-    flat, sticky = named("nonadhesive", 1), named("adhesive", 1)
-    steep, loop = named("finite", 1), named("loop", 100)
-    grid = _grid(flat, 10**5)
-
-    def dptsv(n: int) -> Callable[[], object]:
-        return partial(tridiagonal_seconds, n, 1)
-
-    return {
-        "adhesive, default / dptsv(50000)": (ours.default(sticky, 1e-8)[0], dptsv(50_000)),
-        "finite, default / dptsv(50000)": (ours.default(steep, 1e-8)[0], dptsv(50_000)),
-        "adhesive, lattice 1e5 / dptsv(1e5)": (ours.lattice(sticky, 1e5)[0], dptsv(10**5)),
-        "adhesive, lattice 1e6 / dptsv(1e6)": (ours.lattice(sticky, 1e6)[0], dptsv(10**6)),
-        "nonadhesive, obstacle 1e5 / active set 1e5": (ours.hull(grid), active_set.nested(grid)),
-        "loop of 100, load_path / dptsv(1e6)": (ours.path(loop, 1e-8)[0], dptsv(10**6)),
-        "loop of 100, lattice 1e4 / dptsv(1e6)": (ours.lattice_path(loop, 1e4)[0], dptsv(10**6)),
-        "rough, shortest path 1e3 / dptsv(1e6)": (ours.shortest(sticky, 1e3)[0], dptsv(10**6)),
-    }
+TASKS: dict[str, Callable[[int], Task]] = {
+    "nonadhesive": lambda steps: adhesive("nonadhesive", (*OURS, *convex()), w=0.0),
+    "adhesive": lambda steps: adhesive(
+        "adhesive",
+        (*OURS, Method("one line by hand, dptsv", on_grid(by_hand.bisection), 10**6), BVP),
+    ),
+    "finite": lambda steps: finite(),
+    "loop": lambda steps: adhesive("loop", PATHS, steps=steps),
+    # exact is what each size proves itself, so that only U counts
+    "rough": lambda steps: Task("rough", rough(60)[0], np.array([0.5]), np.ones((4, 1)), ROUGH),
+}

@@ -15,8 +15,8 @@ from energy import Scene
 from studies.scenes.fit.force_curve import Curve, in_contact, noise
 from studies.scenes.fit.model import DEFAULT, Model, conditioning, minimum
 from studies.scenes.fit.quality import Quality, judged
+from studies.shared import Array
 from studies.shared.batches import Progress, each
-from studies.shared.types import Array
 
 UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
 CONFIDENCE = 0.95

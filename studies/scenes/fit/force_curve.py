@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.shared.types import Array
+from studies.shared import Array
 
 CLEAR = 5.0  # times the noise: a force, or a way back, that is there
 ROUNDING = 1e-9  # of a way back, relative to the range of depths

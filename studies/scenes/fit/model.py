@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from discretization import NotCertifiedError, load_path
-from discretization.inside import FittedMany
 from energy import Scene, SurfaceEnergies
 from studies.scenes.fit.force_curve import Curve, Mark, contacts, in_contact, marks, noise
-from studies.shared.types import Array
+from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
@@ -96,7 +95,7 @@ class Model:
         pieces = tuple(slice(a, b) for a, b in pairwise(ends) if b > a)
         depths, measured, length = *(column[used] for column in curve), float(np.ptp(curve.depth))
         sigma = max(noise(curve.force), ROUNDING * float(np.abs(measured).max()))
-        touch = FittedMany.of(scene, 1e-8, float(depths.max())).touch
+        touch = load_path(scene, forces=[0.0]).events[0].depth  # where a path under a load begins
         return cls(scene, names, depths, measured, pieces, marks(curve), sigma, length, touch)
 
     @property

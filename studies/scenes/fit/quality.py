@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.shared.types import Array
+from studies.shared import Array
 
 TIMES = 2.0  # residual over noise: found between 0.5 and 1.4 where the model is right
 RUNS = -3.5  # standard deviations below the mean number of runs: one in 4000 curves of pure noise

@@ -30,7 +30,7 @@ Where contact begins and is lost between a clearly pulled point and one without 
 depths count as measurements too, with the error of the interval between the points.
 
 Output: DATA_fit.csv, DATA_fit.png. --self-test: synthetic noisy data (of a built-in scene, or of
---scene), fitted from a wrong start; fit_self_test.png; exit status 1 if fewer than 90 % of the
+--scene), fitted from a wrong start; exit status 1 if fewer than 90 % of the
 intervals of a parameter hold the truth, or if of random curves with a reversed sign, a wrong zero
 or hysteresis one is not called, or of good ones more than 5 % are (studies/scenes/fit/failures.py).
 """

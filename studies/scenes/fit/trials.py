@@ -16,7 +16,6 @@ from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import DEFAULT, astray, parameters_of
 from studies.shared.batches import Progress, each, tell
 from studies.shared.command import Output
-from studies.shared.figures import BLUE, ORANGE, Figure, canvas
 from studies.shared.table import Table
 
 NEEDED = 0.9  # of the intervals hold the truth
@@ -133,63 +132,19 @@ def told(record: Record) -> str:
 
 def table(record: Record) -> Table:
     """Columns and a row per trial and parameter, SI."""
-    rows = []
-    for number, trial in enumerate(record.trials, 1):
-        for name, one in zip(record.parameters.names, trial, strict=True):
-            interval = one.interval or ("", "")
-            rows.append(
-                [
-                    number,
-                    name,
-                    record.truth[name],
-                    one.value,
-                    *interval,
-                    one.holds,
-                    one.profile_holds,
-                ]
-            )
+    rows = [
+        [number, name, record.truth[name], one.value, *(one.interval or ("", "")), *one[2:]]
+        for number, trial in enumerate(record.trials, 1)
+        for name, one in zip(record.parameters.names, trial, strict=True)
+    ]
     columns = ["trial", "parameter", "truth", "estimate", "low", "high"]
     return [*columns, "holds_truth", "profile_holds_truth"], rows
-
-
-def plot(record: Record) -> Figure:
-    """Each estimate over the truth with its linearised interval, a panel per parameter."""
-    names = record.parameters.names
-    count = len(names)
-    figure, grid = canvas(10, 2.6 * count + 0.5, count, 1, sharex=True, squeeze=False)
-    panels = grid[:, 0]
-    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
-        truth = record.truth[name]
-        for holds, colour, marker in ((True, BLUE, "o"), (False, ORANGE, "s")):
-            rows = [(k, t[i]) for k, t in enumerate(record.trials, 1) if t[i].holds == holds]
-            if not rows:
-                continue
-            scale = truth or 1.0
-            middle = np.array([trial.value for _, trial in rows]) / scale
-            ends = np.array([trial.interval or (trial.value,) * 2 for _, trial in rows]).T / scale
-            number = [k for k, _ in rows]
-            label = f"intervals {'with' if holds else 'without'} the truth: {len(rows)}"
-            style = {"ls": "", "color": colour, "marker": marker, "ms": 3, "lw": 1}
-            axes.errorbar(number, middle, np.abs(ends - middle), label=label, **style)
-        axes.axhline(1.0 if truth else 0.0, color="black", lw=0.8)
-        axes.set_ylabel(f"{name} / truth" if truth else f"{name} in m")
-        axes.margins(y=0.25)
-        axes.legend(fontsize=8, ncols=2, loc="upper right")
-    panels[-1].set_xlabel("trial")
-    panels[-1].xaxis.get_major_locator().set_params(integer=True)
-    noise = record.parameters.noise
-    held = min(min(record.share(i)) for i in range(count))
-    figure.suptitle(
-        f"With {noise:.1%} noise at least {held:.0%} of the 95 % intervals hold the truth"
-    )
-    return figure
 
 
 def report(p: Parameters, out: Output, jobs: int = 1) -> int:
     """Run, print, write; 1 if too few intervals hold the truth, or a failure is not called."""
     record = run(p, jobs=jobs)
     written = [out.table("fit_self_test.csv", p, *table(record))]
-    written += out.figure("fit_self_test", plot(record))
     print(told(record))
     failures = fit_failures.run(fit_failures.Parameters(p.scene, p.trials), jobs=jobs)
     rows = fit_failures.table(failures)

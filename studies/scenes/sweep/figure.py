@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from energy.units import Unit, prefixed
 from studies.scenes.grid import UNITS, Value
 from studies.scenes.sweep.store import Record
+from studies.shared import Array
 from studies.shared.figures import BLUE, GREY, Figure, canvas, shades
-from studies.shared.types import Array
 
 STATE = (("force", "force P", "N"), ("half_width", "half-width a", "m"))
 PATH = (

@@ -6,7 +6,7 @@ from energy import FlatPunch, cards
 from studies.verify import scenes
 from studies.verify.convergence import FIRST, Comparison, Found, check, swept
 from studies.verify.mesh import Mesh
-from studies.verify.observe import even_energy, last_contact, least_force
+from studies.verify.observe import even_energy, least_force
 from studies.verify.scenes import PARABOLA, POWER_LAWS, PUNCH, WEDGE, case, constants, gel
 
 LEVELS = np.array([-0.45, 0.2, 1.1])  # depths over δ₀
@@ -54,8 +54,7 @@ def abrupt_pull_off(mesh: Mesh) -> Found:
     for Lambda in (1.3, 2.1):
         shape = scenes.pulled_parabola(Lambda)
         scene = gel(shape)
-        depths = np.linspace(last_contact(mesh, scene), 0.0, 9)
-        least = mesh.sweep(scene, depths, "force").min()
+        least = mesh.path(scene, [0.0, -2 * scene.critical_separation]).pull_off.force
         yield Comparison(least, cards.parabola.pull_off(R=shape.R, **constants(scene)).force)
 
 

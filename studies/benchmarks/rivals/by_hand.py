@@ -1,20 +1,69 @@
-"""One symmetric contact whose line is sought: by hand on a grid, as a boundary value problem."""
+"""What a user would write by hand: an active set, one sought line, a boundary value problem.
+
+The primal-dual active set (Hintermüller, Ito, Kunisch 2003), for w = 0: nodes with λ > 0 or u < g
+are held at g, the others are free with λ = 0; repeat until nothing changes. From {g > 0} it peels
+one node per iteration; the contact of a grid half as fine is a start from which a few suffice.
+"""
 
 import math
-from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy import integrate
+from scipy.linalg import lapack
 
 from discretization import NodalEnergy
 from energy import Scene
-from studies.benchmarks.rivals.active_set import held_at
-from studies.benchmarks.rivals.problem import Answer, Array, Grid
+from studies.benchmarks.rivals.problem import Answer, Array, Grid, Solve
 
+COARSEST = 65
 FAR = 30.0  # elastocapillary lengths of free surface for solve_bvp
+Mask = np.ndarray
 
 
-def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
+def nested(grid: Grid) -> Solve:
+    """From the contact on a grid half as fine, down from the coarsest; by LAPACK's `dptsv`."""
+    sizes = [grid.nodes]
+    while sizes[-1] > COARSEST:
+        sizes.append((sizes[-1] + 1) // 2)
+
+    def solve() -> Answer:
+        held = np.empty(0, bool)
+        for n in reversed(sizes):
+            own = replace(grid, nodes=n)
+            start = np.repeat(held, 2)[:n] if held.size else own.g > 0
+            u, multipliers, held = solved(own, start)
+        return grid.read(u, multipliers)
+
+    return solve
+
+
+def held_at(grid: Grid, held: Mask) -> tuple[Array, Array]:
+    """u (n,) with u = g on the held nodes, the others free; and the forces on the nodes."""
+    diagonal, off = grid.bands()
+    heights = np.where(held, grid.g, 0.0)
+    right = heights.copy()
+    right[1:] -= np.where(held[1:], 0.0, off * heights[:-1])
+    right[:-1] -= np.where(held[:-1], 0.0, off * heights[1:])
+    diagonal[held] = 1
+    off[held[1:] | held[:-1]] = 0
+    u = np.asarray(lapack.dptsv(diagonal, off, right, 1, 1, 1)[2])
+    return u, grid.pushed(u)
+
+
+def solved(grid: Grid, held: Mask) -> tuple[Array, Array, Mask]:
+    """Displacements, multipliers (zero where free) and contact, from a first guess of it."""
+    for _ in range(2 * grid.nodes):
+        u, force = held_at(grid, held)
+        multipliers = np.where(held, force, 0.0)
+        changed = np.where(held, multipliers > 0, u < grid.g)
+        if np.array_equal(changed, held):
+            return u, multipliers, held
+        held = changed
+    raise RuntimeError(f"no active set after {2 * grid.nodes} iterations")
+
+
+def bisection(grid: Grid) -> Solve:
     """Energy of the contact |x| <= mΔx by a solve of all nodes; bisection: where it grows with m.
 
     Where the surface would pass through the indenter the line advances as well. Then a, P and U
@@ -36,7 +85,7 @@ def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
         return bool(u[beside] < grid.g[beside]) or state(m + 1)[0] < energy
 
     def solve() -> Answer:
-        low, high = _bracket(advances, middle - 4, around)
+        low, high = 1, middle - 4
         while high - low > 1:
             m = (low + high) // 2
             low, high = (m, high) if advances(m) else (low, m)
@@ -53,19 +102,7 @@ def bisection(grid: Grid, around: int | None = None) -> Callable[[], Answer]:
     return solve
 
 
-def _bracket(advances: Callable[[int], bool], largest: int, around: int | None) -> tuple[int, int]:
-    if around is None:
-        return 1, largest
-    low, high, step = around, around, 1
-    while low > 1 and not advances(low):
-        low, step = max(1, low - step), 2 * step
-    step = 1
-    while high < largest and advances(high):
-        high, step = min(largest, high + step), 2 * step
-    return low, max(high, low + 1)
-
-
-def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Callable[[], Answer]:
+def boundary_value(scene: Scene, depth: float, rtol: float, guess: float) -> Solve:
     """scipy's solve_bvp for the free surface and a; Young's law has to be put in by hand."""
     k, gamma1, w = scene.stiffness, scene.gamma1, scene.work_of_adhesion
     ell = scene.elastocapillary_length
