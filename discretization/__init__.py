@@ -32,7 +32,7 @@ saves and that no digit changes:
 | contact              | all but the touching point      | lattice.fronts.adhered                  |
 | far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |
 | other contacts       | resolving a convex profile      | fitted.state.on_one_contact             |
-| links in between     | a convex profile's heights      | lattice.bracket.first_above             |
+| links in between     | a convex profile's heights      | lattice.fronts.first_above              |
 | true lengths         | nonlinear solves                | fitted.response.Response.surface        |
 | known surfaces       | solves of one seen before       | fitted.response.response                |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |

@@ -60,8 +60,8 @@ def load_path(
     that the energy balance closes. The profile is resolved first, as for `minimise`.
     "lattice": fixed nodes `spacing` apart: a line takes O(1) per link it passes; for any number of
     contacts of rough and measured profiles with many corners, with patterns and separate works of
-    adhesion (gamma1 > 0). A load is balanced by the force interpolated between the nodes; the
-    energy balance is that of contact sets, and closes exactly.
+    adhesion (small slopes, gamma1 > 0). A load is balanced by the force interpolated between the
+    nodes; the energy balance is that of contact sets, and closes exactly.
     rtol: relative error asked of the fitted mesh's surfaces and integrals; the lattice has its
     spacing instead.
     after: a history of the same scene and control that this programme continues; it becomes the

@@ -41,7 +41,8 @@ def minimise(
     springs are independent: nothing to follow there.
     "global": the lowest energy of all states, detached included.
     method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
-    minimum over all contact sets of these nodes (small slopes). "fitted": a mesh anchored at the
+    minimum over all contact sets of these nodes (small slopes); with finite slopes, and without
+    tension, it answers states of one contact. "fitted": a mesh anchored at the
     contact lines, accurate to rounding times the problem's condition; where the profile is not
     convex with any number of contacts, of "global" for small slopes: a lattice finds the topology.
     "auto": "fitted", or "lattice" for "global" with a spacing. "shortest_path": "global" on the

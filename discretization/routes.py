@@ -72,6 +72,14 @@ _BENT = (
     "branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex the "
     "lowest energy is only found for slopes='small'"
 )
+_STEEP_NODES = (
+    "slopes = 'finite': nodes only answer states of one contact there, no load paths, and neither "
+    "opening = {scene.opening!r} nor pattern = {scene.pattern!r}; use method='fitted'"
+)
+_SPRINGS_NODES = (
+    "gamma1 = 0: nodes answer states of one contact of a convex indenter there, as every spring is "
+    "by itself; use method='fitted' for indenter = {scene.indenter!r}"
+)
 _NODES_PATH = (
     "gamma1 = {scene.gamma1!r}: a load path on the lattice needs gamma1 > 0; without tension every "
     "spring is by itself, and nodes would only add their error: use method='fitted'"
@@ -111,13 +119,17 @@ TABLE = (
     Row(True, ("global",), lambda s: s.axisymmetric and _searched(s), "rings"),
     Row(True, STATES, lambda s: s.axisymmetric and not s.indenter.convex, "path"),
     Row(True, ("path",), lambda s: not s.gamma1, refused=_NODES_PATH),
+    Row(True, ("path",), _steep, refused=_STEEP_NODES),
     Row(True, ("path",), lambda s: True, "path"),
     Row(True, STATES, lambda s: _plane(s), "plane"),
+    Row(True, STATES, lambda s: _steep(s) and _held_twice(s), refused=_STEEP_NODES),
+    Row(True, ("global",), lambda s: _steep(s) and _searched(s), refused=_BENT),
     Row(True, STATES, _held_twice, "path"),
-    Row(True, STATES, lambda s: not s.gamma1, "springs"),
+    Row(True, STATES, lambda s: not (s.gamma1 or s.indenter.convex), refused=_SPRINGS_NODES),
+    Row(True, STATES, lambda s: _steep(s) or not s.gamma1, "plain"),
     Row(True, STATES, lambda s: s.indenter.convex, "one contact"),
     Row(True, ("global",), lambda s: s.work_of_adhesion > 0, "lowest"),
-    Row(True, STATES, lambda s: not (s.work_of_adhesion or _steep(s)), "lowest"),
+    Row(True, STATES, lambda s: not s.work_of_adhesion, "lowest"),
     Row(True, STATES, lambda s: True, "path"),
 )
 

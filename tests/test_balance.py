@@ -42,13 +42,12 @@ def loop(spacing, seed):
     dice = np.random.default_rng(seed)
     turn = seed if spacing is None else seed // len(KINDS)
     kind, control = KINDS[seed % len(KINDS)], CONTROLS[turn % len(CONTROLS)]
+    if kind == "finite" and spacing is not None:
+        kind = "plain"  # nodes have no load paths with finite slopes
     case, scene = scene_of(kind, dice, seed)
     up, down = case.above + dice.uniform(0.3, 2.0) * case.scale, case.above - 6 * case.scale
     depths = np.r_[down, np.linspace(case.above, up, 8), np.linspace(up, down, 16)]
-    coarse = 8 if kind == "finite" else 1  # where every surface is solved by Newton's method
-    given = (
-        {} if spacing is None else {"method": "lattice", "spacing": coarse * spacing * case.feature}
-    )
+    given = {} if spacing is None else {"method": "lattice", "spacing": spacing * case.feature}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
         try:

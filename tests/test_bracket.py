@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from discretization.lattice.bracket import first_above
+from discretization.lattice.fronts import first_above
 
 
 def searched(term, count, level=0.0):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lattices import nodes_of, of_heights, over
-from scenes import adhesive, steep
+from scenes import adhesive
 
 from discretization import Lattice, NodalEnergy, minimise
 from discretization.lattice.judge import judge
@@ -45,16 +45,14 @@ def test_the_equilibrium_passes_with_violations_at_rounding():
 
 
 @pytest.mark.parametrize("change", [(0, 1), (0, -1), (1, 0), (-1, 0)])
-@pytest.mark.parametrize("scene", [SCENE, steep(Parabola(0.02), 0.4)])
-def test_one_link_off_costs_energy(scene, change):
-    assert judged(scene, DEPTH).ok
-    certificate = judged(scene, DEPTH, change)
+def test_one_link_off_costs_energy(change):
+    assert judged(SCENE, DEPTH).ok
+    certificate = judged(SCENE, DEPTH, change)
     assert certificate.failures == ("neighbours",) and certificate.stationarity == 0
 
 
-@pytest.mark.parametrize("slopes", ["small", "finite"])
-def test_a_contact_too_small_penetrates(slopes):
-    failures = judged(adhesive(Parabola(0.02), w=0.0, slopes=slopes), DEPTH, (3, -3)).failures
+def test_a_contact_too_small_penetrates():
+    failures = judged(adhesive(Parabola(0.02), w=0.0), DEPTH, (3, -3)).failures
     assert "penetration" in failures
 
 
@@ -74,14 +72,11 @@ def test_a_node_pulled_beyond_its_adhesion_opens():
 
 
 @pytest.mark.parametrize(("share", "failures"), [(0.99, ()), (1.01, ("opening",))])
-@pytest.mark.parametrize(("gamma1", "bonds"), [(0.07, 2), (0.0, 1)])
-def test_a_node_holds_as_much_as_its_bonds(gamma1, bonds, share, failures):
-    """A spring without tension has one of its own, a contact node two links."""
-    scene = adhesive(Parabola(0.02), gamma1=gamma1)
-    lattice = Lattice.of(scene, DX)
+def test_a_node_holds_as_much_as_its_two_links(share, failures):
+    lattice = Lattice.of(SCENE, DX)
     stiffness = lattice.spring + 2 * lattice.link
-    weakest = -share * math.sqrt(2 * stiffness * bonds * lattice.w * DX)
-    assert judged(scene, DEPTH, sums_change=lambda s: {"weakest": weakest}).failures == failures
+    weakest = -share * math.sqrt(4 * stiffness * lattice.w * DX)
+    assert judged(SCENE, DEPTH, sums_change=lambda s: {"weakest": weakest}).failures == failures
 
 
 @pytest.mark.parametrize(("share", "failures"), [(1.0, ()), (-1.0, ("opening",))])
@@ -98,8 +93,7 @@ def test_a_second_contact_is_not_ignored():
         lambda x: 200 * x * (x**2 - 0.01**2) / 0.01**2,
     )
     small = adhesive(two, gamma1=0.001, w=1e-6)
-    for scene in (small, replace(small, slopes="finite")):
-        assert len(minimise(scene, 1e-3, method="lattice", spacing=1e-4).contacts) == 2
+    assert len(minimise(small, 1e-3, method="lattice", spacing=1e-4).contacts) == 2
 
 
 def test_the_profile_ends_are_not_guessed():
@@ -166,11 +160,10 @@ def test_a_layer_lifted_far_is_warned_of_at_any_depth():
     assert not at_rest["u/h"].holds
 
 
-@pytest.mark.parametrize("gamma1", [0.07, 0.0])
 @pytest.mark.parametrize("indenter", [Parabola(0.02), Parabola(0.02).tilted(0.01)])
 @pytest.mark.parametrize(("first", "last"), [(-700, 700), (-3, 90), (0, 0), (-1, 0), (5, 7)])
-def test_blocked_sums_are_the_nodal_energy(first, last, indenter, gamma1):
-    lattice = Lattice.of(adhesive(indenter, gamma1=gamma1), DX, origin=0.0)
+def test_blocked_sums_are_the_nodal_energy(first, last, indenter):
+    lattice = Lattice.of(adhesive(indenter), DX, origin=0.0)
     u = DEPTH - indenter.height(lattice.x(np.arange(first, last + 1.0)))
     sums = totals(over(lattice, indenter, DEPTH, (first, last)))
     energy = NodalEnergy(lattice, np.ones(u.size, bool))

@@ -7,10 +7,21 @@ import numpy as np
 import pytest
 from scenes import adhesive, steep
 
-from discretization import minimise
+from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.lattice.state import on_lattice
-from energy import FlatPunch, Parabola, Plane, PowerLaw, Profile, Sampled, Wedge, cards
+from energy import (
+    FlatPunch,
+    Parabola,
+    Patches,
+    Plane,
+    PowerLaw,
+    Profile,
+    Sampled,
+    SurfaceEnergies,
+    Wedge,
+    cards,
+)
 from studies.shared.random_cases import random_steep_case, steep_totals
 
 COSINES = Profile(
@@ -113,13 +124,11 @@ def test_lattice_and_fitted_agree_within_the_lattice_s_own_estimate():
             assert error <= lattice.error_estimate[name] <= 1e-3
 
 
-@pytest.mark.parametrize("links", [0.3, 3.0, 1e2, 1e6])
+@pytest.mark.parametrize("links", [0.3, 3.0, 1e2, 1e3])
 def test_flat_faces_let_go_at_the_critical_separation_at_any_slope(links):
     for ratio in (1e-3, 0.3, 0.8):
         scene = steep(FlatPunch(0.03), ratio)
         dx = min(scene.elastocapillary_length / links, 0.004)
-        if links > 1e3:
-            scene = replace(scene, indenter=FlatPunch(200.3 * dx))
         d_c = -scene.critical_separation
         assert on_lattice(scene, d_c, dx).label == "neutral"
         assert on_lattice(scene, d_c * (1 + 1e-9), dx).label == "detached"
@@ -130,7 +139,7 @@ def test_flat_faces_let_go_at_the_critical_separation_at_any_slope(links):
         assert minimise(plane, 0.9 * d_c).half_width == math.inf
 
 
-@pytest.mark.parametrize("decade", range(-2, 9))
+@pytest.mark.parametrize("decade", range(-2, 5))
 def test_it_is_stable_for_any_ratio_of_length_to_spacing(decade):
     dx, k, rise = 0.013, 37.0, 0.4
     ell, a = 10.0**decade * dx, 150.3 * dx
@@ -140,7 +149,7 @@ def test_it_is_stable_for_any_ratio_of_length_to_spacing(decade):
     assert state.certificate.ok
     assert state.certificate.force <= 1e-13
     assert abs(state.half_width - a) <= dx * min(0.5, 0.3 * dx / min(ell, a) + 1e-4)
-    if 0 <= decade <= 6:  # beyond, rounding is the larger part
+    if decade >= 0:
         assert abs(state.half_width / a - 1) <= state.error_estimate["half_width"]
 
 
@@ -189,3 +198,41 @@ def test_a_surface_about_to_turn_over_is_refused_with_the_way_out():
             on_lattice(replace(scene, indenter=indenter), -1.35 * ell, dx)
     pressed = on_lattice(steep(Parabola(1.0)), 5 * ell, dx)  # deep inside, gentle at the lines
     assert pressed.certificate.ok
+
+
+def test_what_plain_nodes_do_not_answer_is_refused_with_the_way_out():
+    scene = steep(Parabola(0.02))
+    ell, delta = scene.elastocapillary_length, scene.critical_separation
+    given = {"method": "lattice", "spacing": ell / 50}
+    with pytest.raises(ValueError, match=r"nodes on a free surface.* use method='fitted'"):
+        minimise(scene, 1e-3, method="lattice", spacing=1e-6 * ell)
+    more = SurfaceEnergies.from_work(scene.gamma1, 1.5 * scene.work_of_adhesion)
+    pattern = Patches(np.array([-1.0, 1.5]) * ell, [1.0, 0.5, 0.8])
+    for held in ({"opening": more}, {"pattern": pattern}):
+        with pytest.raises(ValueError, match=r"nodes only answer states of one contact.*'fitted'"):
+            minimise(replace(scene, **held), delta, **given)
+    with pytest.raises(ValueError, match=r"no load paths.* use method='fitted'"):
+        load_path(scene, depths=[0.0, delta], **given)
+    two = Profile(
+        lambda x: (np.abs(x) - 5 * ell) ** 2 / (6 * ell),
+        lambda x: np.sign(x) * (np.abs(x) - 5 * ell) / (3 * ell),
+        extent=(-20 * ell, 20 * ell),
+    )
+    with pytest.raises(ValueError, match="states of one contact only: use method='fitted'"):
+        minimise(replace(scene, indenter=two), delta, **given)
+    with pytest.raises(ValueError, match="slopes='small'"):
+        minimise(replace(scene, indenter=two), delta, branch="global", **given)
+
+
+def test_small_slopes_are_the_limit():
+    errors = []
+    for ratio in (0.08, 0.04, 0.02, 0.01):
+        true = steep(Parabola(0.02), ratio=ratio)
+        for share in (0.0, 0.5, -0.3):
+            one, other = (
+                on_lattice(scene, share * true.critical_separation, 1e-4).half_width
+                for scene in (true, replace(true, slopes="small"))
+            )
+            errors.append(abs(one / other - 1))
+    errors = np.max(np.reshape(errors, (4, 3)), axis=1)
+    assert 0.8 <= np.polyfit(np.log([8, 4, 2, 1]), np.log(errors), 1)[0] <= 1.2

@@ -49,7 +49,6 @@ SCENES = {  # with depths, and a bound on the errors on the finest nodes
     "wedge": (adhering(Wedge(0.05)), ONE, 3e-6),
     "sphere": (adhering(Parabola(10.0), **TURNED), ONE, 5e-5),
     "cubic about an axis": (adhering(PowerLaw(0.1, 3.0), **TURNED), ONE, 2e-4),
-    "finite slopes": (adhering(Parabola(10.0), slopes="finite"), ONE[:25], 2e-5),
     "hills": (adhering(hills(), 0.006, 0.011), MANY, 5e-5),
 }
 

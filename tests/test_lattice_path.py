@@ -133,8 +133,8 @@ def test_what_the_lattice_cannot_do_is_refused():
     given = {"depths": [1e-3], "method": "lattice", "spacing": SPACING}
     with pytest.raises(ValueError, match="needs gamma1 > 0"):
         load_path(adhesive(Parabola(0.02), gamma1=0.0), **given)
-    with pytest.raises(ValueError, match="would all but turn over"):
-        load_path(steep(FlatPunch(0.03)), **{**given, "depths": [0.05]})
+    with pytest.raises(ValueError, match="no load paths"):
+        load_path(steep(FlatPunch(0.03)), **given)
     narrow = adhesive(Sampled([-0.01, 0.0, 0.01], [0.0025, 0.0, 0.0025]))
     with pytest.raises(ValueError, match="whole known profile"):
         load_path(narrow, depths=[0.1], method="lattice", spacing=SPACING)
@@ -286,56 +286,3 @@ def test_a_contact_opens_on_a_bare_patch(opening):
     whole = replace(scene, pattern=Patches((0.05, 0.1), (1.0, 0.5, 1.0)))
     path = load_path(whole, depths=[0.02, -0.02], method="lattice", spacing=1e-3)
     assert path.inner[1] == ()
-
-
-STEEP = [Parabola(0.02), Parabola(0.02).tilted(0.05), FlatPunch(0.03)]
-
-
-@pytest.mark.parametrize("body", STEEP, ids=lambda body: type(body).__name__)
-def test_finite_slopes_tend_to_the_fitted_path_with_second_order(body):
-    scene = steep(body)
-    depths = np.r_[np.linspace(-0.2, 0.5, 9), np.linspace(0.5, -1.5, 20)]
-    depths = depths * scene.critical_separation
-    fine, errors = load_path(scene, depths=depths), []
-    for spacing in (8e-4, 4e-4, 2e-4, 1e-4):
-        path = load_path(scene, depths=depths, method="lattice", spacing=spacing)
-        assert [event.kind for event in path.events] == [event.kind for event in fine.events]
-        assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
-        held = (path.half_width > 5 * spacing) & (fine.half_width > 0)
-        assert held.sum() > 10
-        errors.append(np.abs(path.force - fine.force)[held].max() / np.abs(fine.force).max())
-    assert 1.7 <= np.polyfit(np.log([8, 4, 2, 1]), np.log(errors), 1)[0] <= 2.3
-    assert errors[-1] <= 1e-5
-
-
-def test_finite_slopes_with_two_works_and_under_a_load_keep_the_balance():
-    scene = replace(
-        steep(Parabola(0.02), ratio=0.2), opening=SurfaceEnergies.from_work(0.07, 0.4 * 0.07)
-    )
-    depths = np.r_[np.linspace(-0.2, 0.5, 9), np.linspace(0.5, -2.0, 20)]
-    depths = depths * scene.critical_separation
-    fine = load_path(scene, depths=depths)
-    path = load_path(scene, depths=depths, method="lattice", spacing=1e-4)
-    assert path.friction == pytest.approx(fine.friction, rel=0.01, abs=0)
-    assert path.work() == pytest.approx(path.dissipated, rel=1e-12, abs=0)
-    plain = replace(scene, opening=None)
-    top = load_path(plain, depths=[0.5 * scene.critical_separation]).force[0]
-    forces = np.r_[np.linspace(0, top, 7), np.linspace(top, -8 * top, 12)]
-    loaded = load_path(plain, forces=forces, method="lattice", spacing=1e-4)
-    held = loaded.half_width > 0
-    assert np.abs(loaded.force - forces)[held].max() <= 1e-11 * top
-    assert loaded.work() == pytest.approx(loaded.dissipated, rel=1e-12, abs=0)
-
-
-def test_finite_slopes_tend_to_small_ones():
-    """As w/γ₁: the contact of a parabola, pressed and pulled, on the same nodes."""
-    errors = []
-    for ratio in (0.08, 0.04, 0.02, 0.01):
-        true = steep(Parabola(0.02), ratio=ratio)
-        depths = np.array([0.0, 0.5, -0.3]) * true.critical_separation
-        one, other = (
-            load_path(scene, depths=depths, method="lattice", spacing=1e-4).half_width
-            for scene in (true, replace(true, slopes="small"))
-        )
-        errors.append(np.abs(one / other - 1).max())
-    assert 0.8 <= np.polyfit(np.log([8, 4, 2, 1]), np.log(errors), 1)[0] <= 1.2

@@ -98,7 +98,5 @@ def test_no_path_is_followed_for_a_plane():
     given = {"method": "lattice", "spacing": 1e-4}
     with pytest.raises(ValueError, match="opening = "):
         minimise(replace(HYSTERETIC, indenter=Plane()), 1e-3, **given)
-    for slopes in ("small", "finite"):
-        scene = replace(HYSTERETIC, slopes=slopes)
-        path = load_path(scene, depths=[0.0, 1e-3], **given)
-        assert minimise(scene, 1e-3, **given).force == pytest.approx(path.force[-1], rel=1e-12)
+    path = load_path(HYSTERETIC, depths=[0.0, 1e-3], **given)
+    assert minimise(HYSTERETIC, 1e-3, **given).force == pytest.approx(path.force[-1], rel=1e-12)

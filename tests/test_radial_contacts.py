@@ -13,8 +13,7 @@ from scenes import DELTA0, SCENE, L, adhesive
 from discretization import load_path, minimise
 from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.radial_spans import ring_spans
-from discretization.lattice.rings import rings
+from discretization.lattice.radial_spans import ring_spans, rings
 from discretization.lattice.rules import Rules
 from discretization.lattice.totals import totals
 from energy import (

@@ -1,13 +1,15 @@
 """The depths of changes on the lattice: where the energies of both contact sets are equal."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from lattices import lattice
 
 from discretization import NodalEnergy
-from discretization.lattice.changes import falls
 from discretization.lattice.rules import Rules
 from discretization.lattice.waiting import advances, held_nodes
+from discretization.lattice.walk import Walk, parts_of
 
 NODES = 40
 HELD = [(6, 12), (18, 24)]  # a gap of six links
@@ -82,10 +84,10 @@ def test_the_surface_touches_the_first_node_in_its_way(seed, left, right):
     assert rules.pulled(left, node, right) == pytest.approx(depth, rel=0, abs=1e-12)
     assert rules.pulled(left, node, right) < depth  # what has just touched stays
     held = tuple(sorted([*contacts, (node, node)]))
-    first = falls(rules, held)[held.index((node, node))]
-    pulled = rules.pulled(left, node, right)
-    assert first.depth >= pulled  # that it lets go is among what happens
-    assert first.instead or first.depth == pulled
+    falls = Walk(SimpleNamespace(rules=(rules, rules))).changes(parts_of(held), -1)
+    lets_go = falls[len(held) + 1 + held.index((node, node))]
+    assert lets_go.depth == rules.pulled(left, node, right)
+    assert lets_go.parts == ((left, right),)
 
 
 def test_a_line_waits_where_a_node_would_be_penetrated_once_it_has_passed():

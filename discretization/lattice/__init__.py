@@ -6,26 +6,21 @@ Whoever finds them, assembly.py makes an equilibrium of them: the profile over t
 between the nodes (line.py).
 
 They are found by state.py, which asks one of
-    fronts.py        the contact of a convex profile, by bracketing (bracket.py)
-    springs.py       γ₁ = 0
+    fronts.py        the contact of a convex profile, by bracketing
+    plain.py         one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
     lowest.py        lowest energy of all contact sets, on a line and around an axis (obstacle.py
                      where w = 0; oracle.py)
-    path_state.py    the end of a path from first touch on: heights and their running sums (row.py),
-                     the depths at which something happens (rules.py, waiting.py), how free parts
-                     and contacts change with the depth (ways.py, changes.py, stretch.py), and lines
-                     between the nodes (between.py); load paths (../paths/lattice_branch.py) too
-
-With finite slopes (finite_nodes.py) tails are known from a functional equation (tails.py), and
-surfaces between two contacts are solved (finite_spans.py), so that depths of changes are roots
-(finite_rules.py).
+    itself           the end of a path from first touch on: heights and their running sums (row.py),
+                     the depths at which something happens (rules.py, waiting.py), the walk from one
+                     such change to the next (walk.py, outer_lines.py), and lines between the nodes
+                     (between.py); load paths (../paths/lattice_branch.py) too
 
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
-where it is held: outside and inside (rings.py), between two contacts (radial_spans.py). The lattice
-has a form of its own there; all else asks it what it asks of a line contact (shares.py).
+where it is held: outside, inside and between two contacts (radial_spans.py). The lattice has a form
+of its own there; all else asks it what it asks of a line contact (shares.py).
 """
 
-from discretization.lattice.finite_nodes import FiniteLattice
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial import RadialLattice
 
-__all__ = ["FiniteLattice", "Lattice", "RadialLattice"]  # `Lattice.of` chooses among them
+__all__ = ["Lattice", "RadialLattice"]  # `Lattice.of` chooses among them

@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,28 @@ from discretization.lattice.between import interpolated
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Ground
 from discretization.lattice.judge import judge, judge_apart
+from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
+from discretization.lattice.shares import LatticeTail
 from discretization.lattice.totals import totals
 from energy import Scene
+
+
+class Sums(Protocol):
+    """Energy and force of a state, and the sums of their terms' absolute values."""
+
+    @property
+    def energy(self) -> float: ...
+
+    @property
+    def force(self) -> float: ...
+
+    @property
+    def energy_scale(self) -> float: ...
+
+    @property
+    def force_scale(self) -> float: ...
+
 
 Pair = tuple[line.Line, line.Line]  # left and right line of a contact
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
@@ -49,19 +69,18 @@ def of_contacts(
     asked: Question,
     ground: Ground,
     nodes: Sequence[tuple[int, int]] | NDArray[np.int64],
-    lines: list[Pair] | None = None,
 ) -> Equilibrium:
     """The certified state with contacts between these first and last nodes (m, 2).
 
-    lines: left and right one of each contact, where they are known. NotCertifiedError if it is no
-    equilibrium; ValueError for a contact that reaches the end of the known profile.
+    NotCertifiedError if it is no equilibrium; ValueError for a contact that reaches the end of the
+    known profile.
     """
     pairs = [(int(first), int(last)) for first, last in nodes]
     if not pairs:
         return without_contact(asked, ground)
     refuse_unknown(ground, asked.depth, pairs[0][0], pairs[-1][1])
     contacts = ContactSet(ground, pairs, asked.depth)
-    return _certified(asked, contacts, _lines(contacts) if lines is None else lines)
+    return _judged(asked, contacts, _lines(contacts))
 
 
 def of_row(
@@ -81,49 +100,57 @@ def of_row(
     x, force, energy = interpolated(row, ground.indenter, np.reshape(nodes, (1, -1)), depth, held)
     lines = [line.Line(at, 0.0, 0.0, at in corners) for at in x[0].tolist()]
     pairs = list(zip(lines[::2], lines[1::2], strict=True))
-    state = _certified(asked, contacts, pairs)
+    state = _judged(asked, contacts, pairs)
     return replace(state, force=float(force[0]), energy=float(energy[0]))
 
 
-def _certified(asked: Question, contacts: ContactSet, lines: list[Pair]) -> Equilibrium:
-    _refuse_overhang(contacts, lines)
-    lattice, ends, sums = (
-        contacts.lattice,
-        [end for pair in lines for end in pair],
-        totals(contacts),
-    )
-    certificate = judge(contacts, sums, lowest=asked.branch == "global")
+def certified(
+    asked: Question,
+    ground: Ground,
+    nodes: Sequence[tuple[int, int]],
+    lines: list[Pair],
+    sums: Sums,
+    certificate: Certificate,
+    tail: LatticeTail,
+    *,
+    neutral: bool = False,
+) -> Equilibrium:
+    """The state with contacts between these nodes, whose lines are there. NotCertifiedError."""
     _demand(asked, certificate)
+    lattice, ends = ground.lattice, [end for pair in lines for end in pair]
     return Equilibrium(
         scene=asked.scene,
         depth=asked.depth,
         contacts=np.array([_interval(*pair) for pair in lines]),
-        nodes=np.array([[lattice.x(node) for node in pair] for pair in contacts.nodes]),
+        nodes=np.array([[lattice.x(node) for node in pair] for pair in nodes]),
         pinned=np.array([[left.pinned, right.pinned] for left, right in lines]),
         force=sum((end.force for end in ends), start=sums.force),
         energy=sum((end.energy for end in ends), start=sums.energy),
         certificate=certificate,
-        tail=lattice.tail,
+        tail=tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
         errors=_UNKNOWN,
         method="lattice",
         branch=asked.branch,
         spacing=lattice.spacing,
-        neutral=_neutral(contacts),
+        neutral=neutral,
     )
 
 
-def _neutral(contacts: ContactSet) -> bool:
-    """Whether moving the right line of a single contact by several links costs nothing."""
-    ground, lattice, last = contacts.ground, contacts.lattice, contacts.last
-    if (
-        len(contacts.nodes) > 1
-        or last - contacts.first < 3
-        or not lattice.w
-        or ground.bonds is not None
-    ):
+def _judged(asked: Question, contacts: ContactSet, lines: list[Pair]) -> Equilibrium:
+    """Of contacts with small slopes."""
+    ground, sums = contacts.ground, totals(contacts)
+    alone = len(contacts.nodes) == 1 and ground.bonds is None
+    neutral = alone and is_neutral(contacts.lattice, contacts.nodes[0], contacts.outer[0])
+    known = contacts.nodes, lines, sums, judge(contacts, sums), contacts.lattice.tail
+    return certified(asked, ground, *known, neutral=neutral)
+
+
+def is_neutral(lattice: Lattice, nodes: tuple[int, int], end: line.End) -> bool:
+    """Whether moving the line at this end of a single contact by several links costs nothing."""
+    if nodes[1] - nodes[0] < 3 or not lattice.w:
         return False
-    end, most = contacts.outer[0], _INDIFFERENT * lattice.w * lattice.cell
+    most = _INDIFFERENT * lattice.w * lattice.cell
     inside = zip(end.gap[: -end.start], end.energy, strict=False)
     return all(gap > 0 and abs(energy) <= most for gap, energy in inside)
 
@@ -147,18 +174,6 @@ def _demand(asked: Question, certificate: Certificate) -> None:
         "rounding has spoilt it, or the solver's tolerance, or a profile that is said to be convex "
         "is not; try another spacing or method",
     )
-
-
-def _refuse_overhang(contacts: ContactSet, lines: list[Pair]) -> None:
-    """ValueError for lines at which the surface would all but turn over (finite slopes)."""
-    lattice, depth = contacts.lattice, contacts.depth
-    if lattice.slopes == "small":
-        return
-    x = np.array([end.x for pair in lines for end in pair])
-    lifts = depth - contacts.ground.indenter.height(x)
-    for at, lift, node in zip(x.tolist(), lifts.tolist(), contacts.ends[1].ravel(), strict=True):
-        lattice.refuse_overhang(depth, lift, f" x = {at!r}")
-        lattice.refuse_overhang(depth, float(node), f" x = {at!r}", lattice.spacing)
 
 
 def _lines(contacts: ContactSet) -> list[Pair]:

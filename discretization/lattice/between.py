@@ -21,8 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.changes import Contacts
-from discretization.lattice.row import Parts, Row
+from discretization.lattice.row import Contacts, Parts, Row
 from discretization.lattice.rules import Rules
 from discretization.rounding import EPSILON
 from energy import Indenter

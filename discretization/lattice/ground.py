@@ -60,16 +60,9 @@ class Ground:
         return fronts.heights(self.lattice, self.indenter, nodes)
 
     def work(self, node: int, other: int, *, opening: bool = False) -> float:
-        """Adhesion of the links from one node to another; without links (γ₁ = 0), of the latter."""
-        lattice, (first, last) = self.lattice, sorted((node, other))
-        if not lattice.gamma1:
-            bonds = lattice.cell * float(lattice.on_nodes(1.0, other))
-        elif self.bonds is None and lattice.slopes == "small":
-            bonds = lattice.cell * lattice.bound(first, last)
-        else:
-            own = slice(first - self.where.first, last - self.where.first)
-            links = lattice.cell * np.ones(last - first) if self.bonds is None else self.bonds[own]
-            if lattice.slopes == "finite":
-                links = links * lattice.arc(np.diff(self.heights(first, last)))
-            bonds = float(links.sum())
-        return self.works[opening] * bonds
+        """Adhesion of the links from one node to another."""
+        first, last = sorted((node, other))
+        if self.bonds is None:
+            return self.works[opening] * self.lattice.cell * self.lattice.bound(first, last)
+        own = self.bonds[first - self.where.first : last - self.where.first]
+        return self.works[opening] * float(own.sum())

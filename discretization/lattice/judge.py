@@ -5,9 +5,8 @@ The conditions of ../certificate.py, of the surface itself and of single moves a
     penetration   max (g_i - u_i)/δ over the free nodes contact could reach,      <= tolerance
     stationarity  max |∂U/∂u_i| / kΔxδ over the free nodes,                       <= tolerance
     opening       a contact node pulled (∂U/∂u_i < 0) may only be held by its adhesion: opening
-                  that node alone, -r²/(2(kΔx+2t)) + 2wΔx, must not lower the energy
-                  (finite slopes: t that of the steepest link, its smallest; where that is not
-                  enough, the energy itself, as in finite_rules.py; a lone node has none)
+                  that node alone, -r²/(2(kΔx+2t)) + 2wΔx, must not lower the energy; a lone
+                  node has none
     neighbours    no line gains energy by one link either way, after which the surface stays above
                   the indenter: ΔE = ±[S/2 gap² - wΔx], S the stiffness of the free node that comes
                   into contact or lets go, as a fraction of both terms; a gap of two links closes
@@ -31,7 +30,6 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.finite_rules import FiniteRules
 from discretization.lattice.fronts import FIRST_BLOCK, blocks_between
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
@@ -49,11 +47,8 @@ def judge_apart(ground: Ground, depth: float) -> Certificate:
     return Certificate.undeformed(max(0.0, (depth - ground.lowest) / scale))
 
 
-def judge(contacts: ContactSet, sums: Totals, *, lowest: bool = False) -> Certificate:
-    """Of the state with these contacts, and these totals.
-
-    lowest: without links (γ₁ = 0) springs that were never touched may not gain by attaching, too.
-    """
+def judge(contacts: ContactSet, sums: Totals) -> Certificate:
+    """Of the state with these contacts, and these totals."""
     lat, size = contacts.lattice, _size(contacts)
     if size == 0:  # touching, nothing deformed
         return Certificate.undeformed()
@@ -62,16 +57,9 @@ def judge(contacts: ContactSet, sums: Totals, *, lowest: bool = False) -> Certif
     for node, side, u, *_ in contacts.outer:
         through, unbalanced = _outside(contacts, node, side, u)
         deepest, imbalance = max(deepest, through), max(imbalance, unbalanced)
-    adhesive = 2 if lat.gamma1 else 1
-    held = 2 * (lat.spring + 2 * sums.stiffness) * adhesive * contacts.ground.works[1] * lat.cell
-    alone = 0.0 if lat.gamma1 else math.sqrt(held)
-    inner = -sums.weakest - math.sqrt(held)
-    if inner > noise and lat.slopes == "finite" and not _torn(contacts):
-        inner = 0.0
-    pulled = max(inner, -sums.lone - alone)
+    held = 4 * (lat.spring + 2 * lat.link) * contacts.ground.works[1] * lat.cell
+    pulled = max(-sums.weakest - math.sqrt(held), -sums.lone)
     gains = [0.0, *_gains(contacts, 32 * EPSILON * size)]
-    if lowest and not lat.gamma1:
-        gains.append(_attaching(contacts, deepest, 32 * EPSILON * size))
     apart = abs(sums.force - sums.force_by_reactions) - _summed_rounding(contacts, sums)
     return Certificate(
         penetration=max(0.0, deepest) / delta,
@@ -96,19 +84,6 @@ def _summed_rounding(contacts: ContactSet, sums: Totals) -> float:
     """What the nodal forces' sum can be off by: every link's tension T enters twice, 4 ε √ΣT²."""
     lat = contacts.lattice
     return 4 * EPSILON * math.sqrt(2 * sums.surface * lat.link * lat.on_nodes(1.0, contacts.last))
-
-
-def _torn(contacts: ContactSet) -> bool:
-    """Whether opening a single node within a contact lowers the energy (finite slopes)."""
-    ground, lat = contacts.ground, contacts.lattice
-    for first, last in contacts.nodes:
-        start, bonds = first - ground.where.first, np.full(last - first, lat.cell)
-        if ground.bonds is not None:
-            bonds = ground.bonds[start : start + last - first]
-        rules = FiniteRules(lat, ground.heights(first, last), ground.works[1] * bonds)
-        if rules.most_torn > contacts.depth + rules.tie(rules.most_torn, contacts.depth):
-            return True
-    return False
 
 
 def _outside(contacts: ContactSet, node: int, side: int, u: float) -> tuple[float, float]:
@@ -140,7 +115,7 @@ def _outside(contacts: ContactSet, node: int, side: int, u: float) -> tuple[floa
 def _imbalance(lat: Lattice, node: int, side: int, tail: Array) -> float:
     """max |∂U/∂u_i| per weight over the nodes of a tail (n,) from this one on, but the first."""
     nodes = range(node, node + side * tail.size, side)
-    tension = lat.on_links(lat.tension(tail[1:] - tail[:-1]), nodes)
+    tension = lat.on_links(lat.link * (tail[1:] - tail[:-1]), nodes)
     force = lat.spring * lat.on_nodes(tail[1:], nodes[1:])
     force += tension
     force[:-1] -= tension[1:]
@@ -154,7 +129,7 @@ class _Move(NamedTuple):
 
     after: where the line is then; other: the node of the line it faces, if there is one; gap: of
     the node that comes into contact or lets go; stored: energy that contact there takes, without
-    adhesion, with its rounding; work: adhesion.
+    adhesion; work: adhesion.
     """
 
     opening: bool
@@ -163,7 +138,6 @@ class _Move(NamedTuple):
     other: int | None
     gap: float
     stored: float
-    rounding: float
     work: float
 
 
@@ -175,19 +149,11 @@ def _gains(contacts: ContactSet, noise: float) -> Iterator[float]:
     for move in (*_outer_moves(contacts), *_facing_moves(contacts)):
         gap = abs(move.gap) or 1.0
         if move.opening:
-            stored = move.stored * (max(move.gap - noise, 0.0) / gap) ** 2 - move.rounding
-            gain = stored - move.work
+            gain = move.stored * (max(move.gap - noise, 0.0) / gap) ** 2 - move.work
         else:
-            gain = move.work - move.stored * (1 + noise / gap) ** 2 - move.rounding
+            gain = move.work - move.stored * (1 + noise / gap) ** 2
         if gain > 0 and _stays_clear(contacts, move, noise):
             yield gain / (move.work + move.stored + _TINY)
-
-
-def _attaching(contacts: ContactSet, highest: float, noise: float) -> float:
-    """What the highest free spring gains by attaching, over w; highest: its g."""
-    work = contacts.ground.works[0]
-    stored = contacts.lattice.k / 2 * (min(highest, 0.0) - noise) ** 2
-    return (work - stored) / (work or 1.0)
 
 
 def _outer_moves(contacts: ContactSet) -> Iterator[_Move]:
@@ -197,17 +163,17 @@ def _outer_moves(contacts: ContactSet) -> Iterator[_Move]:
         a, b = contacts.nodes[-1 if end.side > 0 else 0]
         for link in (0, -1) if a < b else (0,):
             i, start = link - end.start, end.node + end.side * link
-            if i == len(end.gap) or (not lat.gamma1 and link == 0 and end.gap[i] >= 0):
-                continue  # nothing further out, or a spring that was not touched
-            arc, after = float(lat.arc(end.rise[i])), end.node + end.side * (1 if not link else -1)
-            stored = float(lat.at(start, end.side).stored(end.gap[i])) * arc
+            if i == len(end.gap):
+                continue  # nothing further out
+            after = end.node + end.side * (1 if not link else -1)
+            stored = float(lat.at(start, end.side).stored(end.gap[i]))
             work = ground.work(start, start + end.side, opening=link < 0)
-            yield _Move(link < 0, after, end.side, None, end.gap[i], stored, 0.0, work)
+            yield _Move(link < 0, after, end.side, None, end.gap[i], stored, work)
 
 
 def _facing_moves(contacts: ContactSet) -> Iterator[_Move]:
     """Of the lines that face another one."""
-    if len(contacts.nodes) < 2 or not contacts.lattice.gamma1:
+    if len(contacts.nodes) < 2:
         return
     lat, ground, (nodes, _) = contacts.lattice, contacts.ground, contacts.ends
     for side, opening in itertools.product((1, -1), (False, True)):
@@ -216,13 +182,15 @@ def _facing_moves(contacts: ContactSet) -> Iterator[_Move]:
             long = np.diff(nodes[:-1] if side > 0 else nodes[1:])[:, 0] > 0
             start, other = start[long] - side, other[long]
         at = start, start + side, other
-        u = tuple(contacts.depth - ground.at(np.asarray(each, float)) for each in at)
-        rows = zip(start.tolist(), other.tolist(), *lat.lifted(start, side, other, u), strict=True)
-        for a, c, gap, stored, rounded in rows:
+        own, beyond, facing = (contacts.depth - ground.at(np.asarray(x, float)) for x in at)
+        far, rest, stiffness = lat.beside(start, side, other)
+        gaps = own - beyond + far * (facing - own) - rest * own
+        rows = zip(start.tolist(), other.tolist(), gaps, stiffness / 2 * gaps**2, strict=True)
+        for a, c, gap, stored in rows:
             until = c if abs(c - a) == 2 else a + side
             work = ground.work(a, until, opening=opening)
             after = a if opening else until
-            yield _Move(opening, after, side, c, float(gap), float(stored), float(rounded), work)
+            yield _Move(opening, after, side, c, float(gap), float(stored), work)
 
 
 def _stays_clear(contacts: ContactSet, move: _Move, noise: float) -> bool:

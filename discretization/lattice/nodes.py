@@ -10,7 +10,7 @@ Free nodes obey t(u_{i-1} - 2u_i + u_{i+1}) = kΔx u_i, so a free tail decays by
 t(1-λ) on the last node: the half-infinite far field needs no nodes.
 
 Finite slopes: with s = (u_{i+1} - u_i)/Δx a free link has the energy γ₁Δx(√(1+s²) - 1), and on a
-contact link wΔx becomes wΔx√(1+s²). The tail is eliminated by tails.py.
+contact link wΔx becomes wΔx√(1+s²): plain.py.
 
 Adhesion is counted per link: a lone node has none. With γ₁ = 0 there are no links and the springs
 are independent, so it is counted per node, and a contact reaches half a node past its last one.
@@ -26,8 +26,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.place import Place
-from discretization.lattice.shares import Pair, displaced, first_free, looked_up, shares
-from discretization.lattice.tails import LatticeTail
+from discretization.lattice.shares import (
+    LatticeTail,
+    Pair,
+    displaced,
+    first_free,
+    looked_up,
+    shares,
+)
 from energy import Indenter, Scene
 from energy.checks import positive
 
@@ -45,18 +51,20 @@ class Lattice(Place):
     Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
     shape; energies [energy/length] and forces [force/length] per length of the contact line.
 
-    Small slopes of a line contact; its subclasses answer the same questions for what they describe:
-    finite slopes (finite_nodes.py), rotational symmetry (radial.py). There nodes and links have
-    weights, and a free surface depends on where it is held: `at`, `on_nodes`, `on_links`.
+    slopes: "finite" if U is of finite slopes, for which only `NodalEnergy` knows the free surfaces.
+
+    A line contact; its subclass for rotational symmetry (radial.py) answers the same questions.
+    There nodes and links have weights, and a free surface depends on where it is held: `at`,
+    `on_nodes`, `on_links`.
     """
 
-    slopes: ClassVar[str] = "small"
     axis: ClassVar[float] = math.nan
     spacing: float
     origin: float
     k: float
     gamma1: float
     w: float
+    slopes: str = "small"
     spring: float = field(init=False)
     link: float = field(init=False)
     log_decay: float = field(init=False)
@@ -71,7 +79,7 @@ class Lattice(Place):
     @classmethod
     def describes(cls, scene: Scene) -> bool:
         """Whether this is the lattice for a scene."""
-        return not scene.axisymmetric and (scene.slopes == "small" or not scene.gamma1)
+        return not scene.axisymmetric
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
@@ -92,7 +100,9 @@ class Lattice(Place):
                 f"slopes = {scene.slopes!r} with geometry = {scene.geometry!r} is not known on the "
                 "lattice; use slopes='small', or method='fitted'"
             )
-        return kinds[0](spacing, origin, scene.stiffness, scene.gamma1, scene.work_of_adhesion)
+        slopes = scene.slopes if scene.gamma1 else "small"
+        scales = scene.stiffness, scene.gamma1, scene.work_of_adhesion
+        return kinds[0](spacing, origin, *scales, slopes)
 
     def __post_init__(self) -> None:
         dx, k, gamma1 = self.spacing, self.k, self.gamma1
@@ -134,8 +144,8 @@ class Lattice(Place):
         return values
 
     def bound(self, first: Any, last: Any) -> Any:
-        """Weights of what adheres in a contact of these nodes: links, or nodes where γ₁ = 0."""
-        return last - first if self.gamma1 else last - first + 1
+        """Weights of the links in a contact of these nodes."""
+        return last - first
 
     def alike(self, left: int, right: int) -> tuple[int, int]:
         """Two nodes between which a free surface is as between these: as many links apart."""
@@ -163,15 +173,6 @@ class Lattice(Place):
         tie, *grounds = self.pair(*(after, other)[::side])
         spring, link = self.on_nodes(self.spring, after), self.on_nodes(self.link, node + side / 2)
         return first_free(spring, link, tie, grounds[side < 0])
-
-    def lifted(self, node: Array, side: int, other: Array, u: tuple[Array, ...]) -> tuple[Any, ...]:
-        """What lines pass next to that face others: its gap, the energy that takes, its rounding.
-
-        u: d - f at the lines, at the nodes next to them and at the other lines; without adhesion.
-        """
-        (own, beyond, facing), (far, rest, stiffness) = u, self.beside(node, side, other)
-        gap = own - beyond + far * (facing - own) - rest * own
-        return gap, stiffness / 2 * gap**2, 0 * gap
 
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Displacements of a tail so many nodes from the one it is held at, by u."""
@@ -207,14 +208,6 @@ class Lattice(Place):
         return 0.0 if self.gamma1 else 0.5
 
     @property
-    def contact_tension(self) -> float:
-        """Tension of the surface in contact."""
-        return self.gamma1
-
-    def refuse_overhang(self, depth: float, lift: float, at: str = "", slack: float = 0.0) -> None:
-        """ValueError for a line displaced so far that its surface all but turns over."""
-
-    @property
     def tail(self) -> LatticeTail:
         """The free surface beyond a contact line."""
         return LatticeTail(self.log_decay / self.spacing)
@@ -236,22 +229,6 @@ class Lattice(Place):
     def tension(self, steps):
         """Vertical force of links over which u changes by `steps`."""
         return self.link * steps
-
-    def link_energies(self, steps: Array) -> Array:
-        """Energy of each of these links, of the free surface."""
-        return self.link / 2 * steps * steps
-
-    def adhesion(self, links: float, surface: float) -> float:
-        """Adhesion of contact links whose energy as free surface would be `surface`."""
-        return -self.w * self.cell * links
-
-    def least_stiffness(self, steps: Array) -> float:
-        """Smallest stiffness of links over which u changes by `steps`."""
-        return self.link
-
-    def arc(self, rise):
-        """Length of a link on which f rises by `rise`, over Δx, as far as adhesion counts it."""
-        return 1.0
 
     def x(self, node):
         """Position of a node (or an array of nodes)."""

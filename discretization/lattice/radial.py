@@ -4,8 +4,8 @@
 
 A_0 = π(Δr/2)², A_i = 2πr_iΔr, t_m = 2πγ₁r_{m+½}/Δr. Nodes and links are those of a line contact
 times a weight, i of node i (1/8 on the axis) and m + ½ of link m; but free surfaces decay by a
-ratio λ_m that depends on the place (rings.py). From end node m to m + 1, with the outer surface
-re-equilibrated before and after,
+ratio λ_m that depends on the place (radial_spans.py). From end node m to m + 1, with the outer
+surface re-equilibrated before and after,
 
     ΔE = t_m/(2λ_m) (λ_m g_m - g_{m+1})² - w 2πr_{m+½}Δr,
 
@@ -30,10 +30,8 @@ from scipy.special import i0e, i1e, k0e, k1e
 
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.place import Place
-from discretization.lattice.radial_spans import RingSpans, ring_spans
-from discretization.lattice.rings import Rings, rings
-from discretization.lattice.shares import Pair
-from discretization.lattice.tails import LatticeTail
+from discretization.lattice.radial_spans import Rings, RingSpans, ring_spans, rings
+from discretization.lattice.shares import LatticeTail, Pair
 from energy import Scene
 from energy.axis import Radial
 
@@ -87,9 +85,7 @@ class RadialLattice(Lattice):
         return values * ((nodes[1:] + nodes[:-1]) / 2)
 
     def bound(self, first: int, last: int) -> float:
-        if self.gamma1:
-            return (last - first) * (last + first) / 2
-        return (last * (last + 1) - first * (first - 1)) / 2 + (0 if first else _AXIS)
+        return (last - first) * (last + first) / 2
 
     def alike(self, left: int, right: int) -> tuple[int, int]:
         return left, right

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.finite_rules import FiniteRules
 from discretization.lattice.fronts import Region, outermost, unknown
 from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
@@ -26,6 +25,8 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+Contacts = tuple[tuple[int, int], ...]  # first and last node of each
+Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
 _SPARE = 4  # links beyond the last that holds, for interpolation
 Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
 MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
@@ -93,8 +94,7 @@ class Row:
     def rules(self) -> tuple[Rules, Rules]:
         """The rules of contacts that are being closed, and of those that are being opened."""
         closing, opening = self.works
-        kind = FiniteRules if self.lattice.slopes == "finite" else Rules
-        first = kind(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
+        first = Rules(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
         if opening == closing:
             return first, first
         return first, replace(first, work=opening * self.bonds)
@@ -115,11 +115,10 @@ class Row:
         """The running sums."""
         h, touch = self.f - self.f[self.touch], self.touch
         steps, nodes = np.diff(self.f), self.first + np.arange(h.size)
-        stretch = self.lattice.on_links(self.lattice.link_energies(steps), nodes)
-        bonds = self.bonds * self.lattice.arc(steps)
+        stretch = self.lattice.on_links(self.lattice.link / 2 * steps * steps, nodes)
         parts = (self.lattice.on_nodes(part, nodes) for part in (np.ones_like(h), h, h * h))
         whole = (_running(part, touch) for part in parts)
-        return Sums(*whole, *(_running(part, touch) for part in (stretch, bonds)))
+        return Sums(*whole, *(_running(part, touch) for part in (stretch, self.bonds)))
 
     @property
     def forces(self) -> Parts:

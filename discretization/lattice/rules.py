@@ -67,13 +67,8 @@ class Rules:
         return self.f.tolist()
 
     @functools.cached_property
-    def bonds(self) -> Array:
-        """Adhesion (n - 1,) of each link along the indenter."""
-        return np.asarray(self.work * self.lattice.arc(np.diff(self.f)))
-
-    @functools.cached_property
     def _bonds(self) -> list[float]:
-        return self.bonds.tolist()
+        return self.work.tolist()
 
     @functools.cached_property
     def outwards(self) -> dict[int, Array]:
@@ -82,25 +77,25 @@ class Rules:
         By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
         last node there is no link to pass (n,).
         """
-        return {side: np.append(at, math.inf) for side, at in self._rests(self.work).items()}
+        return self._rests(self.work)
+
+    @functools.cached_property
+    def meets(self) -> dict[int, Array]:
+        """The same depths without adhesion: those at which the surface touches the next node."""
+        return self._rests(np.zeros_like(self.work))
 
     def _rests(self, work: Array) -> dict[int, Array]:
-        """D of an outermost line at each link (n - 1,), by side."""
         f, found = self.f, {}
         for side in (1, -1):
             place, near, far = self.nodes[::side][:-1], f[::side][:-1], f[::side][1:]
-            found[side] = self.lattice.at(place, side).rest_depth(near, far, work[::side])
+            depths = self.lattice.at(place, side).rest_depth(near, far, work[::side])
+            found[side] = np.append(depths, math.inf)
         return found
 
     @property
     def nodes(self) -> range:
         """The lattice's numbers of the nodes."""
         return range(self.first, self.first + self.f.size)
-
-    @functools.cached_property
-    def meets(self) -> dict[int, Array]:
-        """Depths at which the surface beyond an outermost line touches the next node (n - 1,)."""
-        return self._rests(np.zeros_like(self.work))
 
     @functools.cached_property
     def torn(self) -> Array:

@@ -1,4 +1,7 @@
-"""Equilibria on a lattice: contact set, certificate, contact lines between the nodes."""
+"""Equilibria on a lattice: which method finds the contacts, and the end of a path from first touch.
+
+Contacts of a convex profile are alone all the way, and found without following the path.
+"""
 
 from __future__ import annotations
 
@@ -10,24 +13,27 @@ import numpy as np
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
-from discretization.lattice.accuracy import estimated
-from discretization.lattice.assembly import Question
+from discretization.lattice import fronts
+from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
+from discretization.lattice.assembly import (
+    Question,
+    of_contacts,
+    of_row,
+    refuse_unknown,
+    without_contact,
+)
+from discretization.lattice.between import Lines, moved_lines
+from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Ground
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.path_state import on_one_contact, on_path
-from discretization.lattice.springs import on_springs
-from discretization.lattice.unseen import Unseen, looked_at, unseen
+from discretization.lattice.plain import turning
+from discretization.lattice.plain_state import on_plain, overhang
+from discretization.lattice.row import Contacts, Row
+from discretization.lattice.totals import totals
+from discretization.lattice.walk import Walk
 from discretization.routes import question_of, route
 from energy import Plane, Scene
-
-ON_NODES = {
-    "one contact": on_one_contact,
-    "path": on_path,
-    "springs": on_springs,
-    "lowest": on_lowest,
-    "rings": on_lowest,
-}
 
 
 def on_lattice(
@@ -55,7 +61,7 @@ def on_lattice(
         return _plane(scene, depth, branch, lattice)
     asked = Question(lattice.seen(scene), depth, branch, method)
     ground = Ground.of(lattice, asked.scene.indenter, depth)
-    state = ON_NODES[route(scene, question_of(method, branch), nodes=True)](asked, ground)
+    state = _ON_NODES[route(scene, question_of(method, branch), nodes=True)](asked, ground)
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 
 
@@ -74,17 +80,15 @@ def looked_at_on_lattice(
 
 def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilibrium:
     """The endless plane: every link is alike, so one link decides for all (case study 1)."""
-    gap, cost, _ = map(float, lattice.advance(0.0, 0.0, depth))
-    adheres = lattice.gamma1 or branch == "global" or depth < 0
+    work, cost = lattice.w, lattice.k / 2 * depth**2 - lattice.w  # per area
     lift = max(abs(depth), scene.critical_separation) or 1.0
     apart = Certificate.undeformed(max(0.0, depth / lift))
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
-    if gap > (lattice.critical_gap * (1 + 1e-12) if adheres else 0.0):
+    if -depth > scene.critical_separation * (1 + 1e-12):
         return state
-    if gap > 0:
-        lattice.refuse_overhang(depth, depth)
-    gain = max(0.0, cost) / (lattice.w * lattice.spacing) if gap > 0 else 0.0
-    balanced = abs(cost) <= 1e-10 * lattice.w * lattice.spacing
+    if -depth > turning(lattice):
+        raise ValueError(overhang(depth, "", depth, turning(lattice)))
+    gain, balanced = max(0.0, cost) / work if depth < 0 else 0.0, abs(cost) <= 1e-10 * work
     everywhere = np.array([[-math.inf, math.inf]])
     return replace(
         state,
@@ -93,6 +97,64 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
         pinned=np.zeros((1, 2), bool),
         force=math.copysign(math.inf, depth) if depth else 0.0,
         energy=0.0 if balanced else math.copysign(math.inf, cost),
-        neutral=gap > 0 and balanced,
+        neutral=depth < 0 and balanced,
         certificate=Certificate(0.0, 0.0, 0.0, gain, 0.0),
     )
+
+
+def on_one_contact(asked: Question, ground: Ground) -> Equilibrium:
+    """The certified state of one contact of a convex profile, or none; errors as `of_contacts`."""
+    depth, lattice = asked.depth, ground.lattice
+    found = fronts.adhered(lattice, ground.indenter, depth, ground.where)
+    if found is None:
+        return without_contact(asked, ground)
+    raised = asked.branch == "global" and depth <= ground.lowest
+    if raised and totals(ContactSet(ground, (found,), depth)).energy > 0:
+        return without_contact(asked, ground)
+    return of_contacts(asked, ground, [found])
+
+
+def on_path(asked: Question, ground: Ground) -> Equilibrium:
+    """The certified state of the contacts on this path. NotCertifiedError and ValueError as there.
+
+    With adhesion that differs from link to link, or when a contact is opened, and around an axis
+    lines are those of paths.
+    """
+    scene, lattice = asked.scene, ground.lattice
+    row, nodes, lines = _followed(asked, ground)
+    if not nodes:
+        return without_contact(asked, ground)
+    same = scene.pattern is None and scene.opening is None
+    if lattice.axis == 0 or not same:
+        return of_row(asked, ground, row, nodes, lines)
+    return of_contacts(asked, ground, np.array(nodes) + row.first)
+
+
+def _followed(asked: Question, ground: Ground) -> tuple[Row, Contacts, Lines | None]:
+    """The nodes there may be in contact, and the contacts among them on this path.
+
+    Also where their lines are, if that depends on the way. ValueError where the path leads to an
+    end of the known profile.
+    """
+    deepest = max(asked.depth, ground.lowest)
+    row = Row.of(asked.scene, ground, deepest)
+    walk = Walk(row)
+    nodes = walk.touched(deepest)
+    refuse_unknown(ground, deepest, row.first + nodes[0][0], row.first + nodes[-1][1])
+    moved = functools.partial(moved_lines, row, ground.indenter)
+    remembers = asked.scene.hysteretic
+    lines = moved(nodes, deepest, None) if remembers else None
+    if asked.depth < deepest:
+        before = None if lines is None else (nodes, lines)
+        nodes = walk.moved(nodes, asked.depth)
+        lines = moved(nodes, asked.depth, before) if remembers and nodes else None
+    return row, nodes, lines
+
+
+_ON_NODES = {
+    "one contact": on_one_contact,
+    "path": on_path,
+    "plain": on_plain,
+    "lowest": on_lowest,
+    "rings": on_lowest,
+}

@@ -27,8 +27,7 @@ class Totals(NamedTuple):
 
     weakest: the least pull per weight (`Lattice.on_nodes`) of a node between two links in contact,
     over the root of the pattern's factor there; lone: that of a node no adhesion holds;
-    stiffness: the least one of the links; penetration, imbalance: the largest of the free nodes
-    between contacts, the latter per weight.
+    penetration, imbalance: the largest of the free nodes between contacts, the latter per weight.
     """
 
     springs: float
@@ -40,7 +39,6 @@ class Totals(NamedTuple):
     force_scale: float
     weakest: float
     lone: float
-    stiffness: float
     penetration: float
     imbalance: float
 
@@ -59,7 +57,7 @@ class _Part(NamedTuple):
     """Sums over nodes in a row and the links between them, and what is worst among them.
 
     added: of u², u and |u| with the nodes' weights, of the links' energies, and of the forces on
-    nodes in contact; least: weakest, lone, stiffness, -penetration and -imbalance of `Totals`;
+    nodes in contact; least: weakest, lone, -penetration and -imbalance of `Totals`;
     first, last: forces on the outermost nodes, without what is beyond them.
     """
 
@@ -88,43 +86,30 @@ def totals(contacts: ContactSet) -> Totals:
     beyond = [float(p.tail_reaction(u)) for p, u in zip(places, u_ends, strict=True)]
     outside = [float(p.tail_force(u)) for p, u in zip(places, u_ends, strict=True)]
     squares, total, size, surface, reactions = added.tolist()
-    weakest, least_lone, stiffness, clearance, balance = least.tolist()
+    weakest, least_lone, clearance, balance = least.tolist()
     return Totals(
         springs=lat.spring / 2 * squares,
         surface=surface,
-        adhesion=_adhesion(contacts, surface),
+        adhesion=-sum(contacts.ground.work(*pair) for pair in contacts.nodes),
         tails=sum(float(p.tail_energy(u)) for p, u in zip(places, u_ends, strict=True)),
         force=lat.spring * total + sum(outside),
         force_by_reactions=reactions + sum(beyond),
         force_scale=lat.spring * size + sum(map(abs, outside)),
         weakest=weakest,
         lone=min(least_lone, _lone(contacts, pulls, beyond)),
-        stiffness=stiffness,
         penetration=-clearance,
         imbalance=-balance,
     )
 
 
-def _adhesion(contacts: ContactSet, surface: float) -> float:
-    """Of all contact links; surface: energy of all links."""
-    ground, lat, nodes = contacts.ground, contacts.lattice, contacts.nodes
-    if ground.bonds is None and (lat.slopes == "small" or len(nodes) == 1):
-        return lat.adhesion(sum(lat.bound(*pair) for pair in nodes), surface)
-    return -sum(ground.work(*pair) for pair in nodes)
-
-
 def _lone(contacts: ContactSet, pulls: list[float], beyond: list[float]) -> float:
-    """The least pull per weight of an outermost node that has no link (γ₁ = 0: any); inf: none."""
+    """The least pull per weight of an outermost node that has no link; inf: none."""
     (first, _), (_, last) = outermost = contacts.nodes[0], contacts.nodes[-1]
     lat = contacts.lattice
     if first == last:
         return float(lat.per_weight(pulls[0] + sum(beyond), first))
     ends = zip(outermost, (first, last), pulls, beyond, strict=True)
-    found = [
-        lat.per_weight(pull + tail, node)
-        for (a, b), node, pull, tail in ends
-        if a == b or not lat.gamma1
-    ]
+    found = [lat.per_weight(pull + tail, node) for (a, b), node, pull, tail in ends if a == b]
     return float(min(found, default=math.inf))
 
 
@@ -154,7 +139,7 @@ def _parts(contacts: ContactSet, start: int, stop: int) -> Iterator[_Part]:
         g = contacts.depth - contacts.ground.heights(low, high)
         u, free = contacts.surface(low, g)
         step = u[1:] - u[:-1]
-        tension, weighted = lat.on_links(lat.tension(step), nodes), lat.on_nodes(u, nodes)
+        tension, weighted = lat.on_links(lat.link * step, nodes), lat.on_nodes(u, nodes)
         force = lat.spring * weighted
         force[:-1] -= tension
         force[1:] += tension
@@ -164,12 +149,12 @@ def _parts(contacts: ContactSet, start: int, stop: int) -> Iterator[_Part]:
             float(weighted[own].dot(u[own])),
             float(weighted[own].sum()),
             dasum(weighted[own]),
-            float(lat.on_links(lat.link_energies(step), nodes)[whole].sum()),
+            float(lat.on_links(lat.link / 2 * step * step, nodes)[whole].sum()),
             float((force[own] if free is None else force[own][~free[own]]).sum()),
         ]
         worst = _worst(contacts, low, lat.per_weight(force[1:-1], nodes[1:-1]), free)
         clearance = math.inf if free is None else float((u - g)[free].min())
-        least = [*worst[:2], lat.least_stiffness(step), clearance, worst[2]]
+        least = [*worst[:2], clearance, worst[2]]
         yield _Part(np.array(added), np.array(least), float(force[0]), float(force[-1]))
 
 
@@ -193,17 +178,13 @@ def _worst(
         return float(pulled[pulled.argmin()]), lone, 0.0
     held = ~free
     inner, links = held[1:-1], held[:-2].astype(int) + held[2:]
-    bound = links == 2 if contacts.lattice.gamma1 else links >= 0
-    weakest = pulled[inner & bound].min(initial=math.inf)
+    weakest = pulled[inner & (links == 2)].min(initial=math.inf)
     lone = min(lone, float(force[inner & (links == 0)].min(initial=math.inf)))
     return float(weakest), lone, -float(np.abs(force[~inner]).max(initial=0.0))
 
 
 def _held(contacts: ContactSet, first: int, count: int) -> Array:
-    """What two links hold each of these nodes by, over what they do where a pattern's factor is 1.
-
-    Less than that of links of true length: those of finite slopes.
-    """
+    """What two links hold these nodes by, over what they do where a pattern's factor is 1."""
     ground, lat = contacts.ground, contacts.lattice
     assert ground.bonds is not None
     start = first - 1 - ground.where.first

@@ -27,18 +27,15 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
+from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import interpolated, moved_lines
-from discretization.lattice.changes import Contacts, falls, parts, pressed, retracted
 from discretization.lattice.ground import Ground
 from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Row
-from discretization.lattice.rules import Rules
-from discretization.lattice.stretch import Stretch, stretch, work_of
+from discretization.lattice.row import Contacts, Row
 from discretization.lattice.totals import totals
-from discretization.lattice.unseen import Unseen, looked_at, unseen
-from discretization.lattice.ways import rise
+from discretization.lattice.walk import Walk, Way, parts_of
 from discretization.paths.branch import FollowerBase, Point
 from discretization.routes import route
 from energy import Scene
@@ -77,8 +74,7 @@ class LatticeBranch(FollowerBase):
     seen: Scene
     ground: Ground
     row: Row
-    closing: Rules
-    opening: Rules
+    walk: Walk
     deepest: float
 
     @classmethod
@@ -92,7 +88,7 @@ class LatticeBranch(FollowerBase):
         seen = lattice.seen(scene)
         ground = Ground.of(lattice, seen.indenter, deepest)
         row = Row.of(seen, ground, deepest)
-        return cls(scene, seen, ground, row, *row.rules, deepest)
+        return cls(scene, seen, ground, row, Walk(row), deepest)
 
     @functools.cached_property
     def hidden(self) -> Unseen:
@@ -141,48 +137,29 @@ class LatticeBranch(FollowerBase):
         return Held(nodes, lines if self.scene.hysteretic else self._on_nodes(nodes))
 
     @functools.lru_cache(maxsize=4)  # noqa: B019
-    def _stretch(self, nodes: Contacts, depth: float) -> Stretch:
-        return stretch(self.closing, self.opening, nodes, depth)
-
-    def _released(self, before: Contacts, after: Contacts, depth: float) -> float:
-        """Energy that is not lost to adhesion hysteresis anyway."""
-        first, second = Held(before, ()), Held(after, ())
-        return self.energy(first, depth) - self.energy(second, depth) - self.friction(first, second)
+    def _way(self, nodes: Contacts, start: float, end: float) -> Way:
+        return self.walk.way(nodes, start, end)
 
     def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
         """First depth on the way at which more than one link changes, and the states beside it.
 
         Not where the only contact is lost: `follow` finds that.
         """
-        nodes = () if state is None else state.nodes
-        while nodes:
-            way = self._stretch(nodes, end)
-            if way.at is None or way.before == way.after:
-                return None
-            alike = len(way.before) == len(way.after)
-            if not alike or self._released(way.before, way.after, way.at) > self.opening.least:
-                self._inside(way.after, way.at)
-                lost = not way.after and len(way.before) == 1
-                inside = self._state(way.before, way.at, state)
-                return None if lost else (way.at, inside, self._state(way.after, way.at, inside))
-            nodes = way.after
-        return None
+        if state is None:
+            return None
+        way = self._way(state.nodes, start, end)
+        if way.at is None:
+            return None
+        self._inside(way.after, way.at)
+        lost = not way.after and len(way.nodes) == 1
+        inside = self._state(way.nodes, way.at, state)
+        return None if lost else (way.at, inside, self._state(way.after, way.at, inside))
 
     def follow(self, before: State, depth: float) -> State:
         """The state at this depth when it was `before` on the way here."""
-        if before is None and depth < self.touch:
-            return None
-        nodes = () if before is None else before.nodes
-        way = self._stretch(nodes, depth) if nodes else None
-        if way is not None and way.at is None:
-            nodes = way.after
-        elif way is None or way.rising:
-            nodes = pressed(self.closing, nodes, depth, self.row.touch)
-        else:
-            nodes = retracted(self.opening, nodes, depth)
+        walk = self.walk
+        nodes = walk.touched(depth) if before is None else walk.moved(before.nodes, depth)
         self._inside(nodes, depth)
-        for node in (nodes[0][0], nodes[-1][1]) if nodes else ():
-            self.row.lattice.refuse_overhang(depth, depth - float(self.row.f[node]))
         return self._state(nodes, depth, before)
 
     def _inside(self, nodes: Contacts, depth: float) -> None:
@@ -249,16 +226,9 @@ class LatticeBranch(FollowerBase):
 
     def work(self, point: Point, depth: float) -> float:
         """∫P dd from one depth to another without a jump: P is linear between changes."""
-        (start, before), end = point, depth
-        nodes, done = () if before is None else before.nodes, 0.0
-        while nodes and start != end:
-            way = self._stretch(nodes, end)
-            until = end if way.at is None else way.at
-            done += work_of(self.row, way.ways, start, until)
-            if way.at is None or way.before == way.after or way.rising != (end > start):
-                break  # the last: by rounding, where a plateau lets go
-            nodes, start = way.after, until
-        return done
+        if point.state is None:
+            return 0.0
+        return self.walk.work(self._way(point.state.nodes, point.depth, depth).lives)
 
     def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,), interpolated between the nodes.
@@ -286,15 +256,14 @@ class LatticeBranch(FollowerBase):
         """NotCertifiedError if something would still happen at this depth, or has not before."""
         if state is None:
             return
-        nodes, tie = state.nodes, self.closing.tie
-        rising = min(rise(self.closing, *part).depth for part in parts(nodes))
-        falling = max(change.depth for change in falls(self.opening, nodes))
+        tie, parts = self.walk.closing.tie, parts_of(state.nodes)
+        rising, falling = (self.walk.first(parts, sign)[0].depth for sign in (1, -1))
         if rising < depth - tie(depth, rising) or falling > depth + tie(depth, falling):
             raise NotCertifiedError(
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        contacts = self.row.contacts(self.ground, nodes, depth)
+        contacts = self.row.contacts(self.ground, state.nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 

@@ -1,0 +1,165 @@
+"""One contact on nodes in the simplest way there is: read this first.
+
+The unknowns are the displacements u_i of the nodes, U is their `NodalEnergy`. While some nodes are
+held in contact, u = g = d - f there, all others minimise a convex function: Newton's method, each
+step of which is one tridiagonal solve. Descent in u alone can never move a contact line, as lifting
+a contact node costs its adhesion at once, and a free node has to cross a finite gap. So energies of
+neighbouring contact sets are compared, each with its surface relaxed: from the node that touches
+first a line passes link after link while that lowers the energy, or while the surface beyond would
+be in the indenter. In contact u is prescribed, so that neither line feels the other one.
+
+Small or finite slopes, with or without surface tension and adhesion, line contact or axis. States
+with finite slopes, and those of independent springs (γ₁ = 0), come from here; for small slopes the
+rest of the package knows free surfaces in closed form, is faster, and has the same answer.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice.fronts import mirror_axis
+from discretization.lattice.ground import Ground
+from discretization.lattice.line import End
+from discretization.lattice.nodal_energy import NodalEnergy
+from discretization.lattice.nodes import Lattice
+
+Array = NDArray[np.float64]
+FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
+MOST = 400_000  # nodes of a free surface
+TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
+_TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
+_INWARDS, _OUTWARDS = 3, 4  # nodes beside a line, for its place between them
+
+
+def far(lattice: Lattice) -> int:
+    """Nodes of a free surface up to where it is linear. ValueError if these are too many."""
+    count = math.ceil(FAR / lattice.log_decay) + 1
+    if count > MOST:
+        raise ValueError(
+            f"spacing = {lattice.spacing!r} puts {count} nodes on a free surface, each an unknown "
+            f"with slopes = {lattice.slopes!r}: use method='fitted', or a larger spacing"
+        )
+    return count
+
+
+def turning(lattice: Lattice) -> float:
+    """Displacement at which a surface of finite slope, resolved to a link, would all but turn."""
+    length = math.sqrt(lattice.gamma1 / lattice.k)
+    return TURNING * length + lattice.spacing if lattice.slopes == "finite" else math.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """Contact over this ground at a depth; reach: the gap up to which a line passes a link."""
+
+    ground: Ground
+    depth: float
+    reach: float
+
+    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
+    def link(self, node: int, side: int) -> tuple[float, float, float]:
+        """Gap of the link outwards from a line at this node; ΔE and ΔP of passing it.
+
+        The gap is that of small slopes which takes as much energy: ΔE <= 0 up to the critical one.
+        Without adhesion that is half the product of the distance moved and the force it takes.
+        """
+        lattice = self.ground.lattice
+        (one, u), (other, moved) = (self.beyond(node, side, held) for held in (1, 2))
+        before, after, forces = one.terms(u), other.terms(moved), other.gradient(moved)
+        next_one = 1 if side > 0 else -2
+        distance, place = float((u - moved)[next_one]), lattice.at(node, side)
+        energy, work = sum(after.values()) - sum(before.values()), before["adhesion"]
+        work -= after["adhesion"]
+        squared = abs(distance * float(forces[next_one])) / (place.link_over_decay * place.weight)
+        if work > 0 and lattice.gamma1:
+            squared = lattice.critical_gap**2 * max(energy + work, 0.0) / work
+        force = forces[other.contact].sum() - one.gradient(u)[one.contact].sum()
+        return math.copysign(math.sqrt(squared), distance), energy, float(force)
+
+    def beyond(self, node: int, side: int, held: int) -> tuple[NodalEnergy, Array]:
+        """So many contact nodes from this one outwards, the free ones beyond, and u of all."""
+        lattice, count = self.ground.lattice, 2 + far(self.ground.lattice)
+        if side < 0 and lattice.axis == 0:
+            count = min(count, node + 1)
+        contact = (np.arange(count) < held)[::side]
+        first = node if side > 0 else node - count + 1
+        ends = sorted((node, node + side * (held - 1)))
+        g = np.zeros(count)
+        g[contact] = self.depth - self.ground.heights(*ends)
+        model = NodalEnergy(lattice, contact, first)
+        return model, model.relaxed(g)
+
+    def resists(self, node: int, side: int) -> bool:
+        """Whether a line at this node does not pass the next link outwards."""
+        lattice, u = self.ground.lattice, self.depth - float(self.ground.heights(node, node)[0])
+        if u > turning(lattice):
+            return False  # it would turn over, into the indenter
+        if self.ground.indenter.convex and u < -(1 + _TIE) * math.sqrt(2 * lattice.w / lattice.k):
+            return True  # no flat face would hold, and no link beyond this one
+        return self.link(node, side)[0] > self.reach * (1 + _TIE)
+
+    def outermost(self, side: int) -> int:
+        """The node at which a line comes to rest that starts at the node that touches first.
+
+        Where the profile is convex the gap grows outwards, so that many links are passed at once.
+        Else the line is pressed first, and comes back as the indenter is withdrawn.
+        """
+        ground, start = self.ground, self.ground.where.lowest
+        most = abs((ground.where.last if side > 0 else ground.where.first) - start)
+
+        def resists(links: int) -> bool:
+            return self.resists(start + side * links, side)
+
+        if ground.indenter.convex:
+            return start + side * _first(resists, most)
+        if self.depth >= ground.lowest:
+            return start + side * next(filter(resists, range(most)), most)
+        node = Plain(ground, ground.lowest, self.reach).outermost(side)
+        while node != start and self.resists(node - side, side):
+            node -= side
+        return node
+
+    def contact(self) -> tuple[int, int] | None:
+        """First and last node in contact on the path from first touch on; None: detached."""
+        ground, lowest = self.ground, self.ground.where.lowest
+        pulled = ground.lowest - self.depth
+        if pulled > (1 + _TIE) * math.sqrt(2 * ground.lattice.w / ground.lattice.k):
+            return None
+        right = self.outermost(1)
+        left = 2 * lowest - right if self.mirrored else self.outermost(-1)
+        return None if left == right and pulled > 0 and ground.lattice.gamma1 else (left, right)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether everything is mirrored about the node that touches first."""
+        lowest = self.ground.where.lowest
+        return mirror_axis(self.ground.lattice, self.ground.indenter, lowest, lowest) is not None
+
+    def end(self, node: int, side: int) -> End:
+        """What links beside the line at a node change, by which it is found between nodes."""
+        first, last, _ = self.ground.where
+        before, after = (node - first, last - node)[::side]
+        start, stop = -min(before, _INWARDS), min(after, _OUTWARDS)
+        links = [self.link(node + side * j, side) for j in range(start, stop)]
+        f = self.ground.heights(node + side * start, node + side * stop)
+        gap, energy, force = map(list, zip(*links, strict=True)) if links else ([], [], [])
+        u = self.depth - float(f[-start])
+        return End(node, side, u, start, gap, energy, force, np.diff(f).tolist())
+
+
+def _first(resists: Callable[[int], bool], most: int) -> int:
+    """The first of 0, 1, ..., most - 1 for which that is so, as for all after it; else most."""
+    low, step = 0, 1
+    while low < most and not resists(min(low + step, most) - 1):
+        low, step = min(low + step, most), 2 * step
+    high = min(low + step, most) - 1
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if resists(middle) else (middle + 1, high)
+    return low

@@ -1,0 +1,260 @@
+"""Contacts on nodes followed as the depth changes: a walk from change to change.
+
+Contacts are node intervals ((first, last), ...), and between and beside them lie free parts, each
+given by the contact node on its left and on its right (None: none there). In contact the
+displacement is prescribed, so that free parts do not feel each other: each has a next change of its
+own, at a depth known in closed form (rules.py). With growing depth a line passes a link, two lines
+that face each other do so at once, or a free node touches; with falling depth a line, or two, open
+a link, a node inside a contact is torn open, or a lone node lets go. The earliest change on the way
+happens. Changes that follow at no other depth belong to it: together they are an event, if they
+release energy or leave another number of contacts. A line that moves link by link at depths of
+their own releases nothing, so that a branch walked there and back has no loop area.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.lattice.outer_lines import Change, run
+from discretization.lattice.row import Contacts, Part, Row
+from discretization.lattice.rules import ordered
+from discretization.lattice.waiting import advances
+
+Array = NDArray[np.float64]
+
+
+class Life(NamedTuple):
+    """A free part between two depths."""
+
+    part: Part
+    start: float
+    end: float
+
+
+class Way(NamedTuple):
+    """How contacts come to a depth, or to an event before it.
+
+    nodes: the contacts there, before the event; at: the depth of the event, None if there is none;
+    after: the contacts after it; lives: the free parts on the way.
+    """
+
+    nodes: Contacts
+    at: float | None
+    after: Contacts
+    lives: list[Life]
+
+
+def parts_of(nodes: Contacts) -> list[Part]:
+    """All free parts from left to right."""
+    ends = [None, *(node for pair in nodes for node in pair), None]
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def contacts_of(parts: Sequence[Part]) -> Contacts:
+    """The contacts between these free parts."""
+    inner = [node for part in parts for node in part if node is not None]
+    return tuple(zip(inner[::2], inner[1::2], strict=True))
+
+
+class Walk:
+    """The walks over one row of nodes; what has been asked of a free part is remembered."""
+
+    def __init__(self, row: Row) -> None:
+        self.row = row
+        self.closing, self.opening = row.rules
+        self._rises: dict[Part, Change] = {}
+        self._falls: dict[tuple[Part, bool, bool], Change] = {}
+        self._splits: dict[tuple[Part, Part], Change] = {}
+
+    def touched(self, depth: float) -> Contacts:
+        """The contacts at a depth to which the indenter has been pressed from first touch on."""
+        touch = self.row.touch
+        if self.row.f[touch] > depth:
+            return ()
+        return self.moved(((touch, touch),), depth)
+
+    def moved(self, nodes: Contacts, depth: float) -> Contacts:
+        """Contacts at rest, once they have come to this depth, whatever happens on the way."""
+        rises = self.first(parts_of(nodes), 1)[0].depth <= depth
+        return self.way(nodes, -math.inf if rises else math.inf, depth, through=True).nodes
+
+    def way(self, nodes: Contacts, start: float, end: float, *, through: bool = False) -> Way:
+        """The way to another depth, up to the first event, or through all of them."""
+        parts, lives, sign = parts_of(nodes), list[Life](), 1 if end >= start else -1
+        born, depth = dict.fromkeys(parts, start), start
+        before, changes, at = parts.copy(), 0, None
+        while True:
+            change, i = self.first(parts, sign)
+            last = sign * (change.depth - end) >= 0 and (sign < 0 or change.depth > end)
+            if last or through or sign * (change.depth - depth) > 0:  # all at a depth has happened
+                if not through and self._happens(before, parts, changes, depth):
+                    at, end = depth, depth
+                    break
+                if last:
+                    break
+                before, changes = parts.copy(), 0
+                if i in (0, len(parts) - 1) and (slid := run(self, parts, depth, end, through)):
+                    _move(parts, slid, born, lives, sign)
+                    depth = sign * max(sign * float(when[-1]) for when in slid if when.size)
+                    before = parts.copy()
+                    continue
+                depth = sign * max(sign * depth, sign * change.depth)
+            gone = slice(i + change.start, i + change.stop)
+            lives += [Life(part, born.pop(part), depth) for part in parts[gone]]
+            parts[gone] = change.parts
+            born.update(dict.fromkeys(change.parts, depth))
+            changes += 1
+        lives += [Life(part, since, end) for part, since in born.items()]
+        return Way(contacts_of(parts if at is None else before), at, contacts_of(parts), lives)
+
+    def first(self, parts: Sequence[Part], sign: int) -> tuple[Change, int]:
+        """What happens first as the depth changes this way, and to which part or contact."""
+        if len(parts) < 2:
+            return Change(sign * math.inf, 0, 0, ()), 0
+        found = self.changes(parts, sign)
+        depths = [sign * change.depth for change in found]
+        i = depths.index(min(depths))
+        return found[i], i if i < len(parts) else i - len(parts)
+
+    def changes(self, parts: Sequence[Part], sign: int) -> list[Change]:
+        """The first change of each part, and, as the depth falls, of each contact."""
+        if sign > 0:
+            return [self.rise(part) for part in parts]
+        pairs = list(itertools.pairwise(parts))
+        lone = [one[1] == other[0] for one, other in pairs]
+        keys = zip(parts, [True, *lone], [*lone, True], strict=True)
+        found = [self._falls.get(key) or self._fall(*key) for key in keys]
+        return found + [self._splits.get(pair) or self._split(*pair) for pair in pairs]
+
+    def rise(self, part: Part) -> Change:
+        """The first change of a free part as the depth grows."""
+        if part in self._rises:
+            return self._rises[part]
+        rules, (left, right) = self.closing, part
+        touch, node = rules.touches(left, right)
+        found: list[tuple[float, list[Part]]] = [(touch, [(left, node), (node, right)])]
+        for side, line, other in ((1, left, right), (-1, right, left)):
+            if line is not None and 0 <= line + side < rules.f.size:
+                new = ordered(side, line + side, other)
+                found.append((advances(rules, line, side, other), [new]))
+        if left is not None and right is not None and right - left > 2:
+            found.append((rules.advance_both(left, right), [(left + 1, right - 1)]))
+        depth, parts = min(found, key=lambda change: change[0])
+        self._rises[part] = Change(depth, 0, 1, tuple(filter(_is_free, parts)))
+        return self._rises[part]
+
+    def _fall(self, part: Part, left_fixed: bool, right_fixed: bool) -> Change:
+        """The first move of the lines of a free part as the depth falls; fixed: of a lone node."""
+        rules, (left, right), found = self.opening, part, [_NEVER]
+        if left is not None and not left_fixed:
+            depth = rules.passes(left - 1, 1, right)
+            found.append(Change(depth, 0, 1, ((left - 1, right),)))
+        if right is not None and not right_fixed:
+            depth = rules.passes(right + 1, -1, left)
+            found.append(Change(depth, 0, 1, ((left, right + 1),)))
+        if left is not None and right is not None and len(found) == 3:
+            depth = rules.recede_both(left, right)
+            found.append(Change(depth, 0, 1, ((left - 1, right + 1),)))
+        first = max(found, key=lambda change: change.depth)
+        self._falls[part, left_fixed, right_fixed] = first
+        return first
+
+    def _split(self, one: Part, other: Part) -> Change:
+        """Where the contact between two parts lets go, or is torn open inside."""
+        rules, ((before, first), (last, after)), found = self.opening, (one, other), _NEVER
+        assert first is not None and last is not None
+        if first == last:
+            found = Change(rules.pulled(before, first, after), 0, 2, ((before, after),))
+        elif last - first > 1 and rules.most_torn > -math.inf:
+            depth, node = rules.tears(first, last)
+            found = Change(depth, 1, 1, ((node - 1, node + 1),))
+        self._splits[one, other] = found
+        return found
+
+    def _happens(
+        self, before: Sequence[Part], after: Sequence[Part], changes: int, depth: float
+    ) -> bool:
+        """Whether changes at one depth are an event: they release energy, or contacts differ."""
+        if len(before) != len(after):
+            return True
+        return changes > 1 and self._released(before, after, depth) > self.opening.least
+
+    def _released(self, before: Sequence[Part], after: Sequence[Part], depth: float) -> float:
+        """Energy that is not lost to adhesion hysteresis anyway, from the parts that differ."""
+        gone, new = set(before) - set(after), set(after) - set(before)
+        energies = (sum(self.energy(part, depth) for part in parts) for parts in (gone, new))
+        released = next(energies) - next(energies)
+        closing, opening = self.row.works
+        if closing == opening:
+            return float(released)
+        opened = sum(map(self.bonds, new)) - sum(map(self.bonds, gone))
+        return float(released) - max(0.0, float(opened)) * (opening - closing)
+
+    def energy(self, part: Part, depth: float) -> Any:
+        """What a free part adds to U, with the digits of the running sums."""
+        (left, right), d = part, np.array([depth])
+        if left is not None and right is not None:
+            return self.row.gap_energy(np.array([left]), np.array([right]), d)[0]
+        node, side = (left, 1) if right is None else (right, -1)
+        return self.row.tail_energy(np.array([node]), side, d)[0]
+
+    def bonds(self, part: Part) -> Any:
+        """Minus the contact's length, weighted with the pattern's factor, up to constants."""
+        left, right = part
+        sums = self.row.sums.bonds
+        return (0 if right is None else sums[right]) - (0 if left is None else sums[left])
+
+    def work(self, lives: Sequence[Life]) -> float:
+        """∫P dd: between changes P is linear in d."""
+        done = 0.0
+        for kind in (-1, 0, 1):  # the tails on the left, gaps, and the tails on the right
+            own = [life for life in lives if _kind(life.part) == kind and life.start != life.end]
+            if not own:
+                continue
+            start, end = (np.array([getattr(life, of) for life in own]) for of in ("start", "end"))
+            left, right = (
+                np.array([-1 if node is None else node for node in ends])
+                for ends in zip(*(life.part for life in own), strict=True)
+            )
+            middle = (start + end) / 2
+            if kind == 0:
+                force = self.row.gap_force(left, right, middle)
+            else:
+                force = self.row.tail_force(left if kind > 0 else right, kind, middle)
+            done += float((end - start) @ force)
+        return done
+
+
+def _move(
+    parts: list[Part], slid: list[Array], born: dict[Part, float], lives: list[Life], sign: int
+) -> None:
+    """The outermost lines pass links at these depths."""
+    for side, i, when in ((-1, 0, slid[0]), (1, -1, slid[1])):
+        if when.size:
+            node, start = parts[i][side < 0], born.pop(parts[i])
+            assert node is not None
+            cuts, step = when.tolist(), side * sign
+            own = (ordered(side, node + step * j, None) for j in range(when.size))
+            lives += map(Life, own, [start, *cuts[:-1]], cuts)
+            parts[i] = ordered(side, node + step * when.size, None)
+            born[parts[i]] = cuts[-1]
+
+
+def _is_free(part: Part) -> bool:
+    """Whether there is a free node between these contact nodes."""
+    left, right = part
+    return left is None or right is None or right - left > 1
+
+
+def _kind(part: Part) -> int:
+    """Where a free part is: -1 on the left of all contacts, 1 on their right, 0 between two."""
+    return int(part[1] is None) - int(part[0] is None)
+
+
+_NEVER = Change(-math.inf, 0, 0, ())
