@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization import AccuracyWarning, NotCertifiedError, minimise
-from discretization.inside import on_lattice
+from discretization.lattice.state import on_lattice
 from studies.shared import QUANTITIES, command
 from studies.shared.batches import Progress, each, tell
 from studies.shared.figures import BLUE, ORANGE, Figure, canvas

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from discretization import AccuracyWarning, Equilibrium, History, load_path, minimise
-from discretization.inside import on_lattice
+from discretization.lattice.state import on_lattice
 from energy import Scene
 from studies.shared import Array
 
