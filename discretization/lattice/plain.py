@@ -18,12 +18,12 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.fronts import mirror_axis
+from discretization.lattice.fronts import adhered, mirror_axis
 from discretization.lattice.ground import Ground
 from discretization.lattice.line import End
 from discretization.lattice.nodal_energy import NodalEnergy
@@ -117,13 +117,22 @@ class Plain:
             return self.resists(start + side * links, side)
 
         if ground.indenter.convex:
-            return start + side * _first(resists, most)
+            return start + side * _first(resists, most, abs(self._guess(side) - start))
         if self.depth >= ground.lowest:
             return start + side * next(filter(resists, range(most)), most)
         node = Plain(ground, ground.lowest, self.reach).outermost(side)
         while node != start and self.resists(node - side, side):
             node -= side
         return node
+
+    def _guess(self, side: int) -> int:
+        """Where the line would rest with small slopes, which are known in closed form."""
+        ground, start = self.ground, self.ground.where.lowest
+        if not ground.lattice.gamma1:
+            return start
+        small = replace(ground.lattice, slopes="small")
+        found = adhered(small, ground.indenter, self.depth, ground.where)
+        return start if found is None else found[side > 0]
 
     def contact(self) -> tuple[int, int] | None:
         """First and last node in contact on the path from first touch on; None: detached."""
@@ -153,12 +162,14 @@ class Plain:
         return End(node, side, u, start, gap, energy, force, np.diff(f).tolist())
 
 
-def _first(resists: Callable[[int], bool], most: int) -> int:
+def _first(resists: Callable[[int], bool], most: int, guess: int) -> int:
     """The first of 0, 1, ..., most - 1 for which that is so, as for all after it; else most."""
-    low, step = 0, 1
-    while low < most and not resists(min(low + step, most) - 1):
-        low, step = min(low + step, most), 2 * step
-    high = min(low + step, most) - 1
+    low = high = min(guess, most)
+    step = 1
+    while high < most and not resists(high):
+        low, high, step = high + 1, min(high + step, most), 2 * step
+    while low <= guess and low and resists(low - 1):
+        low, high, step = max(low - 1 - step, 0), low - 1, 2 * step
     while low < high:
         middle = (low + high) // 2
         low, high = (low, middle) if resists(middle) else (middle + 1, high)
