@@ -44,6 +44,7 @@ class Motion:
     def of(cls, scene: Scene, profile: Resolved, surfaces: Surfaces, depth: float) -> Motion:
         """With these free surfaces, for depths up to this one."""
         size = scene.opened.critical_separation + max(abs(depth), abs(profile.touch))
+        size = size or scene.layer.h  # of no adhesion at touching itself
         return cls(scene, profile, surfaces, Rests(scene, profile, surfaces, size))
 
     @functools.cached_property

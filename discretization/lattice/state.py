@@ -84,7 +84,7 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     lift = max(abs(depth), scene.critical_separation) or 1.0
     apart = Certificate.undeformed(max(0.0, depth / lift))
     state = detached(scene, depth, branch, lattice.tail, apart, lattice.spacing)
-    if -depth > scene.critical_separation * (1 + 1e-12):
+    if depth < 0 and cost > 2e-12 * work:
         return state
     if -depth > turning(lattice):
         raise ValueError(overhang(depth, "", depth, turning(lattice)))

@@ -110,18 +110,19 @@ class Curve(NamedTuple):
             t, value, series = _drawn(self.leg, self.control, low, high)
             turns = _turns(series)
             known = _represents(series, _RESOLVED) and turns.size > 0
-            if found and not known:  # closer by, rounding moves the peak
-                break
             best = int(np.argmax(side * value))
             top, reach = float(t[best]), np.abs(t - t[best])[max(best - 1, 0) : best + 2].max()
             if np.ptp(value) <= 8 * self.rounding:
                 break
             if known:
                 top = float(turns[np.argmin(np.abs(turns - top))])
-                if found:
+                if found or _represents(series, 0.0):  # closer by, rounding moves the peak
                     break
             low, high, found = max(top - reach, low), min(top + reach, high), known
-        return top
+        ends = np.array([0.0, 1.0])  # next to these d hardly changes with t
+        first, last, peak = (side * self.values(np.append(ends, top))).tolist()
+        as_high = np.array([first, last]) >= peak - _ROUNDING * abs(peak)
+        return float(ends[as_high][0]) if as_high.any() else top
 
     def _around(self, i: int, side: int) -> tuple[float, float]:
         """Between which t to look for a peak at a sample: as far on one side as on the other.
