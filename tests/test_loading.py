@@ -82,6 +82,23 @@ def test_a_flat_punch_lets_go_of_its_edges_and_detaches_at_once():
     assert path.events[2].depth == pytest.approx(-scene.critical_separation, rel=1e-12, abs=0)
 
 
+def test_a_tilted_punch_leaves_one_edge_and_then_the_other():
+    """One line passes from the upper edge to the lower one, x at d = f + l f' - δ₀.
+
+    Under a load nothing holds it once it has left its edge.
+    """
+    scene = adhesive(FlatPunch(0.03).tilted(0.002))
+    delta0, length = scene.critical_separation, scene.elastocapillary_length
+    ends = [0.002 * (x + length) - delta0 for x in (0.03, -0.03)]
+    path = load_path(scene, depths=[0.5 * delta0, -2 * delta0])
+    left = [event.depth for event in path.events if event.kind == "edge depinning"]
+    assert left == pytest.approx(ends, rel=0, abs=1e-12 * delta0)
+    path = load_path(scene, forces=[path.force[0], 5 * path.pull_off.force])
+    assert [event.kind for event in path.events] == ["jump-in", "edge depinning", "pull-off"]
+    depths = [event.depth for event in path.events[1:]]
+    assert depths == pytest.approx(2 * ends[:1], rel=0, abs=1e-12 * delta0)
+
+
 def test_after_pull_off_the_indenter_can_touch_again():
     scene = adhesive(Parabola(0.02))
     force = scene.stiffness * scene.critical_separation * 0.1

@@ -30,7 +30,6 @@ _FEW_PANELS = 50  # fewer are taken with many points at once, more with few poin
 _MOST_PANELS = 1 << 12  # beyond those between declared corners and knots
 _PART = 0.1  # of rtol for the quadrature
 _SUMMED = 80 * EPSILON  # of the sizes of the 80 terms of a panel's larger sum
-_CHUNK = 1 << 18  # numbers held at once, to stay in the cache
 _LUCK = 1 / 8  # of what the whole was off by: at a jump of f'' the halves are no better than that
 
 
