@@ -105,7 +105,8 @@ class Curve(NamedTuple):
 
     def refined(self, i: int, side: int) -> float:
         """t of the peak at an inner sample, to rounding."""
-        low, high, found = *self._around(i, side), False
+        (low, high), found = self._around(i, side), False
+        ends = np.array([t for t in (low, high) if t in (0.0, 1.0)])
         for _ in range(_ZOOMS):
             t, value, series = _drawn(self.leg, self.control, low, high)
             turns = _turns(series)
@@ -119,9 +120,8 @@ class Curve(NamedTuple):
                 if found or _represents(series, 0.0):  # closer by, rounding moves the peak
                     break
             low, high, found = max(top - reach, low), min(top + reach, high), known
-        ends = np.array([0.0, 1.0])  # next to these d hardly changes with t
-        first, last, peak = (side * self.values(np.append(ends, top))).tolist()
-        as_high = np.array([first, last]) >= peak - _ROUNDING * abs(peak)
+        value = side * self.values(np.append(ends, top))  # next to the ends d hardly changes with t
+        as_high = value[:-1] >= value[-1] - _ROUNDING * abs(value[-1])
         return float(ends[as_high][0]) if as_high.any() else top
 
     def _around(self, i: int, side: int) -> tuple[float, float]:
