@@ -18,7 +18,6 @@ Everything else in the package may change without notice; these names are kept.
 
 from types import ModuleType
 
-from discretization.fitted import free_surface, response
 from discretization.fitted.quadrature import totals as integrals
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.fronts import adhered, heights, region
@@ -29,6 +28,7 @@ from discretization.lattice.oracle import Oracle
 from discretization.lattice.state import on_lattice
 from discretization.lattice.totals import totals
 from discretization.paths.fitted_many import FittedMany
+from discretization.surfaces import mesh, response
 
 __all__ = [
     "ContactSet",
@@ -50,7 +50,7 @@ __all__ = [
 
 def forget() -> None:
     """Forget the free surfaces that have been solved."""
-    known: tuple[ModuleType, ...] = free_surface, response
+    known: tuple[ModuleType, ...] = mesh, response
     for module in known:
         for value in vars(module).values():
             if hasattr(value, "cache_clear"):

@@ -12,9 +12,9 @@ import pytest
 from scenes import plain, roughness
 
 from discretization import Lattice, load_path, minimise
-from discretization.fitted import free_surface
 from discretization.fitted.lines import Problem
 from discretization.lattice import fronts, lowest
+from discretization.surfaces import mesh
 from energy import FlatPunch, Parabola
 
 counted = Counter()
@@ -47,7 +47,7 @@ def _counting(monkeypatch):
         return counted_work
 
     monkeypatch.setattr(Problem, "shortfall", counting("shortfalls", Problem.shortfall))
-    monkeypatch.setattr(free_surface, "_newton", counting("solves", free_surface._newton))
+    monkeypatch.setattr(mesh, "_newton", counting("solves", mesh._newton))
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,9 @@ from scenes import ALPHA, DELTA0, L, adhesive, rough, two, wavy
 
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted import gap
-from discretization.fitted.response import DEGREES
 from discretization.fitted.several import on_several
+from discretization.surfaces import gap
+from discretization.surfaces.response import DEGREES
 from energy import Parabola, Sampled
 
 

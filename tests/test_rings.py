@@ -11,9 +11,9 @@ from scipy.integrate import quad
 from scipy.special import i0, i1, k0, k1
 
 from discretization import load_path, minimise
-from discretization.fitted.axisymmetric import Ring, ring
-from discretization.fitted.kinds import surfaces_of
-from discretization.fitted.surfaces import At
+from discretization.surfaces import surfaces_of
+from discretization.surfaces.axisymmetric import Ring, ring
+from discretization.surfaces.protocol import At
 from energy import ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies
 
 K, LENGTH = 3.0, 0.05

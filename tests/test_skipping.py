@@ -14,10 +14,11 @@ from scipy.linalg import lapack
 
 import discretization
 from discretization import minimise
-from discretization.fitted import free_surface, quadrature, response, several
-from discretization.fitted.free_surface import FreeSurface
+from discretization.fitted import quadrature, several
 from discretization.fitted.lines import Problem
 from discretization.lattice import lowest
+from discretization.surfaces import mesh, response
+from discretization.surfaces.mesh import FreeSurface
 from energy import Parabola
 from studies.benchmarks import skipping
 from studies.benchmarks.skipping_routes import ROUTES, declared, numbers, scene
@@ -25,8 +26,8 @@ from studies.benchmarks.skipping_routes import ROUTES, declared, numbers, scene
 README = Path(discretization.__file__).with_name("README.md")
 WORK = {
     "shortfalls": (Problem, "shortfall"),
-    "solves": (free_surface, "_newton"),
-    "factored": (free_surface, "cho_factor"),
+    "solves": (mesh, "_newton"),
+    "factored": (mesh, "cho_factor"),
     "tridiagonal": (lapack, "dptsv"),
     "integrals": (quadrature, "inside"),
     "fields": (FreeSurface, "displacement"),
@@ -98,7 +99,7 @@ def test_every_row_stands_in_the_docstring_and_in_the_readme():
 
 def test_springs_alone_ask_for_no_surface(counted):
     for slopes in ("small", "finite"):
-        for module in (free_surface, response):
+        for module in (mesh, response):
             for kept in vars(module).values():
                 if hasattr(kept, "cache_clear"):
                     kept.cache_clear()

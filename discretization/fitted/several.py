@@ -22,7 +22,6 @@ from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors
-from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.tail import FittedTail
@@ -30,6 +29,7 @@ from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
 from discretization.profile import Resolved, resolve
 from discretization.rounding import ROUNDING
+from discretization.surfaces import finer_surfaces, surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.lines import (
     AXIS,
     FittedLine,
@@ -22,6 +21,7 @@ from discretization.fitted.lines import (
 from discretization.fitted.quadrature import Interval, totals
 from discretization.fitted.tail import FittedTail
 from discretization.rounding import ROUNDING
+from discretization.surfaces import finer_surfaces, surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]

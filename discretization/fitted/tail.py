@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import gap, menisci
-from discretization.fitted.axisymmetric import ring_surface
-from discretization.fitted.finite_gap import FiniteGap, solved
-from discretization.fitted.free_surface import FreeSurface, linear
-from discretization.fitted.response import Response
+from discretization.surfaces import gap, menisci
+from discretization.surfaces.axisymmetric import ring_surface
+from discretization.surfaces.finite_gap import FiniteGap, solved
+from discretization.surfaces.mesh import FreeSurface, linear
+from discretization.surfaces.response import Response
 
 Array = NDArray[np.float64]
 

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import finite_gap
-from discretization.fitted.finite_gap import solved
-from discretization.fitted.finite_range import UPRIGHT, rest_displacement
-from discretization.fitted.free_surface import OVERHANG
-from discretization.fitted.response import STEEP, Response
-from discretization.fitted.surfaces import MET, At, Free, alone
+from discretization.surfaces import finite_gap
+from discretization.surfaces.finite_gap import solved
+from discretization.surfaces.finite_range import UPRIGHT, rest_displacement
+from discretization.surfaces.mesh import OVERHANG
+from discretization.surfaces.protocol import MET, At, Free, alone
+from discretization.surfaces.response import STEEP, Response
 from energy import Scene
 
 Array = NDArray[np.float64]

@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.axisymmetric import FAR, Ring, ring, ring_surface, stiffness
-from discretization.fitted.free_surface import decayed
-from discretization.fitted.response import Response
-from discretization.fitted.surfaces import MET, At, Free, alone, by_side
+from discretization.surfaces.axisymmetric import FAR, Ring, ring, ring_surface, stiffness
+from discretization.surfaces.mesh import decayed
+from discretization.surfaces.protocol import MET, At, Free, alone, by_side
+from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 Beyond a line of radius s, and on the disc inside one, the reaction per length of the line is the
 displacement times a stiffness S(s), a function of the radius alone. It is solved on the mesh
-(free_surface.linear) at a few radii of every octave and read in between as a polynomial in log s.
+(mesh.linear) at a few radii of every octave and read in between as a polynomial in log s.
 
 A ring between two lines q < p is condensed to both: an element by elimination of its inner nodes,
 with σ_q and σ_p the stiffness of each end and τ that of what ties them, so that
@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-from discretization.fitted.free_surface import ELEMENTS, far_stiffness, linear
-from discretization.fitted.polynomials import horner, powers
-from discretization.fitted.spectral import band, polynomials, rounded
+from discretization.surfaces.mesh import ELEMENTS, far_stiffness, linear
+from discretization.surfaces.polynomials import horner, powers
+from discretization.surfaces.spectral import band, polynomials, rounded
 
 Array = NDArray[np.float64]
 _POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding

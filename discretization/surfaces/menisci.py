@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from discretization.fitted.axisymmetric import stiffness
-from discretization.fitted.free_surface import FreeSurface, far_stiffness
-from discretization.fitted.spectral import band, nodes, rounded
+from discretization.surfaces.axisymmetric import stiffness
+from discretization.surfaces.mesh import FreeSurface, far_stiffness
+from discretization.surfaces.spectral import band, nodes, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
@@ -42,7 +42,7 @@ _ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
 _DEGREE = 12  # of the surfaces with small slopes, from which φ is looked for
 _STEP = 1e-6  # of φ, for a derivative that need not be exact
 _STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
-_SHARPER = 4.0  # as in free_surface.py
+_SHARPER = 4.0  # as in mesh.py
 _FOUND = 1e-15  # of φ
 
 

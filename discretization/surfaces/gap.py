@@ -27,8 +27,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.free_surface import linear
-from discretization.fitted.spectral import lobatto, polynomials, rounded
+from discretization.surfaces.mesh import linear
+from discretization.surfaces.spectral import lobatto, polynomials, rounded
 
 Array = NDArray[np.float64]
 _LONGEST = 0.5  # l: of an element, which rounding then resolves

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import menisci
-from discretization.fitted.axisymmetric_surfaces import ANY
-from discretization.fitted.free_surface import FreeSurface
-from discretization.fitted.response import Response
-from discretization.fitted.surfaces import At, Free, alone, by_side
+from discretization.surfaces import menisci
+from discretization.surfaces.axisymmetric_surfaces import ANY
+from discretization.surfaces.mesh import FreeSurface
+from discretization.surfaces.protocol import At, Free, alone, by_side
+from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import gap
-from discretization.fitted.response import Response
-from discretization.fitted.surfaces import MET, At, Free, alone
+from discretization.surfaces import gap
+from discretization.surfaces.protocol import MET, At, Free, alone
+from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ of length L. With finite slopes, tan β = f' and sin φ = S/γ₁, it is likewis
     ∂U/∂x = k/2 g² + (γ₁-w)√(1+f'²) - γ₁ - S f' = [2γ₁ sin²((β-φ)/2) - w]/cos β.
 
 A line advances where D < d and recedes where D > d. Small and finite slopes differ in what answers
-the questions below (small_surfaces.py, finite_surfaces.py), and nowhere else.
+the questions below (one module for each, see __init__.py), and nowhere else.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.response import Response
+from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]
