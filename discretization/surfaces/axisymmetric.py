@@ -30,7 +30,7 @@ from discretization.surfaces.spectral import band, polynomials, rounded
 Array = NDArray[np.float64]
 _POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding
 _OUTER = 2  # octaves: from there on the elements beside a line end at the exact far field
-_LEAST = -40  # octaves: inside of 2^-40 l the springs do nothing
+_LEAST = -30  # octaves: inside of 2^-30 l the springs do nothing
 FAR = 40.0  # l: the lines of a ring this wide do not feel each other, e^-40 = 4e-18
 _WIDER = 1.5  # ends of elements of a ring, over each other
 _LONGEST = 1.0  # l: of an element, far from the axis
@@ -42,10 +42,10 @@ def stiffness(degree: int, side: int, s: Any) -> Any:
     Infinite beyond a line at the axis, 0 inside it.
     """
     if not np.ndim(s):
-        octave = math.floor(math.log2(max(s, 2.0**_LEAST)))
+        octave = math.floor(math.log2(max(s, 2.0 ** (_LEAST - 1))))
         return _read(degree, side, s, octave)
     found = np.empty_like(s)
-    octaves = np.floor(np.log2(np.maximum(s, 2.0**_LEAST)))
+    octaves = np.floor(np.log2(np.maximum(s, 2.0 ** (_LEAST - 1))))
     for octave in set(octaves.tolist()):
         own = octaves == octave
         found[own] = _read(degree, side, s[own], int(octave))
@@ -54,14 +54,14 @@ def stiffness(degree: int, side: int, s: Any) -> Any:
 
 def _read(degree: int, side: int, s: Any, octave: int) -> Any:
     """S of radii in an octave; below the last one that of a disc without springs, or a ring."""
-    if octave > _LEAST:
+    if octave >= _LEAST:
         log2 = np.log2 if np.ndim(s) else math.log2
         value = horner(_family(degree, side, octave), 2 * (log2(s) - octave) - 1)
         return value * (1 + s) / s if side > 0 else value * s / (2 + s)
     if side < 0:
         return s / 2
     least = 2.0**_LEAST
-    inner = 1 / (least * linear(degree, least).reaction)
+    inner = 1 / (least * _read(degree, side, least, _LEAST))
     with np.errstate(divide="ignore"):
         return np.divide(1.0, np.where(np.equal(s, 0), 0.0, s * (inner - np.log(s / least))))
 
