@@ -170,7 +170,7 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
     """
     scene = motion.scene
     if not lines:
-        tail = FittedTail(scene.elastocapillary_length, motion.surfaces.response)
+        tail = FittedTail(motion.surfaces)
         flat = detached(scene, depth, branch, tail, _UNKNOWN)
         lift = max(abs(depth), scene.opened.critical_separation) or 1.0
         through = motion.penetration(lines, depth) / lift
@@ -198,7 +198,7 @@ def certified(
         energy=found.energy,
         neutral=motion.neutral(contacts.lines, depth),
         certificate=_UNKNOWN,
-        tail=FittedTail(motion.scene.elastocapillary_length, motion.surfaces.response),
+        tail=FittedTail(motion.surfaces),
         scales={"force": found.force_scale, "energy": found.energy_scale},
         errors=errors,
         method="fitted",

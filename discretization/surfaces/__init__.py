@@ -16,19 +16,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from discretization.surfaces.axisymmetric_surfaces import AxisymmetricSurfaces
 from discretization.surfaces.finite_surfaces import FiniteSurfaces
 from discretization.surfaces.meniscus_surfaces import MeniscusSurfaces
 from discretization.surfaces.protocol import Surfaces
 from discretization.surfaces.response import Response, chosen, finer
-from discretization.surfaces.small_surfaces import SmallSurfaces
+from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 
 _EXACT = 1e-15  # of surfaces about an axis: there is one family of them, read from a table
 _KINDS: dict[tuple[str, str], Callable[[Scene, Response], Surfaces]] = {
     ("line", "small"): SmallSurfaces,
     ("line", "finite"): FiniteSurfaces,
-    ("axisymmetric", "small"): AxisymmetricSurfaces,
+    ("axisymmetric", "small"): SmallSurfaces,
     ("axisymmetric", "finite"): MeniscusSurfaces,
 }
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from discretization.surfaces import finite_gap
 from discretization.surfaces.finite_gap import solved
 from discretization.surfaces.finite_range import UPRIGHT, rest_displacement
-from discretization.surfaces.mesh import OVERHANG
+from discretization.surfaces.mesh import OVERHANG, FreeSurface
 from discretization.surfaces.protocol import MET, At, Free, alone
 from discretization.surfaces.response import STEEP, Response
 from energy import Scene
@@ -86,6 +86,10 @@ class FiniteSurfaces:
         """S of a tail."""
         u = (depth - line.f) / self.scene.elastocapillary_length
         return float(self.scene.gamma1 * self.response.reaction(u))
+
+    def alone(self, radius: float, u0: float) -> FreeSurface:
+        """One of the family of all tails."""
+        return self.response.surface(u0)
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from discretization.surfaces.axisymmetric import stiffness
 from discretization.surfaces.mesh import FreeSurface, far_stiffness
+from discretization.surfaces.rings import stiffness
 from discretization.surfaces.spectral import band, nodes, rounded
 
 Array = NDArray[np.float64]

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.surfaces import menisci
-from discretization.surfaces.axisymmetric_surfaces import ANY
-from discretization.surfaces.protocol import At, Free, alone, by_side
+from discretization.surfaces.mesh import FreeSurface
+from discretization.surfaces.protocol import ANY, At, Free, alone, by_side
 from discretization.surfaces.response import Response
 from energy import Scene
 
@@ -65,6 +65,10 @@ class MeniscusSurfaces:
         left, right = (at, None) if side > 0 else (None, at)
         return float(self.stored(left, right, np.array([depth]))[1][0])
 
+    def alone(self, radius: float, u0: float) -> FreeSurface:
+        """Of the inclination that the family has."""
+        return menisci.surface(radius, u0)
+
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
@@ -75,7 +79,7 @@ class MeniscusSurfaces:
         if line is None or not line.x:
             return np.zeros_like(z), np.zeros_like(z)
         length = self.scene.elastocapillary_length
-        found = menisci.surface(side * line.x / length, (depth - line.f) / length)
+        found = self.alone(side * line.x / length, (depth - line.f) / length)
         distance = side * (z - line.x) / length
         u, u1 = found.displacement(distance), found.slopes_at(distance)
         return length * u, side * u1

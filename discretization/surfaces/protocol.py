@@ -21,10 +21,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.surfaces.mesh import FreeSurface
 from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]
+ANY = -1e200  # below every depth
 MET = 1e-13  # elastocapillary lengths: lines that have met are no closer than that
 
 
@@ -73,6 +75,12 @@ class Surfaces(Protocol):
     def pull(self, side: int, line: At, depth: float) -> float:
         """What a free surface without another line pulls at its own one, ∂F/∂g."""
 
+    def alone(self, radius: float, u0: float) -> FreeSurface:
+        """The surface beside one line displaced by u₀, in units of l.
+
+        radius: of the line; infinite for a line contact, negative for the disc inside it.
+        """
+
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
@@ -90,7 +98,7 @@ def by_side(rest_depth: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(rest_depth)
     def both(self: Surfaces, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        if not np.ndim(side):
+        if not (np.ndim(side) and self.scene.axisymmetric):
             return rest_depth(self, side, x, f, f1, facing, w)
         found, w = np.empty_like(x), np.broadcast_to(w, x.shape)
         for one in (1, -1):
