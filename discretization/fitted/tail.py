@@ -48,7 +48,7 @@ class FittedTail:
         """The elements' polynomials."""
         start = radius if math.isfinite(radius) else 0.0
         z = start + np.where(p <= q, p, width - q)
-        return self.surfaces.shape(z, At(start, -left), At(start + width, -right), 0.0)[0]
+        return self.surfaces.between(z, At(start, -left), At(start + width, -right), 0.0)[0]
 
     def slope_between(
         self, width: Array, own: Array, other: Array, radius: Any = math.inf
@@ -66,4 +66,4 @@ class FittedTail:
         x, side = abs(radius) if math.isfinite(radius) else 0.0, 1 if radius > 0 else -1
         mine, other_line = At(x, -own), At(x + side * width, -other)
         left, right = (mine, other_line) if side > 0 else (other_line, mine)
-        return side * float(self.surfaces.shape(np.array(x), left, right, 0.0)[1])
+        return side * float(self.surfaces.between(np.array(x), left, right, 0.0)[1])

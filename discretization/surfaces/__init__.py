@@ -3,10 +3,9 @@
 They answer the questions of protocol.py: at which depth a line rests beside them, what they store
 and pull, their shape. One module answers for each geometry and energy:
 
-    line          small slopes   small_surfaces.py on gap.py and response.py
-                  finite         finite_surfaces.py on finite_range.py, finite_gap.py, response.py
-    axisymmetric  small          axisymmetric_surfaces.py on axisymmetric.py
-                  finite         meniscus_surfaces.py on menisci.py
+    small slopes   line, axisymmetric  small.py on network.py, rings.py and response.py
+    finite         line                finite_surfaces.py on finite_range.py, finite_gap.py
+                   axisymmetric        meniscus_surfaces.py on menisci.py
 
 They are solved on spectral elements (spectral.py, mesh.py) and read as polynomials
 (polynomials.py).

@@ -84,6 +84,10 @@ class MeniscusSurfaces:
         u, u1 = found.displacement(distance), found.slopes_at(distance)
         return length * u, side * u1
 
+    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
+        """Refused: rings are not known."""
+        raise ValueError(_rings(right))
+
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """F and S, read from the family."""
         length, line = self.scene.elastocapillary_length, alone(left, right)

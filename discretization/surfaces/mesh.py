@@ -96,11 +96,8 @@ class FreeSurface:
             result[inside] = polynomial(degree, at, d @ own) * 2 / length
             lo += length
         far = x >= lo
-        if self.slopes == "small" and math.isinf(self.radius):
-            result[far] = -self.displacement(x[far])
-        else:
-            step = 1e-6 * (1 + x[far])
-            result[far] = (self.displacement(x[far] + step) - self.displacement(x[far])) / step
+        step = 1e-6 * (1 + x[far])
+        result[far] = (self.displacement(x[far] + step) - self.displacement(x[far])) / step
         return result
 
 

@@ -139,8 +139,9 @@ class Line:
         return half.then(half)
 
     def beyond(self, side: int, s: float, distance: Array) -> tuple[Array, Array]:
-        """u and u' outwards of an endless surface, displaced by 1 at its line."""
-        return self.tail.displacement(distance), self.tail.slopes_at(distance)
+        """u and u' outwards of an endless surface, displaced by 1 there, with the exact decay."""
+        left = np.exp(-distance)
+        return left, -self.alone(side, s) * left
 
     def mesh(self, q: float, p: float) -> tuple[Array, Array, Array]:
         """Elements between two lines: their ends, matrices of ∫u'² dx and weights of ∫u² dx."""

@@ -86,6 +86,9 @@ class Surfaces(Protocol):
     ) -> tuple[Array, Array]:
         """u and u' at positions between two lines."""
 
+    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
+        """The same as the mesh's own polynomials have it, up to the lines."""
+
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d."""
 

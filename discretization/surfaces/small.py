@@ -148,6 +148,22 @@ class SmallSurfaces:
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
+        """In a gap both parts beside z are condensed to it: u balances them, u' is a pull."""
+        if left is None or right is None or self.scene.axisymmetric or not self._near(left, right):
+            return self.between(z, left, right, depth)
+        length, x = self.scene.elastocapillary_length, np.atleast_1d(z)
+        own, other = (
+            self.net.between(1, 0.0, np.maximum(side * (x - line.x) / length, MET))
+            for side, line in ((1, left), (-1, right))
+        )
+        one, two = depth - left.f, depth - right.f
+        u = (own.tie * one + other.tie * two) / (own.right + own.tie + other.tie + other.left)
+        u1 = (own.right * u + own.tie * (u - one)) / length
+        return u.reshape(np.shape(z)), u1.reshape(np.shape(z))
+
+    def between(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
         """Of a gap or a ring from its mesh, else what is left of every line's displacement."""
         length = self.scene.elastocapillary_length
         x = np.atleast_1d(z)
