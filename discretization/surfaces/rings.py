@@ -137,7 +137,7 @@ class Axis:
 
     def alone(self, side: int, s: Any) -> Any:
         """s S(s) of the surface outside a line or of the disc inside it; 0 at the axis."""
-        return s * stiffness(self.degree, side, np.maximum(s, BESIDE))
+        return s * stiffness(self.degree, side, np.where(np.equal(s, 0), BESIDE, s)[()])
 
     def between(self, side: int, s: Any, width: Any) -> Network:
         """Of a ring from a line of radius s, this much further to a side; the inner end first."""

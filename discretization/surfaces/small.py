@@ -52,10 +52,12 @@ class SmallSurfaces:
         excess = length * (side * f1 - np.sqrt(2 * w / self.scene.gamma1))
         if facing is None and not self.scene.axisymmetric:  # the same wherever the line is
             return f + excess / self.response.reactions[0]
-        s = np.maximum(x / length, BESIDE) if self.scene.axisymmetric else x / length
+        s = x / length
         if facing is None:
+            s = np.where(np.equal(s, 0), BESIDE, s)[()]
             rest = f + net.measure(s) * excess / net.alone(side, s)
             return self._at_axis(side, x, f, excess, rest)
+        s = np.maximum(s, BESIDE) if self.scene.axisymmetric else s
         apart = np.maximum(side * (facing.x - x) / length, MET)
         found = net.between(side, s, apart if np.ndim(apart) else float(apart))
         ground = found.left if not self.scene.axisymmetric or side > 0 else found.right
