@@ -99,9 +99,8 @@ def ring(degree: int, q: Array, p: Array) -> Network:
 
 def _end(start: Array) -> Array:
     """Where an element of a ring that starts here ends at the latest."""
-    return np.maximum(
-        start + np.minimum((_WIDER - 1) * start, _LONGEST), np.nextafter(start, math.inf)
-    )
+    step = np.minimum((_WIDER - 1) * start, _LONGEST)
+    return start + np.maximum(step, np.spacing(np.real(start)))
 
 
 def _element(degree: int, lo: Array, hi: Array) -> Network:
