@@ -18,7 +18,7 @@ from truth.unique import reading_of
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies, cards
 
-FEW, MANY = 2, int(os.environ.get("ELASTOCAP_PATHS", "24"))
+FEW, MANY = 2, int(os.environ.get("ELASTOCAP_PATHS", "8"))
 REFUSED, SKIPPED = 0.005, 0.1  # of all paths, or one
 ONCE_WRONG = (  # the path or the reference, or refused
     ("load_pattern", 23),  # a line that jumps over an edge, by little
