@@ -10,10 +10,11 @@
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
 minimise.py answers with one state, loading.py with a path of states; routes.py says what does, or
-why nothing does. Three packages do the work, each importing only those above it in this list:
+why nothing does. Four packages do the work, each importing only those above it in this list:
 
 lattice/  fixed nodes: sets of contact nodes, their energies, the lowest of all
-fitted/   contact lines as unknowns, a spectral mesh of the free surface anchored at each
+surfaces/ free surfaces on spectral meshes anchored at contact lines, which the lattice never sees
+fitted/   contact lines as unknowns beside these surfaces
 paths/    states followed in depth, load or the position of a machine
 
 The certificate (certificate.py) and the result (equilibrium.py) are the same for all of them. A new
@@ -33,8 +34,8 @@ saves and that no digit changes:
 | far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |
 | other contacts       | resolving a convex profile      | fitted.state.on_one_contact             |
 | links in between     | a convex profile's heights      | lattice.fronts.first_above              |
-| true lengths         | nonlinear solves                | fitted.response.Response.surface        |
-| known surfaces       | solves of one seen before       | fitted.response.response                |
+| true lengths         | nonlinear solves                | surfaces.response.Response.surface      |
+| known surfaces       | solves of one seen before       | surfaces.response.response              |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |
 | error estimate       | coarser lattice until asked for | lattice.accuracy.estimated              |
 | search for the line  | states of their own of steps    | fitted.track.Track.lines                |

@@ -63,8 +63,9 @@ def test_imports_run_down_only(package, may_use):
 @pytest.mark.parametrize(
     ("package", "never"),
     [
-        ("lattice", {"fitted", "paths", "minimise", "loading"}),
+        ("lattice", {"surfaces", "fitted", "paths", "minimise", "loading"}),
         ("fitted", {"paths", "minimise", "loading"}),
+        ("surfaces", {"lattice", "fitted", "paths", "minimise", "loading"}),
         ("paths", {"minimise", "loading"}),
     ],
 )

@@ -9,8 +9,8 @@ from scenes import DELTA0, L, adhesive, steep, two, wavy
 from truth.surfaces import Finite
 
 from discretization import load_path, minimise
-from discretization.fitted.finite_gap import solved
-from discretization.fitted.finite_range import DEGREE, rest_displacement
+from discretization.surfaces.finite_gap import solved
+from discretization.surfaces.finite_range import DEGREE, rest_displacement
 from energy import Parabola, Profile
 
 DEPTH = 2.0 * DELTA0

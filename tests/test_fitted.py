@@ -9,10 +9,10 @@ from scenes import adhesive
 
 from discretization import minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.lines import FittedLine, Problem, find_line
 from discretization.fitted.quadrature import totals
 from discretization.fitted.state import certify_lines
+from discretization.surfaces import surfaces_of
 from energy import (
     FlatPunch,
     Parabola,

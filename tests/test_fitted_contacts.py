@@ -9,9 +9,9 @@ from scenes import ALPHA, DELTA0, L, adhesive, rough, two, wavy
 
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted import gap
-from discretization.fitted.response import DEGREES
 from discretization.fitted.several import on_several
+from discretization.surfaces.network import FAR, Line, solved
+from discretization.surfaces.response import DEGREES
 from energy import Parabola, Sampled
 
 
@@ -42,28 +42,32 @@ def errors(state, exact):
 
 
 @pytest.mark.parametrize("degree", DEGREES["small"])
-def test_half_a_gap_converges_to_rounding_at_any_width(degree):
-    allowed = {6: 2e-12}.get(degree, 4e-15)
+def test_a_gap_converges_to_rounding_at_any_width(degree):
+    """σ = tanh(L/2) and σ + 2τ = coth(L/2)."""
+    allowed, line = {6: 2e-12}.get(degree, 4e-15), Line(degree)
     for length in 10.0 ** np.linspace(-8, 1.8, 40):
-        found = gap.half(degree, length)
-        assert found.even == pytest.approx(math.tanh(length / 2), rel=allowed, abs=0)
-        assert found.odd == pytest.approx(1 / math.tanh(length / 2), rel=allowed, abs=0)
-        if length < 2 * gap.FAR:
-            solved = gap.shapes(degree, length)
-            assert solved.residual <= 1e-13 * (1 + found.odd)
-            assert solved.areas[0] == pytest.approx(found.even, rel=1e-14, abs=0)
+        found = line.between(1, 0.0, float(length))
+        odd = found.left + 2 * found.tie
+        assert found.left == found.right == pytest.approx(math.tanh(length / 2), rel=allowed, abs=0)
+        assert odd == pytest.approx(1 / math.tanh(length / 2), rel=allowed, abs=0)
+        if length < FAR:
+            surface = solved(*line.mesh(0.0, length))
+            assert surface.residual <= 1e-13
+            assert surface.areas[0] == pytest.approx(2 * found.left, rel=1e-14, abs=0)
 
 
 def test_the_energy_of_a_gap_changes_with_its_length_by_its_derivative():
     for length in (0.01, 0.4, 3.0, 17.0):
         step = 1e-3 * min(length, 1.0)
-        low, high, lower, higher = (gap.half(8, length + n * step) for n in (-1, 1, -2, 2))
-        found = gap.half(8, length)
-        for name in ("even", "odd"):
+        low, high, lower, higher = (
+            Line(8).between(1, 0.0, length + n * step) for n in (-1, 1, -2, 2)
+        )
+        found, moved = (Line(8).between(1, 0.0, each) for each in (length, complex(length, 1e-30)))
+        for name in ("left", "tie"):
             change = 8 * (getattr(high, name) - getattr(low, name))
             change -= getattr(higher, name) - getattr(lower, name)
-            exact = getattr(gap.rates(8, length), name)
-            size = getattr(found, name) * 1e-11 / min(length, 1.0)
+            exact = getattr(moved, name).imag / 1e-30
+            size = (found.left + 2 * found.tie) * 1e-11 / min(length, 1.0)
             assert change / (12 * step) == pytest.approx(exact, rel=1e-9, abs=size)
 
 
@@ -73,7 +77,7 @@ def test_twenty_contacts_are_those_of_the_highest_degree(states, case):
     assert len(state.contacts) >= 17 and state.method == "fitted"
     assert state.certificate.ok and max(state.error_estimate.values()) <= 1e-8
     exact = on_several(state.scene, state.depth, branch=case[1], rtol=1e-14)
-    assert exact.tail.response.degree > state.tail.response.degree
+    assert exact.tail.surfaces.response.degree > state.tail.surfaces.response.degree
     for name, error in errors(state, exact).items():
         assert error <= 1e-13
         if name in state.error_estimate:

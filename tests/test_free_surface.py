@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from discretization.fitted.free_surface import linear
-from discretization.fitted.response import DEGREES, chosen, response
-from discretization.fitted.spectral import rounded
+from discretization.surfaces.mesh import linear
+from discretization.surfaces.response import DEGREES, chosen, response
+from discretization.surfaces.spectral import rounded
 from energy import cards
 
 

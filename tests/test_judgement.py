@@ -12,10 +12,10 @@ from discretization.fitted import several
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors, penetration
-from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Motion
-from discretization.fitted.surfaces import At
 from discretization.profile import resolve
+from discretization.surfaces import surfaces_of
+from discretization.surfaces.protocol import At
 from energy import FlatPunch, Parabola, Profile
 
 CASES = [

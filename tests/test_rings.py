@@ -11,9 +11,8 @@ from scipy.integrate import quad
 from scipy.special import i0, i1, k0, k1
 
 from discretization import load_path, minimise
-from discretization.fitted.axisymmetric import Ring, ring
-from discretization.fitted.kinds import surfaces_of
-from discretization.fitted.surfaces import At
+from discretization.surfaces import surfaces_of
+from discretization.surfaces.protocol import At
 from energy import ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies
 
 K, LENGTH = 3.0, 0.05
@@ -206,11 +205,11 @@ def test_a_ring_around_a_small_contact_is_certified_by_what_is_beside_it():
 
 @pytest.mark.parametrize("ends", [(0.005, 1.1), (0.9, 1.1), (1.0, 1.0 + 1e-7), (0.3, 6.0)])
 def test_the_certificate_of_a_ring_notices_a_wrong_pull(ends):
-    own = scene(Parabola(1.0))
-    surfaces, degree = surfaces_of(own, 1e-8), surfaces_of(own, 1e-8).response.degree
+    surfaces = surfaces_of(scene(Parabola(1.0)), 1e-8)
+    q, width = ends[0], ends[1] - ends[0]
     left, right = (At(LENGTH * r, 0.01 * LENGTH * (r + i)) for i, r in enumerate(ends))
-    found = Ring(*(float(part[0]) for part in ring(degree, *ends)))
+    assert surfaces.free(left, right, 0.02 * LENGTH).residual <= 1e-10
     for one, other in ((0.01, 0.02), (-0.01, -0.0099999)):
-        assert surfaces._unequal(found, one, other, left, right) <= 1e-10
-        wrong = Ring(*(1.0001 * part for part in found))
-        assert surfaces._unequal(wrong, one, other, left, right) >= 1e-6
+        pull = surfaces.net.between(1, q, width).pulls(one, other, one - other)[0]
+        assert surfaces._off(1, q, width, one, one - other, pull) <= 1e-10
+        assert surfaces._off(1, q, width, one, one - other, 1.0001 * pull) >= 1e-6

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from discretization import load_path
-from discretization.fitted import menisci
+from discretization.surfaces import menisci
 from energy import ElasticLayer, Patches, Profile, Scene, SurfaceEnergies, Wedge
 
 DEPTHS = [0.0, 0.1, 0.03, -0.1]

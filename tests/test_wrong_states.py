@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Motion
 from discretization.fitted.several import state_of
 from discretization.profile import resolve
+from discretization.surfaces import surfaces_of
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
 MOVED = 1e-6  # of the width of the contact or gap on the other side of a line

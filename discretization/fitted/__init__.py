@@ -1,15 +1,7 @@
 """Contact lines as unknowns, a spectral mesh of the free surface anchored at each.
 
-Free surfaces and the depth D at which a line rests beside them answer the questions of surfaces.py,
-one module for each geometry and energy (kinds.py says which):
-
-    line          small slopes   small_surfaces.py on gap.py and response.py
-                  finite         finite_surfaces.py on finite_range.py, finite_gap.py, response.py
-    axisymmetric  small          axisymmetric_surfaces.py on axisymmetric.py
-                  finite         meniscus_surfaces.py on menisci.py
-
-They are solved on spectral elements (spectral.py, free_surface.py) and read as polynomials
-(polynomials.py); tail.py has those of an equilibrium in the scene's units.
+What lines feel of the free surfaces beside them is known in ../surfaces; tail.py has the surfaces
+of an equilibrium in the scene's units.
 
 One contact, where there can be no other: its lines by bracketing (lines.py, ../roots.py) ->
 integrals (gauss.py, quadrature.py) -> rounding of heights (height_rounding.py), certificate and

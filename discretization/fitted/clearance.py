@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.surfaces import At, Surfaces
 from discretization.profile import Resolved
 from discretization.roots import bracketed
+from discretization.surfaces.protocol import At, Surfaces
 
 Array = NDArray[np.float64]
 _UNSURE = 1 / 16  # of the width of an interval and of how v' varies in it

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.quadrature import Interval, refined
-from discretization.fitted.surfaces import Free
+from discretization.surfaces.protocol import Free
 from energy import Indenter
 
 Array = NDArray[np.float64]

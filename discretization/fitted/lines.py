@@ -1,6 +1,6 @@
 """The lines of one contact of a convex indenter: sign changes of D - d, found by bracketing.
 
-A line advances where the depth D at which it would be at rest (surfaces.py) is less than the depth
+A line advances where the depth D at which it would be at rest (../surfaces) is less than the depth
 d, and recedes where it is greater. Of a convex indenter D grows outwards of a line contact, so that
 there is one place where it rests; at a corner D may jump past d and pin the line.
 About an axis D falls from the depth of touching to its least value and grows from there on, for
@@ -25,11 +25,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.free_surface import OVERHANG
-from discretization.fitted.meniscus_surfaces import MeniscusSurfaces
-from discretization.fitted.surfaces import At, Surfaces
 from discretization.roots import bracketed, least
 from discretization.rounding import ROUNDING
+from discretization.surfaces.meniscus_surfaces import MeniscusSurfaces
+from discretization.surfaces.mesh import OVERHANG
+from discretization.surfaces.protocol import At, Surfaces
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]

@@ -23,8 +23,8 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.pressed import Lines, Pressed, pairs
 from discretization.fitted.resting import MET, Pair, Resting
 from discretization.fitted.rests import TIE, Rests
-from discretization.fitted.surfaces import Surfaces
 from discretization.profile import Resolved
+from discretization.surfaces.protocol import Surfaces
 from energy import Scene
 
 Array = NDArray[np.float64]

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.surfaces import At
 from discretization.profile import Resolved
 from discretization.rounding import EPSILON
+from discretization.surfaces.protocol import At
 
 Array = NDArray[np.float64]
 _NARROW = 1e-2  # of l

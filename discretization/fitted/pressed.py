@@ -22,7 +22,7 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.clearance import Clearance
 from discretization.fitted.resting import Pair, Resting
 from discretization.fitted.rests import TIE, Rests
-from discretization.fitted.surfaces import At
+from discretization.surfaces.protocol import At
 
 Array = NDArray[np.float64]
 Lines = tuple[float, ...]

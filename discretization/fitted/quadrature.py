@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from discretization.fitted import gauss
 from discretization.fitted.height_rounding import height_rounding
-from discretization.fitted.surfaces import At, Surfaces
 from discretization.rounding import EPSILON, ROUNDING
+from discretization.surfaces.protocol import At, Surfaces
 from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 Lines q < p of a gap between two contacts, or one of them at infinity: a tail. Advancing (way 1)
 they go to the first places where D >= d, receding (way -1) to the first where D <= d, D that of
-surfaces.py. In a gap each feels the other: they take turns, and close to their resting places both
+../surfaces. In a gap each feels the other: they take turns, and close to their resting places both
 are found at once by Newton's method.
 """
 
@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from discretization.certificate import TOLERANCE, NotCertifiedError
 from discretization.fitted.rests import TIE, Rests, margins, solved
 from discretization.fitted.stops import Stop, first_stop
-from discretization.fitted.surfaces import At
 from discretization.fitted.tension import Pull, pull
+from discretization.surfaces.protocol import At
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]

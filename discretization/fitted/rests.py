@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE
 from discretization.fitted.narrow import noise, rise
-from discretization.fitted.surfaces import At, Surfaces
 from discretization.profile import Resolved
 from discretization.rounding import EPSILON
+from discretization.surfaces.protocol import At, Surfaces
 from energy import Scene
 
 Array = NDArray[np.float64]

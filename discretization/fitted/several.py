@@ -22,7 +22,6 @@ from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors
-from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.motion import Lines, Motion
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.tail import FittedTail
@@ -30,6 +29,7 @@ from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
 from discretization.profile import Resolved, resolve
 from discretization.rounding import ROUNDING
+from discretization.surfaces import finer_surfaces, surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -170,7 +170,7 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
     """
     scene = motion.scene
     if not lines:
-        tail = FittedTail(scene.elastocapillary_length, motion.surfaces.response)
+        tail = FittedTail(motion.surfaces)
         flat = detached(scene, depth, branch, tail, _UNKNOWN)
         lift = max(abs(depth), scene.opened.critical_separation) or 1.0
         through = motion.penetration(lines, depth) / lift
@@ -198,7 +198,7 @@ def certified(
         energy=found.energy,
         neutral=motion.neutral(contacts.lines, depth),
         certificate=_UNKNOWN,
-        tail=FittedTail(motion.scene.elastocapillary_length, motion.surfaces.response),
+        tail=FittedTail(motion.surfaces),
         scales={"force": found.force_scale, "energy": found.energy_scale},
         errors=errors,
         method="fitted",

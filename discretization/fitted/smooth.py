@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from discretization.fitted.integrals import Integrals
 from discretization.fitted.rests import Rests, margins, solved
-from discretization.fitted.spectral import rounded
+from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]
 DEGREE = 12  # of the Lobatto rule in t

@@ -18,11 +18,12 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, refined
-from discretization.fitted.response import ABSENT
 from discretization.fitted.tail import FittedTail
 from discretization.profile import Resolved, resolve
 from discretization.roots import crossings
 from discretization.rounding import ROUNDING
+from discretization.surfaces.response import ABSENT
+from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -47,7 +48,7 @@ def at_level(
 ) -> Equilibrium:
     """The certified state in which what lies below a level is in contact."""
     reach, touch = scene.opened.critical_separation, profile.touch
-    tail = FittedTail(1.0, ABSENT)
+    tail = FittedTail(SmallSurfaces(scene, ABSENT))
     lift = max(abs(depth), reach) or 1.0
     if touch > level + _TIE * lift:
         apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))

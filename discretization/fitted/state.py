@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.kinds import finer_surfaces, surfaces_of
 from discretization.fitted.lines import (
     AXIS,
     FittedLine,
@@ -22,6 +21,7 @@ from discretization.fitted.lines import (
 from discretization.fitted.quadrature import Interval, totals
 from discretization.fitted.tail import FittedTail
 from discretization.rounding import ROUNDING
+from discretization.surfaces import finer_surfaces, surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ def on_one_contact(
 
 def _detached(problem: Problem, branch: str) -> Equilibrium:
     """The flat surface without contact."""
-    tail = FittedTail(problem.scene.elastocapillary_length, problem.surfaces.response)
+    tail = FittedTail(problem.surfaces)
     pressed = max(0.0, problem.depth - problem.touch) / problem.lift
     certificate = Certificate(pressed, 0.0, 0.0, 0.0, 0.0)
     return detached(problem.scene, problem.depth, branch, tail, certificate)
@@ -70,7 +70,7 @@ def _detached(problem: Problem, branch: str) -> Equilibrium:
 def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: float) -> Equilibrium:
     """The certified state of a problem whose contact contains `starts`."""
     scene, depth = problem.scene, problem.depth
-    tail = FittedTail(scene.elastocapillary_length, problem.surfaces.response)
+    tail = FittedTail(problem.surfaces)
     ends = _lines(problem, starts)
     if ends is None:
         if abs(problem.shortfall(1, starts[1])) <= _UNDECIDED * problem.lift:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.smooth import DEGREE, Smooth
-from discretization.fitted.spectral import polynomial
+from discretization.surfaces.spectral import polynomial
 
 Array = NDArray[np.float64]
 _MOST = 256  # depths at once

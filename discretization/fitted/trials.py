@@ -20,8 +20,8 @@ from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
 from discretization.fitted.smooth import DEGREE, Smooth
-from discretization.fitted.spectral import coefficients
 from discretization.fitted.track import Piece, pieces, restricted
+from discretization.surfaces.spectral import coefficients
 
 Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]

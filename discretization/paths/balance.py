@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.spectral import rounded
 from discretization.paths.branch import Branch, Point, legs
 from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, PullOff, Snapshot
+from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]
 Segment = tuple[Snapshot, Snapshot]

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
-from discretization.fitted.spectral import coefficients, rounded
 from discretization.paths.branch import Leg
 from discretization.roots import crossings
+from discretization.surfaces.spectral import coefficients, rounded
 
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn

@@ -19,16 +19,16 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contacts import Contacts
 from discretization.fitted.events import Events
-from discretization.fitted.kinds import surfaces_of
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
 from discretization.fitted.smooth import DEGREE, Smooth
-from discretization.fitted.spectral import rounded
 from discretization.fitted.track import Track
 from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import resolve
+from discretization.surfaces import surfaces_of
+from discretization.surfaces.spectral import rounded
 from energy import Scene
 
 Array = NDArray[np.float64]

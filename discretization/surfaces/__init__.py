@@ -1,22 +1,32 @@
-"""Which free surfaces a scene has: one row for each geometry and energy."""
+"""Free surfaces beside contact lines, on spectral meshes anchored at the lines.
+
+They answer the questions of protocol.py: at which depth a line rests beside them, what they store
+and pull, their shape. One module answers for each geometry and energy:
+
+    small slopes   line, axisymmetric  small.py on network.py, rings.py and response.py
+    finite         line                finite_surfaces.py on finite_range.py, finite_gap.py
+                   axisymmetric        meniscus_surfaces.py on menisci.py
+
+They are solved on spectral elements (spectral.py, mesh.py) and read as polynomials
+(polynomials.py).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from discretization.fitted.axisymmetric_surfaces import AxisymmetricSurfaces
-from discretization.fitted.finite_surfaces import FiniteSurfaces
-from discretization.fitted.meniscus_surfaces import MeniscusSurfaces
-from discretization.fitted.response import Response, chosen, finer
-from discretization.fitted.small_surfaces import SmallSurfaces
-from discretization.fitted.surfaces import Surfaces
+from discretization.surfaces.finite_surfaces import FiniteSurfaces
+from discretization.surfaces.meniscus_surfaces import MeniscusSurfaces
+from discretization.surfaces.protocol import Surfaces
+from discretization.surfaces.response import Response, chosen, finer
+from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 
 _EXACT = 1e-15  # of surfaces about an axis: there is one family of them, read from a table
 _KINDS: dict[tuple[str, str], Callable[[Scene, Response], Surfaces]] = {
     ("line", "small"): SmallSurfaces,
     ("line", "finite"): FiniteSurfaces,
-    ("axisymmetric", "small"): AxisymmetricSurfaces,
+    ("axisymmetric", "small"): SmallSurfaces,
     ("axisymmetric", "finite"): MeniscusSurfaces,
 }
 

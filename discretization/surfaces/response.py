@@ -24,9 +24,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.free_surface import OVERHANG, FreeSurface, graded, linear, relaxed, steep
-from discretization.fitted.polynomials import Powers, horner, powers
-from discretization.fitted.spectral import nodes
+from discretization.surfaces.mesh import OVERHANG, FreeSurface, graded, linear, relaxed, steep
+from discretization.surfaces.polynomials import Powers, horner, powers
+from discretization.surfaces.spectral import nodes
 
 Array = NDArray[np.float64]
 DEGREES = {"small": (6, 8, 10, 12), "finite": (8, 12, 16, 20)}

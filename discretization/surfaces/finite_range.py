@@ -27,8 +27,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.free_surface import OVERHANG
-from discretization.fitted.spectral import rounded
+from discretization.surfaces.mesh import OVERHANG
+from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of these ends:

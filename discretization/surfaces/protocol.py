@@ -9,7 +9,7 @@ of length L. With finite slopes, tan β = f' and sin φ = S/γ₁, it is likewis
     ∂U/∂x = k/2 g² + (γ₁-w)√(1+f'²) - γ₁ - S f' = [2γ₁ sin²((β-φ)/2) - w]/cos β.
 
 A line advances where D < d and recedes where D > d. Small and finite slopes differ in what answers
-the questions below (small_surfaces.py, finite_surfaces.py), and nowhere else.
+the questions below (one module for each, see __init__.py), and nowhere else.
 """
 
 from __future__ import annotations
@@ -21,10 +21,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.response import Response
+from discretization.surfaces.mesh import FreeSurface
+from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]
+ANY = -1e200  # below every depth
 MET = 1e-13  # elastocapillary lengths: lines that have met are no closer than that
 
 
@@ -73,10 +75,19 @@ class Surfaces(Protocol):
     def pull(self, side: int, line: At, depth: float) -> float:
         """What a free surface without another line pulls at its own one, ∂F/∂g."""
 
+    def alone(self, radius: float, u0: float) -> FreeSurface:
+        """The surface beside one line displaced by u₀, in units of l.
+
+        radius: of the line; infinite for a line contact, negative for the disc inside it.
+        """
+
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
         """u and u' at positions between two lines."""
+
+    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
+        """The same as the mesh's own polynomials have it, up to the lines."""
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d."""
@@ -90,7 +101,7 @@ def by_side(rest_depth: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(rest_depth)
     def both(self: Surfaces, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
-        if not np.ndim(side):
+        if not (np.ndim(side) and self.scene.axisymmetric):
             return rest_depth(self, side, x, f, f1, facing, w)
         found, w = np.empty_like(x), np.broadcast_to(w, x.shape)
         for one in (1, -1):

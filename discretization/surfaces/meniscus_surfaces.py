@@ -17,11 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import menisci
-from discretization.fitted.axisymmetric_surfaces import ANY
-from discretization.fitted.free_surface import FreeSurface
-from discretization.fitted.response import Response
-from discretization.fitted.surfaces import At, Free, alone, by_side
+from discretization.surfaces import menisci
+from discretization.surfaces.mesh import FreeSurface
+from discretization.surfaces.protocol import ANY, At, Free, alone, by_side
+from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -42,26 +41,33 @@ class MeniscusSurfaces:
         """D: the inclination at rest is known, and the displacement that has it is read.
 
         Beyond the steepest of the family it only has to grow: a line that rests there is refused.
+        At the axis it is next to nothing, of the right sign.
         """
         if facing is not None:
             raise ValueError(_rings(facing))
         length = self.scene.elastocapillary_length
         deficit = 2 * np.arcsin(np.sqrt(w / (2 * self.scene.gamma1)))
-        s = np.where(np.equal(x, 0) & (side < 0), 1.0, x / length)
-        s, phi, x, f = np.broadcast_arrays(s, np.arctan(side * f1) - deficit, x, f)
-        known = np.maximum(s, menisci.LEAST[side])
-        u = menisci.read(side, known.ravel(), phi.ravel())[0].reshape(s.shape)
+        known = [x / length, np.arctan(side * f1) - deficit, f]
+        s, phi, f = np.broadcast_arrays(*map(np.atleast_1d, known))
+        least, off = np.maximum(s, menisci.LEAST[side]), s > 0
+        u = np.sin(phi) * menisci.rough(1, _BESIDE)
+        u[off] = menisci.read(side, least[off], phi[off])[0]
         beyond = np.maximum(np.abs(np.sin(phi / 2)) / math.sin(menisci.STEEPEST / 2), 1.0)
         if side < 0:  # what is on so small a disc does not count
-            beyond = beyond * known / np.maximum(s, _BESIDE)
+            beyond = beyond * least / np.maximum(s, _BESIDE)
         rest = f + length * u * beyond
-        return np.where((side < 0) & (x == 0), ANY, rest)[()]
+        rest = np.where(off | (side > 0), rest, ANY)
+        return rest if np.ndim(x) else rest[0]
 
     def pull(self, side: int, line: At, depth: float) -> float:
         """2πa sin φ of a tail or a disc."""
         at = At(np.array([line.x]), np.array([line.f]))
         left, right = (at, None) if side > 0 else (None, at)
         return float(self.stored(left, right, np.array([depth]))[1][0])
+
+    def alone(self, radius: float, u0: float) -> FreeSurface:
+        """Of the inclination that the family has."""
+        return menisci.surface(radius, u0)
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
@@ -73,17 +79,14 @@ class MeniscusSurfaces:
         if line is None or not line.x:
             return np.zeros_like(z), np.zeros_like(z)
         length = self.scene.elastocapillary_length
-        found, distance = self._solved(side, line, depth), side * (z - line.x) / length
+        found = self.alone(side * line.x / length, (depth - line.f) / length)
+        distance = side * (z - line.x) / length
         u, u1 = found.displacement(distance), found.slopes_at(distance)
         return length * u, side * u1
 
-    def _solved(self, side: int, line: At, depth: float) -> FreeSurface:
-        """The surface beside a line, as steep as the family goes."""
-        length = self.scene.elastocapillary_length
-        s, u = np.array([line.x / length]), np.array([(depth - line.f) / length])
-        steepest = menisci.read(side, s, np.copysign(menisci.STEEPEST, u))[0]
-        u = np.where(np.abs(u) < np.abs(steepest), u, steepest)
-        return menisci.surface(side * float(s[0]), float(u[0]))
+    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
+        """Refused: rings are not known."""
+        raise ValueError(_rings(right))
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """F and S, read from the family."""
@@ -113,10 +116,9 @@ class MeniscusSurfaces:
 
     def refuse(self, side: int, line: At, depth: float) -> None:
         """ValueError for a line beside which the surface is steeper than any of the family."""
-        s = line.x / self.scene.elastocapillary_length
-        u = (depth - line.f) / self.scene.elastocapillary_length
-        steepest = float(menisci.read(side, np.array([s]), np.array([menisci.STEEPEST]))[0][0])
-        if s < menisci.LEAST[side] or abs(u) >= steepest:
+        length = self.scene.elastocapillary_length
+        s, u = np.array([line.x / length]), np.array([(depth - line.f) / length])
+        if s < menisci.LEAST[side] or abs(menisci.inclination(side, s, u)) >= menisci.STEEPEST:
             raise ValueError(
                 f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
                 f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a "

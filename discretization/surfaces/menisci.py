@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from discretization.fitted.axisymmetric import stiffness
-from discretization.fitted.free_surface import FreeSurface, far_stiffness
-from discretization.fitted.spectral import band, nodes, rounded
+from discretization.surfaces.mesh import FreeSurface, far_stiffness
+from discretization.surfaces.rings import stiffness
+from discretization.surfaces.spectral import band, nodes, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
@@ -42,7 +42,7 @@ _ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
 _DEGREE = 12  # of the surfaces with small slopes, from which φ is looked for
 _STEP = 1e-6  # of φ, for a derivative that need not be exact
 _STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
-_SHARPER = 4.0  # as in free_surface.py
+_SHARPER = 4.0  # as in mesh.py
 _FOUND = 1e-15  # of φ
 
 
@@ -116,7 +116,7 @@ class _Nodal(NamedTuple):
 
     energy: Array
     gradient: Array
-    hessian: list[Array]
+    hessian: Array
 
 
 class _Mesh(NamedTuple):
@@ -145,9 +145,8 @@ class _Mesh(NamedTuple):
         bend = self.measure / root**3 / self.half**2
         blocks = np.matmul(d.T[None, None] * bend[:, :, None, :], d)
         blocks[:, :, np.arange(DEGREE + 1), np.arange(DEGREE + 1)] += self.measure
-        hessian = [band(each) for each in blocks]
-        for rows, far in zip(hessian, self.far.tolist(), strict=True):
-            rows[0, -1] += far
+        hessian = band(blocks)
+        hessian[:, 0, -1] += self.far
         return _Nodal(energy - self.sines * u[:, 0], gradient, hessian)
 
 
@@ -160,7 +159,7 @@ def _piece(side: int, piece: int, steep: bool) -> Array:
     half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
     radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
     found = solve(side, radii, 2 * halves * np.sqrt(1 - halves * halves), _HALVINGS[steep])
-    values = np.array([found.u[:, 0] / halves, found.energy / halves**2]) / _scale(side, radii)
+    values = np.array([found.u[:, 0] / halves, found.energy / halves**2]) / rough(side, radii)
     left, right = (np.linalg.inv(_chebyshev(part, part.size)) for part in (at, over))
     return np.asarray(left @ values.reshape(2, s.size, half.size) @ right.T)
 
@@ -175,7 +174,7 @@ def _chebyshev(t: Array, count: int) -> Array:
     return np.asarray(np.cos(np.arccos(np.clip(t, -1, 1))[:, None] * np.arange(count)))
 
 
-def _scale(side: int, s: Any) -> Any:
+def rough(side: int, s: Any) -> Any:
     """u₀ for a given pull, roughly: s log(1/s) beside small radii, 1 beside great ones."""
     if side < 0:
         return (2 + s) / s
@@ -214,7 +213,7 @@ def _tabled(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
         z = 2 * (half[own] ** 2 - low) / (high - low) - 1
         over = _chebyshev(z, _INCLINATIONS) @ _piece(side, int(piece), is_steep).transpose(0, 2, 1)
         g, e = (_chebyshev(t, _RADII) * over).sum(axis=2)
-        size = half[own] * _scale(side, s[own])
+        size = half[own] * rough(side, s[own])
         u[own], energy[own] = g * size, e * size * half[own]
     return np.copysign(u, phi), energy
 

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from discretization.fitted.finite_range import (
+from discretization.surfaces.finite_range import (
     DEGREE,
     FAR,
     UPRIGHT,
@@ -35,7 +35,7 @@ from discretization.fitted.finite_range import (
     range_of,
     rate,
 )
-from discretization.fitted.spectral import coefficients, rounded
+from discretization.surfaces.spectral import coefficients, rounded
 
 Array = NDArray[np.float64]
 _INSIDE = 1e-8  # of an element: a step to a place in it after which the error is rounding

@@ -79,11 +79,12 @@ def _lower(size: int) -> tuple[Indices, Indices]:
 
 
 def band(blocks: Array) -> Array:
-    """Element matrices (m, degree+1, degree+1) added up in lower banded form (degree+1, n)."""
-    elements, size, _ = blocks.shape
+    """Element matrices (..., m, degree+1, degree+1) added up, lower banded (..., degree+1, n)."""
+    *many, elements, size, _ = blocks.shape
     row, column = _lower(size)
-    result = np.zeros((size, elements, size - 1))
-    result[row - column, :, column] = blocks[:, row, column].T
-    result = np.concatenate([result.reshape(size, -1), np.zeros((size, 1))], axis=1)
-    result[0, size - 1 :: size - 1] += blocks[:, -1, -1]
+    result = np.zeros((*many, size, elements, size - 1))
+    result[..., row - column, :, column] = np.moveaxis(blocks[..., row, column], -1, 0)
+    ends = np.zeros((*many, size, 1))
+    result = np.concatenate([result.reshape(*many, size, -1), ends], axis=-1)
+    result[..., 0, size - 1 :: size - 1] += blocks[..., -1, -1]
     return result

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve, lapack
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.fitted.spectral import band, lobatto, nodes, polynomial, rounded
+from discretization.surfaces.spectral import band, lobatto, nodes, polynomial, rounded
 from energy import terms
 
 Array = NDArray[np.float64]

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import finite_gap
-from discretization.fitted.finite_gap import solved
-from discretization.fitted.finite_range import UPRIGHT, rest_displacement
-from discretization.fitted.free_surface import OVERHANG
-from discretization.fitted.response import STEEP, Response
-from discretization.fitted.surfaces import MET, At, Free, alone
+from discretization.surfaces import finite_gap
+from discretization.surfaces.finite_gap import FiniteGap, solved
+from discretization.surfaces.finite_range import UPRIGHT, rest_displacement
+from discretization.surfaces.mesh import OVERHANG, FreeSurface
+from discretization.surfaces.protocol import MET, At, Free, alone
+from discretization.surfaces.response import STEEP, Response
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -87,14 +87,17 @@ class FiniteSurfaces:
         u = (depth - line.f) / self.scene.elastocapillary_length
         return float(self.scene.gamma1 * self.response.reaction(u))
 
+    def alone(self, radius: float, u0: float) -> FreeSurface:
+        """One of the family of all tails."""
+        return self.response.surface(u0)
+
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
         """The gap's, or the tail's polynomials with the slope its first integral gives them."""
         length = self.scene.elastocapillary_length
         if left is not None and right is not None:
-            rise = (left.f - right.f) / length
-            found = solved((depth - left.f) / length, rise, (right.x - left.x) / length)
+            found = self._gap(left, right, depth)
             u, slope = found.at((z - left.x) / length, (right.x - z) / length)
             return length * u, slope
         line, side = (left, 1) if left is not None else (right, -1)
@@ -105,6 +108,18 @@ class FiniteSurfaces:
         u = self.response.surface(u0).displacement(side * (z - line.x) / length)
         slope = -side * u * np.sqrt(1 - u * u / 4) / np.maximum(1 - u * u / 2, 1e-9)
         return length * u, slope
+
+    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
+        """Of the relaxed surface."""
+        length, found = self.scene.elastocapillary_length, self._gap(left, right, depth).relaxed
+        u, slope = found.at((z - left.x) / length, (right.x - z) / length)
+        return length * u, slope
+
+    def _gap(self, left: At, right: At, depth: float) -> FiniteGap:
+        """The surface between two lines, by its exponentials."""
+        length = self.scene.elastocapillary_length
+        rise = (left.f - right.f) / length
+        return solved((depth - left.f) / length, rise, (right.x - left.x) / length)
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """F and S of tails and of gaps."""
@@ -129,8 +144,7 @@ class FiniteSurfaces:
             pull = gamma1 * found.reaction
             pulls = (0.0, pull) if left is None else (pull, 0.0)
             return Free(gamma1 * length * found.energy, pulls, gamma1 * found.area, found.residual)
-        rise, apart = (left.f - right.f) / length, (right.x - left.x) / length
-        read = solved((depth - left.f) / length, rise, apart)
+        read = self._gap(left, right, depth)
         if read.upright:
             raise ValueError(self._overhang(depth, left, right))
         whole = read.relaxed

@@ -1,0 +1,207 @@
+"""Linear free surfaces between two contact lines, condensed to them: networks of two terminals.
+
+With small slopes, in units of l and γ₁ (k = γ₁ = l = 1), the surface between lines displaced by u
+and v stores at least
+
+    E = σ_left u²/2 + σ_right v²/2 + τ (u - v)²/2,
+
+three numbers: what its ends are grounded by, and what ties them. Two networks in a row are one, by
+sums of positive numbers only (`then`).
+
+One spectral element of a line contact is condensed once and for all lengths: with the modes of its
+inner nodes, K φ = λ M φ, of length 2η
+
+    σ = η - η³/2 Σ c²/(λ+η²),    σ + 2τ = 1/η + η/3 - η³/2 Σ b²/(λ+η²),
+
+c and b the modes' shares of 1 and x. About an axis see rings.py. Nodal displacements are only
+solved for where a surface itself is asked for (`solved`).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from discretization.surfaces.mesh import FreeSurface, linear
+from discretization.surfaces.spectral import band, lobatto, polynomials, rounded
+
+Array = NDArray[np.float64]
+FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
+_LONGEST = 0.5  # l: of an element, which rounding then resolves
+
+
+class Network(NamedTuple):
+    """σ_left, τ and σ_right; numbers or arrays."""
+
+    left: Any
+    tie: Any
+    right: Any
+
+    def energy(self, u: Any, v: Any, apart: Any) -> Any:
+        """E of ends displaced by u and v; apart: u - v, of which a short one would leave little."""
+        return (self.left * u * u + self.right * v * v + self.tie * apart * apart) / 2
+
+    def pulls(self, u: Any, v: Any, apart: Any) -> tuple[Any, Any]:
+        """∂E/∂u and ∂E/∂v."""
+        return self.left * u + self.tie * apart, self.right * v - self.tie * apart
+
+    def seen_from(self, side: int) -> Network:
+        """With the right end first if the free surface is on the left side of a line."""
+        return self if side > 0 else Network(*self[::-1])
+
+    def then(self, other: Network) -> Network:
+        """With another one in a row: the line between them is eliminated."""
+        middle = self.right + other.left
+        whole = self.tie + other.tie + middle
+        share, rest = self.tie / whole, other.tie / whole
+        return Network(self.left + share * middle, rest * self.tie, other.right + rest * middle)
+
+
+class Modes(NamedTuple):
+    """Modes of the inner nodes of an element [-1, 1]: λ and c² if even, λ and b² if odd."""
+
+    even: tuple[Array, Array]
+    odd: tuple[Array, Array]
+
+
+@functools.lru_cache(maxsize=16)
+def modes(degree: int) -> Modes:
+    """Solved once for each degree."""
+    points, weights, d = (np.asarray(part, float) for part in lobatto(degree))
+    root = np.sqrt(weights[1:-1])
+    stiffness = ((d.T * weights) @ d)[1:-1, 1:-1]
+    values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
+    c, b = (root * points[1:-1] ** power @ vectors for power in (0, 1))
+    even = np.abs(c) > np.abs(b)
+    return Modes((values[even], c[even] ** 2), (values[~even], b[~even] ** 2))
+
+
+def _share(values: Array, parts: Array, square: Any) -> Any:
+    """Σ c² η²/(λ + η²)."""
+    if isinstance(square, np.ndarray) and square.ndim:
+        return parts @ (square / (values[:, None] + square))
+    return sum(
+        part * (square / (value + square))
+        for value, part in zip(values.tolist(), parts.tolist(), strict=True)
+    )
+
+
+def _doublings(length: float) -> int:
+    """How often an element is doubled, so that it is at most _LONGEST long."""
+    return max(0, math.ceil(math.log2(length / _LONGEST)))
+
+
+def piece(degree: int, length: Any) -> Network:
+    """A part of a line contact's surface, of this length > 0 (a number or an array)."""
+    longest = length.max() if isinstance(length, np.ndarray) else length.real
+    times = _doublings(longest)
+    eta = length / 2 ** (times + 1)
+    square = eta * eta
+    even, odd = (_share(value, part, square) for value, part in modes(degree))
+    ground, both = eta * (1 - even / 2), 1 / eta + eta * (1 / 3 - odd / 2)
+    found = Network(ground, (both - ground) / 2, ground)
+    for _ in range(times):
+        found = found.then(found)
+    return found
+
+
+class Line:
+    """The networks of a line contact, on elements of one degree."""
+
+    def __init__(self, degree: int) -> None:
+        self.degree = degree
+
+    @functools.cached_property
+    def tail(self) -> FreeSurface:
+        """The endless surface, displaced by 1 at its line."""
+        return linear(self.degree)
+
+    def measure(self, s: Any) -> Any:
+        """Length of a contact line at s."""
+        return 1.0
+
+    def alone(self, side: int, s: Any) -> Any:
+        """What an endless surface beyond a line pulls, over its displacement."""
+        return self.tail.reaction
+
+    def between(self, side: Any, s: Any, width: Any) -> Network:
+        """From a line at s to another one, this much further to a side; the left end first."""
+        if isinstance(width, np.ndarray):
+            width = np.minimum(width, FAR)
+        elif not isinstance(width, complex):
+            width = min(width, FAR)
+        half = piece(self.degree, width / 2)
+        return half.then(half)
+
+    def beyond(self, side: int, s: float, distance: Array) -> tuple[Array, Array]:
+        """u and u' outwards of an endless surface, displaced by 1 there, with the exact decay."""
+        left = np.exp(-distance)
+        return left, -self.alone(side, s) * left
+
+    def mesh(self, q: float, p: float) -> tuple[Array, Array, Array]:
+        """Elements between two lines: their ends, matrices of ∫u'² dx and weights of ∫u² dx."""
+        count = int(2 ** (1 + _doublings((p - q) / 2)))
+        ends = q + (p - q) * np.linspace(0, 1, count + 1)
+        _, weights, d = lobatto(self.degree)
+        half = np.full((count, 1), (p - q) / (2 * count))
+        return ends, ((d.T * weights) @ d) / half[:, :, None], weights * half
+
+
+class Solved(NamedTuple):
+    """The surface between two lines displaced by u and u + r: u (1 + w₀) + r (t + w₁), solved once.
+
+    ends (m + 1,): of the elements; w (2, nodes), which vanishes at the lines; t runs from 0 to 1;
+    areas (2,): ∫(1 + w₀) dx and ∫(t + w₁) dx; residual: largest imbalance of a free node.
+    """
+
+    ends: Array
+    w: Array
+    areas: Array
+    residual: float
+
+    def at(self, x: Array, u: float, rise: float) -> tuple[Array, Array]:
+        """The surface and its slope at places between the lines."""
+        degree, ends = (self.w.shape[1] - 1) // (self.ends.size - 1), self.ends
+        e = np.clip(np.searchsorted(ends, x, side="right") - 1, 0, ends.size - 2)
+        width, whole = np.diff(ends)[e], ends[-1] - ends[0]
+        at = 2 * (x - ends[e]) / width - 1
+        d, own = rounded(degree)[2], e[:, None] * degree + np.arange(degree + 1)
+        bent = (u * self.w[0] + rise * self.w[1])[own]
+        slope = rise / whole + polynomials(degree, at, bent @ d.T) * 2 / width
+        return u + rise * (x - ends[0]) / whole + polynomials(degree, at, bent), slope
+
+
+def solved(ends: Array, stiff: Array, mass: Array) -> Solved:
+    """The surfaces on the elements of a mesh, by elimination, repeated on its residual."""
+    degree = mass.shape[1] - 1
+    own = np.arange(len(mass))[:, None] * degree + np.arange(degree + 1)
+    places = ends[:-1, None] - ends[0] + np.diff(ends)[:, None] * (rounded(degree)[0] + 1) / 2
+    t = np.zeros(own[-1, -1] + 1)
+    t[own] = places / (ends[-1] - ends[0])
+    whole = stiff.copy()
+    whole[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
+    rows, flat = band(whole.astype(float)), np.stack([np.ones_like(t), t], axis=1)
+    loads = _times(stiff, np.stack([np.zeros_like(t), t], axis=1))
+    loads += _times(mass[:, :, None] * np.eye(degree + 1), flat)
+    w = np.zeros_like(loads)
+    for _ in range(3):
+        off = (loads + _times(whole, w))[1:-1].astype(float)
+        w[1:-1] -= solveh_banded(rows[:, 1:-1], off, lower=True, check_finite=False)
+    off = np.abs(loads + _times(whole, w))[1:-1].max()
+    areas = (mass[..., None] * (flat + w)[own]).sum(axis=(0, 1))
+    size = np.abs(rows[0]).max()
+    return Solved(ends, w.T.astype(float), areas.astype(float), float(off / size))
+
+
+def _times(blocks: Array, u: Array) -> Array:
+    """The product of the matrix of all elements with nodal values (n, 2)."""
+    degree, found = blocks.shape[1] - 1, np.zeros(u.shape, blocks.dtype)
+    parts = blocks @ u[np.arange(len(blocks))[:, None] * degree + np.arange(degree + 1)]
+    found[:-1] = parts[:, :-1].reshape(-1, 2)
+    found[degree::degree] += parts[:, -1]
+    return found

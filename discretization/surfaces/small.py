@@ -1,0 +1,216 @@
+"""Free surfaces with small slopes, of line contacts and about an axis.
+
+Everything is linear in the depth. In units of l, with the networks (σ, τ) of network.py, m(s) the
+length of a line (1, or its radius over 2π) and σ = m S of a surface without another line,
+
+    D = f + m (f' - √(2w/γ₁))/σ,     D = f + [m (f' - √(2w/γ₁)) - τ (f_other - f)]/σ.
+
+The square in ∂U/∂x = m (γ₁/2 r² - w) is left because on the mesh, to rounding,
+
+    ∂E/∂s = ±m (S² - u²)/2
+
+where a line at s moves away from its contact, S its reaction per length: it is what `_off` checks.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.surfaces.mesh import FreeSurface, linear
+from discretization.surfaces.network import FAR, Line, Network, Solved, solved
+from discretization.surfaces.protocol import ANY, MET, At, Free, alone, by_side
+from discretization.surfaces.response import Response
+from discretization.surfaces.rings import BESIDE, Axis
+from energy import Scene
+
+Array = NDArray[np.float64]
+_STEP = 1e-30  # of a width, along the imaginary axis
+
+
+@dataclass(frozen=True, eq=False)
+class SmallSurfaces:
+    """Free surfaces of a scene, with the elements of a response."""
+
+    scene: Scene
+    response: Response
+    net: Line | Axis = field(init=False)
+
+    def __post_init__(self) -> None:
+        kind = Axis if self.scene.axisymmetric else Line
+        object.__setattr__(self, "net", kind(self.response.degree))
+
+    @by_side
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        """D: linear in the heights and the slope."""
+        length, net = self.scene.elastocapillary_length, self.net
+        excess = length * (side * f1 - np.sqrt(2 * w / self.scene.gamma1))
+        if facing is None and not self.scene.axisymmetric:  # the same wherever the line is
+            return f + excess / self.response.reactions[0]
+        s = x / length
+        if facing is None:
+            s = np.where(np.equal(s, 0), BESIDE, s)[()]
+            rest = f + net.measure(s) * excess / net.alone(side, s)
+            return self._at_axis(side, x, f, excess, rest)
+        s = np.maximum(s, BESIDE) if self.scene.axisymmetric else s
+        apart = np.maximum(side * (facing.x - x) / length, MET)
+        found = net.between(side, s, apart if np.ndim(apart) else float(apart))
+        ground = found.left if not self.scene.axisymmetric or side > 0 else found.right
+        return f + (net.measure(s) * excess - found.tie * (facing.f - f)) / ground
+
+    def _at_axis(self, side: int, x: Any, f: Any, excess: Any, rest: Any) -> Any:
+        """A line at the axis rests as just beside it, if it does not adhere as it is touched.
+
+        A contact around the axis has no line there: it rests at any depth.
+        """
+        there = np.where(excess < 0, rest, f) if side > 0 else ANY
+        return np.where(np.equal(x, 0), there, rest)[()]
+
+    @property
+    def _force(self) -> float:
+        """Unit of forces: γ₁, or 2πγ₁l about an axis."""
+        if self.scene.axisymmetric:
+            return 2 * math.pi * self.scene.gamma1 * self.scene.elastocapillary_length
+        return self.scene.gamma1
+
+    def pull(self, side: int, line: At, depth: float) -> float:
+        """What a tail or a disc pulls."""
+        scale = self._force
+        s = line.x / self.scene.elastocapillary_length
+        u = (depth - line.f) / self.scene.elastocapillary_length
+        return float(scale * self.net.alone(side, s) * u)
+
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F, and S of all lines together."""
+        length = self.scene.elastocapillary_length
+        scale = self._force
+        if left is None or right is None:
+            line, side = alone(left, right), 1 if right is None else -1
+            u = (depth - line.f) / length
+            pull = self.net.alone(side, line.x / length) * u
+            return scale * length * u * pull / 2, scale * pull
+        found, u, v, apart = self._between(left, right, depth)
+        return scale * length * found.energy(u, v, apart), scale * (
+            found.left * u + found.right * v
+        )
+
+    def _between(self, left: At, right: At, depth: Any) -> tuple[Network, Any, Any, Any]:
+        """The network between two lines, u at both, and how far they differ."""
+        length = self.scene.elastocapillary_length
+        width = np.maximum((right.x - left.x) / length, MET)
+        found = self.net.between(1, left.x / length, width if np.ndim(width) else float(width))
+        u, v = (depth - left.f) / length, (depth - right.f) / length
+        return found, u, v, (right.f - left.f) / length
+
+    def free(self, left: At | None, right: At | None, depth: float) -> Free:
+        """One free surface. As all nodes of a tail or a disc are balanced, its pull is k∫u."""
+        length, net = self.scene.elastocapillary_length, self.net
+        scale = self._force
+        if left is None or right is None:
+            line, side = alone(left, right), 1 if right is None else -1
+            s, u = line.x / length, (depth - line.f) / length
+            pull = float(net.alone(side, s) * u)
+            pulls = (scale * pull, 0.0) if side > 0 else (0.0, scale * pull)
+            off = self._off(side, s, math.inf, u, 0.0, pull)
+            return Free(scale * length * pull * u / 2, pulls, scale * pull, off)
+        found, u, v, apart = self._between(left, right, depth)
+        one, other = map(float, found.pulls(u, v, apart))
+        q, width = self._places(left, right)
+        area = one + other
+        off = max(
+            self._off(1, q, width, u, apart, one), self._off(-1, q + width, width, v, -apart, other)
+        )
+        if self._near(left, right):
+            surface = _surface(self.scene.axisymmetric, self.response.degree, q, q + width)
+            area, off = float(surface.areas @ [u, -apart]), max(off, surface.residual)
+        energy = scale * length * float(found.energy(u, v, apart))
+        return Free(energy, (scale * one, scale * other), scale * area, off)
+
+    def _places(self, left: At, right: At) -> tuple[float, float]:
+        """Where a free surface begins, which only counts about an axis, and its width."""
+        length = self.scene.elastocapillary_length
+        q = left.x / length if self.scene.axisymmetric else 0.0
+        return q, (right.x - left.x) / length
+
+    def _near(self, left: At | None, right: At | None) -> bool:
+        """Whether two lines feel each other."""
+        if left is None or right is None or (self.scene.axisymmetric and not left.x):
+            return False
+        return bool(right.x - left.x <= FAR * self.scene.elastocapillary_length)
+
+    def alone(self, radius: float, u0: float) -> FreeSurface:
+        """On a mesh of its own."""
+        return linear(self.response.degree, radius).scaled(u0)
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """In a gap both parts beside z are condensed to it: u balances them, u' is a pull."""
+        if left is None or right is None or self.scene.axisymmetric or not self._near(left, right):
+            return self.between(z, left, right, depth)
+        length, x = self.scene.elastocapillary_length, np.atleast_1d(z)
+        own, other = (
+            self.net.between(1, 0.0, np.maximum(side * (x - line.x) / length, MET))
+            for side, line in ((1, left), (-1, right))
+        )
+        one, two = depth - left.f, depth - right.f
+        u = (own.tie * one + other.tie * two) / (own.right + own.tie + other.tie + other.left)
+        u1 = (own.right * u + own.tie * (u - one)) / length
+        return u.reshape(np.shape(z)), u1.reshape(np.shape(z))
+
+    def between(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """Of a gap or a ring from its mesh, else what is left of every line's displacement."""
+        length = self.scene.elastocapillary_length
+        x = np.atleast_1d(z)
+        if left is not None and right is not None and self._near(left, right):
+            q, width = self._places(left, right)
+            surface = _surface(self.scene.axisymmetric, self.response.degree, q, q + width)
+            at = x / length if self.scene.axisymmetric else (x - left.x) / length
+            u, u1 = surface.at(at, depth - left.f, left.f - right.f)
+        else:
+            u, u1 = np.zeros((2, x.size))
+            for side, line in ((-1, right), (1, left)):
+                if line is None or (self.scene.axisymmetric and not line.x):
+                    continue  # beside a point without extent nothing is held
+                each = self.net.beyond(side, line.x / length, side * (x - line.x) / length)
+                u, u1 = u + (depth - line.f) * each[0], u1 + side * (depth - line.f) * each[1]
+        return u.reshape(np.shape(z)), u1.reshape(np.shape(z)) / length
+
+    def _off(self, side: int, s: float, width: float, u: float, apart: float, pull: float) -> float:
+        """How far ∂E/∂s of the part of a surface beside a line is from what is said above.
+
+        As the surface is balanced inside, E changes as this part alone does when the line moves and
+        the surface is held at the end of the part: what is stored further away, many times as much
+        beside a small contact, would only round. E is a rational function of s, so that
+        Im E(s + ih)/h has no difference to lose digits in (W. Squire, G. Trapp, SIAM Review 40
+        (1998) 110).
+        """
+        m, net = self.net.measure(s), self.net
+        if not m or not width:
+            return 0.0
+        part = min(width, s if self.scene.axisymmetric else 1.0, 1.0) / 2
+        middle, h = s + side * part, _STEP * part
+        mine = net.between(side, s, part).seen_from(side)
+        if math.isinf(width):
+            rest = Network(net.alone(side, middle), 0.0, 0.0)
+        else:
+            rest = net.between(side, middle, side * (s + side * width - middle)).seen_from(side)
+        between = mine.right + rest.left
+        fall = (between * u + rest.tie * apart) / (mine.tie + between + rest.tie)
+        moved = net.between(side, complex(s, -side * h), complex(part, h)).seen_from(side)
+        rate = moved.energy(u, u - fall, fall).imag / h
+        S = pull / m
+        return float(abs(rate - m * (u * u - S * S) / 2) / (m * (u * u + S * S) or 1.0))
+
+
+@functools.lru_cache(maxsize=256)
+def _surface(axisymmetric: bool, degree: int, q: float, p: float) -> Solved:
+    """The surfaces between two lines, solved once."""
+    return solved(*(Axis if axisymmetric else Line)(degree).mesh(q, p))
