@@ -50,7 +50,11 @@ class Track:
         return found
 
     def _read(self, piece: Piece, depths: Array, way: int, roughly: bool) -> Array:
-        """Lines (k, n, 2) at depths on the way of a piece, in their order, or beyond its end."""
+        """Lines (k, n, 2) at depths on the way of a piece, in their order, or beyond its end.
+
+        The end is known, and not followed to again: where an equilibrium disappears there, rounding
+        may put its lines beyond that.
+        """
         _, start, end, lines = piece
         (n, j, _), inside = lines.shape, way * (depths - end) < 0
         found = np.repeat(lines[None, :, -1], depths.size, axis=0)
@@ -65,13 +69,13 @@ class Track:
         if roughly:
             found[inside] = guess.transpose(1, 0, 2)
             return found
-        whole = np.concatenate([[start], depths, [end]])
-        guess = np.concatenate([lines[:, :1], guess, lines[:, -1:]], axis=1)
+        whole = np.concatenate([[start], depths])
+        guess = np.concatenate([lines[:, :1], guess], axis=1)
         x, good, _ = self.smooth.followed(lines[:, 0], whole, way, guess.copy())
         if not good.all():
             self._demand(guess[~good], whole, way)
             x[~good] = guess[~good]
-        found[inside] = self.smooth.rests.snapped(x[:, 1:-1]).transpose(1, 0, 2)
+        found[inside] = self.smooth.rests.snapped(x[:, 1:]).transpose(1, 0, 2)
         return found
 
     def _demand(self, lines: Array, depths: Array, way: int) -> None:

@@ -131,10 +131,14 @@ class Line:
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side; the left end first."""
-        if isinstance(width, np.ndarray):
-            width = np.minimum(width, FAR)
-        elif not isinstance(width, complex):
-            width = min(width, FAR)
+        apart = Network(self.tail.reaction, 0.0, self.tail.reaction)
+        if not isinstance(width, np.ndarray):
+            return apart if width.real > FAR else self._gap(width)
+        near = self._gap(np.minimum(width, FAR))
+        return Network(*(np.where(width > FAR, *both) for both in zip(apart, near, strict=True)))
+
+    def _gap(self, width: Any) -> Network:
+        """Of lines that feel each other."""
         half = piece(self.degree, width / 2)
         return half.then(half)
 

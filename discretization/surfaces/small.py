@@ -121,12 +121,11 @@ class SmallSurfaces:
         found, u, v, apart = self._between(left, right, depth)
         one, other = map(float, found.pulls(u, v, apart))
         q, width = self._places(left, right)
-        area = one + other
-        off = max(
-            self._off(1, q, width, u, apart, one), self._off(-1, q + width, width, v, -apart, other)
-        )
-        if self._near(left, right):
-            surface = _surface(self.scene.axisymmetric, self.response.degree, q, q + width)
+        near, area, p = self._near(left, right), one + other, q + width
+        width = width if near else math.inf
+        off = max(self._off(1, q, width, u, apart, one), self._off(-1, p, width, v, -apart, other))
+        if near:
+            surface = _surface(self.scene.axisymmetric, self.response.degree, q, p)
             area, off = float(surface.areas @ [u, -apart]), max(off, surface.residual)
         energy = scale * length * float(found.energy(u, v, apart))
         return Free(energy, (scale * one, scale * other), scale * area, off)
@@ -141,7 +140,7 @@ class SmallSurfaces:
         """Whether two lines feel each other."""
         if left is None or right is None or (self.scene.axisymmetric and not left.x):
             return False
-        return bool(right.x - left.x <= FAR * self.scene.elastocapillary_length)
+        return bool(self._places(left, right)[1] <= FAR)
 
     def alone(self, radius: float, u0: float) -> FreeSurface:
         """On a mesh of its own."""
