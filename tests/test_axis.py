@@ -170,3 +170,13 @@ def test_a_contact_that_would_climb_above_the_equator_is_refused():
             minimise(Scene(LAYER, SURFACES, circle, slopes="finite"), 4e-5, **method)
     state = minimise(Scene(LAYER, SURFACES, circle), 4e-4)  # small slopes never get there
     assert 0.999 < state.half_width / circle.R < 1
+
+
+@pytest.mark.parametrize("tension", [1e-40, 1e-28, 1e-20])
+def test_a_tension_that_does_nothing_leaves_independent_springs(tension):
+    """Its l is 1e-20 of the contact's radius, beside which the elements of a tail vanish."""
+    surfaces = SurfaceEnergies.from_work(tension, 0.0)
+    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(10.0), geometry="axisymmetric")
+    state = minimise(scene, 0.1)
+    assert state.radius == pytest.approx(np.sqrt(2.0), rel=1e-9)
+    assert state.force == pytest.approx(0.1 * np.pi, rel=1e-9)

@@ -5,10 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from discretization.surfaces import surfaces_of
 from discretization.surfaces.mesh import linear
+from discretization.surfaces.protocol import At
 from discretization.surfaces.response import DEGREES, chosen, response
 from discretization.surfaces.spectral import rounded
-from energy import cards
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 
 
 def test_the_linear_free_surface_converges_spectrally():
@@ -67,3 +69,14 @@ def test_the_steep_free_surface_obeys_its_own_first_integral():
         heights = abs(u) * np.array([0.9, 0.6, 0.3])
         x = cards.finite.meniscus(heights, u_a=abs(u), k=1.0, gamma1=1.0)
         assert np.abs(np.abs(surface.displacement(x)) - heights).max() <= 1e-12
+
+
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+def test_a_gap_of_any_width_moves_its_lines_by_what_it_pulls(geometry):
+    """Where it hardly displaces one of them, too: without adhesion a tip has just touched there."""
+    surfaces = SurfaceEnergies.from_work(1.0, 0.0)
+    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(1.0), geometry=geometry)
+    free = surfaces_of(scene, 1e-8).free
+    for width in (1e-6, 1e-2, 1.0, 30.0, 39.5, 40.5, 59.0, 90.0):
+        for u, v in ((0.1, 1e-13), (1e-13, 0.1), (0.1, 0.1)):
+            assert free(At(2.0, -u), At(2.0 + width, -v), 0.0).residual <= 1e-12

@@ -147,12 +147,12 @@ class Line:
         left = np.exp(-distance)
         return left, -self.alone(side, s) * left
 
-    def mesh(self, q: float, p: float) -> tuple[Array, Array, Array]:
+    def mesh(self, q: float, width: float) -> tuple[Array, Array, Array]:
         """Elements between two lines: their ends, matrices of ∫u'² dx and weights of ∫u² dx."""
-        count = int(2 ** (1 + _doublings((p - q) / 2)))
-        ends = q + (p - q) * np.linspace(0, 1, count + 1)
+        count = int(2 ** (1 + _doublings(width / 2)))
+        ends = q + width * np.linspace(0, 1, count + 1)
         _, weights, d = lobatto(self.degree)
-        half = np.full((count, 1), (p - q) / (2 * count))
+        half = np.full((count, 1), width / (2 * count))
         return ends, ((d.T * weights) @ d) / half[:, :, None], weights * half
 
 

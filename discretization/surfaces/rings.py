@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.mesh import ELEMENTS, decayed, far_stiffness, linear
+from discretization.surfaces.mesh import decayed, linear
 from discretization.surfaces.network import FAR, Network
 from discretization.surfaces.polynomials import horner, powers
 from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]
 _POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding
-_OUTER = 2  # octaves: from there on the elements beside a line end at the exact far field
+_OUTER = 2  # octaves: inside of that a tail is solved from one further out
 _LEAST = -30  # octaves: inside of 2^-30 l the springs do nothing
 _WIDER = 1.5  # ends of elements of a ring, over each other
 _LONGEST = 1.0  # l: of an element, far from the axis
@@ -66,46 +66,40 @@ def _family(degree: int, side: int, octave: int) -> tuple[float, ...]:
     """The polynomial of S s/(1+s) outside and S (2+s)/s inside, smooth at small and great s."""
     t = np.sort(np.cos(np.pi * (np.arange(_POINTS[side]) + 0.5) / _POINTS[side]))
     s = 2.0 ** (octave + (t + 1) / 2)
-    if side < 0:
-        solved = np.array([linear(degree, -one).reaction for one in s.tolist()])
-        return tuple(powers(t, solved * (2 + s) / s).tolist())
-    return tuple(powers(t, _outside(degree, s, octave) * s / (1 + s)).tolist())
+    if side > 0 and octave < _OUTER:
+        return tuple(powers(t, _outside(degree, s) * s / (1 + s)).tolist())
+    solved = np.array([linear(degree, side * one).reaction for one in s.tolist()])
+    return tuple(powers(t, solved * (s / (1 + s) if side > 0 else (2 + s) / s)).tolist())
 
 
-def _outside(degree: int, s: Array, octave: int) -> Array:
-    """S of a tail from that of another one further out, with elements in between."""
-    if octave < _OUTER:
-        end = 2 * s
-        beyond = stiffness(degree, 1, end)
-    else:
-        end = s + sum(ELEMENTS)
-        beyond = np.array([far_stiffness(r, 0.0) for r in end.tolist()])
-    between = ring(degree, s, end)
-    return np.asarray(between.then(Network(end * beyond, 0.0, 0.0)).left / s)
+def _outside(degree: int, s: Array) -> Array:
+    """S of a tail from that of another one twice as far out, with elements in between."""
+    beyond = 2 * s * stiffness(degree, 1, 2 * s)
+    return np.asarray(ring(degree, s, s).then(Network(beyond, 0.0, 0.0)).left / s)
 
 
-def ring(degree: int, q: Array, p: Array) -> Network:
-    """Rings between lines of radii q < p (n,)."""
-    hi = np.minimum(p, _end(q))
-    found = _element(degree, q, hi)
-    while (left := hi < p).any():
-        lo, hi = hi[left], hi.copy()
-        hi[left] = np.minimum(p[left], _end(lo))
-        longer = Network(*(part[left] for part in found)).then(_element(degree, lo, hi[left]))
+def ring(degree: int, q: Array, width: Array) -> Network:
+    """Rings of these widths beyond lines of radii q (n,)."""
+    first = np.minimum(width, _longest(q))
+    found, rest = _element(degree, q, first), width - first
+    while (left := rest > 0).any():
+        lo = (q + width - rest)[left]
+        more = np.minimum(rest[left], _longest(lo))
+        longer = Network(*(part[left] for part in found)).then(_element(degree, lo, more))
         for part, new in zip(found, longer, strict=True):
             part[left] = new
+        rest[left] -= more
     return found
 
 
-def _end(start: Array) -> Array:
-    """Where an element of a ring that starts here ends at the latest."""
-    step = np.minimum((_WIDER - 1) * start, _LONGEST)
-    return start + np.maximum(step, np.spacing(np.real(start)))
+def _longest(start: Array) -> Array:
+    """How wide an element of a ring may be that starts there."""
+    return np.maximum(np.minimum((_WIDER - 1) * start, _LONGEST), np.spacing(np.real(start)))
 
 
-def _element(degree: int, lo: Array, hi: Array) -> Network:
-    """One element from lo to hi (n,)."""
-    hessian, mass = _matrices(degree, lo, hi)
+def _element(degree: int, lo: Array, width: Array) -> Network:
+    """One element of this width beyond lo (n,)."""
+    hessian, mass = _matrices(degree, lo, width)
     stiff = hessian.copy()
     hessian[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
     loads = np.stack([mass, -hessian[:, :, -1]], axis=2)[:, 1:-1]
@@ -116,10 +110,10 @@ def _element(degree: int, lo: Array, hi: Array) -> Network:
     return Network(inner, tie, outer)
 
 
-def _matrices(degree: int, lo: Array, hi: Array) -> tuple[Array, Array]:
+def _matrices(degree: int, lo: Array, width: Array) -> tuple[Array, Array]:
     """Matrices of ∫u'² r dr and weights of ∫u² r dr of elements (n, degree+1, degree+1)."""
     points, weights, d = rounded(degree)
-    half = (hi - lo)[:, None] / 2
+    half = width[:, None] / 2
     measure = weights * (lo[:, None] + half * (points + 1))
     return (d.T * (measure / half)[:, None, :]) @ d, measure * half
 
@@ -140,16 +134,15 @@ class Axis:
 
     def between(self, side: int, s: Any, width: Any) -> Network:
         """Of a ring from a line of radius s, this much further to a side; the inner end first."""
-        ends = (s, s + width) if side > 0 else (s - width, s)
-        q, p = np.broadcast_arrays(*(np.atleast_1d(end) for end in ends))
-        near = (np.real(p - q) <= FAR) & (np.real(q) > 0)
-        found = ring(self.degree, q[near], p[near])
+        q, wide = np.broadcast_arrays(*map(np.atleast_1d, (s if side > 0 else s - width, width)))
+        near = (np.real(wide) <= FAR) & (np.real(q) > 0)
+        found = ring(self.degree, q[near], wide[near])
         if not near.all():
-            known, found = found, Network(*np.zeros((3, q.size)))
+            known, found, far = found, Network(*np.zeros((3, q.size))), ~near
             for part, new in zip(found, known, strict=True):
                 part[near] = new
-            found.left[~near] = self.alone(1, np.maximum(q[~near], 0.0))
-            found.right[~near] = self.alone(-1, p[~near])
+            found.left[far] = self.alone(1, np.maximum(q[far], 0.0))
+            found.right[far] = self.alone(-1, (q + wide)[far])
         return found if np.ndim(s) or np.ndim(width) else Network(*(part[0] for part in found))
 
     def beyond(self, side: int, s: float, distance: Array) -> tuple[Array, Array]:
@@ -157,10 +150,11 @@ class Axis:
         left = decayed(side * s, 0.0, distance)
         return left, -left * stiffness(self.degree, side, s + side * distance)
 
-    def mesh(self, q: float, p: float) -> tuple[Array, Array, Array]:
+    def mesh(self, q: float, width: float) -> tuple[Array, Array, Array]:
         """Elements of a ring: their ends, matrices of ∫u'² r dr and weights of ∫u² r dr."""
-        ends = [q]
-        while ends[-1] < p:
-            ends.append(min(p, float(_end(np.array(ends[-1])))))
-        edges = np.array(ends)
-        return edges, *_matrices(self.degree, edges[:-1], edges[1:])
+        parts = [0.0]
+        while parts[-1] < width:
+            more = float(_longest(np.array(q + parts[-1])))
+            parts.append(min(width, parts[-1] + more))
+        ends = np.array(parts)
+        return q + ends, *_matrices(self.degree, q + ends[:-1], np.diff(ends))

@@ -121,11 +121,13 @@ class SmallSurfaces:
         found, u, v, apart = self._between(left, right, depth)
         one, other = map(float, found.pulls(u, v, apart))
         q, width = self._places(left, right)
-        near, area, p = self._near(left, right), one + other, q + width
-        width = width if near else math.inf
-        off = max(self._off(1, q, width, u, apart, one), self._off(-1, p, width, v, -apart, other))
+        near, area = self._near(left, right), one + other
+        far = width if near else math.inf
+        off = max(
+            self._off(1, q, far, u, apart, one), self._off(-1, q + width, far, v, -apart, other)
+        )
         if near:
-            surface = _surface(self.scene.axisymmetric, self.response.degree, q, p)
+            surface = _surface(self.scene.axisymmetric, self.response.degree, q, width)
             area, off = float(surface.areas @ [u, -apart]), max(off, surface.residual)
         energy = scale * length * float(found.energy(u, v, apart))
         return Free(energy, (scale * one, scale * other), scale * area, off)
@@ -170,7 +172,7 @@ class SmallSurfaces:
         x = np.atleast_1d(z)
         if left is not None and right is not None and self._near(left, right):
             q, width = self._places(left, right)
-            surface = _surface(self.scene.axisymmetric, self.response.degree, q, q + width)
+            surface = _surface(self.scene.axisymmetric, self.response.degree, q, width)
             at = x / length if self.scene.axisymmetric else (x - left.x) / length
             u, u1 = surface.at(at, depth - left.f, left.f - right.f)
         else:
@@ -200,7 +202,7 @@ class SmallSurfaces:
         if math.isinf(width):
             rest = Network(net.alone(side, middle), 0.0, 0.0)
         else:
-            rest = net.between(side, middle, side * (s + side * width - middle)).seen_from(side)
+            rest = net.between(side, middle, width - part).seen_from(side)
         between = mine.right + rest.left
         fall = (between * u + rest.tie * apart) / (mine.tie + between + rest.tie)
         moved = net.between(side, complex(s, -side * h), complex(part, h)).seen_from(side)
@@ -210,6 +212,6 @@ class SmallSurfaces:
 
 
 @functools.lru_cache(maxsize=256)
-def _surface(axisymmetric: bool, degree: int, q: float, p: float) -> Solved:
+def _surface(axisymmetric: bool, degree: int, q: float, width: float) -> Solved:
     """The surfaces between two lines, solved once."""
-    return solved(*(Axis if axisymmetric else Line)(degree).mesh(q, p))
+    return solved(*(Axis if axisymmetric else Line)(degree).mesh(q, width))
