@@ -10,12 +10,13 @@
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
 minimise.py answers with one state, loading.py with a path of states; routes.py says what does, or
-why nothing does. Four packages do the work, each importing only those above it in this list:
+why nothing does. Five packages do the work, each importing only those above it in this list:
 
-lattice/  fixed nodes: sets of contact nodes, their energies, the lowest of all
-surfaces/ free surfaces on spectral meshes anchored at contact lines, which the lattice never sees
-fitted/   contact lines as unknowns beside these surfaces
-paths/    states followed in depth, load or the position of a machine
+lattice/    fixed nodes: sets of contact nodes, their energies, the lowest of all
+surfaces/   free surfaces on spectral meshes anchored at contact lines, which the lattice never sees
+fitted/     contact lines as unknowns beside these surfaces
+following/  these lines on their way from one depth to another
+paths/      states followed in depth, load or the position of a machine
 
 The certificate (certificate.py) and the result (equilibrium.py) are the same for all of them. A new
 minimiser returns a contact set or contact lines; what judges those judges it unchanged.
@@ -38,7 +39,7 @@ saves and that no digit changes:
 | known surfaces       | solves of one seen before       | surfaces.response.response              |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |
 | error estimate       | coarser lattice until asked for | lattice.accuracy.estimated              |
-| search for the line  | states of their own of steps    | fitted.track.Track.lines                |
+| search for the line  | states of their own of steps    | following.track.Track.lines             |
 | cvxpy, matplotlib    | their imports                   | lattice.oracle.Oracle                   |
 """
 

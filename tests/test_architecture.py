@@ -63,9 +63,10 @@ def test_imports_run_down_only(package, may_use):
 @pytest.mark.parametrize(
     ("package", "never"),
     [
-        ("lattice", {"surfaces", "fitted", "paths", "minimise", "loading"}),
-        ("fitted", {"paths", "minimise", "loading"}),
-        ("surfaces", {"lattice", "fitted", "paths", "minimise", "loading"}),
+        ("lattice", {"surfaces", "fitted", "following", "paths", "minimise", "loading"}),
+        ("following", {"lattice", "paths", "minimise", "loading"}),
+        ("fitted", {"following", "paths", "minimise", "loading"}),
+        ("surfaces", {"lattice", "fitted", "following", "paths", "minimise", "loading"}),
         ("paths", {"minimise", "loading"}),
     ],
 )

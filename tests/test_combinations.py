@@ -7,7 +7,7 @@ import pytest
 from scenes import plain
 
 from discretization import load_path, minimise
-from discretization.fitted.bubbles import parted
+from discretization.fitted.several import parted
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.surfaces.response import DEGREES, finer, response
 from energy import FlatPunch, Parabola, Sampled

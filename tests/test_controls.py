@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from discretization import load_path
-from discretization.fitted.smooth import Smooth
+from discretization.following.smooth import Smooth
 from energy import Circle, ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
 LAYER, SURFACES = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work

@@ -9,7 +9,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from discretization import AccuracyWarning, History, load_path, minimise
 from discretization.fitted.rests import Rests
-from discretization.fitted.smooth import Smooth
+from discretization.following.smooth import Smooth
 from discretization.paths.fitted_many import FittedMany
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 from studies.benchmarks.speed import rough_scene

@@ -9,10 +9,10 @@ from scenes import ALPHA, DELTA0, L, adhesive, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
 from discretization.fitted import several
-from discretization.fitted.bubbles import parted
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors, penetration
 from discretization.fitted.motion import Motion
+from discretization.fitted.several import parted
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At

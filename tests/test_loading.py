@@ -8,7 +8,7 @@ import pytest
 from scenes import adhesive, rescaled
 
 from discretization import NotCertifiedError, minimise
-from discretization.fitted.events import Events
+from discretization.following.events import Events
 from discretization.loading import load_path
 from energy import FlatPunch, Parabola, Plane, PowerLaw, SurfaceEnergies, Wedge
 

@@ -13,11 +13,11 @@ import pytest
 from random_scenes import ASKED
 
 from discretization import AccuracyWarning, load_path, minimise
-from discretization.fitted import gauss
-from discretization.fitted.height_rounding import height_rounding
-from discretization.fitted.integrals import Integrals
+from discretization.fitted import quadrature
 from discretization.fitted.quadrature import refined
+from discretization.integrals import Integrals
 from discretization.profile import resolve
+from discretization.rounding import height_rounding
 from energy import (
     ElasticLayer,
     FlatPunch,
@@ -229,9 +229,9 @@ def test_declared_knots_save_the_halving():
 
 def test_a_difference_by_rounding_is_not_halved(monkeypatch):
     """Halves would be rounded as much: weights off by 45 ε stand for a sum that is rounded more."""
-    at, weights = gauss.pair(28, 40)
+    at, weights = quadrature._pair(28, 40)
     off = np.array([[1.0], [1 + 45 * np.finfo(float).eps]])
-    monkeypatch.setattr(gauss, "pair", lambda few, many: (at, off * weights))
+    monkeypatch.setattr(quadrature, "_pair", lambda few, many: (at, off * weights))
     points, height = [], Parabola.height
     monkeypatch.setattr(Parabola, "height", lambda f, x: points.append(np.size(x)) or height(f, x))
     ends = np.array([[-1.0, 0.0, 1.0]])

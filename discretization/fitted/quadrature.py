@@ -12,6 +12,7 @@ A sum of n terms is rounded by up to n ε of their sizes: what disagrees by no m
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -19,9 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted import gauss
-from discretization.fitted.height_rounding import height_rounding
-from discretization.rounding import EPSILON, ROUNDING
+from discretization.rounding import EPSILON, ROUNDING, height_rounding
 from discretization.surfaces.protocol import At, Surfaces
 from energy import Indenter, Scene, terms
 
@@ -30,6 +29,7 @@ _FEW_PANELS = 50  # fewer are taken with many points at once, more with few poin
 _MOST_PANELS = 1 << 12  # beyond those between declared corners and knots
 _PART = 0.1  # of rtol for the quadrature
 _SUMMED = 80 * EPSILON  # of the sizes of the 80 terms of a panel's larger sum
+_PLAIN = 6  # up to so many points: an ungraded panel
 _LUCK = 1 / 8  # of what the whole was off by: at a jump of f'' the halves are no better than that
 
 
@@ -64,7 +64,7 @@ def inside(
     adhesion as it binds, kg and |kg|.
     """
     gamma1, w, slopes = scene.gamma1, scene.work_of_adhesion, scene.slopes
-    x, span = gauss.points(ends, *gauss.pair(*(orders or _orders(ends))))
+    x, span = _points(ends, *_pair(*(orders or _orders(ends))))
     g, slope = depth[:, None] - scene.indenter.height(x), scene.indenter.slope(x)
     stretch = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
     bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes)
@@ -107,7 +107,7 @@ def _ends(indenter: Indenter, lines: Array) -> Array:
 
 def _orders(ends: Array) -> tuple[int, int]:
     """Orders to compare; a few where there are many panels."""
-    return (28, 40) if ends.shape[1] < _FEW_PANELS else (4, gauss.PLAIN)
+    return (28, 40) if ends.shape[1] < _FEW_PANELS else (4, _PLAIN)
 
 
 def totals(
@@ -220,3 +220,34 @@ def _panels(indenter: Indenter, left: float, right: float) -> Array:
     if indenter.apex is not None:
         cuts.add(indenter.apex)
     return np.array([sorted(float(x) for x in cuts if left <= x <= right)])
+
+
+@functools.lru_cache(maxsize=16)
+def _rule(order: int) -> tuple[Array, Array]:
+    """Gauss points and weights on [0, 1]; of many, half for each half, crowded at the ends by t⁴.
+
+    A power law is not smooth where the panels end.
+    """
+    t, weights = np.polynomial.legendre.leggauss(order)
+    t, weights = (t + 1) / 2, weights / 2
+    if order <= _PLAIN:
+        return t, weights
+    near, weights = t**4 / 2, 2 * weights * t**3
+    return np.concatenate([near, 1 - near]), np.concatenate([weights, weights])
+
+
+@functools.lru_cache(maxsize=16)
+def _pair(few: int, many: int) -> tuple[Array, Array]:
+    """Both rules at once: all their points (p,), and their weights (2, p)."""
+    (at, weights), (more, heavier) = _rule(few), _rule(many)
+    both = np.zeros((2, at.size + more.size))
+    both[0, : at.size], both[1, at.size :] = weights, heavier
+    return np.concatenate([at, more]), both
+
+
+def _points(ends: Array, at: Array, weights: Array) -> tuple[Array, Array]:
+    """Points (n, ·) and weights (2, n, ·) of both rules on the panels between ends (n, m + 1)."""
+    start, stop = ends[:, :-1, None], ends[:, 1:, None]
+    span = stop - start
+    x = (start + span * at).reshape(len(ends), (ends.shape[1] - 1) * at.size)
+    return x, (span * weights[:, None, None]).reshape(2, *x.shape)

@@ -18,12 +18,12 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.fitted.contacts import panels
 from discretization.fitted.quadrature import Interval, refined
-from discretization.fitted.tail import FittedTail
 from discretization.profile import Resolved, resolve
 from discretization.roots import crossings
 from discretization.rounding import ROUNDING
 from discretization.surfaces.response import ABSENT
 from discretization.surfaces.small import SmallSurfaces
+from discretization.surfaces.tail import FittedTail
 from energy import Scene
 
 Array = NDArray[np.float64]

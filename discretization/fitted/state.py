@@ -19,9 +19,9 @@ from discretization.fitted.lines import (
     outer_line,
 )
 from discretization.fitted.quadrature import Interval, totals
-from discretization.fitted.tail import FittedTail
 from discretization.rounding import ROUNDING
 from discretization.surfaces import finer_surfaces, surfaces_of
+from discretization.surfaces.tail import FittedTail
 from energy import Scene
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 States are the lines at rest (../fitted/motion.py); between events they move continuously with the
 depth. An event is where they do not: a contact begins, two become one, one closes, or a line
-jumps over a part of the profile where it has no rest; see ../fitted/events.py.
+jumps over a part of the profile where it has no rest; see ../following.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contacts import Contacts
-from discretization.fitted.events import Events
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.quadrature import Interval
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
-from discretization.fitted.smooth import DEGREE, Smooth
-from discretization.fitted.track import Track
+from discretization.following.events import Events
+from discretization.following.smooth import DEGREE, Smooth
+from discretization.following.track import Track
 from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.integrals import Integrals
 from discretization.fitted.springs import at_level, lines_below
+from discretization.integrals import Integrals
 from discretization.paths.balance import integral
 from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import Resolved, resolve

@@ -16,7 +16,7 @@ import numpy as np
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.rests import TIE
-from discretization.fitted.trials import PARTS, Trials, Tried
+from discretization.following.trials import PARTS, Trials, Tried
 
 _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
-from discretization.fitted.integrals import Integrals
 from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
-from discretization.fitted.smooth import DEGREE, Smooth
-from discretization.fitted.track import Piece, pieces, restricted
+from discretization.following.smooth import DEGREE, Smooth
+from discretization.following.track import Piece, pieces, restricted
+from discretization.integrals import Integrals
 from discretization.surfaces.spectral import coefficients
 
 Array = NDArray[np.float64]

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.fitted.integrals import Integrals
 from discretization.fitted.rests import Rests, margins, solved
+from discretization.integrals import Integrals
 from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.enclosing import Enclosing
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
-from discretization.fitted.track import Piece, pieces
-from discretization.fitted.trials import Trials, merge, unmoved
+from discretization.following.enclosing import Enclosing
+from discretization.following.track import Piece, pieces
+from discretization.following.trials import Trials, merge, unmoved
 
 Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.smooth import DEGREE, Smooth
+from discretization.following.smooth import DEGREE, Smooth
 from discretization.surfaces.spectral import polynomial
 
 Array = NDArray[np.float64]
