@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.quadrature import integrals
 from energy import terms
 
 Array = NDArray[np.float64]
@@ -30,8 +31,6 @@ _DERIVATIVE = np.linalg.solve(
     _VALUES.T, np.polynomial.legendre.legval(_POINTS, np.polynomial.legendre.legder(np.eye(14)))
 ).T  # of the polynomial through values at the points
 _NEAR = -4  # the first panel beside a line is 2**_NEAR of l wide
-_HALVINGS = 9  # of a panel, 500 parts: of rougher profiles the parts are less exact
-_AGREED = 1e-13  # change of the integrals relative to their size: all but rounding
 
 
 class Parts(NamedTuple):
@@ -54,13 +53,14 @@ def parts_of(state: Any) -> Parts:
     if not np.isfinite(state.contacts).all():
         bound = -math.inf if state.scene.work_of_adhesion else 0.0
         return Parts.of(math.inf if state.depth else 0.0, 0.0, bound, state.force, 0.0)
-    springs, surface, adhesion, pressure = _in_contact(state)
+    contacts = integrals(state.scene, state.depth, state.contacts)
+    springs, surface, adhesion, pressure, _ = contacts.tolist()
     free, pull = np.zeros(2), 0.0
     if state.scene.gamma1:
         free = _of_free(state)
         pull = _of_lines(state)
     stored = float(springs + free[0]), float(surface + free[1])
-    return Parts.of(*stored, float(adhesion), float(pressure), pull)
+    return Parts.of(*stored, -adhesion, pressure, pull)
 
 
 def _of_lines(state: Any) -> float:
@@ -69,57 +69,6 @@ def _of_lines(state: Any) -> float:
     if state.scene.slopes == "finite":
         beside = beside / np.hypot(1.0, beside)
     return -state.scene.gamma1 * float((beside * state.scene.measure(state.contacts)).sum())
-
-
-def _in_contact(state: Any) -> Array:
-    """Springs, surface, adhesion and pressure (4,) of the contacts.
-
-    Panels end at corners, knots and the apex. They are halved until no integral changes by more
-    than rounding, or a number of times: a profile may be rougher than any panel.
-    """
-    ends = _panels(state)
-    found, _ = _summed(state, ends)
-    for _ in range(_HALVINGS):
-        middle = ends.mean(axis=1)
-        ends = np.concatenate(
-            [np.column_stack([ends[:, 0], middle]), np.column_stack([middle, ends[:, 1]])]
-        )
-        before = found
-        found, size = _summed(state, ends)
-        if (np.abs(found - before) <= _AGREED * size).all():
-            break
-    return found
-
-
-def _panels(state: Any) -> Array:
-    """Ends (n, 2) of the panels in contact."""
-    indenter = state.scene.indenter
-    apex = [] if indenter.apex is None else [indenter.apex]
-    edges = () if state.scene.pattern is None else state.scene.pattern.edges
-    known = (indenter.corners, indenter.knots, apex, edges)
-    kinks = (np.asarray(part, float) for part in known)
-    cuts = np.unique(np.concatenate([*kinks]))
-    found: list[tuple[float, float]] = []
-    for left, right in state.contacts.tolist():
-        inner = cuts[(cuts > left) & (cuts < right)]
-        found += itertools.pairwise([left, *inner.tolist(), right])
-    return np.reshape(np.array(found, np.float64), (-1, 2))
-
-
-def _summed(state: Any, ends: Array) -> tuple[Array, Array]:
-    """The integrals of `_in_contact` on these panels (n, 2), and of their absolute values."""
-    scene, half = state.scene, (ends[:, 1:] - ends[:, :1]) / 2
-    x = ends.mean(axis=1)[:, None] + half * _POINTS
-    gamma1, w, slopes = scene.gamma1, scene.work_of_adhesion, scene.slopes
-    u, slope = state.depth - scene.indenter.height(x), scene.indenter.slope(x)
-    stretched = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
-    bound = terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes) - stretched
-    if scene.pattern is not None:
-        bound = bound * scene.pattern.factor(x)
-    stored, pressure, _ = terms.spring(u, k=scene.stiffness)
-    densities = np.array([stored, stretched, bound, pressure]) * scene.measure(x)
-    weights = half * _WEIGHTS
-    return (densities * weights).sum(axis=(1, 2)), (np.abs(densities) * weights).sum(axis=(1, 2))
 
 
 def _of_free(state: Any) -> Array:

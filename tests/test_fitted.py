@@ -10,8 +10,7 @@ from scenes import adhesive
 from discretization import minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.lines import FittedLine, Problem, find_line
-from discretization.fitted.quadrature import totals
-from discretization.fitted.state import certify_lines
+from discretization.fitted.state import certify_lines, totals
 from discretization.surfaces import surfaces_of
 from energy import (
     FlatPunch,

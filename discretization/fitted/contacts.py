@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.motion import Lines, Motion, free
-from discretization.fitted.quadrature import Interval, refined
+from discretization.quadrature import Interval, refined
 from discretization.surfaces.protocol import Free
-from energy import Indenter
 
 Array = NDArray[np.float64]
 
@@ -57,26 +56,7 @@ class Contacts:
 
 def totals(contacts: Contacts, rtol: float) -> tuple[Interval, Interval]:
     """Energy and force by fewer and by more Gauss points, on panels halved until both agree."""
-    scene, pulls = contacts.motion.scene, contacts.pulls
+    pulls = contacts.pulls
     energy, area = sum(each.energy for each in contacts.free), sum(e.area for e in contacts.free)
-    free_parts = energy, float(pulls.sum()), area, float(np.abs(pulls).sum())
-    ends = panels(scene.indenter, contacts.x)
-    if scene.pattern is not None:
-        ends = _cut(ends, np.array(scene.pattern.edges))
-    return refined(scene, contacts.depth, ends, free_parts, rtol)
-
-
-def panels(indenter: Indenter, x: Array) -> Array:
-    """Ends (n, 2) of the parts of contacts (m, 2) between corners, knots and the apex."""
-    apex = () if indenter.apex is None else (indenter.apex,)
-    return _cut(x, np.concatenate([indenter.corners, indenter.knots, apex]))
-
-
-def _cut(x: Array, places: Array) -> Array:
-    """Ends (n, 2) of the parts of intervals (m, 2) between places."""
-    cuts = np.unique(places)
-    parts = [
-        np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
-        for left, right in x.tolist()
-    ]
-    return np.concatenate([np.column_stack([part[:-1], part[1:]]) for part in parts])
+    free = energy, float(pulls.sum()), area, float(np.abs(pulls).sum())
+    return refined(contacts.motion.scene, contacts.depth, contacts.x, free, rtol)

@@ -28,8 +28,8 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import free
-from discretization.fitted.quadrature import Interval
 from discretization.fitted.rests import margins
+from discretization.quadrature import Interval
 from discretization.roots import least
 from discretization.rounding import ROUNDING
 from energy import Scene

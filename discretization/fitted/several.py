@@ -22,10 +22,10 @@ from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.motion import Lines, Motion
-from discretization.fitted.quadrature import Interval
 from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
 from discretization.profile import Resolved, resolve
+from discretization.quadrature import Interval
 from discretization.rounding import ROUNDING
 from discretization.surfaces import finer_surfaces, surfaces_of
 from discretization.surfaces.tail import FittedTail

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.fitted.contacts import panels
-from discretization.fitted.quadrature import Interval, refined
 from discretization.profile import Resolved, resolve
+from discretization.quadrature import NONE, Interval, refined
 from discretization.roots import crossings
 from discretization.rounding import ROUNDING
 from discretization.surfaces.response import ABSENT
@@ -54,7 +53,7 @@ def at_level(
         apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))
         return detached(scene, depth, branch, tail, apart)
     lines = below(profile, max(level, touch))
-    coarse, fine = refined(scene, depth, panels(scene.indenter, lines), (0.0,) * 4, rtol)
+    coarse, fine = refined(scene, depth, lines, NONE, rtol)
     pinned = np.isin(lines, profile.indenter.walls)
     judged = _judged(profile, lines, pinned, depth, level, lift, fine)
     judged.demand(f"the state at depth = {depth!r}", "try another depth")

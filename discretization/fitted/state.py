@@ -18,9 +18,10 @@ from discretization.fitted.lines import (
     mirrored,
     outer_line,
 )
-from discretization.fitted.quadrature import Interval, totals
+from discretization.quadrature import Interval, refined
 from discretization.rounding import ROUNDING
 from discretization.surfaces import finer_surfaces, surfaces_of
+from discretization.surfaces.protocol import At, Surfaces
 from discretization.surfaces.tail import FittedTail
 from energy import Scene
 
@@ -117,6 +118,20 @@ def _lines(problem: Problem, starts: tuple[float, float]) -> tuple[FittedLine, F
         left = find_line(problem, -1, starts[0])
     held = left.x < right.x or (left.x == right.x and problem.depth >= problem.touch)
     return (left, right) if held else None
+
+
+def totals(
+    surfaces: Surfaces, depth: float, left: float, right: float, rtol: float
+) -> tuple[Interval, Interval]:
+    """Energy and force of one contact between two lines."""
+    scene = surfaces.scene
+    one, other = (At(x, float(scene.indenter.height(x))) for x in (left, right))
+    last = surfaces.free(other, None, depth)
+    alike = one.f == other.f and not scene.axisymmetric  # one surface and its mirror image
+    first = last if alike else surfaces.free(None, one, depth)
+    pulls = first.pulls[0 if alike else 1], last.pulls[0]
+    free = first.energy + last.energy, sum(pulls), first.area + last.area, sum(map(abs, pulls))
+    return refined(scene, depth, np.array([[left, right]]), free, rtol)
 
 
 def certify_lines(

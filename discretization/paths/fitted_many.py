@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import Lines, Motion, free
-from discretization.fitted.quadrature import Interval
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
 from discretization.following.events import Events
@@ -27,6 +26,7 @@ from discretization.following.smooth import DEGREE, Smooth
 from discretization.following.track import Track
 from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
 from discretization.profile import resolve
+from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of
 from discretization.surfaces.spectral import rounded
 from energy import Scene
