@@ -9,12 +9,15 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.quadrature import Interval, refined
+from discretization.rounding import ROUNDING
 from discretization.surfaces.protocol import Free
 
 Array = NDArray[np.float64]
@@ -60,3 +63,35 @@ def totals(contacts: Contacts, rtol: float) -> tuple[Interval, Interval]:
     energy, area = sum(each.energy for each in contacts.free), sum(e.area for e in contacts.free)
     free = energy, float(pulls.sum()), area, float(np.abs(pulls).sum())
     return refined(contacts.motion.scene, contacts.depth, contacts.x, free, rtol)
+
+
+def equilibrium(lines: Array, found: Interval, **given: Any) -> Equilibrium:
+    """The state of contacts with these lines (m, 2), energy and force; given: the rest of it."""
+    return Equilibrium(
+        contacts=lines,
+        nodes=lines,
+        force=found.force,
+        energy=found.energy,
+        scales={"force": found.force_scale, "energy": found.energy_scale},
+        method="fitted",
+        spacing=math.nan,
+        **given,
+    )
+
+
+def estimated(
+    coarse: Interval, fine: Interval, width: float, move: float, push: float, surface: float
+) -> dict[str, float]:
+    """Errors of half-width, force and energy: of the quadrature, the lines, and free surfaces.
+
+    move: how far lines may be off, all together; push: what that adds to the force; surface:
+    relative error of free surfaces and rounding.
+    """
+    rounding = surface + 3 * ROUNDING
+    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
+    found = (
+        move / width + ROUNDING if width else 0.0,
+        (abs(fine.force - coarse.force) + push) / force + rounding,
+        abs(fine.energy - coarse.energy) / energy + rounding,
+    )
+    return dict(zip(QUANTITIES, map(float, found), strict=True))

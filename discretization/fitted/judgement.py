@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
-from discretization.equilibrium import QUANTITIES, Equilibrium
-from discretization.fitted.contacts import Contacts
+from discretization.equilibrium import Equilibrium
+from discretization.fitted.contacts import Contacts, estimated
 from discretization.fitted.motion import free
 from discretization.fitted.rests import margins
 from discretization.quadrature import Interval
@@ -156,14 +156,7 @@ def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, fl
             move += float(moved.sum())
             push += float(_push(scene, contacts.depth, row[own]) @ moved)
     width = float(np.diff(contacts.x, axis=1).sum())
-    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
-    rounding = surface + 3 * ROUNDING
-    found = (
-        move / width + ROUNDING if width else 0.0,
-        (abs(fine.force - coarse.force) + push) / force + rounding,
-        abs(fine.energy - coarse.energy) / energy + rounding,
-    )
-    return dict(zip(QUANTITIES, map(float, found), strict=True))
+    return estimated(coarse, fine, width, move, push, surface)
 
 
 def _push(scene: Scene, depth: float, x: Array) -> Array:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.contacts import Contacts, totals
+from discretization.fitted.contacts import Contacts, equilibrium, totals
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
@@ -187,22 +187,17 @@ def certified(
     NotCertifiedError if it is no equilibrium.
     """
     motion, depth = contacts.motion, contacts.depth
-    state = Equilibrium(
+    state = equilibrium(
+        contacts.x,
+        found,
         scene=motion.scene,
         depth=depth,
-        contacts=contacts.x,
-        nodes=contacts.x,
         pinned=contacts.pinned,
-        force=found.force,
-        energy=found.energy,
-        neutral=motion.neutral(contacts.lines, depth),
         certificate=_UNKNOWN,
         tail=FittedTail(motion.surfaces),
-        scales={"force": found.force_scale, "energy": found.energy_scale},
         errors=errors,
-        method="fitted",
         branch=branch,
-        spacing=math.nan,
+        neutral=motion.neutral(contacts.lines, depth),
     )
     return _demanded(replace(state, certificate=certify(contacts, state, found)))
 

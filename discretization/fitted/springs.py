@@ -9,13 +9,12 @@ let go, whichever is lower,
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
-from discretization.equilibrium import QUANTITIES, Equilibrium, detached
+from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted.contacts import equilibrium, estimated
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import NONE, Interval, refined
 from discretization.roots import crossings
@@ -57,21 +56,16 @@ def at_level(
     pinned = np.isin(lines, profile.indenter.walls)
     judged = _judged(profile, lines, pinned, depth, level, lift, fine)
     judged.demand(f"the state at depth = {depth!r}", "try another depth")
-    return Equilibrium(
+    return equilibrium(
+        lines,
+        fine,
         scene=scene,
         depth=depth,
-        contacts=lines,
-        nodes=lines,
         pinned=pinned,
-        force=fine.force,
-        energy=fine.energy,
         certificate=judged,
         tail=tail,
-        scales={"force": fine.force_scale, "energy": fine.energy_scale},
         errors=_errors(scene, lines, pinned, depth, coarse, fine),
-        method="fitted",
         branch=branch,
-        spacing=math.nan,
     )
 
 
@@ -159,10 +153,4 @@ def _errors(
     moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
     push = scene.stiffness * np.abs(depth - height) * scene.measure(lines)
     pull = float((moves * push).sum())
-    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
-    found = (
-        float(moves.sum()) / width + ROUNDING if width else 0.0,
-        (abs(fine.force - coarse.force) + pull) / force + 4 * ROUNDING,
-        abs(fine.energy - coarse.energy) / energy + 4 * ROUNDING,
-    )
-    return dict(zip(QUANTITIES, map(float, found), strict=True))
+    return estimated(coarse, fine, width, float(moves.sum()), pull, ROUNDING)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted.contacts import equilibrium, estimated
 from discretization.fitted.lines import (
     AXIS,
     FittedLine,
@@ -71,7 +70,6 @@ def _detached(problem: Problem, branch: str) -> Equilibrium:
 def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: float) -> Equilibrium:
     """The certified state of a problem whose contact contains `starts`."""
     scene, depth = problem.scene, problem.depth
-    tail = FittedTail(problem.surfaces)
     ends = _lines(problem, starts)
     if ends is None:
         if abs(problem.shortfall(1, starts[1])) <= _UNDECIDED * problem.lift:
@@ -84,23 +82,17 @@ def _state(problem: Problem, starts: tuple[float, float], branch: str, rtol: flo
     certificate.demand(
         f"the state at depth = {depth!r}", "try method='lattice' with a small spacing"
     )
-    contacts = np.array([[ends[0].x, ends[1].x]])
-    return Equilibrium(
+    return equilibrium(
+        np.array([[ends[0].x, ends[1].x]]),
+        fine,
         scene=scene,
         depth=depth,
-        contacts=contacts,
-        nodes=contacts,
         pinned=np.array([[ends[0].pinned, ends[1].pinned]]),
-        force=fine.force,
-        energy=fine.energy,
-        neutral=any(end.neutral for end in ends),
         certificate=certificate,
-        tail=tail,
-        scales={"force": fine.force_scale, "energy": fine.energy_scale},
+        tail=FittedTail(problem.surfaces),
         errors=_errors(problem, ends, coarse, fine),
-        method="fitted",
         branch=branch,
-        spacing=math.nan,
+        neutral=any(end.neutral for end in ends),
     )
 
 
@@ -191,9 +183,4 @@ def _errors(
         error = count * ((surface * scale + rounding) * yielding + _POSITION * abs(end.x))
         move += error
         push += error * abs(problem.force_rate(side, end.x))
-    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
-    return {
-        "half_width": float(move / width) + ROUNDING if width else 0.0,
-        "force": float((abs(fine.force - coarse.force) + push) / force) + surface + 3 * ROUNDING,
-        "energy": float(abs(fine.energy - coarse.energy) / energy) + surface + 3 * ROUNDING,
-    }
+    return estimated(coarse, fine, width, move, push, surface)
