@@ -96,7 +96,6 @@ TABLE = (
     Row(False, STATES, lambda s: _plane(s), "plane"),
     Row(False, ("path",), lambda s: _plane(s), refused=_ENDLESS),
     Row(False, ANY, lambda s: not s.gamma1, "springs"),
-    Row(False, ("path",), lambda s: one_contact(s) and s.pattern is None, "one contact"),
     Row(False, STATES, lambda s: one_contact(s) and not _held_twice(s), "one contact"),
     Row(False, ("adhered", "path"), lambda s: True, "several contacts"),
     Row(False, ("global",), lambda s: not s.work_of_adhesion, "several contacts"),

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
@@ -24,9 +23,6 @@ from discretization.following.trials import Trials, merge, unmoved
 Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
-_CREEPS = 2e-12  # of the size of depths: a part that short is one of a line that comes free by
-_CREEPING = 20  # roundings, and after so many in a row it is not followed any further
-_PARTS = 10_000  # places on one way at which lines only come free
 
 
 class Part(NamedTuple):
@@ -51,22 +47,6 @@ class Events:
     def trials(self) -> Trials:
         """What follows lines between events."""
         return Trials(self.motion)
-
-    def next(self, lines: Lines, start: float, end: float) -> Part:
-        """To the first event on the way from one depth to another, or to its end."""
-        creeping = 0
-        for _ in range(_PARTS):
-            part = self.part(lines, start, end)
-            slow = abs(part.depth - start) <= _CREEPS * self.motion.rests.size
-            creeping = creeping + 1 if slow else 0
-            if creeping > _CREEPING:
-                break
-            if part.after is not None and self.happens(part.lines, part.after):
-                return part
-            lines, start = part.lines if part.after is None else part.after, part.depth
-            if start == end:
-                return Part(end, lines, None)
-        raise NotCertifiedError(f"the contacts at depth = {start!r} do not come to rest")
 
     def happens(self, before: Lines, after: Lines) -> bool:
         """Whether lines have jumped, and not only come free."""

@@ -17,18 +17,14 @@ from energy import Scene
 _SHALLOW = 1e-12  # of the thickness: the first depth that is tried
 _DEEPER = 4.0  # times as deep: the next one
 _LESS, _TURNS = 0.95, 60  # of the depth: what is tried where the profile is not known so far
-_ON_MESH: dict[str, type[SpringsBranch | FittedMany]] = {
-    "one contact": FittedMany,
-    "springs": SpringsBranch,
-    "several contacts": FittedMany,
-}
 
 
 def branch_of(scene: Scene, rtol: float, spacing: float | None, deepest: float) -> Branch:
     """The branch for depths up to the deepest, on nodes if there is a spacing."""
     if spacing is not None:
         return LatticeBranch.of(scene, spacing, deepest)
-    return _ON_MESH[route(scene, "path", nodes=False)].of(scene, rtol, deepest)
+    independent = route(scene, "path", nodes=False) == "springs"
+    return (SpringsBranch if independent else FittedMany).of(scene, rtol, deepest)
 
 
 def pressed_by(

@@ -33,6 +33,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _MORE = 2 * DEGREE  # of the rule for ∫P dd
+_PARTS = 10_000  # places on one way at which lines only come free, or something happens
 _EXACT = 1e-15  # of surfaces: else the energy would not balance; they cost no more than others
 
 
@@ -147,10 +148,12 @@ class FittedMany(BranchBase):
         if before is None and depth < self.touch:
             return None
         here: State = self._touching if before is None else before
-        while here is not None and here.depth != depth:
-            part = self.events.next(here.lines, here.depth, depth)
+        for _ in range(_PARTS):
+            if here is None or here.depth == depth:
+                return here
+            part = self.events.part(here.lines, here.depth, depth)
             here = _held(part.lines if part.after is None else part.after, part.depth)
-        return here
+        raise NotCertifiedError(f"the contacts near depth = {depth!r} do not come to rest")
 
     @functools.cached_property
     def _touching(self) -> Held:

@@ -23,7 +23,6 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _NEWTON = 3  # steps from a table good to 1e-3: two reach rounding
-_EXACT = 1e-15  # of an inclination [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +38,6 @@ class FiniteSurfaces:
         Where a gap would turn over its inclination is cut at ±π/2.
         """
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
-        if facing is None and isinstance(f1, float):  # one line is looked for by many such calls
-            steep = math.atan(side * f1) - 2 * math.asin(math.sqrt(w / (2 * gamma1)))
-            return f + length * self._displaced_by(steep)
         deficit = 2 * np.arcsin(np.sqrt(w / (2 * gamma1)))
         phi = np.arctan(side * f1) - deficit
         if facing is None:
@@ -60,18 +56,6 @@ class FiniteSurfaces:
             u = u - (np.arctan2(pull, cos) - phi) * np.sqrt(np.maximum(1 - u * u / 4, 0.25))
             u = np.clip(u, -limit, limit)
         return np.where(np.abs(upright) < limit, u, upright)[()]
-
-    def _displaced_by(self, phi: float) -> float:
-        """The same of one inclination; u = 2 sin(φ/2) on the mesh but for its error."""
-        u = 2 * math.sin(phi / 2)
-        if abs(u) >= OVERHANG * (1 - UPRIGHT):  # refused if a line is at rest there
-            return u
-        for _ in range(_NEWTON):
-            off = math.atan2(self.response.reaction(u), 1 - u * u / 2) - phi
-            u -= off * math.sqrt(1 - u * u / 4)
-            if abs(off) <= _EXACT:
-                break
-        return u
 
     def _reaction(self, u: Any) -> Any:
         if not np.ndim(u):
