@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -66,6 +66,7 @@ class Tracked:
     after: Point | None
     jumps: bool
     track: Track
+    known: dict[float, Array] = field(default_factory=dict)
 
     @property
     def pinned(self) -> Pinned:
@@ -80,15 +81,23 @@ class Tracked:
         """The states at depths on the way (n,)."""
         if not depths.size:
             return []
-        rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
+        rows = self._lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
         found = zip(depths.tolist(), rows, strict=True)
         ends = {point.depth: point for point in (self.end, self.start)}
         return [ends.get(depth) or Point(depth, _held(tuple(row), depth)) for depth, row in found]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
-        lines = self.track.lines(depths, roughly=roughly)
+        lines = self.track.lines(depths, roughly=True) if roughly else self._lines(depths)
         return np.asarray(self.branch.smoothly.many(lines, depths)[1])
+
+    def _lines(self, depths: Array) -> Array:
+        """Lines (n, ..) at depths, those that are not known yet solved for."""
+        asked = depths.tolist()
+        new = np.array([depth for depth in asked if depth not in self.known])
+        if new.size:
+            self.known.update(zip(new.tolist(), self.track.lines(new), strict=True))
+        return np.array([self.known[depth] for depth in asked])
 
     def work(self) -> float:
         """∫P dd from the start to the end, by twice the points on which the energy balanced."""
