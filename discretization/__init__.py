@@ -35,8 +35,8 @@ saves and that no digit changes:
 | far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |
 | other contacts       | resolving a convex profile      | fitted.state.on_one_contact             |
 | links in between     | a convex profile's heights      | lattice.fronts.first_above              |
-| true lengths         | nonlinear solves                | surfaces.response.Response.surface      |
-| known surfaces       | solves of one seen before       | surfaces.response.response              |
+| true lengths         | nonlinear solves                | surfaces.finite_gap.solved              |
+| known surfaces       | solves of one seen before       | surfaces.rings.stiffness                |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |
 | error estimate       | coarser lattice until asked for | lattice.accuracy.estimated              |
 | search for the line  | states of their own of steps    | following.track.Track.lines             |

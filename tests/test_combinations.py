@@ -9,7 +9,6 @@ from scenes import plain
 from discretization import load_path, minimise
 from discretization.fitted.several import parted
 from discretization.paths.lattice_branch import LatticeBranch
-from discretization.surfaces.response import DEGREES, finer, response
 from energy import FlatPunch, Parabola, Sampled
 
 
@@ -120,12 +119,6 @@ def test_every_gap_at_re_entrant_corners_is_left_out():
     assert found == pytest.approx(ends, rel=1e-13, abs=0)
     raised = np.array([[-3.9, 3.9]])  # u < 0 at the re-entrant corners: none opens
     assert np.array_equal(parted(question, 0.2, raised), raised)
-
-
-def test_finer_surfaces_are_those_of_the_next_degree():
-    for slopes, degrees in DEGREES.items():
-        found = [finer(response(slopes, degree)) for degree in degrees]
-        assert [one and one.degree for one in found] == [*degrees[1:], None]
 
 
 def test_many_contacts_know_edges_and_refuse_too_many_nodes():

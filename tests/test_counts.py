@@ -14,7 +14,7 @@ from scenes import plain, roughness
 from discretization import Lattice, load_path, minimise
 from discretization.fitted.lines import Problem
 from discretization.lattice import fronts, lowest
-from discretization.surfaces import menisci, mesh
+from discretization.surfaces import finite_gap, menisci
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
 
 counted = Counter()
@@ -47,7 +47,7 @@ def _counting(monkeypatch):
         return counted_work
 
     monkeypatch.setattr(Problem, "shortfall", counting("shortfalls", Problem.shortfall))
-    monkeypatch.setattr(mesh, "_newton", counting("solves", mesh._newton))
+    monkeypatch.setattr(finite_gap, "_laid", counting("solves", finite_gap._laid))
 
 
 @pytest.mark.parametrize(

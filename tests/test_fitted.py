@@ -86,7 +86,7 @@ def test_composed_profiles_agree_on_both_discretisations():
 def test_the_force_changes_with_a_line_at_its_rate(slopes):
     """What the estimate of the force's error is made of."""
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene, 1e-8))
+    problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene))
     a, step = 0.006, 1e-6
     force = [totals(problem.surfaces, 1e-3, -a, a + s * step, 1e-8)[1].force for s in (-1, 1)]
     rate = (force[1] - force[0]) / (2 * step)
@@ -97,13 +97,13 @@ def test_the_force_changes_with_a_line_at_its_rate(slopes):
 @pytest.mark.parametrize("change", [1e-5, -1e-5])
 def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene, 1e-8))
+    problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene))
     a = find_line(problem, 1, 0.0).x * (1 + change)
     ends = FittedLine(-a, False, False), FittedLine(a, False, False)
     judged = certify_lines(problem, ends, totals(problem.surfaces, 1e-3, -a, a, 1e-8)[1])
     assert judged.failures == ("neighbours",)
     smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
-    problem = Problem(smooth, 1e-3, 0.0, surfaces_of(smooth, 1e-8))
+    problem = Problem(smooth, 1e-3, 0.0, surfaces_of(smooth))
     a = find_line(problem, 1, 0.0).x * (1 - 1e-5)
     ends = FittedLine(-a, False, False), FittedLine(a, False, False)
     assert (
@@ -116,7 +116,7 @@ def test_violations_do_not_depend_on_the_unit_of_stress():
     judged = []
     for unit in (1.0, 1e-6, 1e9):
         scene = adhesive(Parabola(0.02), k=130.0 * unit, gamma1=0.07 * unit, w=0.0)
-        problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene, 1e-8))
+        problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene))
         a = find_line(problem, 1, 0.0).x
         near, far = (FittedLine(-a * c, False, False) for c in (0.999, 10.0))
         ends = near, FittedLine(0.999 * a, False, False)
@@ -179,7 +179,7 @@ def test_a_profile_with_jumps_of_curvature_is_integrated_to_rounding():
 
 def test_to_ask_for_more_digits_than_there_are_loses_none():
     """As load paths do for the energy an event releases; a power law is not smooth at its tip."""
-    surfaces = surfaces_of(adhesive(PowerLaw(2.0, 1.68)), 1e-8)
+    surfaces = surfaces_of(adhesive(PowerLaw(2.0, 1.68)))
     few, many = (totals(surfaces, 1e-3, -0.004, 0.004, rtol)[1] for rtol in (1e-8, 1e-15))
     assert abs(many.energy - few.energy) <= 1e-14 * few.energy_scale
     assert abs(many.force - few.force) <= 1e-14 * few.force_scale
@@ -190,7 +190,7 @@ def test_panels_are_halved_around_a_kink_that_is_not_declared(slopes):
     body, found = Parabola(0.02) + Wedge(0.3).shifted(0.0013), []
     for corners in (body.corners, ()):
         profile = Profile(body.height, body.slope, corners=corners, convex=True)
-        surfaces = surfaces_of(adhesive(profile, slopes=slopes), 1e-8)
+        surfaces = surfaces_of(adhesive(profile, slopes=slopes))
         found.append(totals(surfaces, 1e-3, -0.004, 0.005, 1e-3)[1])
     declared, hidden = found
     for name in ("energy", "force"):

@@ -10,8 +10,8 @@ from scenes import ALPHA, DELTA0, L, adhesive, rough, two, wavy
 from discretization import load_path, minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.several import on_several
+from discretization.surfaces import small
 from discretization.surfaces.network import FAR, Line, solved
-from discretization.surfaces.response import DEGREES
 from energy import Parabola, Sampled
 
 
@@ -41,7 +41,7 @@ def errors(state, exact):
     }
 
 
-@pytest.mark.parametrize("degree", DEGREES["small"])
+@pytest.mark.parametrize("degree", [6, 8, 10, 12])
 def test_a_gap_converges_to_rounding_at_any_width(degree):
     """σ = tanh(L/2) and σ + 2τ = coth(L/2)."""
     allowed, line = {6: 2e-12}.get(degree, 4e-15), Line(degree)
@@ -72,12 +72,12 @@ def test_the_energy_of_a_gap_changes_with_its_length_by_its_derivative():
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_twenty_contacts_are_those_of_the_highest_degree(states, case):
+def test_twenty_contacts_are_those_of_a_higher_degree(states, case, monkeypatch):
     state = states[case]
     assert len(state.contacts) >= 17 and state.method == "fitted"
     assert state.certificate.ok and max(state.error_estimate.values()) <= 1e-8
+    monkeypatch.setitem(small._NETS, "line", Line(16))
     exact = on_several(state.scene, state.depth, branch=case[1], rtol=1e-14)
-    assert exact.tail.surfaces.response.degree > state.tail.surfaces.response.degree
     for name, error in errors(state, exact).items():
         assert error <= 1e-13
         if name in state.error_estimate:

@@ -64,7 +64,7 @@ def test_a_reentrant_corner_stays_open_without_adhesion():
 def contacts_of(state, lines):
     scene = state.scene
     profile, depth = resolve(scene, 4 * DELTA0), state.depth
-    motion = Motion.of(scene, profile, surfaces_of(scene, 1e-8), depth)
+    motion = Motion.of(scene, profile, surfaces_of(scene), depth)
     return Contacts(motion, tuple(np.ravel(lines).tolist()), state.depth)
 
 
@@ -145,7 +145,7 @@ def test_penetration_between_the_points_is_found(states):
 def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
     scene = wavy()
     profile = resolve(scene, DELTA0)
-    motion = Motion.of(scene, profile, surfaces_of(scene, 1e-8), DELTA0)
+    motion = Motion.of(scene, profile, surfaces_of(scene), DELTA0)
     for depth, rejected in ((0.999 * profile.touch, False), (1.001 * profile.touch, True)):
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
             several.state_of(motion, (), depth, "global", 1e-8)
@@ -154,7 +154,7 @@ def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
     edge = 2 * L
     scene = adhesive(Parabola(0.02) + FlatPunch(edge))
-    profile, surfaces = resolve(scene, 2 * DELTA0), surfaces_of(scene, 1e-8)
+    profile, surfaces = resolve(scene, 2 * DELTA0), surfaces_of(scene)
     motion = Motion.of(scene, profile, surfaces, 2 * DELTA0)
     contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), 2 * DELTA0)
     found = errors(contacts, *totals(contacts, 1e-8))
@@ -162,7 +162,7 @@ def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
 
 
 def test_a_gap_is_judged_over_the_displacement_of_both_its_lines():
-    surfaces = surfaces_of(adhesive(Parabola(0.02)), 1e-15)
+    surfaces = surfaces_of(adhesive(Parabola(0.02)))
     for part in (0.0, 1e-7, 1e-5, 1e-3):
         one, other = At(0.0, -part * DELTA0), At(9.5 * L, -0.3 * DELTA0)
         assert surfaces.free(one, other, 0.0).residual <= 1e-12

@@ -205,7 +205,7 @@ def test_a_ring_around_a_small_contact_is_certified_by_what_is_beside_it():
 
 @pytest.mark.parametrize("ends", [(0.005, 1.1), (0.9, 1.1), (1.0, 1.0 + 1e-7), (0.3, 6.0)])
 def test_the_certificate_of_a_ring_notices_a_wrong_pull(ends):
-    surfaces = surfaces_of(scene(Parabola(1.0)), 1e-8)
+    surfaces = surfaces_of(scene(Parabola(1.0)))
     q, width = ends[0], ends[1] - ends[0]
     left, right = (At(LENGTH * r, 0.01 * LENGTH * (r + i)) for i, r in enumerate(ends))
     assert surfaces.free(left, right, 0.02 * LENGTH).residual <= 1e-10

@@ -23,7 +23,7 @@ def rests(w, geometry):
     )
     layer, surfaces = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(0.1, w)
     scene = Scene(layer, surfaces, profile, geometry=geometry)
-    motion = Motion.of(scene, resolve(scene, DEPTH), surfaces_of(scene, 1e-9), DEPTH)
+    motion = Motion.of(scene, resolve(scene, DEPTH), surfaces_of(scene), DEPTH)
     lines = motion.adhered(DEPTH)
     assert len(lines) >= 4
     return motion, lines

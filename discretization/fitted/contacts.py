@@ -80,18 +80,16 @@ def equilibrium(lines: Array, found: Interval, **given: Any) -> Equilibrium:
 
 
 def estimated(
-    coarse: Interval, fine: Interval, width: float, move: float, push: float, surface: float
+    coarse: Interval, fine: Interval, width: float, move: float, push: float
 ) -> dict[str, float]:
-    """Errors of half-width, force and energy: of the quadrature, the lines, and free surfaces.
+    """Errors of half-width, force and energy: of the quadrature, the lines, and rounding.
 
-    move: how far lines may be off, all together; push: what that adds to the force; surface:
-    relative error of free surfaces and rounding.
+    move: how far lines may be off, all together; push: what that adds to the force.
     """
-    rounding = surface + 3 * ROUNDING
     force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
     found = (
         move / width + ROUNDING if width else 0.0,
-        (abs(fine.force - coarse.force) + push) / force + rounding,
-        abs(fine.energy - coarse.energy) / energy + rounding,
+        (abs(fine.force - coarse.force) + push) / force + 4 * ROUNDING,
+        abs(fine.energy - coarse.energy) / energy + 4 * ROUNDING,
     )
     return dict(zip(QUANTITIES, map(float, found), strict=True))

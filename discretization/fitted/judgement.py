@@ -145,10 +145,9 @@ def _tension(contacts: Contacts, lift: float) -> float:
 
 
 def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, float]:
-    """Errors of surfaces and rounding times the condition of the lines, and of the quadrature."""
+    """Errors of rounding times the condition of the lines, and of the quadrature."""
     motion, scene = contacts.motion, contacts.motion.scene
-    surface, move, push = ROUNDING + motion.surfaces.response.error, 0.0, 0.0
-    off = surface * motion.rests.size + fine.rounding
+    off, move, push = ROUNDING * motion.rests.size + fine.rounding, 0.0, 0.0
     for row, own, rate in zip(*_rates(contacts), strict=True):
         if own.any():
             inverse = np.abs(np.linalg.pinv(rate[np.ix_(own, own)]))
@@ -156,7 +155,7 @@ def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, fl
             move += float(moved.sum())
             push += float(_push(scene, contacts.depth, row[own]) @ moved)
     width = float(np.diff(contacts.x, axis=1).sum())
-    return estimated(coarse, fine, width, move, push, surface)
+    return estimated(coarse, fine, width, move, push)
 
 
 def _push(scene: Scene, depth: float, x: Array) -> Array:

@@ -27,14 +27,13 @@ from numpy.typing import NDArray
 
 from discretization.roots import bracketed, least
 from discretization.rounding import ROUNDING
+from discretization.surfaces.finite_range import OVERHANG
 from discretization.surfaces.meniscus_surfaces import MeniscusSurfaces
-from discretization.surfaces.mesh import OVERHANG
 from discretization.surfaces.protocol import At, Surfaces
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
 _TIE = ROUNDING  # a line's shortfall where moving it costs nothing
-_COARSE = 1e-12  # of D: more than this a surface is refined for
 _UPRIGHT = 2e-8  # so close to turning over no double resolves the slope
 _FEW_CORNERS = 8  # up to here one by one, more by halving
 _HALVINGS = 64  # to the spacing of floating-point numbers
@@ -97,11 +96,6 @@ class Problem:
         w = scene.work_of_adhesion
         rest = self.surfaces.rest_depth(side, x, f, f1, None, w if adhesive else 0.0)
         return float(rest) - self.depth
-
-    @property
-    def tie(self) -> float:
-        """Relative error of `shortfall`: rounding, and that of a coarse surface's reaction."""
-        return _TIE + min(self.surfaces.response.error, _COARSE)
 
     def distinct(
         self, ends: tuple[FittedLine, FittedLine]
@@ -196,7 +190,7 @@ def find_line(problem: Problem, side: int, start: float) -> FittedLine:
         start, outwards = _skipped(problem, side, start, outwards)
     for corner in [*map(float, outwards), None]:
         first = h(start, 1 if start in corners else 0)
-        tie = problem.tie * (abs(first) + problem.lift)
+        tie = _TIE * (abs(first) + problem.lift)
         if first > tie or (corner is None and first >= 0):
             return FittedLine(start, True, False)
         if corner is None:

@@ -26,8 +26,7 @@ from discretization.lattice.lowest import lowest_contacts
 from discretization.lattice.nodes import Lattice
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import Interval
-from discretization.rounding import ROUNDING
-from discretization.surfaces import finer_surfaces, surfaces_of
+from discretization.surfaces import surfaces_of
 from discretization.surfaces.tail import FittedTail
 from energy import Scene
 
@@ -49,20 +48,12 @@ def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
     AccuracyWarning where the profile is not resolved.
     """
-    profile = resolve(scene, depth)
-    surfaces = surfaces_of(scene, rtol)
-    while True:
-        motion = Motion.of(scene, profile, surfaces, depth)
-        state = _found(motion, depth, branch, rtol)
-        better = finer_surfaces(surfaces)
-        met = max(state.error_estimate.values()) <= rtol or surfaces.response.error <= ROUNDING
-        if met or better is None:
-            return state
-        surfaces = better
+    motion = Motion.of(scene, resolve(scene, depth), surfaces_of(scene), depth)
+    return _found(motion, depth, branch, rtol)
 
 
 def _found(motion: Motion, depth: float, branch: str, rtol: float) -> Equilibrium:
-    """The state of a branch with the free surfaces of one response."""
+    """The state of a branch."""
     adhered = motion.adhered(depth)
     state = state_of(motion, adhered, depth, branch, rtol)
     if branch == "adhered" or not motion.scene.work_of_adhesion:

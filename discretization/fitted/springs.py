@@ -19,7 +19,6 @@ from discretization.profile import Resolved, resolve
 from discretization.quadrature import NONE, Interval, refined
 from discretization.roots import crossings
 from discretization.rounding import ROUNDING
-from discretization.surfaces.response import ABSENT
 from discretization.surfaces.small import SmallSurfaces
 from discretization.surfaces.tail import FittedTail
 from energy import Scene
@@ -46,7 +45,7 @@ def at_level(
 ) -> Equilibrium:
     """The certified state in which what lies below a level is in contact."""
     reach, touch = scene.opened.critical_separation, profile.touch
-    tail = FittedTail(SmallSurfaces(scene, ABSENT))
+    tail = FittedTail(SmallSurfaces(scene))
     lift = max(abs(depth), reach) or 1.0
     if touch > level + _TIE * lift:
         apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))
@@ -153,4 +152,4 @@ def _errors(
     moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
     push = scene.stiffness * np.abs(depth - height) * scene.measure(lines)
     pull = float((moves * push).sum())
-    return estimated(coarse, fine, width, float(moves.sum()), pull, ROUNDING)
+    return estimated(coarse, fine, width, float(moves.sum()), pull)

@@ -19,7 +19,7 @@ from discretization.fitted.lines import (
 )
 from discretization.quadrature import Interval, refined
 from discretization.rounding import ROUNDING
-from discretization.surfaces import finer_surfaces, surfaces_of
+from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At, Surfaces
 from discretization.surfaces.tail import FittedTail
 from energy import Scene
@@ -36,26 +36,18 @@ def on_one_contact(
 ) -> Equilibrium:
     """Certified equilibrium with its contact lines as unknowns, and its error estimate.
 
-    The elements have the least degree whose a-posteriori error meets rtol; where the condition of
-    the state turns that into a larger error, they get the next one.
     branch "global" of a convex indenter: this state or, before it touches, the detached one,
     whichever has less energy. There is no other: the force on each line grows outwards.
     """
     indenter = scene.indenter
-    surfaces = surfaces_of(scene, rtol)
     apex = indenter.apex
     if apex is None:
         apex = lowest_point(indenter, scene.elastocapillary_length)
     starts, touch = (apex, apex), float(indenter.height(apex))
-    state = _state(Problem(scene, depth, touch, surfaces), starts, branch, rtol)
-    while max(state.error_estimate.values()) > rtol and surfaces.response.error > ROUNDING:
-        better = finer_surfaces(surfaces)
-        if better is None:
-            break
-        surfaces = better
-        state = _state(Problem(scene, depth, touch, surfaces), starts, branch, rtol)
+    problem = Problem(scene, depth, touch, surfaces_of(scene))
+    state = _state(problem, starts, branch, rtol)
     if branch == "global" and state.energy > 0 and depth <= touch:
-        return _detached(Problem(scene, depth, touch, surfaces), branch)
+        return _detached(problem, branch)
     return state
 
 
@@ -173,14 +165,13 @@ def _errors(
 ) -> dict[str, float]:
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, push = ends[1].x - ends[0].x, 0.0, 0.0
-    surface = ROUNDING + problem.surfaces.response.error
     rounding = fine.rounding
     for side, end, count in problem.distinct(ends):
         if end.pinned or not width:
             continue
         scale = problem.terms(side, end.x)
         yielding = _yield(problem, side, end.x, width, ROUNDING * scale + rounding)
-        error = count * ((surface * scale + rounding) * yielding + _POSITION * abs(end.x))
+        error = count * ((ROUNDING * scale + rounding) * yielding + _POSITION * abs(end.x))
         move += error
         push += error * abs(problem.force_rate(side, end.x))
-    return estimated(coarse, fine, width, move, push, surface)
+    return estimated(coarse, fine, width, move, push)

@@ -34,7 +34,6 @@ from energy import Scene
 Array = NDArray[np.float64]
 _MORE = 2 * DEGREE  # of the rule for ∫P dd
 _PARTS = 10_000  # places on one way at which lines only come free, or something happens
-_EXACT = 1e-15  # of surfaces: else the energy would not balance; they cost no more than others
 
 
 class Held(NamedTuple):
@@ -123,7 +122,7 @@ class FittedMany(BranchBase):
     @classmethod
     def of(cls, scene: Scene, rtol: float, deepest: float) -> FittedMany:
         """deepest: the largest depth of the programme."""
-        surfaces = surfaces_of(scene, _EXACT)
+        surfaces = surfaces_of(scene)
         motion = Motion.of(scene, resolve(scene, deepest), surfaces, deepest)
         return cls(scene, motion, rtol)
 

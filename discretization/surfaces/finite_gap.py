@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
 
 from discretization.surfaces.finite_range import (
     DEGREE,
@@ -35,11 +36,11 @@ from discretization.surfaces.finite_range import (
     range_of,
     rate,
 )
-from discretization.surfaces.spectral import coefficients, rounded
+from discretization.surfaces.spectral import band, coefficients, rounded
 
 Array = NDArray[np.float64]
 _INSIDE = 1e-8  # of an element: a step to a place in it after which the error is rounding
-_POLISH = 3  # steps of Newton's method from what minimises F to rounding already
+_POLISH = 3  # steps of Newton's method, with one Hessian, from what minimises F to rounding
 _INVERSE = 8  # steps of Newton's method, from a place in the right element
 
 
@@ -69,11 +70,11 @@ class FiniteGap:
     @functools.cached_property
     def relaxed(self) -> FiniteGap:
         """The surface whose nodal energy is least, by Newton's method."""
-        rises = self.rises.copy()
+        rises, hessian = self.rises.copy(), self._hessian[:, 1:-1]
         for _ in range(_POLISH):
-            _, gradient, hessian = self._nodal(rises)
-            rises[1:-1] -= np.linalg.solve(hessian[1:-1, 1:-1], gradient[1:-1])
-        gradient = self._nodal(rises)[1]
+            off = self._balance(rises)[1:-1]
+            rises[1:-1] -= solveh_banded(hessian, off, lower=True, check_finite=False)
+        gradient = self._balance(rises)
         return replace(self, rises=rises, reactions=(float(gradient[0]), float(gradient[-1])))
 
     @property
@@ -87,7 +88,10 @@ class FiniteGap:
     @property
     def energy(self) -> float:
         """F."""
-        return self._nodal(self.rises)[0]
+        own, h, weight = self._elements(self.rises)
+        rise, own = self._inclined(own), self.left + own
+        density = h * own * own / 2 + rise * rise / (np.sqrt(h * h + rise * rise) + h)
+        return float(np.sum(weight * density))
 
     @property
     def area(self) -> float:
@@ -98,7 +102,7 @@ class FiniteGap:
     @property
     def residual(self) -> float:
         """Largest imbalance of a free node, of the constancy of u²/2 + cos φ, over u and S."""
-        gradient = self._nodal(self.rises)[1]
+        gradient = self._balance(self.rises)
         rise, (s, t) = float(self.rises[-1]), self.reactions
         u, v = self.left, self.left + rise
         size = abs(u) + abs(v) + abs(s) + abs(t)
@@ -133,11 +137,20 @@ class FiniteGap:
         h, u, u1 = (np.array([rates, rises, steeps]) * legendre.legvander(t, DEGREE)).sum(axis=2)
         return (self.left + u).reshape(shape), (u1 / h).reshape(shape)
 
+    @property
+    def slope(self) -> float:
+        """u' at the left line."""
+        return self.slopes[0]
+
+    def displacement(self, distance: Array) -> Array:
+        """u at distances from the left line."""
+        return self.at(distance, np.maximum(self.length - distance, 0.0))[0]
+
     @functools.cached_property
     def _series(self) -> Array:
         """Legendre coefficients (4, elements, degree + 1) of x, h, u - left and du/dτ."""
         places, rates, rises = (self._elements(of)[0] for of in (self.x, self.h, self.rises))
-        steeps = rises @ rounded(DEGREE)[2].T / self.half[:, None]
+        steeps = self._inclined(rises)
         return coefficients(DEGREE, np.array([places, rates, rises, steeps]))
 
     def _elements(self, values: Array) -> tuple[Array, Array, Array]:
@@ -145,27 +158,35 @@ class FiniteGap:
         index = np.arange(self.half.size)[:, None] * DEGREE + np.arange(DEGREE + 1)
         return values[index], self.h[index], self.half[:, None] * rounded(DEGREE)[1]
 
-    def _nodal(self, rises: Array) -> tuple[float, Array, Array]:
-        """F, its gradient and its second derivatives by the nodal u = left + rises."""
-        d = rounded(DEGREE)[2] / self.half[:, None, None]
+    def _inclined(self, own: Array) -> Array:
+        """du/dτ at the nodes of every element."""
+        return np.asarray(own @ rounded(DEGREE)[2].T / self.half[:, None])
+
+    def _balance(self, rises: Array) -> Array:
+        """The gradient of F by the nodal u = left + rises."""
         own, h, weight = self._elements(rises)
-        rise, own = np.einsum("eij,ej->ei", d, own), self.left + own
-        root = np.sqrt(h * h + rise * rise)
-        energy = float(np.sum(weight * (h * own * own / 2 + rise * rise / (root + h))))
-        pull = weight * h * own + np.einsum("ei,eij->ej", weight * rise / root, d)
-        blocks = np.einsum("eij,ei,eik->ejk", d, weight * h * h / root**3, d)
-        blocks += (weight * h)[:, :, None] * np.eye(DEGREE + 1)
-        gradient, hessian = np.zeros(rises.size), np.zeros((rises.size, rises.size))
-        for e in range(self.half.size):
-            own_nodes = slice(e * DEGREE, (e + 1) * DEGREE + 1)
-            gradient[own_nodes] += pull[e]
-            hessian[own_nodes, own_nodes] += blocks[e]
-        return energy, gradient, hessian
+        rise, d = self._inclined(own), rounded(DEGREE)[2]
+        pull = weight * rise / np.sqrt(h * h + rise * rise) / self.half[:, None]
+        pull = weight * h * (self.left + own) + pull @ d
+        gradient = np.zeros(rises.size)
+        gradient[:-1] = pull[:, :-1].ravel()
+        gradient[DEGREE::DEGREE] += pull[:, -1]
+        return gradient
+
+    @property
+    def _hessian(self) -> Array:
+        """That of F by the nodal u, lower banded."""
+        own, h, weight = self._elements(self.rises)
+        rise, d = self._inclined(own), rounded(DEGREE)[2]
+        bend = weight * h * h / np.sqrt(h * h + rise * rise) ** 3 / self.half[:, None] ** 2
+        blocks = (d.T * bend[:, None, :]) @ d
+        blocks[:, np.arange(DEGREE + 1), np.arange(DEGREE + 1)] += weight * h
+        return band(blocks)
 
 
-def _sin(p: Array) -> Array:
+def sine(p: Any) -> Any:
     """sin φ of p = 2 sin(φ/2)."""
-    return np.asarray(p * np.sqrt(np.maximum(1 - p * p / 4, 0.0)))
+    return p * np.sqrt(np.maximum(1 - p * p / 4, 0.0))
 
 
 def _cos(s: float) -> float:
@@ -178,16 +199,40 @@ def solved(left: float, rise: float, length: float) -> FiniteGap:
     """The surface displaced by `left` and `left + rise` at its lines, by its exponentials."""
     length = min(length, FAR)
     T = range_of(length, functools.partial(_ends, left, rise))
-    mesh = mesh_of(T)
-    half, (p, rises) = T * mesh.half, _exponentials(left, rise, T, mesh.nodes)
-    h = rate(p)[0]
+    return _laid(T, left, *_exponentials(left, rise, T, mesh_of(T).nodes), length)
+
+
+@functools.lru_cache(maxsize=256)
+def tail(u0: float) -> FiniteGap:
+    """The surface beside a line displaced by u₀, as one to a line so far away that it is flat."""
+    tau = FAR * mesh_of(FAR).nodes
+    return _laid(FAR, u0, -u0 * np.exp(-tau), u0 * np.expm1(-tau))
+
+
+def _laid(T: float, left: float, p: Array, rises: Array, length: float | None = None) -> FiniteGap:
+    """The surface of a range T on its mesh; length: where it is known."""
+    half, h = T * mesh_of(T).half, rate(p)[0]
     steps = half[:, None] * (h.reshape(half.size, -1) @ _integrals().T)
     before = np.concatenate([[0.0], np.cumsum(steps[:, -1])])[:-1]
     x = (before[:, None] + steps).ravel()
     kept = np.append(np.arange(1, p.size) % (DEGREE + 1) != 0, True)  # nodes of two elements once
-    sines = _sin(p[[0, -1]])
+    sines = sine(p[[0, -1]])
     reactions = -float(sines[0]), float(sines[1])
+    length = float(x[-1]) if length is None else length
     return FiniteGap(length, half, x[kept], h[kept], left, rises[kept], reactions)
+
+
+def tails(u0: Array) -> tuple[Array, Array]:
+    """F and S of tails beside lines displaced by u₀ (n,): p = -u, and both decay with τ."""
+    mesh = mesh_of(FAR)
+    u = u0[:, None] * np.exp(-FAR * mesh.nodes)
+    return FAR * (_density(u, u) @ mesh.weights), sine(u0)
+
+
+def _density(u: Array, p: Array) -> Array:
+    """dF/dτ."""
+    h = rate(p)[0]
+    return np.asarray(h * u * u / 2 + p * p / (np.sqrt(h * h + p * p) + h))
 
 
 def stored(left: Array, rise: Array, length: Array) -> tuple[Array, Array]:
@@ -196,10 +241,8 @@ def stored(left: Array, rise: Array, length: Array) -> tuple[Array, Array]:
     T = range_of(np.minimum(length, FAR), functools.partial(_ends, left, rise))
     mesh = mesh_of(float(T.max()))
     p, rises = _exponentials(left, rise, T, mesh.nodes)
-    h, u = rate(p)[0], left + rises
-    density = h * u * u / 2 + p * p / (np.sqrt(h * h + p * p) + h)
-    sines = _sin(p[:, [0, -1]])
-    return T[:, 0] * (density @ mesh.weights), sines[:, 1] - sines[:, 0]
+    sines = sine(p[:, [0, -1]])
+    return T[:, 0] * (_density(left + rises, p) @ mesh.weights), sines[:, 1] - sines[:, 0]
 
 
 def _ends(left: Any, rise: Any, T: Any) -> Lines:

@@ -27,13 +27,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.mesh import OVERHANG
 from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of these ends:
-_ENDS = (0.0, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the middle
+_ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the middle
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
+OVERHANG = math.sqrt(2)  # l: displacement at which a tail is upright
 UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 _UPRIGHT = OVERHANG * (1 - UPRIGHT)
 _STEEPEST = _UPRIGHT**2

@@ -1,7 +1,7 @@
 """Free surfaces with finite slopes.
 
 D = f + u of the tail or of the gap (finite_gap.py) that is inclined by φ = β - 2 asin √(w/(2γ₁)) at
-its line, tan β = f'.
+its line, tan β = f'. Of a tail p = 2 sin(φ/2) is its displacement.
 """
 
 from __future__ import annotations
@@ -14,71 +14,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.surfaces import finite_gap
-from discretization.surfaces.finite_gap import FiniteGap, solved
-from discretization.surfaces.finite_range import UPRIGHT, rest_displacement
-from discretization.surfaces.mesh import OVERHANG, FreeSurface
+from discretization.surfaces.finite_gap import FiniteGap, solved, tail
+from discretization.surfaces.finite_range import OVERHANG, UPRIGHT, rest_displacement
 from discretization.surfaces.protocol import MET, At, Free, alone
-from discretization.surfaces.response import STEEP, Response
 from energy import Scene
 
 Array = NDArray[np.float64]
-_NEWTON = 3  # steps from a table good to 1e-3: two reach rounding
 
 
 @dataclass(frozen=True, eq=False)
 class FiniteSurfaces:
-    """Free surfaces of a scene, with the elements of a response."""
+    """Free surfaces of a scene."""
 
     scene: Scene
-    response: Response
 
     def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D: the inclination at rest is known, and the displacement that has it is solved for.
 
-        Where a gap would turn over its inclination is cut at ±π/2.
+        Where a gap would turn over its inclination is cut at ±π/2; a tail is refused if its line is
+        at rest there.
         """
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
-        deficit = 2 * np.arcsin(np.sqrt(w / (2 * gamma1)))
-        phi = np.arctan(side * f1) - deficit
+        phi = np.arctan(side * f1) - 2 * np.arcsin(np.sqrt(w / (2 * gamma1)))
         if facing is None:
-            return f + length * self._displaced(phi)
+            return f + 2 * length * np.sin(phi / 2)
         phi = np.maximum(phi, -math.pi / 2)
         apart, rise = np.maximum(side * (facing.x - x) / length, MET), (f - facing.f) / length
         return f + length * rest_displacement(-2 * np.sin(phi / 2), rise, apart)
 
-    def _displaced(self, phi: Any) -> Any:
-        """u₀ with S(u₀) = sin φ and 1 - u₀²/2 = cos φ on the mesh, by Newton's method."""
-        limit = OVERHANG * (1 - UPRIGHT)
-        upright = 2 * np.sin(phi / 2)  # beyond the limit refused if a line is at rest there
-        u = np.clip(upright, -limit, limit)
-        for _ in range(_NEWTON):
-            pull, cos = self._reaction(u), 1 - u * u / 2
-            u = u - (np.arctan2(pull, cos) - phi) * np.sqrt(np.maximum(1 - u * u / 4, 0.25))
-            u = np.clip(u, -limit, limit)
-        return np.where(np.abs(upright) < limit, u, upright)[()]
-
-    def _reaction(self, u: Any) -> Any:
-        if not np.ndim(u):
-            return self.response.reaction(float(u))
-        mild = np.abs(u) <= STEEP
-        pull = np.empty_like(u)
-        pull[mild] = self.response.reaction(u[mild])
-        pull[~mild] = [self.response.reaction(one) for one in u[~mild].tolist()]
-        return pull
+    def _displaced(self, line: At, depth: Any) -> Any:
+        """u₀ [l] of the lines of tails. ValueError if one would turn over."""
+        u = (depth - line.f) / self.scene.elastocapillary_length
+        if np.max(np.abs(u), initial=0.0) >= OVERHANG:
+            raise ValueError(self._overhang(depth, line))
+        return u
 
     def pull(self, side: int, line: At, depth: float) -> float:
         """S of a tail."""
-        u = (depth - line.f) / self.scene.elastocapillary_length
-        return float(self.scene.gamma1 * self.response.reaction(u))
+        return float(self.scene.gamma1 * finite_gap.sine(self._displaced(line, depth)))
 
-    def alone(self, radius: float, u0: float) -> FreeSurface:
-        """One of the family of all tails."""
-        return self.response.surface(u0)
+    def alone(self, radius: float, u0: float) -> FiniteGap:
+        """The relaxed surface of a tail."""
+        return tail(u0).relaxed
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
-        """The gap's, or the tail's polynomials with the slope its first integral gives them."""
+        """As the exponentials have it."""
         length = self.scene.elastocapillary_length
         if left is not None and right is not None:
             found = self._gap(left, right, depth)
@@ -87,11 +69,10 @@ class FiniteSurfaces:
         line, side = (left, 1) if left is not None else (right, -1)
         if line is None:
             return np.zeros_like(z), np.zeros_like(z)
-        limit = OVERHANG * (1 - UPRIGHT)
-        u0 = min(max((depth - line.f) / length, -limit), limit)
-        u = self.response.surface(u0).displacement(side * (z - line.x) / length)
-        slope = -side * u * np.sqrt(1 - u * u / 4) / np.maximum(1 - u * u / 2, 1e-9)
-        return length * u, slope
+        limit, distance = OVERHANG * (1 - UPRIGHT), side * (z - line.x) / length
+        found = tail(min(max((depth - line.f) / length, -limit), limit))
+        u, slope = found.at(distance, np.maximum(found.length - distance, 0.0))
+        return length * u, side * slope
 
     def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
         """Of the relaxed surface."""
@@ -109,31 +90,31 @@ class FiniteSurfaces:
         """F and S of tails and of gaps."""
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
         if left is None or right is None:
-            u = (depth - alone(left, right).f) / length
-            energy = np.array([self.response.energy(one) for one in u.tolist()])
-            pull = self._reaction(u)
+            energy, pull = finite_gap.tails(self._displaced(alone(left, right), depth))
         else:
             u, rise = (depth - left.f) / length, (left.f - right.f) / length
             energy, pull = finite_gap.stored(u, rise, (right.x - left.x) / length)
         return gamma1 * length * energy, gamma1 * pull
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
-        """A tail of the family of all tails, or the relaxed surface of a gap."""
+        """The relaxed surface, of a tail with what its exponentials pull: that only rounds less."""
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
         if left is None or right is None:
-            u0 = (depth - alone(left, right).f) / length
+            line = alone(left, right)
+            u0 = (depth - line.f) / length
             if abs(u0) >= OVERHANG * (1 - UPRIGHT):
-                raise ValueError(self._overhang(depth, alone(left, right)))
-            found = self.response.tail(u0)
-            pull = gamma1 * found.reaction
+                raise ValueError(self._overhang(depth, line))
+            read = tail(u0)
+            pull = gamma1 * read.reactions[0]
             pulls = (0.0, pull) if left is None else (pull, 0.0)
-            return Free(gamma1 * length * found.energy, pulls, gamma1 * found.area, found.residual)
-        read = self._gap(left, right, depth)
-        if read.upright:
-            raise ValueError(self._overhang(depth, left, right))
+        else:
+            read = self._gap(left, right, depth)
+            if read.upright:
+                raise ValueError(self._overhang(depth, left, right))
+            one, other = read.relaxed.reactions
+            pulls = gamma1 * one, gamma1 * other
         whole = read.relaxed
-        one, other = whole.reactions
-        residual, pulls = max(whole.residual, read.apart), (gamma1 * one, gamma1 * other)
+        residual = max(whole.residual, read.apart)
         return Free(gamma1 * length * whole.energy, pulls, gamma1 * whole.area, residual)
 
     def _overhang(self, depth: float, line: At, other: At | None = None) -> str:

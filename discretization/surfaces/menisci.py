@@ -42,7 +42,7 @@ _ROUNDS = 60  # of Newton's method, for many surfaces or lines at once
 _DEGREE = 12  # of the surfaces with small slopes, from which φ is looked for
 _STEP = 1e-6  # of φ, for a derivative that need not be exact
 _STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
-_SHARPER = 4.0  # as in mesh.py
+_SHARPER = 4.0  # while a step lowers U by less than a quarter of the last: no rounding yet
 _FOUND = 1e-15  # of φ
 
 
@@ -254,6 +254,5 @@ def surface(radius: float, u0: float) -> FreeSurface:
         slope=float(first) * 2 / lengths[0],
         area=area,
         residual=max(float(solved.residual[0]), abs(float(u[0]) - u0)),
-        slopes="finite",
         radius=radius,
     )

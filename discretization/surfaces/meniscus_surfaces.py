@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from discretization.surfaces import menisci
 from discretization.surfaces.mesh import FreeSurface
 from discretization.surfaces.protocol import ANY, At, Free, alone, by_side
-from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -34,7 +33,6 @@ class MeniscusSurfaces:
     """Free surfaces of a scene."""
 
     scene: Scene
-    response: Response
 
     @by_side
     def rest_depth(self, side: int, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:

@@ -21,8 +21,6 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.mesh import FreeSurface
-from discretization.surfaces.response import Response
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -56,14 +54,22 @@ class Free(NamedTuple):
     residual: float
 
 
+class Tail(Protocol):
+    """A solved surface beside one line, in units of l."""
+
+    @property
+    def slope(self) -> float:
+        """u' at the line, away from it."""
+
+    def displacement(self, distance: Array) -> Array:
+        """u at distances from the line."""
+
+
 class Surfaces(Protocol):
     """Free surfaces beside contacts; a line that is None is infinitely far away."""
 
     @property
     def scene(self) -> Scene: ...
-
-    @property
-    def response(self) -> Response: ...
 
     def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D at x, numbers or arrays, with the height f and the slope f' there.
@@ -75,7 +81,7 @@ class Surfaces(Protocol):
     def pull(self, side: int, line: At, depth: float) -> float:
         """What a free surface without another line pulls at its own one, ∂F/∂g."""
 
-    def alone(self, radius: float, u0: float) -> FreeSurface:
+    def alone(self, radius: float, u0: float) -> Tail:
         """The surface beside one line displaced by u₀, in units of l.
 
         radius: of the line; infinite for a line contact, negative for the disc inside it.

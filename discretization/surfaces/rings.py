@@ -15,11 +15,11 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from discretization.surfaces.mesh import decayed, linear
 from discretization.surfaces.network import FAR, Network
-from discretization.surfaces.polynomials import horner, powers
 from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def _read(degree: int, side: int, s: Any, octave: int) -> Any:
     """S of radii in an octave; below the last one that of a disc without springs, or a ring."""
     if octave >= _LEAST:
         log2 = np.log2 if np.ndim(s) else math.log2
-        value = horner(_family(degree, side, octave), 2 * (log2(s) - octave) - 1)
+        value = _horner(_family(degree, side, octave), 2 * (log2(s) - octave) - 1)
         return value * (1 + s) / s if side > 0 else value * s / (2 + s)
     if side < 0:
         return s / 2
@@ -67,9 +67,26 @@ def _family(degree: int, side: int, octave: int) -> tuple[float, ...]:
     t = np.sort(np.cos(np.pi * (np.arange(_POINTS[side]) + 0.5) / _POINTS[side]))
     s = 2.0 ** (octave + (t + 1) / 2)
     if side > 0 and octave < _OUTER:
-        return tuple(powers(t, _outside(degree, s) * s / (1 + s)).tolist())
+        return tuple(_powers(t, _outside(degree, s) * s / (1 + s)).tolist())
     solved = np.array([linear(degree, side * one).reaction for one in s.tolist()])
-    return tuple(powers(t, solved * (s / (1 + s) if side > 0 else (2 + s) / s)).tolist())
+    return tuple(_powers(t, solved * (s / (1 + s) if side > 0 else (2 + s) / s)).tolist())
+
+
+def _horner(powers: tuple[float, ...], t: Any) -> Any:
+    """The polynomial with these coefficients of falling powers."""
+    total = 0.0
+    for power in powers:
+        total = total * t + power
+    return total
+
+
+def _powers(t: Array, values: Array) -> Array:
+    """Coefficients of falling powers of the polynomials (columns) through Chebyshev points t."""
+    series = chebyshev.chebfit(t, values, t.size - 1)
+    convert = np.zeros((t.size, t.size))
+    for order in range(t.size):
+        convert[: order + 1, order] = chebyshev.cheb2poly(np.eye(t.size)[order])[: order + 1]
+    return np.asarray((convert @ series)[::-1])
 
 
 def _outside(degree: int, s: Array) -> Array:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,25 +25,25 @@ from numpy.typing import NDArray
 from discretization.surfaces.mesh import FreeSurface, linear
 from discretization.surfaces.network import FAR, Line, Network, Solved, solved
 from discretization.surfaces.protocol import ANY, MET, At, Free, alone, by_side
-from discretization.surfaces.response import Response
 from discretization.surfaces.rings import BESIDE, Axis
 from energy import Scene
 
 Array = NDArray[np.float64]
 _STEP = 1e-30  # of a width, along the imaginary axis
+# on elements of the least degrees whose errors are rounding
+_NETS: dict[str, Line | Axis] = {"line": Line(10), "axisymmetric": Axis(12)}
 
 
 @dataclass(frozen=True, eq=False)
 class SmallSurfaces:
-    """Free surfaces of a scene, with the elements of a response."""
+    """Free surfaces of a scene."""
 
     scene: Scene
-    response: Response
-    net: Line | Axis = field(init=False)
 
-    def __post_init__(self) -> None:
-        kind = Axis if self.scene.axisymmetric else Line
-        object.__setattr__(self, "net", kind(self.response.degree))
+    @property
+    def net(self) -> Line | Axis:
+        """The networks of its geometry."""
+        return _NETS[self.scene.geometry]
 
     @by_side
     def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
@@ -51,7 +51,7 @@ class SmallSurfaces:
         length, net = self.scene.elastocapillary_length, self.net
         excess = length * (side * f1 - np.sqrt(2 * w / self.scene.gamma1))
         if facing is None and not self.scene.axisymmetric:  # the same wherever the line is
-            return f + excess / self.response.reactions[0]
+            return f + excess / net.alone(side, 0.0)
         s = x / length
         if facing is None:
             s = np.where(np.equal(s, 0), BESIDE, s)[()]
@@ -127,7 +127,7 @@ class SmallSurfaces:
             self._off(1, q, far, u, apart, one), self._off(-1, q + width, far, v, -apart, other)
         )
         if near:
-            surface = _surface(self.scene.axisymmetric, self.response.degree, q, width)
+            surface = _surface(self.scene.geometry, q, width)
             area, off = float(surface.areas @ [u, -apart]), max(off, surface.residual)
         energy = scale * length * float(found.energy(u, v, apart))
         return Free(energy, (scale * one, scale * other), scale * area, off)
@@ -146,7 +146,7 @@ class SmallSurfaces:
 
     def alone(self, radius: float, u0: float) -> FreeSurface:
         """On a mesh of its own."""
-        return linear(self.response.degree, radius).scaled(u0)
+        return linear(self.net.degree, radius).scaled(u0)
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
@@ -172,7 +172,7 @@ class SmallSurfaces:
         x = np.atleast_1d(z)
         if left is not None and right is not None and self._near(left, right):
             q, width = self._places(left, right)
-            surface = _surface(self.scene.axisymmetric, self.response.degree, q, width)
+            surface = _surface(self.scene.geometry, q, width)
             at = x / length if self.scene.axisymmetric else (x - left.x) / length
             u, u1 = surface.at(at, depth - left.f, left.f - right.f)
         else:
@@ -212,6 +212,6 @@ class SmallSurfaces:
 
 
 @functools.lru_cache(maxsize=256)
-def _surface(axisymmetric: bool, degree: int, q: float, width: float) -> Solved:
+def _surface(geometry: str, q: float, width: float) -> Solved:
     """The surfaces between two lines, solved once."""
-    return solved(*(Axis if axisymmetric else Line)(degree).mesh(q, width))
+    return solved(*_NETS[geometry].mesh(q, width))

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.mesh import FreeSurface
-from discretization.surfaces.protocol import At, Surfaces
+from discretization.surfaces.protocol import At, Surfaces, Tail
 
 Array = NDArray[np.float64]
 
@@ -28,7 +27,7 @@ class FittedTail:
         length = self.surfaces.scene.elastocapillary_length
         return length * self._beyond(u_line, radius).displacement(distance / length)
 
-    def _beyond(self, u_line: float, radius: float) -> FreeSurface:
+    def _beyond(self, u_line: float, radius: float) -> Tail:
         """The surface beyond a line, in units of l."""
         length = self.surfaces.scene.elastocapillary_length
         return self.surfaces.alone(float(radius) / length, float(u_line) / length)
