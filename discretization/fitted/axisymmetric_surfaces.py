@@ -52,7 +52,7 @@ class AxisymmetricSurfaces:
         length, degree = self.scene.elastocapillary_length, self.response.degree
         s, excess = x / length, length * (side * f1 - np.sqrt(2 * w / self.scene.gamma1))
         if facing is None:
-            axis = np.equal(s, 0)
+            axis = np.less_equal(s, 0)  # differences may look beyond it
             rest = f + excess / stiffness(degree, side, np.where(axis, _BESIDE, s)[()])
             there = np.where(excess < 0, rest, f) if side > 0 else ANY
             return np.where(axis, there, rest)[()]
