@@ -1,4 +1,4 @@
-"""One BLAS thread per process; a test that hangs ends; every figure that a test draws is looked at."""
+"""One BLAS thread per process, an end for a test that hangs, a look at every figure that is drawn."""
 
 import os
 import signal

@@ -18,7 +18,7 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.rests import TIE
 from discretization.fitted.trials import PARTS, Trials, Tried
 
-_CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
+CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _MOST = 400  # trials: with the next rule three times as many as halvings of a double
 _FOLDS = 4  # times that an equilibrium is looked for that disappears
@@ -62,7 +62,7 @@ class Enclosing:
     @property
     def least(self) -> float:
         """How close depths are known."""
-        return _CLOSE * self.trials.motion.rests.size
+        return CLOSE * self.trials.motion.rests.size
 
     @property
     def done(self) -> bool:
