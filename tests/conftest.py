@@ -1,4 +1,4 @@
-"""One BLAS thread per process, an end for a test that hangs, a look at every figure that is drawn."""
+"""One BLAS thread per process, an end for a test that hangs, a look at every figure drawn."""
 
 import os
 import signal
