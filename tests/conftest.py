@@ -1,6 +1,7 @@
-"""One BLAS thread per process; every figure that a test has a study write is looked at."""
+"""One BLAS thread per process, an end for a test that hangs, a look at every figure drawn."""
 
 import os
+import signal
 
 # tests run on all cores: threads of one would wait for those of another
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy when it is imported
@@ -11,6 +12,21 @@ import pytest
 from studies.shared import figures
 
 EDGE = 0.02  # inches that lines may be wide
+LONGEST = 600  # seconds after which a test hangs, on any machine
+
+
+@pytest.fixture(autouse=True)
+def _ends():
+    """A limit for every test, where the system has an alarm."""
+
+    def late(*_):
+        raise TimeoutError(f"the test has not ended in {LONGEST} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(LONGEST)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture(autouse=True)

@@ -69,7 +69,8 @@ def test_a_closed_pipe_ends_a_study_quietly(tmp_path, arguments, closed):
 
 
 HELD = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in the background
 from studies import __main__ as command_line
 from studies.scenes.sweep import study
 from sweep_points import HeldScene

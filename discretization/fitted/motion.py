@@ -47,6 +47,12 @@ class Motion:
         size = size or scene.layer.h  # of no adhesion at touching itself
         return cls(scene, profile, surfaces, Rests(scene, profile, surfaces, size))
 
+    @property
+    def gradual(self) -> bool:
+        """Whether lines never jump: D grows outwards in a line contact of a convex profile."""
+        scene = self.scene
+        return scene.indenter.convex and not scene.axisymmetric and scene.pattern is None
+
     @functools.cached_property
     def resting(self) -> Resting:
         """What finds where lines come to rest."""

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from discretization.certificate import TOLERANCE
 from discretization.fitted.narrow import noise, rise
@@ -32,6 +33,7 @@ _STEPS = np.array([0.0, 1.0, -1.0])
 _MOVED, _OTHER = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
 _SIDES = np.array([1, -1])[:, None]
 _FOLDED = 12  # steps of Newton's method to a fold
+_CLOSED = 1e-12  # of a contact: how well the place is known at which it closes
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 
 
@@ -251,6 +253,26 @@ class Rests:
                 break
             near = bool(np.abs(step).max() <= _NEAR * h)
         return math.nan
+
+    def closing(self, lines: Array) -> float:
+        """The depth at which the contact between two surfaces (2, 2) closes; nan: not known.
+
+        There both its lines rest at the same place and depth, of a disc about an axis on the axis.
+        The lines that they face stay.
+        """
+        start, end = float(lines[0, 1]), float(lines[1, 0])
+
+        def rests(x: float) -> Array:
+            return self.ahead(np.array([(lines[0, 0], x), (x, lines[1, 1])]), -1)[[0, 1], [1, 0]]
+
+        def apart(x: float) -> float:
+            return float(np.subtract(*rests(x)))
+
+        if self.scene.axisymmetric and start < 0 < end:
+            return float(rests(0.0).mean())
+        if not start < end or not apart(start) > 0 > apart(end):
+            return math.nan
+        return float(rests(brentq(apart, start, end, xtol=_CLOSED * (end - start))).mean())
 
     def _fold_step(self, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
         """A step of Newton's method towards a fold (1 or 2,), nan: none, and D of the lines."""

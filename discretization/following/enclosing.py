@@ -3,8 +3,8 @@
 What runs out at an event is known in between, and all but linear in the depth: the square of the
 stiffness against moving the lines of a surface, its least clearance, the width of a contact. So the
 next depth to try is where it would be zero; one in the middle, where that does not halve the range.
-Where an equilibrium disappears is solved for (rests.py), where lines meet is read off the
-polynomials of their motion, and both are only tried on either side.
+Where an equilibrium disappears, and where the lines of a contact meet, is solved for (rests.py) and
+only tried on either side.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.rests import TIE
 from discretization.following.trials import PARTS, Trials, Tried
 
-_CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
+CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _MOST = 400  # trials: with the next rule three times as many as halvings of a double
 _FOLDS = 4  # times that an equilibrium is looked for that disappears
-_MEETS = 1e-9  # of the way: where polynomials say that lines meet
+_FASTEST = 3  # halvings of the range at once, where nothing was found again and again
 _PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
 
 
@@ -42,6 +42,7 @@ class Enclosing:
     start: float
     parts: int = 1
     passed: bool = False
+    passes: int = 0
     aim: float = math.nan
     away: float = math.inf
     folds: int = _FOLDS
@@ -61,7 +62,7 @@ class Enclosing:
     @property
     def least(self) -> float:
         """How close depths are known."""
-        return _CLOSE * self.trials.motion.rests.size
+        return CLOSE * self.trials.motion.rests.size
 
     @property
     def done(self) -> bool:
@@ -78,13 +79,11 @@ class Enclosing:
             self._solve()
             if self.done:
                 return (self.low if self.high.failed else self.high), self.high, self.involved
-            depth, meets = self._next()
-            tried = self.trials.tried(
-                self.low.lines, self.involved, self.low.depth, depth, self.parts
-            )
-            if meets:
-                tried = self.trials.in_parts(self.low, tried, self.involved)
-            if self._take(tried):
+            if self._take(
+                self.trials.tried(
+                    self.low.lines, self.involved, self.low.depth, self._next(), self.parts
+                )
+            ):
                 return self.low, self.low, self.involved
         raise NotCertifiedError(
             f"the event near depth = {self.low.depth!r} is not enclosed; try other depths"
@@ -92,36 +91,33 @@ class Enclosing:
 
     def _solve(self) -> None:
         """Where nothing is known to happen: look for a fold, then for shorter parts of the way."""
-        unknown = self.high.failed and not self.high.known and abs(self.width) > self.least
-        if unknown and self.folds and self.fresh:
+        if self.high.failed and abs(self.width) > self.least and self.folds and self.fresh:
             self.folds, self.fresh = self.folds - 1, False
-            self.low, self.high = self._beside_fold(self.low, self.high, self.involved)
+            self.low, self.high = self._beside(self.low, self.high, self.involved)
         if self.parts == 1 and not self.high.known and abs(self.width) > self.least:
             high, self.parts = self.trials.in_parts(self.low, self.high, self.involved), PARTS[0]
             self.high = high if high.failed else high.after(self.low)
 
-    def _next(self) -> tuple[float, bool]:
-        """The next depth to try, and whether lines are expected to meet there."""
+    def _next(self) -> float:
+        """The next depth to try."""
         low, high, width = self.low, self.high, self.width
         last, self.aim = (self.aim, self.away), _runs_out(self.older, low, high)
-        meets = not math.isnan(high.aim)
-        if meets:
-            last = high.aim + _MEETS * width, abs(high.aim - low.depth)
-            self.aim, self.high = high.aim, high._replace(aim=math.nan)
         self.away = abs(self.aim - low.depth)
         off = abs(self.aim - last[0]) * min(1.0, self.away / (last[1] or self.away or 1.0))
         self.widths.append(abs(width))
         closing = self.away < last[1] / 8
         slow = self.widths[-1] > self.widths[-1 - _PATIENCE] / 2 and not closing
         if self.passed and not high.known and not 0 < (self.aim - low.depth) / width < 1:
-            return high.depth, meets  # from here nothing may happen
+            return high.depth  # from here nothing may happen
+        middle = low.depth + width * (1 - 0.5 ** min(1 + self.passes, _FASTEST))
         if slow:
-            return low.depth + width / 2, meets
-        return _towards(low, high, self.aim, off + self.least / 4), meets
+            return middle
+        return _towards(low, high, self.aim, off + self.least / 4, middle)
 
     def _take(self, tried: Tried) -> bool:
         """The range after a trial; whether lines only come free at its lower end."""
         self.passed = not tried.failed
+        self.passes = self.passes + 1 if self.passed else 0
         if not self.passed:
             self.high = tried
             self.involved = self.trials.involved(tried, self.start) & self.involved
@@ -143,13 +139,21 @@ class Enclosing:
         left = way * (self.trials.motion.rests.ahead(lines, way) - after.depth)
         return bool((held & (left <= TIE * size)).any())
 
-    def _beside_fold(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
-        """Just before and beyond where an equilibrium disappears, if that is found; else these."""
+    def _solved(self, low: Tried, high: Tried, which: set[int]) -> list[float]:
+        """Depths where an equilibrium disappears or a contact closes; nan: not found."""
+        way, rests = (1 if high.depth > low.depth else -1), self.trials.motion.rests
+        lost = [i for i in sorted(high.failed) if math.isnan(high.rooms["stiff", i])]
+        found = [rests.fold(low.lines[i], way) for i in lost]
+        if way < 0:
+            both = [i for i in sorted(which) if i + 1 in which]
+            found += [rests.closing(low.lines[i : i + 2]) for i in both]
+        return found
+
+    def _beside(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
+        """Just before and beyond the first event whose depth is solved for; else these."""
         start, least = low.depth, self.least
         way = 1 if high.depth > start else -1
-        lost = [i for i in sorted(high.failed) if math.isnan(high.rooms["stiff", i])]
-        folds = [self.trials.motion.rests.fold(low.lines[i], way) for i in lost]
-        steps = (way * (fold - start) for fold in folds)
+        steps = (way * (depth - start) for depth in self._solved(low, high, which))
         ahead = [step for step in steps if -least < step < abs(high.depth - start)]
         if not ahead:
             return low, high
@@ -181,12 +185,12 @@ def _runs_out(older: Tried, low: Tried, high: Tried) -> float:
     return low.depth + min(found, key=lambda step: math.inf if math.isnan(step) else abs(step))
 
 
-def _towards(low: Tried, high: Tried, aim: float, off: float) -> float:
+def _towards(low: Tried, high: Tried, aim: float, off: float, middle: float) -> float:
     """The next depth to try: a little before what is aimed at, or if that is near, beyond it.
 
     off: how far the aim may be off. The middle, where neither encloses the event much closer.
     """
-    width, middle = high.depth - low.depth, (low.depth + high.depth) / 2
+    width = high.depth - low.depth
     share, part = (aim - low.depth) / width, off / abs(width)
     if not (-part < share < 1 and part < _WORTH):  # nan: not known
         return middle

@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
-from discretization.following.enclosing import Enclosing
-from discretization.following.track import Piece, pieces
+from discretization.following.enclosing import CLOSE, Enclosing
+from discretization.following.smooth import way_of
+from discretization.following.track import Piece, pieces, represented
 from discretization.following.trials import Trials, merge, unmoved
 
 Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
+_GRADED = (1, 6, 16)  # parts of a way on which lines never jump
 
 
 class Part(NamedTuple):
@@ -57,6 +59,8 @@ class Events:
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
+        if self.motion.gradual and (known := self._gradual(lines, start, end)):
+            return known
         surfaces, trials = np.array(free(lines)), self.trials
         everything = set(range(len(surfaces)))
         found = trials.tried(surfaces, everything, start, end)
@@ -76,6 +80,32 @@ class Events:
         found = merge(low, own, found)
         part = Part(high.depth, _flat(found.lines), None, found.pieces)
         return self._beyond(part, own, low.depth, end) if high.failed else part
+
+    def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:
+        """The same of lines that never jump: until one comes free, or the contact closes.
+
+        None where that is not all that happens.
+        """
+        surfaces, rests, after = np.array(free(lines)), self.motion.rests, None
+        way, least = (1 if end >= start else -1), CLOSE * rests.size
+        if len(lines) != 2 or lines[0] == lines[1]:
+            return None
+        ahead = way * np.diagonal(rests.ahead(surfaces, way)[:, ::-1])
+        held = ahead[ahead - way * start > TIE * rests.size]
+        if held.size:
+            end = way * min(way * end, float(held.min()))
+        elif way < 0 and (closing := rests.closing(surfaces) + least / 2) > end:
+            end, after = closing, ()
+        surfaces = rests.snapped(surfaces)
+        for parts in _GRADED:
+            depths = way_of(start, end, parts, graded=True)
+            x, good, _ = self.trials.smooth.followed(surfaces, depths, way)
+            if not good.all() or (x[0, :, 1] > x[1, :, 0]).any():
+                return None
+            if represented(x[[0, 1], :, [1, 0]].reshape(2, parts, -1)):
+                whole = pieces(range(2), depths.reshape(parts, -1), x)
+                return Part(end, _flat(x[:, -1]), after, whole)
+        return None
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
         """What the lines do at an event, or where they only come free.

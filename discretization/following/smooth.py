@@ -66,11 +66,10 @@ class Smooth:
 
         parts: of the way, on each of which the energy must balance.
         """
-        t, weights, _ = rounded(DEGREE)
-        lines = self.rests.snapped(lines)
-        t, way, step = (t + 1) / 2, 1 if end >= start else -1, (end - start) / parts
-        depths = start + step * (np.arange(parts)[:, None] + t * (2 - t)).ravel()
-        depths[-1] = end
+        points, weights, _ = rounded(DEGREE)
+        lines, t = self.rests.snapped(lines), (points + 1) / 2
+        depths, step = way_of(start, end, parts), (end - start) / parts
+        way = 1 if end >= start else -1
         cut = depths.reshape(parts, -1)
         x, good, margin = self.followed(lines, depths, way)
         margin[~good] = math.nan
@@ -201,6 +200,19 @@ class Smooth:
             energy, force = self.rests.surfaces.stored(left, right, at)
             total[:, own] += np.array([energy, energy, force]).reshape(3, -1, j)
         return total
+
+
+def way_of(start: float, end: float, parts: int = 1, *, graded: bool = False) -> Array:
+    """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way.
+
+    graded: each part but the last is three times as long as all that follow it.
+    """
+    t, cuts = (rounded(DEGREE)[0] + 1) / 2, np.arange(parts + 1) / parts
+    if graded:
+        cuts = np.append(1 - 0.25 ** np.arange(parts), 1.0)
+    depths = start + (end - start) * (cuts[:-1, None] + np.diff(cuts)[:, None] * (t * (2 - t)))
+    depths[-1, -1] = end
+    return np.asarray(depths.ravel())
 
 
 def kinds(lines: Array) -> list[NDArray[np.bool_]]:

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.following.smooth import DEGREE, Smooth
-from discretization.surfaces.spectral import polynomial
+from discretization.surfaces.spectral import coefficients, polynomial
 
 Array = NDArray[np.float64]
 _MOST = 256  # depths at once
+_DRAWN = 1e-6  # of how far a line moves: as well polynomials tell where it is
+_ROUNDING = 1e-14  # of its place
 _NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to where they disappear
 
 
@@ -98,6 +100,13 @@ def pieces(which: Iterable[int], depths: Array, lines: Array) -> tuple[Piece, ..
     own, cut = tuple(which), np.split(lines, len(depths), axis=1)
     found = zip(depths[:, 0].tolist(), depths[:, -1].tolist(), cut, strict=True)
     return tuple(Piece(own, start, end, part) for start, end, part in found)
+
+
+def represented(lines: Array) -> bool:
+    """Whether lines (.., j) at the Gauss-Lobatto points of ways are polynomials of t there."""
+    coef = np.abs(coefficients(DEGREE, lines))
+    known = _DRAWN * coef[..., 1:].max() + _ROUNDING * coef[..., 0]
+    return bool((coef[..., -2:].max(axis=-1) <= known).all())
 
 
 def restricted(whole: tuple[Piece, ...], own: set[int]) -> tuple[Piece, ...]:

@@ -12,28 +12,24 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Legendre
 from numpy.typing import NDArray
 
 from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
-from discretization.following.smooth import DEGREE, Smooth
+from discretization.following.smooth import Smooth
 from discretization.following.track import Piece, pieces, restricted
 from discretization.integrals import Integrals
-from discretization.surfaces.spectral import coefficients
 
 Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]
 PARTS = (4, 16)  # of a way
-_REAL = 1e-9  # imaginary parts of their zeros that are rounding
 
 
 class Tried(NamedTuple):
     """Surfaces taken to a depth: their lines, what is left; surfaces that fail.
 
-    known: something is known to happen to one of these; else shorter ways may succeed. aim: the
-    depth at which lines meet, as the polynomials of their motion tell; nan: not known. pieces: the
+    known: something is known to happen to one of these; else shorter ways may succeed. pieces: the
     lines on the way.
     """
 
@@ -42,7 +38,6 @@ class Tried(NamedTuple):
     rooms: Rooms
     failed: set[int]
     known: bool
-    aim: float = math.nan
     pieces: tuple[Piece, ...] = ()
 
     @property
@@ -85,8 +80,7 @@ class Trials:
             self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)
         way = pieces(kept, found.depths, found.whole)
-        aim = _meeting(kept, lines, found.depths, found.whole) if failed != unknown else math.nan
-        return Tried(end, lines, rooms, failed, failed != unknown, aim, way)
+        return Tried(end, lines, rooms, failed, failed != unknown, way)
 
     def _pressed(
         self,
@@ -151,26 +145,6 @@ class Trials:
             return tried.failed
         near = {i + j for i in tried.failed for j in (-1, 0, 1)}
         return {i for i in near if 0 <= i < len(tried.lines)}
-
-
-def _meeting(kept: list[int], lines: Array, depths: Array, whole: Array) -> float:
-    """The first depth at which the lines of a contact meet on a smooth way; nan: none do.
-
-    depths (p, j), whole (n, p * j, 2): of the points of the parts of that way.
-    """
-    found = [math.nan]
-    for k, i in enumerate(kept[:-1]):
-        if kept[k + 1] != i + 1 or not lines[i, 1] > lines[i + 1, 0]:
-            continue
-        width = (whole[k + 1, :, 0] - whole[k, :, 1]).reshape(depths.shape)
-        part = int(np.argmax(width[:, -1] < 0))
-        turns = Legendre(coefficients(DEGREE, width[part])).roots()
-        real = turns.real[(np.abs(turns.imag) <= _REAL) & (np.abs(turns.real) <= 1)]
-        if real.size:
-            start, end = depths[part, [0, -1]].tolist()
-            left = (1 - float(real.min())) / 2
-            found.append(end - (end - start) * left * left)
-    return min(found, key=lambda depth: abs(depth - depths[0, 0]) if depth == depth else math.inf)
 
 
 def unmoved(surfaces: Array, depth: float) -> Tried:

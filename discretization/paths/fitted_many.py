@@ -33,6 +33,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _MORE = 2 * DEGREE  # of the rule for ∫P dd
+_KNOWN, _HALVINGS = 1e-14, 6  # of ∫|P dd|: as well as it is known, and halvings at most
 _PARTS = 10_000  # places on one way at which lines only come free, or something happens
 
 
@@ -99,16 +100,28 @@ class Tracked:
         return np.array([self.known[depth] for depth in asked])
 
     def work(self) -> float:
-        """∫P dd from the start to the end, by twice the points on which the energy balanced."""
+        """∫P dd from the start to the end, on parts halved until that changes it no more."""
         ends = {self.start.depth, self.end.depth}
         ends |= {end for piece in self.track.pieces for end in (piece.start, piece.end)}
         cuts = np.array(sorted(ends, key=lambda depth: abs(depth - self.start.depth)))
+        up = self.end.depth > self.start.depth
+        found, before = self._integral(cuts), math.nan
+        for _ in range(_HALVINGS):
+            if abs(found[0] - before) <= _KNOWN * found[1]:
+                break
+            cuts = np.sort(np.append(cuts, (cuts[1:] + cuts[:-1]) / 2))[:: 1 if up else -1]
+            before, found = found[0], self._integral(cuts)
+        return found[0]
+
+    def _integral(self, cuts: Array) -> tuple[float, float]:
+        """∫P dd and ∫|P| |dd| over parts by twice the points on which the energy balances."""
         steps = np.diff(cuts)[:, None]  # next to the end of a step P may be like a root
         points, weights, _ = rounded(_MORE)
         t = (1 + points) / 2
         depths = cuts[:-1, None] + steps * (t * (2 - t))
         forces = self.forces(depths.ravel()).reshape(depths.shape)
-        return float((steps * (1 - t) * weights * forces).sum())
+        parts = steps * (1 - t) * weights * forces
+        return float(parts.sum()), float(np.abs(parts).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,12 +148,6 @@ class FittedMany(BranchBase):
     def smoothly(self) -> Smooth:
         """What moves lines between events."""
         return self.events.trials.smooth
-
-    @property
-    def gradual(self) -> bool:
-        """Whether lines never jump: D grows outwards in a line contact of a convex profile."""
-        scene = self.scene
-        return scene.indenter.convex and not scene.axisymmetric and scene.pattern is None
 
     @property
     def touch(self) -> float:
@@ -181,7 +188,7 @@ class FittedMany(BranchBase):
     def pinned(self, state: State) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""
         tip, held = self.motion.profile.lowest, at_edges(self.scene, state)
-        if state is None or not self.gradual or tip not in self.scene.indenter.corners:
+        if state is None or not self.motion.gradual or tip not in self.scene.indenter.corners:
             return held
         tips = (x == tip for x in state.ends)
         first, last = (edge or "tip" * at for edge, at in zip(held, tips, strict=True))
@@ -190,7 +197,7 @@ class FittedMany(BranchBase):
     def _jumps(self, before: Point, after: Point) -> bool:
         """Whether lines jump; not by what the energy changes within the rounding of a depth."""
         if after.state is None or before.state is None:
-            return not self.gradual
+            return not self.motion.gradual
         if len(before.state.lines) != len(after.state.lines):
             return True
         (first, force), (second, other) = (self._totals(p.state, p.depth) for p in (before, after))

@@ -54,7 +54,7 @@ class SmallSurfaces:
             return f + excess / net.alone(side, 0.0)
         s = x / length
         if facing is None:
-            s = np.where(np.equal(s, 0), BESIDE, s)[()]
+            s = np.where(np.less_equal(s, 0), BESIDE, s)[()]  # differences may look beyond it
             rest = f + net.measure(s) * excess / net.alone(side, s)
             return self._at_axis(side, x, f, excess, rest)
         s = np.maximum(s, BESIDE) if self.scene.axisymmetric else s
@@ -69,7 +69,7 @@ class SmallSurfaces:
         A contact around the axis has no line there: it rests at any depth.
         """
         there = np.where(excess < 0, rest, f) if side > 0 else ANY
-        return np.where(np.equal(x, 0), there, rest)[()]
+        return np.where(np.less_equal(x, 0), there, rest)[()]
 
     @property
     def _force(self) -> float:
