@@ -8,7 +8,7 @@ from scenes import ALPHA, DELTA0, L, adhesive, rippled, tips, wavy
 from scipy.optimize import brentq, minimize_scalar
 
 from discretization import AccuracyWarning, History, load_path, minimise
-from discretization.fitted.rests import Rests
+from discretization.following import vanishing
 from discretization.following.smooth import Smooth
 from discretization.paths.fitted_many import FittedMany
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
@@ -76,7 +76,7 @@ def test_where_an_equilibrium_disappears_is_solved_for(path):
             bracket=x[i - 1 : i + 2].tolist(),
             tol=1e-9,
         )
-        fold = rests.fold(np.array([x[i - 10], math.inf]), 1)
+        fold = vanishing.fold(rests, np.array([x[i - 10], math.inf]), 1)
         assert fold == pytest.approx(-found.fun, rel=0, abs=1e-14 * DELTA0)
 
 
@@ -84,7 +84,7 @@ def test_jumps_are_where_halving_encloses_them(monkeypatch):
     """A gap between contacts on a rough profile: its lines leave at once, pressed and retracted."""
     scene, depths = rough_scene(4), np.r_[-0.1, 1.87, 2.0, 1.9, 0.5]
     solved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
-    monkeypatch.setattr(Rests, "fold", lambda *_: math.nan)
+    monkeypatch.setattr(vanishing, "fold", lambda *_: math.nan)
     halved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
     assert len(solved) == len(halved) >= 2
     for one, other in zip(solved, halved, strict=True):

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from discretization.certificate import TOLERANCE
 from discretization.fitted.narrow import noise, rise
@@ -27,13 +26,9 @@ _DIFFERENCE = 1e-6  # of the room between two lines, or of l, for the change of 
 _WIDEST = 1e-2  # of the same: of a gap that is so narrow that D is hardly known
 _LEAST = 1e-9  # of l: radii for it
 _SMALL = 1e-6  # of l
-_CURVED = 1e-4  # of the room between two lines, or of l, for the change of the stiffness
-_NEAR = 1e-4  # of that: the depth of a fold is good to the square of its place
 _STEPS = np.array([0.0, 1.0, -1.0])
 _MOVED, _OTHER = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
 _SIDES = np.array([1, -1])[:, None]
-_FOLDED = 12  # steps of Newton's method to a fold
-_CLOSED = 1e-12  # of a contact: how well the place is known at which it closes
 _ULPS = 4.0  # a line so many roundings from a corner is at it
 
 
@@ -234,66 +229,6 @@ class Rests:
             return rest[..., 0], None
         with np.errstate(divide="ignore", invalid="ignore"):
             return rest[..., 0], (rest[..., 1] - rest[..., 2]) / (z[..., 1] - z[..., 2])
-
-    def fold(self, lines: Array, way: int) -> float:
-        """The depth at which the equilibrium of these lines (2,) disappears ahead; nan: not found.
-
-        There both rest at one depth, and the stiffness against moving them is zero: Newton's
-        method for both, from lines not far from there. The depth is good to the square of the step.
-        """
-        x, inner = lines.copy(), np.isfinite(lines)
-        room = self.rooms(lines[None], way)
-        h, near = _CURVED * min(float(x[1] - x[0]), self.length), False
-        for _ in range(_FOLDED):
-            step, depth = self._fold_step(x, room, h, way)
-            if near:
-                return depth
-            x[inner] -= step
-            if not ((room[0, 0] <= x) & (x <= room[1, 0]))[inner].all() or not x[0] < x[1]:
-                break
-            near = bool(np.abs(step).max() <= _NEAR * h)
-        return math.nan
-
-    def closing(self, lines: Array) -> float:
-        """The depth at which the contact between two surfaces (2, 2) closes; nan: not known.
-
-        There both its lines rest at the same place and depth, of a disc about an axis on the axis.
-        The lines that they face stay.
-        """
-        start, end = float(lines[0, 1]), float(lines[1, 0])
-
-        def rests(x: float) -> Array:
-            return self.ahead(np.array([(lines[0, 0], x), (x, lines[1, 1])]), -1)[[0, 1], [1, 0]]
-
-        def apart(x: float) -> float:
-            return float(np.subtract(*rests(x)))
-
-        if self.scene.axisymmetric and start < 0 < end:
-            return float(rests(0.0).mean())
-        if not start < end or not apart(start) > 0 > apart(end):
-            return math.nan
-        return float(rests(brentq(apart, start, end, xtol=_CLOSED * (end - start))).mean())
-
-    def _fold_step(self, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
-        """A step of Newton's method towards a fold (1 or 2,), nan: none, and D of the lines."""
-        inner, beside = np.isfinite(x), h * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
-        value, rates = self.rest_depths(
-            (x + beside)[:, None], np.repeat(room, 3, axis=1), way, True
-        )
-        assert rates is not None
-        rate = rates[:, 0]
-        if inner.all():
-            stiff = rate[:, 0, 0] * rate[:, 1, 1] - rate[:, 0, 1] * rate[:, 1, 0]
-            off = np.array([value[0, 0, 0] - value[0, 0, 1], stiff[0]])
-            matrix = np.array([rate[0, 0] - rate[0, 1], (stiff[1:] - stiff[0]) / h])
-        else:
-            own = int(inner[1])
-            stiff = rate[:, own, own]
-            off, matrix = stiff[:1], (stiff[[[1 + own]]] - stiff[0]) / h
-        with np.errstate(all="ignore"):
-            solvable = np.isfinite(matrix).all() and np.linalg.det(matrix) != 0
-        depth = float(value[0, 0][inner].mean())
-        return np.linalg.solve(matrix, off) if solvable else np.full(off.size, math.nan), depth
 
 
 def solved(rate: Array, off: Array, free: NDArray[np.bool_]) -> Array:

@@ -3,8 +3,8 @@
 What runs out at an event is known in between, and all but linear in the depth: the square of the
 stiffness against moving the lines of a surface, its least clearance, the width of a contact. So the
 next depth to try is where it would be zero; one in the middle, where that does not halve the range.
-Where an equilibrium disappears, and where the lines of a contact meet, is solved for (rests.py) and
-only tried on either side.
+Where an equilibrium disappears, and where the lines of a contact meet, is solved for (vanishing.py)
+and only tried on either side.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.rests import TIE
+from discretization.following import vanishing
 from discretization.following.trials import PARTS, Trials, Tried
 
 CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
@@ -143,10 +144,10 @@ class Enclosing:
         """Depths where an equilibrium disappears or a contact closes; nan: not found."""
         way, rests = (1 if high.depth > low.depth else -1), self.trials.motion.rests
         lost = [i for i in sorted(high.failed) if math.isnan(high.rooms["stiff", i])]
-        found = [rests.fold(low.lines[i], way) for i in lost]
+        found = [vanishing.fold(rests, low.lines[i], way) for i in lost]
         if way < 0:
             both = [i for i in sorted(which) if i + 1 in which]
-            found += [rests.closing(low.lines[i : i + 2]) for i in both]
+            found += [vanishing.closing(rests, low.lines[i : i + 2]) for i in both]
         return found
 
     def _beside(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:

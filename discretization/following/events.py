@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
+from discretization.following import vanishing
 from discretization.following.enclosing import CLOSE, Enclosing
 from discretization.following.smooth import way_of
 from discretization.following.track import Piece, pieces, represented
@@ -94,7 +95,7 @@ class Events:
         held = ahead[ahead - way * start > TIE * rests.size]
         if held.size:
             end = way * min(way * end, float(held.min()))
-        elif way < 0 and (closing := rests.closing(surfaces) + least / 2) > end:
+        elif way < 0 and (closing := vanishing.closing(rests, surfaces) + least / 2) > end:
             end, after = closing, ()
         surfaces = rests.snapped(surfaces)
         for parts in _GRADED:
