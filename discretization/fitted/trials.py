@@ -19,7 +19,7 @@ from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
 from discretization.fitted.smooth import Smooth
-from discretization.fitted.track import Piece, pieces, restricted
+from discretization.fitted.track import Piece, restricted
 
 Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]
@@ -79,8 +79,8 @@ class Trials:
         if end > start:
             self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)
-        way = pieces(kept, found.depths, found.whole)
-        return Tried(end, lines, rooms, failed, failed != unknown, way)
+        way = Piece(tuple(kept), found.depths, found.whole)
+        return Tried(end, lines, rooms, failed, failed != unknown, (way,))
 
     def _pressed(
         self,
