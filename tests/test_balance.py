@@ -82,7 +82,7 @@ def test_lines_pass_where_an_equilibrium_has_just_disappeared(seed):
     assert word == "done" and contacts > 1 and error <= UNBALANCED
 
 
-@pytest.mark.parametrize(("spacing", "asked"), [(None, 3), (1 / 40, 60)])
+@pytest.mark.parametrize(("spacing", "asked"), [(None, 3), (1 / 40, 15)])
 def test_random_loops_balance(spacing, asked):
     asked = int(GIVEN or asked)
     found = list(each(partial(loop, spacing), range(asked), os.cpu_count(), lambda progress: None))

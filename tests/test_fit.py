@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
 from studies import __main__ as command_line
 from studies.scenes.curve_file import read_curve
 from studies.scenes.file import load
+from studies.scenes.fit import failures as fit_failures
 from studies.scenes.fit import study
 from studies.scenes.fit import study as fit_figure
 from studies.scenes.fit import trials as fit_trials
@@ -270,6 +272,8 @@ def test_a_file_is_fitted_from_the_command_line(tmp_path, capsys):
 
 def test_the_self_test_reports_and_fails_where_intervals_miss(tmp_path, capsys, monkeypatch):
     params = replace(FEW, trials=2, profile=False)
+    short = partial(fit_failures.Parameters, steps=(20, 21))
+    monkeypatch.setattr(fit_failures, "Parameters", lambda scene, trials: short(scene, 1))
     assert fit_trials.report(params, Output(tmp_path, "a command")) == 0
     assert "2 of 2 points" in capsys.readouterr().err
     assert (tmp_path / "fit_self_test.csv").exists()

@@ -43,10 +43,11 @@ def test_the_offset_of_the_depth_is_fitted_by_default():
     assert found.quality.fits and 0.6 < found.quality.times < 1.4
 
 
+@pytest.mark.parametrize("numbers", [(1,), pytest.param((2, 3, 4), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", fit_failures.KINDS)
-def test_failures_are_called_and_good_curves_are_not(kind):
+def test_failures_are_called_and_good_curves_are_not(kind, numbers):
     params = fit_failures.Parameters(SCENE, steps=(20, 30))
-    for number in range(1, 9):
+    for number in numbers:
         outcome = fit_failures._outcome(params, (kind, number))
         assert outcome.called == (kind != "good"), outcome
         if kind != "good":

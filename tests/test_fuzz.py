@@ -89,7 +89,7 @@ def test_minimise_answers_rightly_or_refuses(dice):
         agree(scene, depth, numbers, scales, state.error_estimate.values())
 
 
-@settings(fuzz, max_examples=ASKED or 120)
+@settings(fuzz, max_examples=ASKED or 25)
 @given(dice)
 def test_load_path_answers_rightly_or_refuses(dice):
     scene, unit = scene_and_depth(dice)

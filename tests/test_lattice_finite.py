@@ -157,12 +157,12 @@ def test_profiles_that_are_not_convex_work_while_the_contact_is_one_interval():
     indenter = Parabola(0.02) + COSINES
     x = np.linspace(-0.04, 0.04, 8001)
     sampled = Sampled(x, indenter.height(x), kind="smooth")
-    for depth in (3e-3, 1e-3, -2e-3):
+    for depth in (1e-3, -2e-3):
         found = []
         for f in (indenter, sampled):
             scene = steep(f)
             state = minimise(
-                scene, depth, method="lattice", spacing=scene.elastocapillary_length / 300
+                scene, depth, method="lattice", spacing=scene.elastocapillary_length / 100
             )
             assert not f.convex
             assert state.certificate.ok

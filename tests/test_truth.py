@@ -140,7 +140,7 @@ def test_gaps_of_finite_slopes_become_those_of_small_ones():
 def test_force_is_the_derivative_of_the_energy(kind):
     """At three depths next to each other, between events."""
     compared = several = 0
-    for case, near, found in states(kind, range(60)):
+    for case, near, found in states(kind, range(20)):
         if len({len(s.contacts) for s in found}) > 1 or not found[1].half_width:
             continue
         if abs(found[2].half_width - found[0].half_width) > 1e-2 * found[1].half_width:
@@ -153,14 +153,14 @@ def test_force_is_the_derivative_of_the_energy(kind):
         assert abs(slope - found[1].force) <= 1e-7 * found[1].force_scale + lost + curved
         compared += 1
         several += len(found[1].contacts) > 1
-    assert compared >= 25
-    assert several >= 5
+    assert compared >= 8
+    assert several >= 1
 
 
 @pytest.mark.parametrize("kind", ["small", "finite"])
 def test_every_line_rests_and_nothing_penetrates(kind):
     several = 0
-    for seed in range(100, 140):
+    for seed in range(100, 112):
         case = case_of(kind, seed)
         one = Walk(case.scene, case.feature)
         found = adhered(one, case.depth)
@@ -174,13 +174,13 @@ def test_every_line_rests_and_nothing_penetrates(kind):
         assert min((v for i in range(lines.size // 2 + 1) for v, _ in one._dips(i)), default=0) >= (
             -10 * one.tie
         )
-    assert several >= 7
+    assert several >= 2
 
 
 @pytest.mark.parametrize("kind", ["small", "finite"])
 def test_the_walk_does_not_depend_on_its_steps(kind, monkeypatch):
-    seeds = [seed for seed in range(100, 140) if case_of(kind, seed).above > 0][:12]
-    usual = [REFERENCE[kind](case, [case.depth])[0] for case in map(case_of, [kind] * 12, seeds)]
+    seeds = [seed for seed in range(100, 140) if case_of(kind, seed).above > 0][:4]
+    usual = [REFERENCE[kind](case, [case.depth])[0] for case in map(case_of, [kind] * 4, seeds)]
     monkeypatch.setattr(walk, "SINK", 1 / 13)
     monkeypatch.setattr(walk, "MOVE", 1 / 11)
     for seed, before in zip(seeds, usual, strict=True):

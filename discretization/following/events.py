@@ -19,13 +19,13 @@ from discretization.fitted.rests import TIE
 from discretization.following import vanishing
 from discretization.following.enclosing import CLOSE, Enclosing
 from discretization.following.smooth import way_of
-from discretization.following.track import Piece, pieces, represented
+from discretization.following.track import Piece, represented
 from discretization.following.trials import Trials, merge, unmoved
 
 Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
-_GRADED = (1, 6, 16)  # parts of a way on which lines never jump
+_GRADED = (6, 16)  # parts of a way on which lines never jump
 
 
 class Part(NamedTuple):
@@ -73,8 +73,8 @@ class Events:
         if passed and low.depth != start:  # smoothly up to here, as they do beyond
             moved = trials.smooth.over(surfaces[passed], start, low.depth)
             found.lines[passed] = moved.lines
-            way = pieces(passed, moved.depths, moved.whole)
-            found = found._replace(pieces=found.pieces + way)
+            way = Piece(tuple(passed), moved.depths, moved.whole)
+            found = found._replace(pieces=(*found.pieces, way))
             smooth = bool(moved.smooth.all())
         if found.failed or not smooth:  # by a shorter way than the others
             return self.part(lines, start, (start + low.depth) / 2)
@@ -104,8 +104,8 @@ class Events:
             if not good.all() or (x[0, :, 1] > x[1, :, 0]).any():
                 return None
             if represented(x[[0, 1], :, [1, 0]].reshape(2, parts, -1)):
-                whole = pieces(range(2), depths.reshape(parts, -1), x)
-                return Part(end, _flat(x[:, -1]), after, whole)
+                whole = Piece((0, 1), depths.reshape(parts, -1), x)
+                return Part(end, _flat(x[:, -1]), after, (whole,))
         return None
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,12 +20,35 @@ _NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to whe
 
 
 class Piece(NamedTuple):
-    """Lines (n, j, 2) of some free surfaces at the Gauss-Lobatto points of Smooth."""
+    """Lines (n, p * j, 2) of some free surfaces at depths (p, j) of a way, in p parts (Smooth)."""
 
     which: tuple[int, ...]
-    start: float
-    end: float
+    depths: Array
     lines: Array
+
+    @property
+    def start(self) -> float:
+        """Where the way begins."""
+        return float(self.depths[0, 0])
+
+    @property
+    def end(self) -> float:
+        """Where the way ends."""
+        return float(self.depths[-1, -1])
+
+    def drawn(self, depths: Array, way: int) -> Array:
+        """Lines (n, k, 2) at depths on the way, as polynomials of t on each part tell."""
+        (n, _, _), (p, j), first = self.lines.shape, self.depths.shape, self.lines[:, :1]
+        parts = np.searchsorted(way * self.depths[:-1, -1], way * depths)
+        known = np.where(np.isfinite(self.lines), self.lines, 0.0).reshape(n, p, j, 2)
+        guess = np.empty((n, depths.size, 2))
+        for part in np.unique(parts).tolist():
+            own, (start, end) = parts == part, self.depths[part, [0, -1]].tolist()
+            t = 1 - 2 * np.sqrt((end - depths[own]) / (end - start))
+            values = known[:, part].transpose(1, 0, 2).reshape(j, -1)
+            guess[:, own] = polynomial(DEGREE, t, values).reshape(n, 2, -1).transpose(0, 2, 1)
+        moves = (self.lines != first).any(axis=1, keepdims=True)
+        return np.where(moves, guess, first)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,21 +79,16 @@ class Track:
         The end is known, and not followed to again: where an equilibrium disappears there, rounding
         may put its lines beyond that.
         """
-        _, start, end, lines = piece
-        (n, j, _), inside = lines.shape, way * (depths - end) < 0
+        lines, inside = piece.lines, way * (depths - piece.end) < 0
         found = np.repeat(lines[None, :, -1], depths.size, axis=0)
         if not inside.any():
             return found
         depths = depths[inside]
-        left = (end - depths) / (end - start)
-        known = np.where(np.isfinite(lines), lines, 0.0).transpose(1, 0, 2).reshape(j, -1)
-        guess = polynomial(DEGREE, 1 - 2 * np.sqrt(left), known).reshape(n, 2, -1)
-        moves = (lines != lines[:, :1]).any(axis=1, keepdims=True)
-        guess = np.where(moves, guess.transpose(0, 2, 1), lines[:, :1])
+        guess = piece.drawn(depths, way)
         if roughly:
             found[inside] = guess.transpose(1, 0, 2)
             return found
-        whole = np.concatenate([[start], depths])
+        whole = np.concatenate([[piece.start], depths])
         guess = np.concatenate([lines[:, :1], guess], axis=1)
         x, good, _ = self.smooth.followed(lines[:, 0], whole, way, guess.copy())
         if not good.all():
@@ -93,13 +110,6 @@ class Track:
                 f"the contacts between depth = {start!r} and {end!r} do not come to rest; try "
                 "other depths, or method='lattice'"
             )
-
-
-def pieces(which: Iterable[int], depths: Array, lines: Array) -> tuple[Piece, ...]:
-    """Those of a smooth motion that was followed at depths (p, j), with lines (n, p * j, 2)."""
-    own, cut = tuple(which), np.split(lines, len(depths), axis=1)
-    found = zip(depths[:, 0].tolist(), depths[:, -1].tolist(), cut, strict=True)
-    return tuple(Piece(own, start, end, part) for start, end, part in found)
 
 
 def represented(lines: Array) -> bool:

@@ -18,7 +18,7 @@ from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
 from discretization.following.smooth import Smooth
-from discretization.following.track import Piece, pieces, restricted
+from discretization.following.track import Piece, restricted
 from discretization.integrals import Integrals
 
 Array = NDArray[np.float64]
@@ -79,8 +79,8 @@ class Trials:
         if end > start:
             self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)
-        way = pieces(kept, found.depths, found.whole)
-        return Tried(end, lines, rooms, failed, failed != unknown, way)
+        way = Piece(tuple(kept), found.depths, found.whole)
+        return Tried(end, lines, rooms, failed, failed != unknown, (way,))
 
     def _pressed(
         self,

@@ -102,7 +102,8 @@ class Tracked:
     def work(self) -> float:
         """∫P dd from the start to the end, on parts halved until that changes it no more."""
         ends = {self.start.depth, self.end.depth}
-        ends |= {end for piece in self.track.pieces for end in (piece.start, piece.end)}
+        for piece in self.track.pieces:
+            ends |= set(piece.depths[:, [0, -1]].ravel().tolist())
         cuts = np.array(sorted(ends, key=lambda depth: abs(depth - self.start.depth)))
         up = self.end.depth > self.start.depth
         found, before = self._integral(cuts), math.nan
