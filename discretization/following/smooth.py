@@ -205,10 +205,13 @@ class Smooth:
 def way_of(start: float, end: float, parts: int = 1, *, graded: bool = False) -> Array:
     """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way.
 
-    graded: each part but the last is three times as long as all that follow it.
+    graded: parts are the shorter the less deep: of a half each on the way down, of a quarter each
+    on the way back to where contact is lost.
     """
     t, cuts = (rounded(DEGREE)[0] + 1) / 2, np.arange(parts + 1) / parts
-    if graded:
+    if graded and end > start:
+        cuts = np.append(0.0, 0.5 ** np.arange(parts)[::-1])
+    elif graded:
         cuts = np.append(1 - 0.25 ** np.arange(parts), 1.0)
     depths = start + (end - start) * (cuts[:-1, None] + np.diff(cuts)[:, None] * (t * (2 - t)))
     depths[-1, -1] = end

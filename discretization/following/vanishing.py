@@ -6,15 +6,14 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from discretization.fitted.rests import Rests
+from discretization.roots import bracketed
 
 Array = NDArray[np.float64]
 _CURVED = 1e-4  # of the room between two lines, or of l, for the change of the stiffness
 _NEAR = 1e-4  # of that: the depth of a fold is good to the square of its place
 _FOLDED = 12  # steps of Newton's method to a fold
-_CLOSED = 1e-12  # of a contact: how well the place is known at which it closes
 
 
 def fold(rests: Rests, lines: Array, way: int) -> float:
@@ -55,7 +54,7 @@ def closing(rests: Rests, lines: Array) -> float:
         return float(at(0.0).mean())
     if not start < end or not apart(start) > 0 > apart(end):
         return math.nan
-    return float(at(brentq(apart, start, end, xtol=_CLOSED * (end - start))).mean())
+    return float(at(bracketed(apart, end, start)).mean())
 
 
 def _step(rests: Rests, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
