@@ -76,13 +76,15 @@ def programme(control, scene, path, dice):
     return {"drives": np.r_[drives, path.depth[-1] + 2 * least / K], "machine_stiffness": K}
 
 
-@pytest.mark.parametrize("seed", [16, 68])
+@pytest.mark.parametrize("seed", [pytest.param(16, marks=pytest.mark.slow), 68])
 def test_lines_pass_where_an_equilibrium_has_just_disappeared(seed):
     word, error, contacts = loop(None, seed)  # under hysteresis there is no way back to look from
     assert word == "done" and contacts > 1 and error <= UNBALANCED
 
 
-@pytest.mark.parametrize(("spacing", "asked"), [(None, 3), (1 / 40, 15)])
+@pytest.mark.parametrize(
+    ("spacing", "asked"), [pytest.param(None, 3, marks=pytest.mark.slow), (1 / 40, 8)]
+)
 def test_random_loops_balance(spacing, asked):
     asked = int(GIVEN or asked)
     found = list(each(partial(loop, spacing), range(asked), os.cpu_count(), lambda progress: None))

@@ -3,7 +3,6 @@
 import math
 import re
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -271,9 +270,11 @@ def test_a_file_is_fitted_from_the_command_line(tmp_path, capsys):
 
 
 def test_the_self_test_reports_and_fails_where_intervals_miss(tmp_path, capsys, monkeypatch):
-    params = replace(FEW, trials=2, profile=False)
-    short = partial(fit_failures.Parameters, steps=(20, 21))
-    monkeypatch.setattr(fit_failures, "Parameters", lambda scene, trials: short(scene, 1))
+    params = replace(FEW, names=("w",), trials=2, profile=False)
+    quality = fit_failures.Quality(1.0, 0.0)
+    kinds = [fit_failures.Outcome(kind, 1, quality, kind != "good") for kind in fit_failures.KINDS]
+    curves = fit_failures.Record(fit_failures.Parameters(SCENE, curves=1), tuple(kinds))
+    monkeypatch.setattr(fit_failures, "run", lambda p, jobs: curves)
     assert fit_trials.report(params, Output(tmp_path, "a command")) == 0
     assert "2 of 2 points" in capsys.readouterr().err
     assert (tmp_path / "fit_self_test.csv").exists()

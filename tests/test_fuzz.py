@@ -68,7 +68,7 @@ def affordable(dice, scene, depth, unit):
     return spacing
 
 
-@fuzz
+@settings(fuzz, max_examples=ASKED or 100)
 @given(dice)
 def test_minimise_answers_rightly_or_refuses(dice):
     scene, unit = scene_and_depth(dice)

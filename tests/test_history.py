@@ -148,7 +148,7 @@ def test_a_path_killed_at_any_moment_goes_on(tmp_path):
     sys.setprofile(lambda *event: next(count))
     whole = load_path(scene, depths=PROGRAMME, save=tmp_path / "whole.csv", every=3)
     sys.setprofile(before)
-    calls = more = next(count) // 6
+    calls = more = next(count) // 4
     text = ",".join(map(repr, PROGRAMME.tolist()))
     environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
     seen, ended = [], False

@@ -138,16 +138,16 @@ def test_errors_of_held_lines_are_known():
     dice, ratios = np.random.default_rng(5), []
     for name in ("parabola", "tilted", "wedge", "sphere", "cubic about an axis", "hills"):
         scene = SCENES[name][0]
-        for depth in dice.uniform(-0.09, 0.3, 3):
+        for depth in dice.uniform(-0.09, 0.3, 2):
             exact = minimise(scene, depth)
-            for spacing in 10 ** dice.uniform(-2, -1.2, 5):
+            for spacing in 10 ** dice.uniform(-2, -1.2, 3):
                 state = minimise(scene, depth, method="lattice", spacing=spacing)
                 scales = {"half_width": state.half_width, **state.scales}
                 ratios += [
                     abs(getattr(state, one) - getattr(exact, one)) / scales[one] / estimate
                     for one, estimate in state.error_estimate.items()
                 ]
-    assert len(ratios) == 6 * 3 * 5 * 3
+    assert len(ratios) == 6 * 2 * 3 * 3
     assert np.max(ratios) <= 2
     assert np.mean(np.array(ratios) > 1) <= 0.02
     assert math.isfinite(np.sum(ratios))

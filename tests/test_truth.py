@@ -136,7 +136,10 @@ def test_gaps_of_finite_slopes_become_those_of_small_ones():
         assert abs(one - other) <= 1e-9 * one
 
 
-@pytest.mark.parametrize("kind", KINDS)
+SLOWLY = pytest.param("finite", marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("kind", [SLOWLY if kind == "finite" else kind for kind in KINDS])
 def test_force_is_the_derivative_of_the_energy(kind):
     """At three depths next to each other, between events."""
     compared = several = 0
@@ -157,10 +160,10 @@ def test_force_is_the_derivative_of_the_energy(kind):
     assert several >= 1
 
 
-@pytest.mark.parametrize("kind", ["small", "finite"])
+@pytest.mark.parametrize("kind", ["small", SLOWLY])
 def test_every_line_rests_and_nothing_penetrates(kind):
     several = 0
-    for seed in range(100, 112):
+    for seed in range(100, 120):
         case = case_of(kind, seed)
         one = Walk(case.scene, case.feature)
         found = adhered(one, case.depth)
@@ -177,7 +180,7 @@ def test_every_line_rests_and_nothing_penetrates(kind):
     assert several >= 2
 
 
-@pytest.mark.parametrize("kind", ["small", "finite"])
+@pytest.mark.parametrize("kind", ["small", SLOWLY])
 def test_the_walk_does_not_depend_on_its_steps(kind, monkeypatch):
     seeds = [seed for seed in range(100, 140) if case_of(kind, seed).above > 0][:4]
     usual = [REFERENCE[kind](case, [case.depth])[0] for case in map(case_of, [kind] * 4, seeds)]

@@ -101,7 +101,7 @@ def test_the_hull_of_the_obstacle_is_that_of_all_triples():
 def test_the_cheapest_set_is_that_of_all_sets(monkeypatch):
     """Over a dozen nodes, by enumeration, with penetration looked for node by node."""
     rng = np.random.default_rng(5)
-    for _ in range(12):
+    for _ in range(4):
         x, z = np.arange(12) * 0.3, rng.uniform(0, 2.0, 12)
         body = Profile(lambda s, z=z, x=x: np.interp(s, x, z), np.zeros_like, (-1, 5))
         scene, depth = Scene(LAYER, WORK(1.0, 0.5), body), rng.uniform(0.2, 1.5)
@@ -144,7 +144,7 @@ def _energy(lines, scene, ground, surface, depth, x):
 
 def test_the_lowest_state_is_not_above_the_adhered_one():
     below = 0
-    for seed in range(60):
+    for seed in range(20):
         case = case_of("global", seed)
         try:
             low = sets.lowest(case.scene, case.feature, case.depth)
@@ -153,7 +153,7 @@ def test_the_lowest_state_is_not_above_the_adhered_one():
             continue
         assert low.energy <= other.energy + 1e-10 * other.energy_scale
         below += low.energy < other.energy - 1e-6 * other.energy_scale
-    assert below >= 5
+    assert below >= 1
 
 
 class Stub:

@@ -34,6 +34,7 @@ def test_every_check_passes(record):
     assert len(record.results) == len(CHECKS)
 
 
+@pytest.mark.slow
 def test_the_main_job_passes():
     """What the first command of the README runs, at all its levels and shifts of the nodes."""
     assert not [verify.line(result) for result in verify.run(verify.FULL, jobs=2).failed]
