@@ -103,7 +103,7 @@ def _followed(
     for start in range(0, values.size, size):
         part = values[start : start + size]
         path.go(part)
-        path.branch.certify(path.point.state, path.point.depth)
+        path.branch.certify(path.point)
         history = history.extended(path.branch, part, *path.recorded())
         if save is not None:
             history.to_csv(save)
@@ -114,8 +114,8 @@ def _go_to_end(path: LoadPath, history: History) -> None:
     """Put a path where this one ended."""
     last = history.at(-1)
     path.step, path.value = len(history.values), float(history.values[-1])
-    path.point = Point(last.depth, path.branch.contact(last.depth, *last.lines))
-    path.pinned = path.branch.pinned(path.point.state)
+    path.point = path.branch.contact(last.depth, *last.lines)
+    path.pinned = path.branch.pinned(path.point)
 
 
 def _branch(

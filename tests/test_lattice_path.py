@@ -8,6 +8,7 @@ from scenes import adhesive, rippled, steep
 
 from discretization import History, NotCertifiedError, load_path, minimise
 from discretization.lattice.state import on_lattice
+from discretization.paths.branch import moved
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import (
     ElasticLayer,
@@ -226,12 +227,12 @@ def test_a_uniform_pattern_is_no_pattern(tmp_path):
 def test_a_path_does_not_continue_from_a_wrong_state(pattern):
     scene = replace(adhesive(Parabola(0.02)), pattern=pattern)
     branch = LatticeBranch.of(scene, SPACING, 1e-3)
-    state = branch.follow(None, 1e-3)
-    branch.certify(state, 1e-3)
-    ((first, last),) = state.nodes
+    point = moved(branch, branch.first(), 1e-3)
+    branch.certify(point)
+    ((first, last),) = point.memory
     for links in (-1, 1):
         with pytest.raises(NotCertifiedError, match="neighbours"):
-            branch.certify(state._replace(nodes=((first, last + links),)), 1e-3)
+            branch.certify(point._replace(memory=((first, last + links),)))
 
 
 def one_sided(factors=(0.0, 1.0), edges=(0.05,)):
@@ -262,12 +263,12 @@ def test_a_line_crosses_the_apex_where_nothing_holds_it():
 
 def test_a_line_left_at_the_apex_does_not_pass():
     branch = LatticeBranch.of(one_sided(), 1e-4, 0.02)
-    state = branch.follow(branch.follow(None, 0.02), -0.04)
-    ((first, last),) = state.nodes
+    point = moved(branch, moved(branch, branch.first(), 0.02), -0.04)
+    ((first, last),) = point.memory
     assert first == branch.row.touch + 500
-    branch.certify(state, -0.04)
+    branch.certify(point)
     with pytest.raises(NotCertifiedError, match="neighbours"):
-        branch.certify(state._replace(nodes=((branch.row.touch, last),)), -0.04)
+        branch.certify(point._replace(memory=((branch.row.touch, last),)))
 
 
 @pytest.mark.parametrize("opening", [None, 0.002])

@@ -6,6 +6,7 @@ from scenes import adhesive
 from truth.scenes import case_of
 
 from discretization import History, NodalEnergy, load_path
+from discretization.paths.branch import moved
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import Parabola, Sampled
 
@@ -89,28 +90,28 @@ def relaxed(branch, nodes, depth):
 def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
     branch = LatticeBranch.of(path.scene, SPACING, path.depth.max())
     for step in range(0, len(path.depth), 3):
-        state = branch.contact(path.at(step).depth, *path.at(step).lines)
-        if state is None:
+        point = branch.contact(path.at(step).depth, *path.at(step).lines)
+        depth, contacts, nodes = point
+        if contacts is None:
             continue
-        depth = float(path.depth[step])
-        model, u, held = relaxed(branch, state.nodes, depth)
+        model, u, held = relaxed(branch, nodes, depth)
         energy, size = model.value(u), sum(map(abs, model.terms(u).values()))
-        assert abs(energy - branch.energy(state, depth)) <= 1e-13 * size
+        assert abs(energy - branch.energy(point)) <= 1e-13 * size
         force = model.gradient(u)[held].sum()
-        lines = np.array(state.nodes).reshape(1, -1)
+        lines = np.array(nodes).reshape(1, -1)
         own = branch.row.total(branch.row.forces, lines, np.array([depth]))[0]
         assert abs(force - own) <= 1e-10 * size / SPACING
         assert (u - (depth - branch.row.f)).min() >= -1e-12 * abs(depth)
-        for i, (first, last) in enumerate(state.nodes):
-            for moved in (
+        for i, (first, last) in enumerate(nodes):
+            for shifted in (
                 (first - 1, last),
                 (first + 1, last),
                 (first, last - 1),
                 (first, last + 1),
             ):
-                if moved[0] > moved[1]:
+                if shifted[0] > shifted[1]:
                     continue
-                others = [*state.nodes[:i], moved, *state.nodes[i + 1 :]]
+                others = [*nodes[:i], shifted, *nodes[i + 1 :]]
                 near, other, _ = relaxed(branch, others, depth)
                 if (other - (depth - branch.row.f)).min() >= -1e-12:  # else no admissible state
                     assert near.value(other) >= energy - 1e-9 * size
@@ -129,21 +130,21 @@ def test_contacts_many_decay_lengths_apart_are_single_ones():
     one = adhesive(Sampled(single, single**2 / 0.04), **given)
     depths = np.array([0.0, 1.5, 0.7, -0.5]) * one.critical_separation
     branches = [LatticeBranch.of(scene, h, depths.max()) for scene in (one, two)]
-    states = [None, None]
+    points = [branch.first() for branch in branches]
     for depth in depths.tolist():
-        pairs = list(zip(branches, states, strict=True))
-        states = [branch.follow(state, depth) for branch, state in pairs]
-        pairs = list(zip(branches, states, strict=True))
+        pairs = list(zip(branches, points, strict=True))
+        points = [moved(branch, point, depth) for branch, point in pairs]
+        pairs = list(zip(branches, points, strict=True))
         forces = [
             branch.row.total(
-                branch.row.forces, np.array(state.nodes).reshape(1, -1), np.array([depth])
+                branch.row.forces, np.array(point.memory).reshape(1, -1), np.array([depth])
             )[0]
-            for branch, state in pairs
+            for branch, point in pairs
         ]
         assert forces[1] == pytest.approx(2 * forces[0], rel=1e-12, abs=0)
-        energies = [branch.energy(state, depth) for branch, state in pairs]
+        energies = [branch.energy(point) for branch, point in pairs]
         assert energies[1] == pytest.approx(2 * energies[0], rel=1e-10, abs=0)
-    assert len(states[1].nodes) == 2
+    assert len(points[1].memory) == 2
     # between the nodes, too: where depths of passing are as good as heights are
     paths = [load_path(scene, depths=depths, method="lattice", spacing=h) for scene in (one, two)]
     assert paths[1].force == pytest.approx(2 * paths[0].force, rel=1e-9, abs=0)
@@ -200,7 +201,7 @@ def test_pressed_contacts_do_not_depend_on_the_steps():
         branch = LatticeBranch.of(case.scene, case.feature / 8, top)
         if branch.row.f.size > 20000:
             continue
-        state = branch.follow(None, branch.touch)
+        point = branch.first()
         for depth in np.linspace(branch.touch, top, 40):
-            state = branch.follow(state, float(depth))
-        assert branch.follow(None, top) == state
+            point = moved(branch, point, float(depth))
+        assert moved(branch, branch.first(), top) == point

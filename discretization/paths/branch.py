@@ -1,175 +1,118 @@
-"""What a load path needs to know of a discretisation: states followed from depth to depth."""
+"""What a load path needs to know of a discretisation: contacts followed from depth to depth."""
 
 from __future__ import annotations
 
-import bisect
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.paths.events import Snapshot
+from discretization.surfaces.spectral import rounded
 from energy import Scene
 
 Array = NDArray[np.float64]
-State = Any  # lines or contact nodes, with `ends` in x, of several contacts `lines`; None: detached
 Pinned = tuple[str, str]
-_TINY = 4e-16  # of the depth: brackets of a change this short are closed
-_LEAST = 1e-18  # for changes at depth 0
+_ORDER = 24  # of the rule for ∫P dd
+_KNOWN, _HALVINGS = 1e-14, 20  # of ∫|P dd|: as well as it is known, and halvings at most
 
 
 class Point(NamedTuple):
-    """A depth and the state there."""
+    """Contacts at a depth: lines from left to right, () where only touching, None if detached.
+
+    memory: what else its branch has to know of a point.
+    """
 
     depth: float
-    state: State
-
-
-class Leg(Protocol):
-    """States on the way from one depth to another, with nothing but smooth motion in between.
-
-    pinned: what holds the outermost lines on the way; after: what is beyond an event at the end,
-    None where nothing happens there; jumps: whether lines jump at that event.
-    """
-
-    start: Point
-    end: Point
-    after: Point | None
-    jumps: bool
+    lines: tuple[float, ...] | None
+    memory: Any = None
 
     @property
-    def pinned(self) -> Pinned: ...
-
-    def points(self, depths: Array) -> list[Point]:
-        """The states at depths on the way (n,)."""
-
-    def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P at depths on the way (n,); roughly: good to draw it."""
-
-
-class Branch(Protocol):
-    """States under a prescribed depth.
-
-    touch: depth at which contact begins; lift: how far below it can be held; smooth: whether P is
-    a smooth function of d between events; resolution: the length by which lines may be off; ahead:
-    whether many depths on one leg cost less than as many legs.
-    """
+    def ends(self) -> tuple[float, float]:
+        """x of the outermost lines; nan where there are none."""
+        return (self.lines[0], self.lines[-1]) if self.lines else (math.nan, math.nan)
 
     @property
-    def ahead(self) -> bool: ...
-
-    @property
-    def smooth(self) -> bool: ...
-
-    @property
-    def resolution(self) -> float: ...
-
-    @property
-    def scene(self) -> Scene: ...
-
-    @property
-    def touch(self) -> float: ...
-
-    @property
-    def lift(self) -> float: ...
-
-    def leg(self, point: Point, goal: float) -> Leg:
-        """The way from a point towards another depth, up to the first event."""
-
-    def follow(self, before: State, depth: float) -> State:
-        """The state at this depth when it was `before` on the way here."""
-
-    def contact(self, depth: float, *lines: float) -> State:
-        """The state at a depth whose lines are here, two for every contact; nan: detached."""
-
-    def pinned(self, state: State) -> Pinned:
-        """What holds each of the outermost lines: "edge", "tip" or "" where it is free."""
-
-    def force(self, state: State, depth: float) -> float:
-        """P."""
-
-    def energy(self, state: State, depth: float) -> float:
-        """U, with the work of adhesion of closing."""
-
-    def friction(self, before: State, after: State) -> float:
-        """Lost to adhesion hysteresis as the lines move without a jump."""
-
-    def work(self, point: Point, depth: float) -> float:
-        """∫P dd from a point to a depth without a jump on the way."""
-
-    def observed(self, depths: Array, states: Sequence[State]) -> tuple[Array, Array, Array]:
-        """Outermost lines (n, 2), P and U (n,) to report of states in contact."""
-
-    def certify(self, state: State, depth: float) -> None:
-        """NotCertifiedError unless the state is in equilibrium."""
-
-
-class Follower(Branch, Protocol):
-    """A branch that knows one state after the other."""
-
-    def forces(self, points: Sequence[Point]) -> Array:
-        """P at points (n,)."""
-
-    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
-        """First depth on the way to `end` at which a line jumps, and the states beside it."""
+    def inner(self) -> tuple[float, ...]:
+        """The lines between the outermost ones, where there are several contacts."""
+        return (self.lines or ())[1:-1]
 
 
 @dataclass(eq=False)
-class Followed:
-    """A leg whose states are followed one by one, each from the last known before it."""
+class Leg:
+    """The way from one depth to another, with nothing but smooth motion in between.
 
-    branch: Follower
+    after: what is beyond an event at the end, None where nothing happens there; jumps: whether
+    lines jump at that event. Depths on the way are start + (end - start) t²(3 - 2t): at both ends P
+    may be like a root of the depth, which is smooth in t.
+    """
+
+    branch: Any
     start: Point
     end: Point
     after: Point | None
     jumps: bool
-    known: list[tuple[float, Point]] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.known = [(0.0, self.start)]
 
     @property
     def pinned(self) -> Pinned:
         """What holds the outermost lines on the way."""
-        return self.branch.pinned(self.start.state)
+        first, last = self.branch.pinned(self.start), self.branch.pinned(self.end)
+        if first == last:
+            return self.branch.pinned(self.start)
+        (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
+        return self.branch.pinned(between)
 
     def points(self, depths: Array) -> list[Point]:
-        """The states at depths on the way (n,)."""
-        return [self._at(depth) for depth in depths.tolist()]
-
-    def _at(self, depth: float) -> Point:
-        if depth == self.end.depth:
-            return self.end
-        far = abs(depth - self.start.depth)
-        i = bisect.bisect_right(self.known, far, key=lambda entry: entry[0])
-        distance, last = self.known[i - 1]
-        if distance == far:
-            return last
-        found = moved(self.branch, last, depth)
-        self.known.insert(i, (far, found))
-        return found
+        """The contacts at depths on the way (n,)."""
+        raise NotImplementedError
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P at depths on the way (n,)."""
-        return self.branch.forces(self.points(depths))
+        """P at depths on the way (n,); roughly: good to draw it."""
+        return np.asarray(self.branch.totals(self.points(depths))[1])
+
+    def depths(self, t: Array) -> Array:
+        """d at t."""
+        start, end = self.start.depth, self.end.depth
+        depths = start + (end - start) * (t * t * (3 - 2 * t))
+        return np.where(t == 1.0, end, np.clip(depths, min(start, end), max(start, end)))
+
+    def work(self) -> float:
+        """∫P dd from the start to the end, on parts halved until that changes it no more."""
+        lo, hi, done = np.zeros(1), np.ones(1), 0.0
+        whole, size = self._integrals(lo, hi)
+        for _ in range(_HALVINGS):
+            middle = (lo + hi) / 2
+            lo, hi = np.append(lo, middle), np.append(middle, hi)
+            halves = self._integrals(lo, hi)[0]
+            apart = np.abs(halves.reshape(2, -1).sum(axis=0) - whole)
+            rough = np.tile(apart > _KNOWN * size, 2)
+            done += float(halves[~rough].sum())
+            lo, hi, whole = lo[rough], hi[rough], halves[rough]
+            if not lo.size:
+                break
+        return done + float(whole.sum())
+
+    def _integrals(self, lo: Array, hi: Array) -> tuple[Array, float]:
+        """∫P dd over parts of t (n,), and ∫|P| |dd| over all of them."""
+        points, weights, _ = rounded(_ORDER)
+        width = (hi - lo)[:, None]
+        t = lo[:, None] + width * ((1 + points) / 2)
+        steps = (self.end.depth - self.start.depth) * 3 * t * (1 - t) * width * weights
+        parts = steps * self.forces(self.depths(t.ravel())).reshape(t.shape)
+        return parts.sum(axis=1), float(np.abs(parts).sum())
 
 
-class BranchBase:
-    """What the branches of all scenes say alike."""
+class Branch:
+    """Contacts under a prescribed depth.
+
+    smooth: whether P is a smooth function of d between events.
+    """
 
     scene: Scene
-
-    @property
-    def smooth(self) -> bool:
-        """Whether P is a smooth function of d between events."""
-        return True
-
-    @property
-    def ahead(self) -> bool:
-        """Whether many depths on one leg cost less than as many legs."""
-        return True
+    smooth = True
 
     @property
     def resolution(self) -> float:
@@ -177,73 +120,88 @@ class BranchBase:
         return 0.0
 
     @property
+    def touch(self) -> float:
+        """Depth at which contact begins."""
+        raise NotImplementedError
+
+    @property
     def lift(self) -> float:
         """How far below touching a contact can be held: δ₀ of opening."""
         return self.scene.opened.critical_separation
 
+    def first(self) -> Point:
+        """The contacts at first touch."""
+        raise NotImplementedError
 
-class FollowerBase(BranchBase):
-    """What branches say alike that know one state after the other."""
+    def contact(self, depth: float, *lines: float) -> Point:
+        """The point at a depth whose lines are here, two for every contact; nan: detached."""
+        return Point(depth, None if math.isnan(lines[0]) else lines)
 
-    @property
-    def ahead(self) -> bool:
-        """Whether many depths on one leg cost less than as many legs."""
-        return False
+    def leg(self, point: Point, goal: float) -> Leg:
+        """The way from a point in contact towards another depth, up to the first event."""
+        raise NotImplementedError
 
-    def forces(self: Any, points: Sequence[Point]) -> Array:
-        """P at points (n,)."""
-        return np.array([self.force(point.state, point.depth) for point in points])
+    def pinned(self, point: Point) -> Pinned:
+        """What holds each of the outermost lines: "edge", "tip" or "" where it is free."""
+        walls = self.scene.indenter.walls
+        first, last = ("edge" if x in walls else "" for x in point.ends)
+        return first, last
 
-    def leg(self: Any, point: Point, goal: float) -> Followed:
-        """The way from a point towards another depth, up to the first event."""
-        jump = self.jump(point.state, point.depth, goal)
-        if jump is not None:  # by rounding it may lie behind
-            low, high = sorted((point.depth, goal))
-            jump = (min(max(jump[0], low), high), *jump[1:])
-        end = moved(self, point, goal) if jump is None else Point(jump[0], jump[1])
-        if _held(self, end) != _held(self, point):
-            return Followed(self, point, *_change(self, point, end), jumps=False)
-        after = None if jump is None else Point(jump[0], jump[2])
-        return Followed(self, point, end, after, jump is not None)
+    def totals(self, points: Sequence[Point]) -> Array:
+        """U, with the work of adhesion of closing, and P (2, n) of points in contact."""
+        raise NotImplementedError
+
+    def force(self, point: Point) -> float:
+        """P."""
+        return 0.0 if point.lines is None else float(self.totals([point])[1, 0])
+
+    def energy(self, point: Point) -> float:
+        """U."""
+        return 0.0 if point.lines is None else float(self.totals([point])[0, 0])
+
+    def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
+        """Outermost lines (n, 2), P and U (n,) to report of points in contact."""
+        energy, force = self.totals(points)
+        return np.array([point.ends for point in points]), force, energy
+
+    def snapshot(self, point: Point) -> Snapshot:
+        """A point beside an event."""
+        force, energy = self.force(point), self.energy(point)
+        return Snapshot(
+            point.depth, force, energy, *point.ends, point.inner, self.scene.axisymmetric
+        )
+
+    def friction(self, before: Point, after: Point) -> float:
+        """Lost to adhesion hysteresis where lines do not jump: w_opening - w of what opens."""
+        more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
+        return more * self.opened(before, after)
+
+    def opened(self, before: Point, after: Point) -> float:
+        """The length that opens between two points, weighted with the pattern's factor."""
+        raise NotImplementedError
+
+    def certify(self, point: Point) -> None:
+        """NotCertifiedError unless the contacts are in equilibrium."""
+        raise NotImplementedError
 
 
 def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
-    """The legs from a point to a depth without a jump on the way."""
-    while here.depth != depth and here.state is not None:
+    """The legs from a point to a depth, whatever happens on the way, while in contact."""
+    while here.depth != depth and here.lines is not None:
         leg = branch.leg(here, depth)
         yield leg
-        if leg.jumps:  # by rounding, where the way ends
-            return
         here = leg.end if leg.after is None else leg.after
 
 
 def moved(branch: Branch, point: Point, depth: float) -> Point:
-    """The point at another depth."""
-    return Point(depth, branch.follow(point.state, depth))
+    """The point to which one comes at another depth."""
+    for leg in legs(branch, point, depth):
+        point = leg.end if leg.after is None else leg.after
+    return Point(depth, None) if point.lines is None else point
 
 
-def _held(branch: Branch, point: Point) -> tuple[bool, Pinned]:
-    return point.state is not None, branch.pinned(point.state)
-
-
-def _change(branch: Branch, start: Point, end: Point) -> tuple[Point, Point]:
-    """The last point held as the start is, and the first one held otherwise."""
-    inside, outside, held = start, end, _held(branch, start)
-    size = abs(inside.depth) + abs(outside.depth) + branch.lift
-    while True:
-        depth = (inside.depth + outside.depth) / 2
-        width = abs(inside.depth - outside.depth)
-        if width <= max(_TINY * min(size, 4 * abs(depth)), _LEAST * size):
-            return inside, outside
-        middle = moved(branch, start, depth)
-        if _held(branch, middle) == held:
-            inside = middle
-        else:
-            outside = middle
-
-
-def at_edges(scene: Scene, state: State) -> Pinned:
-    """Which of the outermost lines are at an edge of the body: "edge", else ""."""
-    left, right = state.ends if state is not None else (math.nan, math.nan)
-    walls = scene.indenter.walls
-    return "edge" if left in walls else "", "edge" if right in walls else ""
+def alike(points: Sequence[Point]) -> Iterator[list[int]]:
+    """Which points have as many lines as each other."""
+    counts = np.array([len(point.lines or ()) for point in points])
+    for count in np.unique(counts).tolist():
+        yield np.flatnonzero(counts == count).tolist()

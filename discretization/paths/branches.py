@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from discretization.paths.branch import Branch
+from discretization.paths.branch import Branch, moved
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.springs_branch import SpringsBranch
@@ -41,7 +41,7 @@ def pressed_by(
         branch = made(depth)
         depth = max(depth, branch.touch)
         try:
-            force = branch.force(branch.follow(None, depth), depth)
+            force = branch.force(moved(branch, branch.first(), depth))
             deeper = branch.touch + (2 * (depth - branch.touch) or size)
             if enough(depth, force):
                 return made(deeper + size) if isinstance(branch, LatticeBranch) else branch

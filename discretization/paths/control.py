@@ -59,10 +59,10 @@ class Control:
 
 
 class Curve(NamedTuple):
-    """C on a leg at t (j,), depths start + (end - start) t²(3 - 2t), monotone in between.
+    """C on a leg at t (j,), monotone in between.
 
     series: the polynomial of t that is C up to each t but the first; none where P is only known
-    between nodes. rounding: of C. t is crowded at both ends, where P may be like a root of d.
+    between nodes. rounding: of C.
     """
 
     leg: Leg
@@ -89,10 +89,6 @@ class Curve(NamedTuple):
                 series += [fit] * (at.size - 1)
             t, value = np.append(t, at[t.size > 0 :]), np.append(value, drawn[t.size > 0 :])
         return cls(leg, control, t, value, series, rounding)
-
-    def depths(self, t: Array) -> Array:
-        """d at t."""
-        return _depths(self.leg, t)
 
     def values(self, t: Array) -> Array:
         """C at t."""
@@ -181,16 +177,8 @@ def _guessed(fit: Legendre, values: Array, between: tuple[Array, Array]) -> tupl
     return t, slope(t)
 
 
-def _depths(leg: Leg, t: Array) -> Array:
-    start, end = leg.start.depth, leg.end.depth
-    depths = np.clip(
-        start + (end - start) * (t * t * (3 - 2 * t)), min(start, end), max(start, end)
-    )
-    return np.where(t == 1.0, end, depths)
-
-
 def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:
-    depths = _depths(leg, t)
+    depths = leg.depths(t)
     return np.asarray(control.value(depths, leg.forces(depths, roughly=roughly)), float)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 
 def half_length(lines: Sequence[float]) -> float:
@@ -77,20 +77,3 @@ class PullOff(NamedTuple):
     force: float
     depth: float
     half_width: float
-
-
-def inner_lines(state: Any) -> tuple[float, ...]:
-    """The lines between the outermost ones, where there are several contacts."""
-    return tuple(getattr(state, "lines", ())[1:-1])
-
-
-def kind_of_jump(before: Any, after: Any, rising: bool) -> str:
-    """What a jump does to the number of contacts."""
-    if after is None:
-        return "detachment"
-    more = len(inner_lines(after)) - len(inner_lines(before))
-    if more == 0:
-        return "jump"
-    if more > 0:
-        return "nucleation" if rising else "splitting"
-    return "coalescence" if rising else "closing"

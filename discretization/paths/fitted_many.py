@@ -11,7 +11,6 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +23,10 @@ from discretization.fitted.several import certified
 from discretization.following.events import Events
 from discretization.following.smooth import DEGREE, Smooth
 from discretization.following.track import Track
-from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
+from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.profile import resolve
 from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of
-from discretization.surfaces.spectral import rounded
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -37,54 +35,21 @@ _KNOWN, _HALVINGS = 1e-14, 6  # of ∫|P dd|: as well as it is known, and halvin
 _PARTS = 10_000  # places on one way at which lines only come free, or something happens
 
 
-class Held(NamedTuple):
-    """Lines in contact from left to right, and the depth at which they are at rest."""
-
-    lines: Lines
-    depth: float
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """x of the outermost lines; nan where the profile has only been touched."""
-        return (self.lines[0], self.lines[-1]) if self.lines else (math.nan, math.nan)
-
-
-State = Held | None
-
-
-def _held(lines: Lines, depth: float) -> State:
-    return Held(lines, depth) if lines else None
-
-
 @dataclass(eq=False)
-class Tracked:
-    """A leg of lines that move smoothly."""
+class Tracked(Leg):
+    """A leg of lines that move smoothly; known: those that have been solved for."""
 
-    branch: FittedMany
-    start: Point
-    end: Point
-    after: Point | None
-    jumps: bool
     track: Track
     known: dict[float, Array] = field(default_factory=dict)
 
-    @property
-    def pinned(self) -> Pinned:
-        """What holds the outermost lines on the way."""
-        first, last = (self.branch.pinned(point.state) for point in (self.start, self.end))
-        if first == last:
-            return first
-        (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
-        return self.branch.pinned(between.state)
-
     def points(self, depths: Array) -> list[Point]:
-        """The states at depths on the way (n,)."""
+        """The contacts at depths on the way (n,)."""
         if not depths.size:
             return []
         rows = self._lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
         found = zip(depths.tolist(), rows, strict=True)
         ends = {point.depth: point for point in (self.end, self.start)}
-        return [ends.get(depth) or Point(depth, _held(tuple(row), depth)) for depth, row in found]
+        return [ends.get(depth) or _point(depth, tuple(row)) for depth, row in found]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
@@ -99,35 +64,10 @@ class Tracked:
             self.known.update(zip(new.tolist(), self.track.lines(new), strict=True))
         return np.array([self.known[depth] for depth in asked])
 
-    def work(self) -> float:
-        """∫P dd from the start to the end, on parts halved until that changes it no more."""
-        ends = {self.start.depth, self.end.depth}
-        for piece in self.track.pieces:
-            ends |= set(piece.depths[:, [0, -1]].ravel().tolist())
-        cuts = np.array(sorted(ends, key=lambda depth: abs(depth - self.start.depth)))
-        up = self.end.depth > self.start.depth
-        found, before = self._integral(cuts), math.nan
-        for _ in range(_HALVINGS):
-            if abs(found[0] - before) <= _KNOWN * found[1]:
-                break
-            cuts = np.sort(np.append(cuts, (cuts[1:] + cuts[:-1]) / 2))[:: 1 if up else -1]
-            before, found = found[0], self._integral(cuts)
-        return found[0]
-
-    def _integral(self, cuts: Array) -> tuple[float, float]:
-        """∫P dd and ∫|P| |dd| over parts by twice the points on which the energy balances."""
-        steps = np.diff(cuts)[:, None]  # next to the end of a step P may be like a root
-        points, weights, _ = rounded(_MORE)
-        t = (1 + points) / 2
-        depths = cuts[:-1, None] + steps * (t * (2 - t))
-        forces = self.forces(depths.ravel()).reshape(depths.shape)
-        parts = steps * (1 - t) * weights * forces
-        return float(parts.sum()), float(np.abs(parts).sum())
-
 
 @dataclass(frozen=True, eq=False)
-class FittedMany(BranchBase):
-    """States of any number of contacts under a prescribed depth; None: detached."""
+class FittedMany(Branch):
+    """Any number of contacts under a prescribed depth."""
 
     scene: Scene
     motion: Motion
@@ -155,95 +95,63 @@ class FittedMany(BranchBase):
         """Depth at which contact begins."""
         return self.motion.profile.touch
 
-    def contact(self, depth: float, *lines: float) -> State:
-        """The state with lines here at a depth; nan: detached."""
-        return None if math.isnan(lines[0]) else Held(lines, depth)
-
-    def follow(self, before: State, depth: float) -> State:
-        """The state at this depth when it was `before` on the way here."""
-        if before is None and depth < self.touch:
-            return None
-        here: State = self._touching if before is None else before
-        for _ in range(_PARTS):
-            if here is None or here.depth == depth:
-                return here
-            part = self.events.part(here.lines, here.depth, depth)
-            here = _held(part.lines if part.after is None else part.after, part.depth)
-        raise NotCertifiedError(f"the contacts near depth = {depth!r} do not come to rest")
+    def first(self) -> Point:
+        """The contacts at first touch."""
+        return self._first
 
     @functools.cached_property
-    def _touching(self) -> Held:
-        return Held(self.motion.first(), self.touch)
+    def _first(self) -> Point:
+        return Point(self.touch, self.motion.first())
 
     def leg(self, point: Point, goal: float) -> Tracked:
         """The way from a point towards another depth, up to the first event or free line."""
-        lines, start = point.state.lines, point.depth
-        part = self.events.part(lines, start, goal)
-        end, after, jumps = Point(part.depth, _held(part.lines, part.depth)), None, False
+        part = self.events.part(point.lines or (), point.depth, goal)
+        end, after = _point(part.depth, part.lines), None
         if part.after is not None:
-            after = Point(part.depth, _held(part.after, part.depth))
-            jumps = self._jumps(end, after)
-        track = Track(self.smoothly, np.array(free(lines)), part.pieces)
+            after = _point(part.depth, part.after)
+        jumps = after is not None and self._jumps(end, after)
+        track = Track(self.smoothly, np.array(free(point.lines or ())), part.pieces)
         return Tracked(self, point, end, after, jumps, track)
 
-    def pinned(self, state: State) -> Pinned:
+    def pinned(self, point: Point) -> Pinned:
         """What holds each of the outermost lines: "edge", "tip" of a convex profile, or ""."""
-        tip, held = self.motion.profile.lowest, at_edges(self.scene, state)
-        if state is None or not self.motion.gradual or tip not in self.scene.indenter.corners:
+        tip, held = self.motion.profile.lowest, super().pinned(point)
+        if not self.motion.gradual or tip not in self.scene.indenter.corners:
             return held
-        tips = (x == tip for x in state.ends)
-        first, last = (edge or "tip" * at for edge, at in zip(held, tips, strict=True))
+        first, last = (edge or "tip" * (x == tip) for edge, x in zip(held, point.ends, strict=True))
         return first, last
 
     def _jumps(self, before: Point, after: Point) -> bool:
         """Whether lines jump; not by what the energy changes within the rounding of a depth."""
-        if after.state is None or before.state is None:
+        if not after.lines or not before.lines:
             return not self.motion.gradual
-        if len(before.state.lines) != len(after.state.lines):
+        if len(before.lines) != len(after.lines):
             return True
-        (first, force), (second, other) = (self._totals(p.state, p.depth) for p in (before, after))
-        noise = TIE * self.motion.rests.size * (abs(force) + abs(other))
-        return self.events.happens(before.state.lines, after.state.lines) and first - second > noise
+        energy, force = self.totals([before, after])
+        noise = TIE * self.motion.rests.size * float(np.abs(force).sum())
+        return self.events.happens(before.lines, after.lines) and energy[0] - energy[1] > noise
 
-    def _totals(self, state: Held, depth: float) -> tuple[float, float]:
-        return self.smoothly.totals(np.array(free(state.lines)), depth)
+    def totals(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n) of points in contact."""
+        found = np.empty((2, len(points)))
+        for own in alike(points):
+            lines = np.array([free(points[i].lines or ()) for i in own])
+            found[:, own] = self.smoothly.many(lines, np.array([points[i].depth for i in own]))
+        return found
 
-    def force(self, state: State, depth: float) -> float:
-        """P."""
-        return 0.0 if state is None else self._totals(state, depth)[1]
-
-    def energy(self, state: State, depth: float) -> float:
-        """U."""
-        return 0.0 if state is None else self._totals(state, depth)[0]
-
-    def friction(self, before: State, after: State) -> float:
-        """Lost to adhesion hysteresis: w_opening - w of what opened without a jump."""
-        if before is None or after is None or self.scene.opening is None:
+    def opened(self, before: Point, after: Point) -> float:
+        """The length that opens between two points, weighted with the pattern's factor."""
+        if not before.lines or not after.lines:
             return 0.0
-        bound = [self.smoothly.integrals.at(np.array(s.lines))[4] for s in (before, after)]
-        opened = np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0)
-        more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
-        return more * float(opened.sum())
+        bound = [self.smoothly.integrals.at(np.array(p.lines))[4] for p in (before, after)]
+        return float(np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0).sum())
 
-    def work(self, point: Point, depth: float) -> float:
-        """∫P dd from a point to a depth without a jump on the way."""
-        return sum(leg.work() for leg in legs(self, point, depth) if isinstance(leg, Tracked))
-
-    def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
-        """Outermost lines (n, 2), P and U (n,)."""
-        found, counts = np.empty((2, depths.size)), np.array([len(s.lines) for s in states])
-        for count in np.unique(counts).tolist():
-            own = np.flatnonzero(counts == count)
-            lines = np.array([free(states[i].lines) for i in own.tolist()])
-            found[:, own] = self.smoothly.many(lines, depths[own])
-        return np.array([state.ends for state in states]), found[1], found[0]
-
-    def certify(self, state: State, depth: float) -> None:
-        """NotCertifiedError unless the state is in equilibrium."""
-        if state is None or not state.lines:
+    def certify(self, point: Point) -> None:
+        """NotCertifiedError unless the contacts are in equilibrium."""
+        if not point.lines:
             return
-        contacts = Contacts(self.motion, state.lines, depth)
-        energy, force = self._totals(state, depth)
+        contacts = Contacts(self.motion, point.lines, point.depth)
+        energy, force = self.totals([point])[:, 0].tolist()
         pulls, area = contacts.pulls, sum(each.area for each in contacts.free)
         press = force - float(pulls.sum())
         scale = abs(press) + float(np.abs(pulls).sum())
@@ -254,3 +162,7 @@ class FittedMany(BranchBase):
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"
             ) from None
+
+
+def _point(depth: float, lines: Lines) -> Point:
+    return Point(depth, lines or None)

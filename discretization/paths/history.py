@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from discretization import display, plots
 from discretization.paths import balance
-from discretization.paths.branch import Branch, State
+from discretization.paths.branch import Branch, Point
 from discretization.paths.branches import branch_of
 from discretization.paths.control import Control
-from discretization.paths.events import Event, PullOff, Snapshot, half_length, inner_lines
+from discretization.paths.events import Event, PullOff, Snapshot, half_length
 from energy import Scene
 from energy.description import alike, described, rebuilt
 
@@ -30,6 +30,7 @@ _NOTES = (
     "lines left, right [length], nan: detached. event: kind, control, before, after (depth,",
     "force, energy, left, right, inner lines), energy released, step",
 )
+_HEADER = ("control", "machine_stiffness", "rtol", "spacing", "friction")
 _COLUMNS = ("control", "depth", "force", "energy", "left", "right", "inner")
 
 
@@ -62,45 +63,37 @@ class History:
     inner: tuple[tuple[float, ...], ...] = ()
 
     @classmethod
-    def empty(
-        cls,
-        scene: Scene,
-        control: str,
-        machine_stiffness: float | None,
-        rtol: float,
-        spacing: float | None,
-    ) -> History:
-        """A path without steps."""
-        none, lines = np.empty(0), np.empty((0, 2))
+    def empty(cls, scene: Scene, *held: Any) -> History:
+        """A path without steps; held: its control, machine_stiffness, rtol and spacing."""
+        none, (control, stiffness, rtol, spacing) = np.empty(0), held
         return cls(
-            scene, control, machine_stiffness, none, none, none, none, lines, (), 0.0, rtol, spacing
+            *(scene, control, stiffness, *4 * (none,), np.empty((0, 2)), (), 0.0, rtol, spacing)
         )
 
     def extended(
         self,
         branch: Branch,
         values: Array,
-        depths: Array,
-        states: list[State],
+        points: list[Point],
         events: list[Event],
         friction: float,
     ) -> History:
         """This path and further steps along the branch."""
-        lines, (force, energy) = np.full((depths.size, 2), math.nan), np.zeros((2, depths.size))
-        held = np.array([state is not None for state in states])
+        lines, (force, energy) = np.full((len(points), 2), math.nan), np.zeros((2, len(points)))
+        held = np.array([point.lines is not None for point in points])
         if held.any():
-            found = branch.observed(depths[held], [s for s in states if s is not None])
+            found = branch.recorded([point for point in points if point.lines is not None])
             lines[held], force[held], energy[held] = found
         whole = replace(
             self,
             values=np.concatenate([self.values, values]),
-            depth=np.concatenate([self.depth, depths]),
+            depth=np.append(self.depth, [point.depth for point in points]),
             force=np.concatenate([self.force, force]),
             energy=np.concatenate([self.energy, energy]),
             contacts=np.concatenate([self.contacts, lines]),
             events=(*self.events, *events),
             friction=self.friction + friction,
-            inner=(*self.inner, *map(inner_lines, states)),
+            inner=(*self.inner, *(point.inner for point in points)),
         )
         vars(whole)["_branch"] = branch  # knows the work done between the states
         return whole
@@ -120,19 +113,16 @@ class History:
         return sum(event.energy_released for event in self.events) + self.friction
 
     @property
-    def segments(self) -> list[tuple[Snapshot, Snapshot]]:
-        """Start and end of every part of the path without a jump, while in contact."""
-        parts, here = [], Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)
-        events = iter((*self.events, None))
-        event = next(events)
-        for step in range(len(self.depth)):
-            while event is not None and event.step == step:
-                parts.append((here, event.before))
-                here, event = event.after, next(events)
-            there = self.at(step)
-            parts.append((here, there))
-            here = there
-        return [(a, b) for a, b in parts if not math.isnan(a.left + b.left)]
+    def runs(self) -> list[list[Snapshot]]:
+        """The states in contact of every part of the path that goes one way without a jump."""
+        runs, events = [[Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)]], list(self.events)
+        for step in range(len(self)):
+            while events and events[0].step == step:
+                event = events.pop(0)
+                _go_on(runs, event.before)
+                runs.append([event.after])
+            _go_on(runs, self.at(step))
+        return [[state for state in run if not math.isnan(state.left)] for run in runs]
 
     def at(self, step: int) -> Snapshot:
         """The state at a step."""
@@ -147,7 +137,7 @@ class History:
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
         hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
-        return balance.work(self._branch, hold, self.segments, self.events)
+        return balance.work(self._branch, hold, self.runs, self.events)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -155,14 +145,8 @@ class History:
         The file is replaced at once: a reader finds the old one or the new one, never half.
         """
         path = Path(path)
-        header = {
-            "control": self.control,
-            "machine_stiffness": self.machine_stiffness,
-            "rtol": self.rtol,
-            "spacing": self.spacing,
-            "friction": self.friction,
-            "scene": described(self.scene),
-        }
+        header = {name: getattr(self, name) for name in _HEADER}
+        header["scene"] = described(self.scene)
         lines = [f"# {_TITLE}", *(f"# {note}" for note in _NOTES), f"# {json.dumps(header)}"]
         for event in self.events:
             lines.append(f"# event {json.dumps(event)}")
@@ -193,8 +177,6 @@ class History:
         events = [json.loads(note[6:]) for note in notes if note.startswith("event ")]
         return cls(
             scene=rebuilt(header["scene"]) if scene is None else scene,
-            control=header["control"],
-            machine_stiffness=header["machine_stiffness"],
             values=values,
             depth=depth,
             force=force,
@@ -205,9 +187,7 @@ class History:
                 for kind, value, before, after, *rest in events
             ),
             inner=tuple(tuple(map(float, row[6].split())) for row in rows),
-            friction=header["friction"],
-            rtol=header["rtol"],
-            spacing=header["spacing"],
+            **{name: header[name] for name in _HEADER},
         )
 
     @functools.cached_property
@@ -216,7 +196,7 @@ class History:
 
         ValueError for a path without tension.
         """
-        return balance.most_tensile(self._branch, self.segments)
+        return balance.most_tensile(self._branch, self.runs)
 
     plot = plots.plot_path
     to_dict = display.path_columns
@@ -238,3 +218,11 @@ class History:
 def _snapshot(parts: list[Any]) -> Snapshot:
     depth, force, energy, left, right, inner, *turned = parts
     return Snapshot(depth, force, energy, left, right, tuple(inner), *turned)
+
+
+def _go_on(runs: list[list[Snapshot]], there: Snapshot) -> None:
+    """Add a state to the last run, or to a new one where the path turns."""
+    run = runs[-1]
+    if (run[-1].depth - run[0].depth) * (there.depth - run[-1].depth) < 0:
+        runs.append([run[-1]])
+    runs[-1].append(there)

@@ -20,7 +20,6 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,41 +32,53 @@ from discretization.lattice.between import interpolated, moved_lines
 from discretization.lattice.ground import Ground
 from discretization.lattice.judge import judge
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Contacts, Row
+from discretization.lattice.row import Contacts, Part, Row
 from discretization.lattice.totals import totals
-from discretization.lattice.walk import Walk, Way, parts_of
-from discretization.paths.branch import FollowerBase, Point
+from discretization.lattice.walk import Life, Walk, contacts_of, parts_of
+from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.routes import route
 from energy import Scene
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 
 
-class Held(NamedTuple):
-    """Contacts as node intervals from left to right, and the positions of all their lines.
+@dataclass(eq=False)
+class Links(Leg):
+    """A leg on which lines pass links, each at a depth of its own; lives: the free parts on it."""
 
-    Where closing and opening differ in their work of adhesion lines are where they have last moved,
-    between nodes; else, as the depth alone says where they are, on their nodes.
-    """
+    lives: Sequence[Life]
 
-    nodes: Contacts
-    lines: tuple[float, ...]
+    @functools.cached_property
+    def _spans(self) -> Array:
+        """From where to where on the way each of the lives lasts (2, n)."""
+        return self._along(np.array([(life.start, life.end) for life in self.lives]).T)
 
-    @property
-    def ends(self) -> tuple[float, float]:
-        """x of the outermost lines."""
-        return self.lines[0], self.lines[-1]
+    def _along(self, depths: Array) -> Array:
+        return depths if self.end.depth >= self.start.depth else -depths
 
+    def points(self, depths: Array) -> list[Point]:
+        """The contacts at depths on the way (n,)."""
+        ends = {point.depth: point for point in (self.start, self.end)}
+        return [ends.get(depth) or self._at(depth) for depth in depths.tolist()]
 
-State = Held | None
+    def _at(self, depth: float) -> Point:
+        (start, end), here = self._spans, self._along(np.array(depth))
+        own = np.flatnonzero((start <= here) & (here < end)).tolist()
+        return self.branch.point(_between([self.lives[i] for i in own]), depth, self.start)
+
+    def work(self) -> float:
+        """∫P dd from the start to the end: P is linear between changes."""
+        return float(self.branch.walk.work(self.lives))
 
 
 @dataclass(frozen=True, eq=False)
-class LatticeBranch(FollowerBase):
-    """States of any number of contacts on fixed nodes under a prescribed depth; None: detached.
+class LatticeBranch(Branch):
+    """Any number of contacts on fixed nodes under a prescribed depth.
 
-    seen: the scene as far as it has nodes.
+    What a point remembers are its contacts as node intervals from left to right. Where closing and
+    opening differ in their work of adhesion its lines are where they have last moved, between
+    nodes; else, as the depth alone says where they are, on their nodes. seen: the scene as far as
+    it has nodes.
     """
 
     scene: Scene
@@ -76,6 +87,7 @@ class LatticeBranch(FollowerBase):
     row: Row
     walk: Walk
     deepest: float
+    smooth = False
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, deepest: float) -> LatticeBranch:
@@ -101,136 +113,130 @@ class LatticeBranch(FollowerBase):
         return float(self.row.f[self.row.touch])
 
     @property
-    def smooth(self) -> bool:
-        """Whether P is a smooth function of d between events."""
-        return False
-
-    @property
     def resolution(self) -> float:
         """The length by which lines may be off: more than a link, and they jump."""
         return 1.5 * self.row.lattice.spacing
 
-    def _state(self, nodes: Contacts, depth: float, before: State) -> State:
-        """The state with these contacts at a depth, when it was `before` on the way here."""
+    def point(self, nodes: Contacts, depth: float, before: Point | None) -> Point:
+        """The point with these contacts at a depth, when it was `before` on the way here.
+
+        ValueError for contacts that reach an end of the known profile.
+        """
         if not nodes:
-            return None
+            return Point(depth, None)
+        first = self.row.first
+        refuse_unknown(self.ground, depth, first + nodes[0][0], first + nodes[-1][1])
         if not self.scene.hysteretic:
-            return Held(nodes, self._on_nodes(nodes))
-        return Held(nodes, moved_lines(self.row, self.seen.indenter, nodes, depth, before))
+            return Point(depth, self._on_nodes(nodes), nodes)
+        came = None if before is None else (before.memory, before.lines or ())
+        return Point(depth, moved_lines(self.row, self.seen.indenter, nodes, depth, came), nodes)
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
         (lo, hi), lattice, first = self.seen.indenter.extent, self.row.lattice, self.row.first
         x = (lattice.x(first + node) for pair in nodes for node in pair)
         return tuple(min(max(at, lo), hi) for at in x)
 
-    def contact(self, depth: float, *lines: float) -> State:
-        """The state whose lines are less than half a link from these positions; nan: detached.
+    def first(self) -> Point:
+        """The contacts at first touch."""
+        return self.point(self.walk.touched(self.touch), self.touch, None)
+
+    def contact(self, depth: float, *lines: float) -> Point:
+        """The point whose lines are less than half a link from these positions; nan: detached.
 
         A line at an edge belongs to the last node.
         """
         if math.isnan(lines[0]):
-            return None
+            return Point(depth, None)
         lattice, first = self.row.lattice, self.row.first
         last = self.row.f.size - 1  # a line at an edge may be up to a link beyond
         at = [min(round((x - lattice.origin) / lattice.spacing) - first, last) for x in lines]
         nodes = tuple(zip(at[::2], at[1::2], strict=True))
-        return Held(nodes, lines if self.scene.hysteretic else self._on_nodes(nodes))
+        return Point(depth, lines if self.scene.hysteretic else self._on_nodes(nodes), nodes)
 
-    @functools.lru_cache(maxsize=4)  # noqa: B019
-    def _way(self, nodes: Contacts, start: float, end: float) -> Way:
-        return self.walk.way(nodes, start, end)
+    def leg(self, point: Point, goal: float) -> Links:
+        """The way from a point towards another depth, up to the first event.
 
-    def jump(self, state: State, start: float, end: float) -> tuple[float, State, State] | None:
-        """First depth on the way at which more than one link changes, and the states beside it.
-
-        Not where the only contact is lost: `follow` finds that.
+        Or to where an outermost line leaves or reaches what holds it.
         """
-        if state is None:
-            return None
-        way = self._way(state.nodes, start, end)
-        if way.at is None:
-            return None
-        self._inside(way.after, way.at)
-        lost = not way.after and len(way.nodes) == 1
-        inside = self._state(way.nodes, way.at, state)
-        return None if lost else (way.at, inside, self._state(way.after, way.at, inside))
+        walked = self.walk.way(point.memory, point.depth, goal)
+        way, (low, high) = (1 if goal >= point.depth else -1), sorted((point.depth, goal))
+        held = [life for life in walked.lives if any(self._holds(life.part))]
+        cuts = [way * depth for life in held for depth in life[1:] if low < depth < high]
+        if cuts:
+            depth = way * min(cuts)
+            before = [life for life in walked.lives if way * life.start < way * depth]
+            lives = [life._replace(end=way * min(way * life.end, way * depth)) for life in before]
+            nodes = _between([life for life in lives if life.end == depth])
+            later = [one for one in walked.lives if way * one.start <= way * depth < way * one.end]
+            ends = self.point(nodes, depth, point), self.point(_between(later), depth, point)
+            return Links(self, point, *ends, False, lives)
+        depth = goal if walked.at is None else min(max(walked.at, low), high)  # but for rounding
+        end = self.point(walked.nodes, depth, point)
+        after = None if walked.at is None else self.point(walked.after, depth, end)
+        lost = after is not None and after.lines is None and len(walked.nodes) == 1
+        return Links(self, point, end, after, after is not None and not lost, walked.lives)
 
-    def follow(self, before: State, depth: float) -> State:
-        """The state at this depth when it was `before` on the way here."""
-        walk = self.walk
-        nodes = walk.touched(depth) if before is None else walk.moved(before.nodes, depth)
-        self._inside(nodes, depth)
-        return self._state(nodes, depth, before)
+    @functools.cached_property
+    def _held(self) -> tuple[dict[int, str], dict[int, str]]:
+        """What holds a left and a right line on some nodes."""
+        body, row = self.seen.indenter, self.row
+        (tip, _), (lo, hi) = self._on_nodes(((row.touch, row.touch),)), body.extent
+        tips = {row.touch: "tip"} if body.convex and tip in body.corners else {}
+        left, right = dict(tips), dict(tips)
+        if lo in body.walls:
+            left[0] = "edge"
+        if hi in body.walls:
+            right[row.f.size - 1] = "edge"
+        if lo == row.lattice.axis:
+            left.pop(0, None)
+        return left, right
 
-    def _inside(self, nodes: Contacts, depth: float) -> None:
-        """ValueError for contacts that reach an end of the known profile."""
-        if nodes:
-            first = self.row.first
-            refuse_unknown(self.ground, depth, first + nodes[0][0], first + nodes[-1][1])
+    def _holds(self, part: Part) -> Pinned:
+        """What holds the right line of the free part on the left, or of that on the right."""
+        (left, right), (one, other) = part, self._held
+        if left is None and right is not None:
+            return one.get(right, ""), ""
+        return "", other.get(left, "") if right is None and left is not None else ""
 
-    def pinned(self, state: State) -> tuple[str, str]:
+    def pinned(self, point: Point) -> Pinned:
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
-        if state is None:
+        if point.lines is None:
             return ("", "")
-        body, row, held = self.seen.indenter, self.row, []
-        ends = (state.nodes[0][0], 0, body.extent[0]), (state.nodes[-1][1], -1, body.extent[1])
-        for (node, last, end), x in zip(ends, state.ends, strict=True):
-            if end == row.lattice.axis and node == 0:
-                held.append("")
-                continue
-            edge = node == last % row.f.size and end in body.walls
-            tip = body.convex and node == row.touch and x in body.corners
-            held.append("edge" if edge else "tip" if tip else "")
-        return held[0], held[1]
+        parts = parts_of(point.memory)
+        return self._holds(parts[0])[0], self._holds(parts[-1])[1]
 
-    def force(self, state: State, depth: float) -> float:
-        """P, interpolated between the nodes: that of a contact set jumps at every link."""
-        if state is None:
-            return 0.0
-        return float(self._interpolated([state], np.array([depth]))[1][0])
+    def totals(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n), interpolated between the nodes: those of a contact set jump at links."""
+        return self._interpolated(points)[:2]
 
-    def forces(self, points: Sequence[Point]) -> Array:
-        """P at points, of those with as many contacts at once."""
-        found = np.zeros(len(points))
-        counts = np.array([len(p.state.nodes) if p.state is not None else 0 for p in points])
-        for count in np.unique(counts[counts > 0]).tolist():
-            own = np.flatnonzero(counts == count)
-            alike = [points[i] for i in own.tolist()]
-            depths = np.array([point.depth for point in alike])
-            found[own] = self._interpolated([point.state for point in alike], depths)[1]
+    def _interpolated(self, points: Sequence[Point]) -> Array:
+        """U, P and both outermost lines (4, n) of points in contact."""
+        found = np.empty((4, len(points)))
+        for own in alike(points):
+            some = [points[i] for i in own]
+            nodes, depths = _arrays(some)
+            known = np.array([p.lines for p in some]) if self.scene.hysteretic else None
+            lines, force, energy = interpolated(self.row, self.seen.indenter, nodes, depths, known)
+            found[:, own] = energy, force, lines[:, 0], lines[:, -1]
         return found
 
-    def _interpolated(self, states: Sequence[Held], depths: Array) -> tuple[Array, Array, Array]:
-        """Lines, P and U of states with as many contacts each."""
-        nodes = np.array([state.nodes for state in states]).reshape(len(states), -1)
-        lines = np.array([state.lines for state in states]) if self.scene.hysteretic else None
-        return interpolated(self.row, self.seen.indenter, nodes, depths, lines)
-
-    def energy(self, state: State, depth: float) -> float:
+    def energy(self, point: Point) -> float:
         """U of the contact set."""
-        if state is None:
+        if point.lines is None:
             return 0.0
-        return float(self.row.total(self.row.energies, *_one(state, depth))[0])
+        return float(self.row.total(self.row.energies, *_arrays([point]))[0])
 
-    def friction(self, before: State, after: State) -> float:
-        """(w_opening - w) for every link that opened without a jump."""
-        if before is None or after is None:
+    def opened(self, before: Point, after: Point) -> float:
+        """The length of the links that open, weighted with the pattern's factor."""
+        if before.lines is None or after.lines is None:
             return 0.0
-        more = self.scene.opened.work_of_adhesion - self.scene.work_of_adhesion
-        return max(0.0, self._bonds(before) - self._bonds(after)) * more
+        return max(0.0, self._bonds(before) - self._bonds(after))
 
-    def _bonds(self, state: Held) -> float:
-        """Length in contact, weighted with the pattern's factor."""
+    def _bonds(self, point: Point) -> float:
         bonds = self.row.sums.bonds
-        return float(sum(bonds[last] - bonds[first] for first, last in state.nodes))
+        return float(sum(bonds[last] - bonds[first] for first, last in point.memory))
 
-    def work(self, point: Point, depth: float) -> float:
-        """∫P dd from one depth to another without a jump: P is linear between changes."""
-        if point.state is None:
-            return 0.0
-        return self.walk.work(self._way(point.state.nodes, point.depth, depth).lives)
-
-    def observed(self, depths: Array, states: Sequence[Held]) -> tuple[Array, Array, Array]:
+    def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,), interpolated between the nodes.
 
         AccuracyWarning where the surfaces miss what the nodes do not see.
@@ -239,35 +245,37 @@ class LatticeBranch(FollowerBase):
             lattice, flat = self.row.lattice, Certificate.undeformed()
             apart = detached(self.scene, 0.0, "adhered", lattice.tail, flat)
             whole = [
-                replace(apart, depth=depth, contacts=np.reshape(state.lines, (-1, 2)))
-                for depth, state in zip(depths.tolist(), states, strict=True)
+                replace(apart, depth=point.depth, contacts=np.array(point.lines).reshape(-1, 2))
+                for point in points
             ]
             looked_at(whole, self.hidden, lattice, stacklevel=4)
-        x, force, energy = np.empty((depths.size, 2)), np.empty(depths.size), np.empty(depths.size)
-        counts = np.array([len(state.nodes) for state in states])
-        for count in np.unique(counts).tolist():
-            own = np.flatnonzero(counts == count)
-            alike = [states[i] for i in own.tolist()]
-            lines, force[own], energy[own] = self._interpolated(alike, depths[own])
-            x[own] = lines[:, [0, -1]]
-        return x, force, energy
+        energy, force, *lines = self._interpolated(points)
+        return np.array(lines).T, force, energy
 
-    def certify(self, state: State, depth: float) -> None:
+    def certify(self, point: Point) -> None:
         """NotCertifiedError if something would still happen at this depth, or has not before."""
-        if state is None:
+        depth, lines, nodes = point
+        if lines is None:
             return
-        tie, parts = self.walk.closing.tie, parts_of(state.nodes)
+        tie, parts = self.walk.closing.tie, parts_of(nodes)
         rising, falling = (self.walk.first(parts, sign)[0].depth for sign in (1, -1))
         if rising < depth - tie(depth, rising) or falling > depth + tie(depth, falling):
             raise NotCertifiedError(
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        contacts = self.row.contacts(self.ground, state.nodes, depth)
+        contacts = self.row.contacts(self.ground, nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 
 
-def _one(state: Held, depth: float) -> tuple[Nodes, Array]:
-    """The lines (1, 2m) of a state and its depth (1,)."""
-    return np.array(state.nodes).reshape(1, -1), np.array([depth])
+def _between(lives: Sequence[Life]) -> Contacts:
+    """The contacts between free parts that live at one depth."""
+    parts = [life.part for life in lives]
+    return contacts_of(sorted(parts, key=lambda part: -1 if part[0] is None else part[0]))
+
+
+def _arrays(points: Sequence[Point]) -> tuple[NDArray[np.int64], Array]:
+    """Nodes (n, 2m) and depths (n,) of points with m contacts each."""
+    nodes = np.array([point.memory for point in points]).reshape(len(points), -1)
+    return nodes, np.array([point.depth for point in points])

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.paths.branch import Branch, Leg, Pinned, Point, State
+from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.paths.control import Control, Curve
-from discretization.paths.events import Event, Snapshot, inner_lines, kind_of_jump
+from discretization.paths.events import Event
 
 Array = NDArray[np.float64]
-# of δ₀ and the depth: legs under a load of unknown length, where a branch looks ahead or not
-_FIRST = {True: 1 / 2, False: 1 / 32}
+_FIRST = 1 / 2  # of δ₀ and the depth: legs under a load of unknown length
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
 _ROUNDING = 2e-16  # of the sum of what P is made of
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
@@ -59,14 +58,13 @@ class LoadPath:
             left, side = part, 1 if part[-1] >= self.value else -1
             self.reach, self.rate = math.inf, 0.0
             while left.size:
-                move = self._apart if self.point.state is None else self._pushed
+                move = self._apart if self.point.lines is None else self._pushed
                 left = left[move(left, side) :]
             self.value = float(part[-1])
 
-    def recorded(self) -> tuple[Array, list[State], list[Event], float]:
-        """Depths, states, events and friction since the last call."""
-        depths = np.array([point.depth for point in self.points])
-        found = depths, [p.state for p in self.points], list(self.events), self.friction
+    def recorded(self) -> tuple[list[Point], list[Event], float]:
+        """Steps, events and friction since the last call."""
+        found = list(self.points), list(self.events), self.friction
         self.points.clear()
         self.events.clear()
         self.friction = 0.0
@@ -97,13 +95,11 @@ class LoadPath:
 
     def _touch(self) -> None:
         """The indenter touches, and is pulled in by adhesion."""
-        touch = self.branch.touch
-        after = Point(touch, self.branch.follow(None, touch))
-        force = self.branch.force(after.state, touch)
-        if self.control.stiffness is not None and force < 0 and self.branch.lift:
+        after = self.branch.first()
+        if self.control.stiffness is not None and self.branch.force(after) < 0:
             after = self._landing(after, self._free, 1)
-        self._record("touch", self._free, Point(touch, None), after)
-        self.point, self.pinned = after, self.branch.pinned(after.state)
+        self._record("touch", self._free, Point(self.branch.touch, None), after)
+        self.point, self.pinned = after, self.branch.pinned(after)
 
     # in contact
 
@@ -118,7 +114,7 @@ class LoadPath:
         found = curve.reaches(values, side, 0, top)
         missed = np.isnan(found)
         reached = int(missed.argmax()) if missed.any() else values.size
-        self._add(leg.points(curve.depths(found[:reached])))
+        self._add(leg.points(leg.depths(found[:reached])))
         self._measure(leg, far, curve.value)
         if reached < values.size:
             if top < curve.t.size - 1:
@@ -133,11 +129,11 @@ class LoadPath:
         if far[0] == 0:
             self._add([self.point])
             return 1
-        asked = min(float(far[-1]), self.reach) if self.branch.ahead else float(far[0])
+        asked = min(float(far[-1]), self.reach)
         leg = self._leg(self.point, side * asked, float(far[0]))
         ahead = side * (values - leg.end.depth)
         stays = leg.after is None or (
-            leg.after.state is None and leg.end.depth == self.branch.touch
+            leg.after.lines is None and leg.end.depth == self.branch.touch
         )
         reached = int(((ahead < 0) | ((ahead == 0) & stays)).sum())
         self._add(leg.points(values[:reached]))
@@ -165,7 +161,7 @@ class LoadPath:
         slow = done <= min(_CREEPS * size, least / 2) and not leg.jumps
         self.creeping = self.creeping + 1 if slow else 0
         if self.creeping > _CREEPING:
-            self.branch.certify(leg.end.state, leg.end.depth)
+            self.branch.certify(leg.end)
             raise NotCertifiedError(
                 f"the contacts at depth = {point.depth!r} do not come to rest; try other depths"
             )
@@ -180,8 +176,8 @@ class LoadPath:
     def _rounding(self, leg: Leg) -> float:
         """Of the control, by what P is a sum of."""
         scene, deepest = self.branch.scene, max(abs(leg.start.depth), abs(leg.end.depth))
-        widths = (p.state.ends[1] - p.state.ends[0] for p in (leg.start, leg.end) if p.state)
-        width = max(widths) + scene.elastocapillary_length
+        widths = [p.ends[1] - p.ends[0] for p in (leg.start, leg.end) if p.lines]
+        width = max(widths, default=0.0) + scene.elastocapillary_length
         lift = deepest - min(0.0, self.branch.touch) + abs(self.branch.touch) + self.branch.lift
         force = scene.stiffness * lift * (width**2 if scene.axisymmetric else width)
         return _ROUNDING * float(self.control.value(deepest, force))
@@ -190,7 +186,7 @@ class LoadPath:
         """How far to look ahead for the last of these values."""
         rate, depth = self.rate, self.point.depth
         off = abs(float(values[-1]) - self._value(self.point))
-        size = _FIRST[self.branch.ahead] * (abs(depth - self.branch.touch) + self.branch.lift)
+        size = _FIRST * (abs(depth - self.branch.touch) + self.branch.lift)
         first = size or off / self.branch.scene.layer.modulus
         aim = _LONGER * off / rate if rate > 0 else math.inf
         return min(aim, self.reach if math.isfinite(self.reach) else first)
@@ -222,21 +218,21 @@ class LoadPath:
 
     def _slide(self, there: Point) -> None:
         if self.branch.scene.hysteretic:
-            self.friction += self.branch.friction(self.point.state, there.state)
+            self.friction += self.branch.friction(self.point, there)
         self.point = there
 
     def _turn(self, curve: Curve, top: int, side: int) -> None:
         """A jump from a peak of C."""
         leg, t = curve.leg, np.array([curve.refined(top, side)])
-        (peak,) = leg.points(curve.depths(t))
+        (peak,) = leg.points(leg.depths(t))
         self._slide(peak)
         value = self._value(peak)
         landed = curve.reaches(np.array([value]), side, top + 1, curve.t.size - 1)
         if np.isnan(landed[0]):
             self._jump("jump", peak, leg.end if leg.after is None else leg.after, value, side)
             return
-        (after,) = leg.points(curve.depths(landed))
-        ends = after.state.lines, peak.state.lines
+        (after,) = leg.points(leg.depths(landed))
+        ends = after.lines or (), peak.lines or ()
         alike = len(ends[0]) == len(ends[1])
         if not alike or np.abs(np.subtract(*ends)).max() > self.branch.resolution:
             self._record("jump", value, peak, after)
@@ -249,23 +245,21 @@ class LoadPath:
         self._slide(leg.end)
         if leg.after is None:
             return
-        if not leg.jumps and leg.after.state is not None:
+        if not leg.jumps and leg.after.lines is not None:
             self.point = leg.after
             return
         if not leg.jumps and self.control.stiffness is None:
             self._hold(("", ""))
-        value, kind = self._value(leg.end), kind_of_jump(leg.end.state, leg.after.state, side > 0)
-        if self.control.stiffness is not None:
-            self._jump(kind, leg.end, leg.after, value, side)
-            return
-        self._record(kind, value, leg.end, leg.after)
-        self.point, self.pinned = leg.after, self.branch.pinned(leg.after.state)
+        kind = _kind_of_jump(leg.end, leg.after, side > 0)
+        self._jump(kind, leg.end, leg.after, self._value(leg.end), side)
 
     def _jump(self, kind: str, before: Point, start: Point, value: float, side: int) -> None:
         """A jump at a value of the control to the first equilibrium from `start` on."""
         after = self._landing(start, value, side)
-        self._record("pull-off" if after.state is None else kind, value, before, after)
-        self.point, self.pinned = after, self.branch.pinned(after.state)
+        if after.lines is None and self.control.stiffness is not None:
+            kind = "pull-off"
+        self._record(kind, value, before, after)
+        self.point, self.pinned = after, self.branch.pinned(after)
 
     def _landing(self, here: Point, value: float, side: int) -> Point:
         """The first point from here on at which C is this value; detached if there is none.
@@ -273,37 +267,42 @@ class LoadPath:
         Events on the way happen: contacts that begin pull at an indenter that moves in, and those
         that close have pulled at one that moves out, so that no event holds it.
         """
-        step = _FIRST[self.branch.ahead] * (abs(here.depth - self.branch.touch) + self.branch.lift)
-        while here.state is not None:
+        step = _FIRST * (abs(here.depth - self.branch.touch) + self.branch.lift)
+        while here.lines is not None:
             if side * (self._value(here) - value) >= 0:
                 return here
             leg = self._leg(here, side * step)
             curve = self._curve(leg)
             found = curve.reaches(np.array([value]), side, 0, curve.t.size - 1)
             if not np.isnan(found[0]):
-                return leg.points(curve.depths(found))[0]
+                return leg.points(leg.depths(found))[0]
             step = 2 * abs(leg.end.depth - here.depth) or step
             here = leg.end if leg.after is None else leg.after
         return Point(here.depth if self.dead else value, None)
 
     def _value(self, point: Point) -> float:
-        return float(self.control.value(point.depth, self.branch.force(point.state, point.depth)))
+        return float(self.control.value(point.depth, self.branch.force(point)))
 
     def _record(self, kind: str, value: float, before: Point, after: Point) -> None:
-        self.branch.certify(after.state, after.depth)
-        first, second = self._snapshot(before), self._snapshot(after)
+        self.branch.certify(after)
+        first, second = self.branch.snapshot(before), self.branch.snapshot(after)
         done = self.control.work(before.depth, after.depth, value)
         released = first.energy - second.energy + done
         if kind == "touch" and released > 0:
             kind = "jump-in"
         self.events.append(Event(kind, value, first, second, released, self.step))
 
-    def _snapshot(self, point: Point) -> Snapshot:
-        depth, state = point
-        left, right = (math.nan, math.nan) if state is None else state.ends
-        force, energy = self.branch.force(state, depth), self.branch.energy(state, depth)
-        turned = self.branch.scene.axisymmetric
-        return Snapshot(depth, force, energy, left, right, inner_lines(state), turned)
+
+def _kind_of_jump(before: Point, after: Point, rising: bool) -> str:
+    """What a jump does to the number of contacts."""
+    if after.lines is None:
+        return "detachment"
+    more = len(after.inner) - len(before.inner)
+    if more == 0:
+        return "jump"
+    if more > 0:
+        return "nucleation" if rising else "splitting"
+    return "coalescence" if rising else "closing"
 
 
 def _one_way(values: Array, value: float) -> Iterator[Array]:
