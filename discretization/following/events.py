@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
@@ -21,6 +22,7 @@ from discretization.following.enclosing import CLOSE, Enclosing
 from discretization.following.smooth import way_of
 from discretization.following.track import Piece, represented
 from discretization.following.trials import Trials, merge, unmoved
+from discretization.routes import one_contact
 
 Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
@@ -51,6 +53,11 @@ class Events:
         """What follows lines between events."""
         return Trials(self.motion)
 
+    @functools.cached_property
+    def _alone(self) -> bool:
+        """Whether a line moves one way until it comes free, or its contact is lost."""
+        return one_contact(self.motion.scene) and self.motion.scene.pattern is None
+
     def happens(self, before: Lines, after: Lines) -> bool:
         """Whether lines have jumped, and not only come free."""
         if len(before) != len(after):
@@ -60,7 +67,7 @@ class Events:
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
-        if self.motion.gradual and (known := self._gradual(lines, start, end)):
+        if self._alone and (known := self._gradual(lines, start, end)):
             return known
         surfaces, trials = np.array(free(lines)), self.trials
         everything = set(range(len(surfaces)))
@@ -83,7 +90,7 @@ class Events:
         return self._beyond(part, own, low.depth, end) if high.failed else part
 
     def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:
-        """The same of lines that never jump: until one comes free, or the contact closes.
+        """The same of a contact that stays alone: until a line comes free, or it is lost.
 
         None where that is not all that happens.
         """
@@ -91,12 +98,13 @@ class Events:
         way, least = (1 if end >= start else -1), CLOSE * rests.size
         if len(lines) != 2 or lines[0] == lines[1]:
             return None
-        ahead = way * np.diagonal(rests.ahead(surfaces, way)[:, ::-1])
+        axis = int(self.motion.scene.axisymmetric)  # which is no line
+        ahead = way * np.diagonal(rests.ahead(surfaces, way)[:, ::-1])[axis:]
         held = ahead[ahead - way * start > TIE * rests.size]
         if held.size:
             end = way * min(way * end, float(held.min()))
-        elif way < 0 and (closing := vanishing.closing(rests, surfaces) + least / 2) > end:
-            end, after = closing, ()
+        elif way < 0 and (lost := vanishing.lost(rests, surfaces) + least / 2) > end:
+            end, after = lost, ()
         surfaces = rests.snapped(surfaces)
         for parts in _GRADED:
             depths = way_of(start, end, parts, graded=True)
@@ -105,7 +113,9 @@ class Events:
                 return None
             if represented(x[[0, 1], :, [1, 0]].reshape(2, parts, -1)):
                 whole = Piece((0, 1), depths.reshape(parts, -1), x)
-                return Part(end, _flat(x[:, -1]), after, (whole,))
+                found = _flat(x[:, -1])
+                beside = Contacts(self.motion, found, end).free  # ValueError if one turns over
+                return Part(end, found, after, (whole,)) if beside else None
         return None
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:

@@ -13,6 +13,7 @@ from discretization.roots import bracketed
 Array = NDArray[np.float64]
 _CURVED = 1e-4  # of the room between two lines, or of l, for the change of the stiffness
 _NEAR = 1e-4  # of that: the depth of a fold is good to the square of its place
+_INNERMOST = 1e-6  # of the radius of a disc: there it is not held any more
 _FOLDED = 12  # steps of Newton's method to a fold
 
 
@@ -39,8 +40,7 @@ def fold(rests: Rests, lines: Array, way: int) -> float:
 def closing(rests: Rests, lines: Array) -> float:
     """The depth at which the contact between two surfaces (2, 2) closes; nan: not known.
 
-    There both its lines rest at the same place and depth, of a disc about an axis on the axis.
-    The lines that they face stay.
+    There both its lines rest at the same place and depth. The lines that they face stay.
     """
     start, end = float(lines[0, 1]), float(lines[1, 0])
 
@@ -50,11 +50,30 @@ def closing(rests: Rests, lines: Array) -> float:
     def apart(x: float) -> float:
         return float(np.subtract(*at(x)))
 
-    if rests.scene.axisymmetric and start < 0 < end:
-        return float(at(0.0).mean())
     if not start < end or not apart(start) > 0 > apart(end):
         return math.nan
     return float(at(bracketed(apart, end, start)).mean())
+
+
+def lost(rests: Rests, lines: Array) -> float:
+    """The depth at which the one contact between two surfaces (2, 2) is lost; nan: not known.
+
+    It closes, or, about an axis, the depth at which its line rests is least there.
+    """
+    if not rests.scene.axisymmetric:
+        return closing(rests, lines)
+    outer = float(lines[1, 0])
+    room = rests.rooms(lines[1:], -1)
+
+    def falls(x: float) -> float:
+        rates = rests.rest_depths(np.array([[(x, math.inf)]]), room, -1, True)[1]
+        assert rates is not None
+        return -float(rates[0, 0, 0, 0])
+
+    if not falls(_INNERMOST * outer) > 0 > falls(outer):
+        return math.nan
+    x = bracketed(falls, outer, _INNERMOST * outer)
+    return float(rests.ahead(np.array([(x, math.inf)]), -1)[0, 0])
 
 
 def _step(rests: Rests, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
