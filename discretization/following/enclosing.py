@@ -17,7 +17,7 @@ import numpy as np
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.rests import TIE
 from discretization.following import vanishing
-from discretization.following.trials import PARTS, Trials, Tried
+from discretization.following.trials import Trials, Tried
 
 CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
@@ -32,7 +32,7 @@ class Enclosing:
     """An event between `low`, up to which nothing happens, and `high`, which fails.
 
     start: where the way began; older: the trial before `low`; involved: the surfaces to which it
-    happens; parts: of the next trials; aim, away: the depth where something runs out, and how far
+    happens; aim, away: the depth where something runs out, and how far
     that was from `low`; widths: of the ranges so far; folds: times that an equilibrium may yet be
     looked for that disappears, fresh: whether `low` is new since the last time.
     """
@@ -41,7 +41,6 @@ class Enclosing:
     low: Tried
     high: Tried
     start: float
-    parts: int = 1
     passed: bool = False
     passes: int = 0
     aim: float = math.nan
@@ -80,24 +79,18 @@ class Enclosing:
             self._solve()
             if self.done:
                 return (self.low if self.high.failed else self.high), self.high, self.involved
-            if self._take(
-                self.trials.tried(
-                    self.low.lines, self.involved, self.low.depth, self._next(), self.parts
-                )
-            ):
+            low, which = self.low, self.involved
+            if self._take(self.trials.tried(low.lines, which, low.depth, self._next())):
                 return self.low, self.low, self.involved
         raise NotCertifiedError(
             f"the event near depth = {self.low.depth!r} is not enclosed; try other depths"
         )
 
     def _solve(self) -> None:
-        """Where nothing is known to happen: look for a fold, then for shorter parts of the way."""
+        """Look for an equilibrium that disappears, or a contact that closes."""
         if self.high.failed and abs(self.width) > self.least and self.folds and self.fresh:
             self.folds, self.fresh = self.folds - 1, False
             self.low, self.high = self._beside(self.low, self.high, self.involved)
-        if self.parts == 1 and not self.high.known and abs(self.width) > self.least:
-            high, self.parts = self.trials.in_parts(self.low, self.high, self.involved), PARTS[0]
-            self.high = high if high.failed else high.after(self.low)
 
     def _next(self) -> float:
         """The next depth to try."""

@@ -19,8 +19,7 @@ from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
 from discretization.following import vanishing
 from discretization.following.enclosing import CLOSE, Enclosing
-from discretization.following.smooth import way_of
-from discretization.following.track import Piece, represented
+from discretization.following.pieces import Piece, represented, way_of
 from discretization.following.trials import Trials, merge, unmoved
 from discretization.routes import one_contact
 
@@ -78,7 +77,8 @@ class Events:
         low, high, own = Enclosing(trials, unmoved(surfaces, start), found, start).run()
         found, smooth = trials.to(surfaces, failed - own, start, low.depth), True
         if passed and low.depth != start:  # smoothly up to here, as they do beyond
-            moved = trials.smooth.over(surfaces[passed], start, low.depth)
+            smooth_motion = trials.smooth
+            moved = smooth_motion.balanced(smooth_motion.over(surfaces[passed], start, low.depth))
             found.lines[passed] = moved.lines
             way = Piece(tuple(passed), moved.depths, moved.whole)
             found = found._replace(pieces=(*found.pieces, way))
@@ -136,6 +136,7 @@ class Events:
             there = np.array(free(after))
             new = ~(there[:, None] == surfaces).all(axis=2).any(axis=1)
             back = self.trials.smooth.over(there[new], depth, part.depth)
+            back = self.trials.smooth.balanced(back)
             if back.smooth.all():
                 there[new] = back.lines
                 found = _flat(there)

@@ -22,11 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.rests import Rests, margins, solved
+from discretization.following.pieces import DEGREE, Piece, way_of
 from discretization.integrals import Integrals
 from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]
-DEGREE = 12  # of the Lobatto rule in t
+_HALVED, _MOST = 10, 128  # halvings of a part whose energy does not balance, and such parts
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
 _SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
@@ -61,30 +62,54 @@ class Smooth:
     rests: Rests
     integrals: Integrals
 
-    def over(self, lines: Array, start: float, end: float, parts: int = 1) -> Moved:
-        """The lines (n, 2) of these surfaces, at rest at one depth, taken to another.
-
-        parts: of the way, on each of which the energy must balance.
-        """
-        points, weights, _ = rounded(DEGREE)
-        lines, t = self.rests.snapped(lines), (points + 1) / 2
-        depths, step = way_of(start, end, parts), (end - start) / parts
-        way = 1 if end >= start else -1
-        cut = depths.reshape(parts, -1)
-        x, good, margin = self.followed(lines, depths, way)
+    def over(self, lines: Array, start: float, end: float) -> Moved:
+        """The lines (n, 2) of these surfaces, at rest at one depth, in equilibrium to another."""
+        lines, depths = self.rests.snapped(lines), way_of(start, end)
+        x, good, margin = self.followed(lines, depths, 1 if end >= start else -1)
         margin[~good] = math.nan
-        if not good.any():
-            return Moved(x[:, -1], good, margin, cut, x)
-        found = np.zeros((3, *x.shape[:2]))
-        found[:, good] = self.parts(x[good], depths, way)
-        energy, size, force = found.reshape(3, len(x), parts, t.size)
-        work = force @ (weights * (1 - t)) * step
-        change = energy[..., -1] - energy[..., 0]
+        return Moved(self.rests.snapped(x[:, -1]), good, margin, depths[None], x)
+
+    def balanced(self, moved: Moved) -> Moved:
+        """The same in parts on which energies balance; where they do not, a part is halved.
+
+        Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short ones.
+        """
+        own, depths, smooth = np.flatnonzero(moved.smooth), moved.depths, moved.smooth.copy()
+        start, first = depths[0, 0], moved.whole[own, 0]
+        way = 1 if depths[-1, -1] >= start else -1
+        lines, known = moved.whole[own].reshape(len(own), *depths.shape, 2), []
+        for turn in range(_HALVED + 1):
+            uneven = ~self._balance(lines, depths, way) & smooth[own, None]
+            rough = uneven.any(axis=0)
+            if turn == _HALVED or rough.sum() > _MOST:
+                smooth[own[uneven.any(axis=1)]], rough = False, np.zeros_like(rough)
+            known.append((depths[~rough], lines[:, ~rough]))
+            if not rough.any():
+                break
+            piece = Piece((), depths[rough], lines[:, rough].reshape(len(own), -1, 2))
+            depths = np.concatenate([way_of(cut[0], cut[-1], 2) for cut in depths[rough]])
+            guess = np.concatenate([first[:, None], piece.drawn(depths, way)], axis=1)
+            x, good, _ = self.followed(first, np.append(start, depths), way, guess)
+            smooth[own[~good]] = False
+            depths = depths.reshape(-1, DEGREE + 1)
+            lines = x[:, 1:].reshape(len(own), *depths.shape, 2)
+        depths = np.concatenate([cuts for cuts, _ in known])
+        order = np.argsort(way * depths[:, 0])
+        whole = np.repeat(moved.whole[:, :1], depths.size, axis=1)
+        found = np.concatenate([lines for _, lines in known], axis=1)[:, order]
+        whole[own] = found.reshape(len(own), -1, 2)
+        return moved._replace(smooth=smooth, depths=depths[order], whole=whole)
+
+    def _balance(self, lines: Array, depths: Array, way: int) -> NDArray[np.bool_]:
+        """Whether energies balance (n, p), lines (n, p, j, 2) at the depths (p, j) of parts."""
+        points, weights, _ = rounded(DEGREE)
+        whole = lines.reshape(len(lines), -1, 2)
+        found = self.parts(whole, depths.ravel(), way).reshape(3, *lines.shape[:3])
+        energy, size, force = found
+        step = depths[:, -1] - depths[:, 0]
+        off = energy[..., -1] - energy[..., 0] - force @ (weights * (1 - points) / 2) * step
         rounding = _EVEN * self.rests.size * np.abs(force).max(axis=2)
-        even = np.abs(change - work) <= BALANCED * size.max(axis=2) + rounding
-        good &= even.all(axis=1)
-        x[:, -1] = self.rests.snapped(x[:, -1])
-        return Moved(x[:, -1], good, margin, cut, x)
+        return np.asarray(np.abs(off) <= BALANCED * size.max(axis=2) + rounding)
 
     def followed(
         self, lines: Array, depths: Array, way: int, guess: Array | None = None
@@ -200,22 +225,6 @@ class Smooth:
             energy, force = self.rests.surfaces.stored(left, right, at)
             total[:, own] += np.array([energy, energy, force]).reshape(3, -1, j)
         return total
-
-
-def way_of(start: float, end: float, parts: int = 1, *, graded: bool = False) -> Array:
-    """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way.
-
-    graded: parts are the shorter the less deep: of a half each on the way down, of a quarter each
-    on the way back to where contact is lost.
-    """
-    t, cuts = (rounded(DEGREE)[0] + 1) / 2, np.arange(parts + 1) / parts
-    if graded and end > start:
-        cuts = np.append(0.0, 0.5 ** np.arange(parts)[::-1])
-    elif graded:
-        cuts = np.append(1 - 0.25 ** np.arange(parts), 1.0)
-    depths = start + (end - start) * (cuts[:-1, None] + np.diff(cuts)[:, None] * (t * (2 - t)))
-    depths[-1, -1] = end
-    return np.asarray(depths.ravel())
 
 
 def kinds(lines: Array) -> list[NDArray[np.bool_]]:

@@ -3,52 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.following.smooth import DEGREE, Smooth
-from discretization.surfaces.spectral import coefficients, polynomial
+from discretization.following.pieces import Piece
+from discretization.following.smooth import Smooth
 
 Array = NDArray[np.float64]
 _MOST = 256  # depths at once
-_DRAWN = 1e-6  # of how far a line moves: as well polynomials tell where it is
-_ROUNDING = 1e-14  # of its place
 _NEAR = 1e-11  # of the size of depths: D - d of lines that are read next to where they disappear
-
-
-class Piece(NamedTuple):
-    """Lines (n, p * j, 2) of some free surfaces at depths (p, j) of a way, in p parts (Smooth)."""
-
-    which: tuple[int, ...]
-    depths: Array
-    lines: Array
-
-    @property
-    def start(self) -> float:
-        """Where the way begins."""
-        return float(self.depths[0, 0])
-
-    @property
-    def end(self) -> float:
-        """Where the way ends."""
-        return float(self.depths[-1, -1])
-
-    def drawn(self, depths: Array, way: int) -> Array:
-        """Lines (n, k, 2) at depths on the way, as polynomials of t on each part tell."""
-        (n, _, _), (p, j), first = self.lines.shape, self.depths.shape, self.lines[:, :1]
-        parts = np.searchsorted(way * self.depths[:-1, -1], way * depths)
-        known = np.where(np.isfinite(self.lines), self.lines, 0.0).reshape(n, p, j, 2)
-        guess = np.empty((n, depths.size, 2))
-        for part in np.unique(parts).tolist():
-            own, (start, end) = parts == part, self.depths[part, [0, -1]].tolist()
-            t = 1 - 2 * np.sqrt((end - depths[own]) / (end - start))
-            values = known[:, part].transpose(1, 0, 2).reshape(j, -1)
-            guess[:, own] = polynomial(DEGREE, t, values).reshape(n, 2, -1).transpose(0, 2, 1)
-        moves = (self.lines != first).any(axis=1, keepdims=True)
-        return np.where(moves, guess, first)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,21 +75,3 @@ class Track:
                 f"the contacts between depth = {start!r} and {end!r} do not come to rest; try "
                 "other depths, or method='lattice'"
             )
-
-
-def represented(lines: Array) -> bool:
-    """Whether lines (.., j) at the Gauss-Lobatto points of ways are polynomials of t there."""
-    coef = np.abs(coefficients(DEGREE, lines))
-    known = _DRAWN * coef[..., 1:].max() + _ROUNDING * coef[..., 0]
-    return bool((coef[..., -2:].max(axis=-1) <= known).all())
-
-
-def restricted(whole: tuple[Piece, ...], own: set[int]) -> tuple[Piece, ...]:
-    """The same pieces with some of their free surfaces."""
-    found = []
-    for piece in whole:
-        kept = [k for k, i in enumerate(piece.which) if i in own]
-        if kept:
-            which = tuple(piece.which[k] for k in kept)
-            found.append(piece._replace(which=which, lines=piece.lines[kept]))
-    return tuple(found)

@@ -7,7 +7,6 @@ itself (smooth.py), and only those to which something happens are looked at clos
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,13 +16,12 @@ from numpy.typing import NDArray
 from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
+from discretization.following.pieces import Piece, restricted
 from discretization.following.smooth import Smooth
-from discretization.following.track import Piece, restricted
 from discretization.integrals import Integrals
 
 Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]
-PARTS = (4, 16)  # of a way
 
 
 class Tried(NamedTuple):
@@ -39,11 +37,6 @@ class Tried(NamedTuple):
     failed: set[int]
     known: bool
     pieces: tuple[Piece, ...] = ()
-
-    @property
-    def lost(self) -> bool:
-        """Whether lines were not found at rest: more parts would not help."""
-        return any(math.isnan(self.rooms["stiff", i]) for i in self.failed)
 
     def after(self, low: Tried) -> Tried:
         """The same with what led to where it began."""
@@ -63,15 +56,13 @@ class Trials:
         level = rests.size + max(rests.size, rests.profile.touch)
         return Smooth(rests, Integrals.of(rests.scene, rests.profile, level))
 
-    def tried(
-        self, surfaces: Array, which: set[int], start: float, end: float, parts: int = 1
-    ) -> Tried:
+    def tried(self, surfaces: Array, which: set[int], start: float, end: float) -> Tried:
         """Surfaces taken to a depth, and what is left for each."""
         lines, kept = surfaces.copy(), sorted(which)
-        found = self.smooth.over(surfaces[kept], start, end, parts)
+        found = self.smooth.over(surfaces[kept], start, end)
         lines[kept] = found.lines
         failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
-        unknown = set(failed)
+        unknown = len(failed)
         reach = self.motion.rests.reach(found.lines, end, 1 if end > start else -1)
         rooms: Rooms = {}
         for i, margin, (q, p) in zip(kept, found.margin.tolist(), reach.tolist(), strict=True):
@@ -79,8 +70,12 @@ class Trials:
         if end > start:
             self._pressed(surfaces, lines, set(kept) - failed, (start, end), rooms, failed)
         self._contacts(lines, which, end, rooms, failed)
+        known = len(failed) > unknown
+        if not failed:
+            found = self.smooth.balanced(found)
+            failed = {i for i, good in zip(kept, found.smooth.tolist(), strict=True) if not good}
         way = Piece(tuple(kept), found.depths, found.whole)
-        return Tried(end, lines, rooms, failed, failed != unknown, (way,))
+        return Tried(end, lines, rooms, failed, known, (way,))
 
     def _pressed(
         self,
@@ -115,21 +110,9 @@ class Trials:
                 failed |= {j, j + 1}
 
     def to(self, surfaces: Array, which: set[int], start: float, end: float) -> Tried:
-        """Surfaces taken to a depth, in parts if need be."""
-        if start == end or not which:
-            return unmoved(surfaces, start)
-        found = self.tried(surfaces, which, start, end)
-        return self.in_parts(unmoved(surfaces, start), found, which)
-
-    def in_parts(self, low: Tried, high: Tried, which: set[int]) -> Tried:
-        """Surfaces tried again in more parts where nothing is known to happen to those that fail.
-
-        Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short ones.
-        """
-        for parts in PARTS:
-            if high.failed and not high.known and not high.lost:
-                high = self.tried(low.lines, which, low.depth, high.depth, parts)
-        return high
+        """Surfaces taken to a depth that may be where they are."""
+        moves = start != end and which
+        return self.tried(surfaces, which, start, end) if moves else unmoved(surfaces, start)
 
     def rooms(self, low: Tried, which: set[int], end: float) -> Rooms:
         """What is left at first for free surfaces and contacts."""

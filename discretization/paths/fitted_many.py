@@ -21,7 +21,8 @@ from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
 from discretization.following.events import Events
-from discretization.following.smooth import DEGREE, Smooth
+from discretization.following.pieces import DEGREE
+from discretization.following.smooth import Smooth
 from discretization.following.track import Track
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.profile import resolve
