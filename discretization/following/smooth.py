@@ -74,6 +74,8 @@ class Smooth:
 
         Where a line passes a jump of a higher derivative of f, ∫P dd only converges on short ones.
         """
+        if not moved.smooth.any():
+            return moved
         own, depths, smooth = np.flatnonzero(moved.smooth), moved.depths, moved.smooth.copy()
         start, first = depths[0, 0], moved.whole[own, 0]
         way = 1 if depths[-1, -1] >= start else -1
