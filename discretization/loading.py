@@ -7,15 +7,14 @@ a machine is read off the path at imposed depths (paths/control.py).
 
 from __future__ import annotations
 
-import functools
 import math
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.paths.branch import Branch, Point
-from discretization.paths.branches import branch_of, pressed_by
+from discretization.paths.branch import Point
+from discretization.paths.branches import branch_for
 from discretization.paths.control import Control
 from discretization.paths.history import History
 from discretization.paths.load_path import LoadPath
@@ -81,11 +80,15 @@ def load_path(
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
     if every != int(finite("every", every)) or every < 1:
         raise ValueError(f"every = {every!r} is no number of steps; give at least 1")
+    option("method", method, METHODS)
+    if (method == "lattice") != (spacing is not None):
+        raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
+    spacing = None if spacing is None else positive("spacing", spacing)
     if save is not None and Path(save).exists():
         after = _begun(History.from_csv(save, scene), values, save)
         values = values[len(after.values) :]
     deepest = max([*values, *(after.depth if after is not None else ())])
-    branch = _branch(scene, control, method, spacing, rtol, float(deepest))
+    branch = branch_for(scene, control, rtol, spacing, float(deepest))
     path = LoadPath(branch, control, Point(-math.inf, None))
     history = History.empty(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if after is not None:
@@ -116,26 +119,6 @@ def _go_to_end(path: LoadPath, history: History) -> None:
     path.step, path.value = len(history.values), float(history.values[-1])
     path.point = path.branch.contact(last.depth, *last.lines)
     path.pinned = path.branch.pinned(path.point)
-
-
-def _branch(
-    scene: Scene,
-    control: Control,
-    method: str,
-    spacing: float | None,
-    rtol: float,
-    deepest: float,
-) -> Branch:
-    """deepest: the largest depth of the programme, or the largest value of another control."""
-    option("method", method, METHODS)
-    if (method == "lattice") != (spacing is not None):
-        raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
-    if spacing is not None:
-        spacing = positive("spacing", spacing)
-    made = functools.partial(branch_of, scene, rtol, spacing)
-    if control.stiffness is None:
-        return made(deepest)
-    return pressed_by(scene, made, lambda depth, force: control.value(depth, force) >= deepest)
 
 
 def _begun(saved: History, values: Array, save: str | Path) -> History:

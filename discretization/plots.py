@@ -131,9 +131,6 @@ def _contact_line(axes: Any, state: Any, unit: str) -> None:
     axes.set_title(f"right contact line: π − θ = {angle:.3g}° (not to scale)")
 
 
-Part = tuple[str, list[Any]]  # kind of `Leg` and the states, `Snapshot`, along it
-
-
 class Leg(NamedTuple):
     """Part of a path: "loading", "unloading", "jump" or "free" (no contact); its states.
 
@@ -148,28 +145,20 @@ class Leg(NamedTuple):
 
 def legs(history: Any) -> list[Leg]:
     """A path in parts that go one way, jumps between them. Infinite depths are left out."""
-    pairs: list[Part] = []
-    events, here = list(history.events), None
-    for step in range(history.depth.size):
-        while events and events[0].step == step:
-            event = events.pop(0)
-            pairs += _towards(here, event.before)
-            if event.kind in JUMPS:
-                pairs.append(("jump", _held(history, event)))
-            here = event.after
-        there = history.at(step)
-        pairs += _towards(here, there)
-        here = there
-    return [_leg(kind, states) for kind, states in _joined(pairs)]
-
-
-def _towards(here: Any, there: Any) -> list[Part]:
-    """One step without a jump; none where nothing moves, or comes from infinity."""
-    if here is None or not math.isfinite(here.depth + there.depth) or here.depth == there.depth:
-        return []
-    if math.isnan(here.left) and math.isnan(there.left):
-        return [("free", [here, there])]
-    return [("loading" if there.depth > here.depth else "unloading", [here, there])]
+    found: list[tuple[str, list[Any]]] = []
+    for part in history.parts:
+        if not isinstance(part, list):
+            found += [("jump", _held(history, part))] if part.kind in JUMPS else []
+            continue
+        states = [state for state in part if math.isfinite(state.depth)]
+        free = all(math.isnan(state.left) for state in states)
+        kind = "free" if free else "loading" if part[-1].depth > part[0].depth else "unloading"
+        if found and found[-1][0] == kind:
+            found[-1][1].extend(states)
+        else:
+            found.append((kind, states))
+    drawn = [_leg(*each) for each in found if each[1]]
+    return [leg for leg in drawn if leg.depth.size > 1]
 
 
 def _held(history: Any, event: Any) -> list[Any]:
@@ -182,19 +171,10 @@ def _held(history: Any, event: Any) -> list[Any]:
     return [before, after._replace(force=held), after]
 
 
-def _joined(pairs: list[Part]) -> list[Part]:
-    """Steps of one kind that follow each other as one list of states."""
-    runs: list[Part] = []
-    for kind, states in pairs:
-        if runs and kind != "jump" and runs[-1][0] == kind:
-            runs[-1][1].append(states[-1])
-        else:
-            runs.append((kind, list(states)))
-    return runs
-
-
 def _leg(kind: str, states: list[Any]) -> Leg:
-    return Leg(kind, *np.array([(s.depth, s.force, s.half_width) for s in states]).T)
+    table = np.array([(s.depth, s.force, s.half_width) for s in states])
+    moves = np.append(True, np.diff(table[:, 0]) != 0) | (kind == "jump")
+    return Leg(kind, *table[moves].T)
 
 
 def units(histories: Sequence[Any], quantity: str, si: bool = True) -> tuple[Unit, Unit]:

@@ -65,7 +65,7 @@ def test_before_a_contact_begins_the_free_surface_is_clear_and_then_it_touches(p
 
 def test_where_an_equilibrium_disappears_is_solved_for(path):
     """Of the outermost line: where its D is greatest."""
-    rests = FittedMany.of(path.scene, 1e-8, 2 * DELTA0).motion.rests
+    rests = FittedMany.of(path.scene, 2 * DELTA0).motion.rests
     x = np.linspace(-8, 8, 2001) * L
     D = rests.ahead(np.column_stack([x, np.full_like(x, math.inf)]), 1)[:, 0]
     tops = np.flatnonzero((D[1:-1] > D[:-2]) & (D[1:-1] > D[2:])) + 1
@@ -247,7 +247,7 @@ def test_a_line_that_a_corner_would_stop_is_not_at_rest_beside_it():
     """Left line of a narrow contact at a tip, 1e-7 δ₀ above the depth that would hold it."""
     x = np.array([-9.0, -4.0, 4.0, 6.0, 8.0, 14.0]) * L
     scene = adhesive(Sampled(x, np.array([9.0, 0.0, 0.0, 3.0, 2.7, 12.0]) * DELTA0), w=1e-8)
-    motion, tip, p = FittedMany.of(scene, 1e-10, 5 * DELTA0).motion, 8 * L, (8 - 1e-8) * L
+    motion, tip, p = FittedMany.of(scene, 5 * DELTA0).motion, 8 * L, (8 - 1e-8) * L
 
     def rest_depths(q):
         lines, rests = np.array([[[q, p]]]), motion.rests

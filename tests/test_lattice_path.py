@@ -227,7 +227,7 @@ def test_a_uniform_pattern_is_no_pattern(tmp_path):
 def test_a_path_does_not_continue_from_a_wrong_state(pattern):
     scene = replace(adhesive(Parabola(0.02)), pattern=pattern)
     branch = LatticeBranch.of(scene, SPACING, 1e-3)
-    point = moved(branch, branch.first(), 1e-3)
+    point = moved(branch, branch.first, 1e-3)
     branch.certify(point)
     ((first, last),) = point.memory
     for links in (-1, 1):
@@ -263,7 +263,7 @@ def test_a_line_crosses_the_apex_where_nothing_holds_it():
 
 def test_a_line_left_at_the_apex_does_not_pass():
     branch = LatticeBranch.of(one_sided(), 1e-4, 0.02)
-    point = moved(branch, moved(branch, branch.first(), 0.02), -0.04)
+    point = moved(branch, moved(branch, branch.first, 0.02), -0.04)
     ((first, last),) = point.memory
     assert first == branch.row.touch + 500
     branch.certify(point)

@@ -130,7 +130,7 @@ def test_contacts_many_decay_lengths_apart_are_single_ones():
     one = adhesive(Sampled(single, single**2 / 0.04), **given)
     depths = np.array([0.0, 1.5, 0.7, -0.5]) * one.critical_separation
     branches = [LatticeBranch.of(scene, h, depths.max()) for scene in (one, two)]
-    points = [branch.first() for branch in branches]
+    points = [branch.first for branch in branches]
     for depth in depths.tolist():
         pairs = list(zip(branches, points, strict=True))
         points = [moved(branch, point, depth) for branch, point in pairs]
@@ -201,7 +201,7 @@ def test_pressed_contacts_do_not_depend_on_the_steps():
         branch = LatticeBranch.of(case.scene, case.feature / 8, top)
         if branch.row.f.size > 20000:
             continue
-        point = branch.first()
+        point = branch.first
         for depth in np.linspace(branch.touch, top, 40):
             point = moved(branch, point, float(depth))
-        assert moved(branch, branch.first(), top) == point
+        assert moved(branch, branch.first, top) == point

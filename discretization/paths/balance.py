@@ -11,21 +11,22 @@ from discretization.paths.branch import Branch, Leg, legs
 from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, PullOff, Snapshot
 
-Run = Sequence[Snapshot]
+Run = list[Snapshot]
 _NOISE = 1e-13  # of the largest force: a force is no less than another by less
 
 
-def work(branch: Branch, hold: Control, runs: Sequence[Run], events: Sequence[Event]) -> float:
-    """∫P dd over parts of the path, and of the load `hold` while the state jumped."""
-    total = sum(leg.work() for run in runs for leg in _legs(branch, run))
-    for event in events:
-        total += hold.work(event.before.depth, event.after.depth, event.control)
+def work(branch: Branch, hold: Control, parts: Sequence[Run | Event]) -> float:
+    """∫P dd over the parts of a path, and of the load `hold` while the state jumped."""
+    total = sum(leg.work() for run in _runs(parts) for leg in _legs(branch, run))
+    for event in parts:
+        if isinstance(event, Event):
+            total += hold.work(event.before.depth, event.after.depth, event.control)
     return total
 
 
-def most_tensile(branch: Branch, runs: Sequence[Run]) -> PullOff:
+def most_tensile(branch: Branch, parts: Sequence[Run | Event]) -> PullOff:
     """The state of least force. ValueError if no force is tensile."""
-    found = [least for run in runs for least in (*run, *_turns(branch, run))]
+    found = [least for run in _runs(parts) for least in (*run, *_turns(branch, run))]
     if not found or min(state.force for state in found) >= 0:
         least = min((state.force for state in found), default=math.inf)
         raise ValueError(
@@ -35,12 +36,18 @@ def most_tensile(branch: Branch, runs: Sequence[Run]) -> PullOff:
     return PullOff(state.force, state.depth, state.half_width)
 
 
+def _runs(parts: Sequence[Run | Event]) -> list[Run]:
+    """Those of the states in contact."""
+    runs = [part for part in parts if isinstance(part, list)]
+    return [run for part in runs if (run := [s for s in part if not math.isnan(s.left)])]
+
+
 def _turns(branch: Branch, run: Run) -> Iterator[Snapshot]:
     """The states of a run that goes one way at which P is least, between those recorded."""
     if not branch.smooth:
         return
     for leg in _legs(branch, run):
-        curve = Curve.of(leg, Control(0.0), True, 0.0)
+        curve = Curve.of(leg, Control(0.0))
         least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
         if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
             (point,) = leg.points(leg.depths(np.array([curve.refined(least, -1)])))
@@ -49,6 +56,5 @@ def _turns(branch: Branch, run: Run) -> Iterator[Snapshot]:
 
 def _legs(branch: Branch, run: Run) -> Iterator[Leg]:
     """The legs from the first state of a run to the last."""
-    if run:
-        start = branch.contact(run[0].depth, *run[0].lines)
-        yield from legs(branch, start, run[-1].depth)
+    start = branch.contact(run[0].depth, *run[0].lines)
+    return legs(branch, start, run[-1].depth)

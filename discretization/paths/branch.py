@@ -17,6 +17,7 @@ from energy import Scene
 Array = NDArray[np.float64]
 Pinned = tuple[str, str]
 _ORDER = 24  # of the rule for ∫P dd
+_ROUNDING = 2e-16  # of the sum of what P is made of
 _KNOWN, _HALVINGS = 1e-14, 20  # of ∫|P dd|: as well as it is known, and halvings at most
 
 
@@ -67,6 +68,12 @@ class Leg:
 
     def points(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
+        ends = {point.depth: point for point in (self.end, self.start)}
+        between = self.between(depths) if depths.size else []
+        return [ends.get(point.depth) or point for point in between]
+
+    def between(self, depths: Array) -> list[Point]:
+        """The same, where that is not known."""
         raise NotImplementedError
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
@@ -78,6 +85,15 @@ class Leg:
         start, end = self.start.depth, self.end.depth
         depths = start + (end - start) * (t * t * (3 - 2 * t))
         return np.where(t == 1.0, end, np.clip(depths, min(start, end), max(start, end)))
+
+    @property
+    def rounding(self) -> float:
+        """Of P, by the sizes of what it is a sum of."""
+        branch, scene = self.branch, self.branch.scene
+        widths = [point.ends[1] - point.ends[0] for point in (self.start, self.end) if point.lines]
+        width = max(widths, default=0.0) + scene.elastocapillary_length
+        lift = max(abs(self.start.depth), abs(self.end.depth)) + 2 * abs(branch.touch) + branch.lift
+        return _ROUNDING * scene.stiffness * lift * (width**2 if scene.axisymmetric else width)
 
     def work(self) -> float:
         """∫P dd from the start to the end, on parts halved until that changes it no more."""
@@ -129,6 +145,7 @@ class Branch:
         """How far below touching a contact can be held: δ₀ of opening."""
         return self.scene.opened.critical_separation
 
+    @property
     def first(self) -> Point:
         """The contacts at first touch."""
         raise NotImplementedError

@@ -32,6 +32,7 @@ _NEWTON = 5  # steps to a guess
 _ZOOMS = 40  # rounds, each of which narrows a peak to a quarter or finds it
 _WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
 _NOISE = 100.0  # times the rounding of C: by less it does not turn
+_EPSILON = 2e-16  # of depths
 _ROUNDING = 1e-15  # of what C is made of
 
 
@@ -73,8 +74,10 @@ class Curve(NamedTuple):
     rounding: float
 
     @classmethod
-    def of(cls, leg: Leg, control: Control, smooth: bool, rounding: float) -> Curve:
+    def of(cls, leg: Leg, control: Control) -> Curve:
         """Drawn by polynomials on parts of the leg, halved until they represent C."""
+        smooth, deepest = leg.branch.smooth, max(abs(leg.start.depth), abs(leg.end.depth))
+        rounding = float(control.value(_EPSILON * deepest, leg.rounding))
         ends = np.linspace(0.0, 1.0, 2 if smooth else _PARTS + 1).tolist()
         todo = list(itertools.pairwise(ends))[::-1]
         t, value, series = np.empty(0), np.empty(0), list[Legendre]()

@@ -43,14 +43,10 @@ class Tracked(Leg):
     track: Track
     known: dict[float, Array] = field(default_factory=dict)
 
-    def points(self, depths: Array) -> list[Point]:
+    def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        if not depths.size:
-            return []
         rows = self._lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
-        found = zip(depths.tolist(), rows, strict=True)
-        ends = {point.depth: point for point in (self.end, self.start)}
-        return [ends.get(depth) or _point(depth, tuple(row)) for depth, row in found]
+        return [_point(d, tuple(row)) for d, row in zip(depths.tolist(), rows, strict=True)]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
@@ -72,14 +68,13 @@ class FittedMany(Branch):
 
     scene: Scene
     motion: Motion
-    rtol: float
 
     @classmethod
-    def of(cls, scene: Scene, rtol: float, deepest: float) -> FittedMany:
+    def of(cls, scene: Scene, deepest: float) -> FittedMany:
         """deepest: the largest depth of the programme."""
         surfaces = surfaces_of(scene)
         motion = Motion.of(scene, resolve(scene, deepest), surfaces, deepest)
-        return cls(scene, motion, rtol)
+        return cls(scene, motion)
 
     @functools.cached_property
     def events(self) -> Events:
@@ -96,12 +91,9 @@ class FittedMany(Branch):
         """Depth at which contact begins."""
         return self.motion.profile.touch
 
+    @functools.cached_property
     def first(self) -> Point:
         """The contacts at first touch."""
-        return self._first
-
-    @functools.cached_property
-    def _first(self) -> Point:
         return Point(self.touch, self.motion.first())
 
     def leg(self, point: Point, goal: float) -> Tracked:

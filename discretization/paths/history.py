@@ -113,16 +113,18 @@ class History:
         return sum(event.energy_released for event in self.events) + self.friction
 
     @property
-    def runs(self) -> list[list[Snapshot]]:
-        """The states in contact of every part of the path that goes one way without a jump."""
-        runs, events = [[Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)]], list(self.events)
+    def parts(self) -> list[list[Snapshot] | Event]:
+        """The events, and between them the states of parts that go one way, in their order."""
+        run, events = [Snapshot(-math.inf, 0.0, 0.0, math.nan, math.nan)], list(self.events)
+        parts: list[list[Snapshot] | Event] = [run]
         for step in range(len(self)):
             while events and events[0].step == step:
                 event = events.pop(0)
-                _go_on(runs, event.before)
-                runs.append([event.after])
-            _go_on(runs, self.at(step))
-        return [[state for state in run if not math.isnan(state.left)] for run in runs]
+                _with(parts, run, event.before)
+                run = [event.after]
+                parts += [event, run]
+            run = _with(parts, run, self.at(step))
+        return parts
 
     def at(self, step: int) -> Snapshot:
         """The state at a step."""
@@ -137,7 +139,7 @@ class History:
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
         hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
-        return balance.work(self._branch, hold, self.runs, self.events)
+        return balance.work(self._branch, hold, self.parts)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -196,7 +198,7 @@ class History:
 
         ValueError for a path without tension.
         """
-        return balance.most_tensile(self._branch, self.runs)
+        return balance.most_tensile(self._branch, self.parts)
 
     plot = plots.plot_path
     to_dict = display.path_columns
@@ -220,9 +222,10 @@ def _snapshot(parts: list[Any]) -> Snapshot:
     return Snapshot(depth, force, energy, left, right, tuple(inner), *turned)
 
 
-def _go_on(runs: list[list[Snapshot]], there: Snapshot) -> None:
-    """Add a state to the last run, or to a new one where the path turns."""
-    run = runs[-1]
+def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapshot]:
+    """The last run with a further state, or a new one where the path turns."""
     if (run[-1].depth - run[0].depth) * (there.depth - run[-1].depth) < 0:
-        runs.append([run[-1]])
-    runs[-1].append(there)
+        run = [run[-1]]
+        parts.append(run)
+    run.append(there)
+    return run

@@ -56,15 +56,14 @@ class Links(Leg):
     def _along(self, depths: Array) -> Array:
         return depths if self.end.depth >= self.start.depth else -depths
 
-    def points(self, depths: Array) -> list[Point]:
+    def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        ends = {point.depth: point for point in (self.start, self.end)}
-        return [ends.get(depth) or self._at(depth) for depth in depths.tolist()]
-
-    def _at(self, depth: float) -> Point:
-        (start, end), here = self._spans, self._along(np.array(depth))
-        own = np.flatnonzero((start <= here) & (here < end)).tolist()
-        return self.branch.point(_between([self.lives[i] for i in own]), depth, self.start)
+        (start, end), found = self._spans, []
+        for depth, here in zip(depths.tolist(), self._along(depths).tolist(), strict=True):
+            own = np.flatnonzero((start <= here) & (here < end)).tolist()
+            nodes = _between([self.lives[i] for i in own])
+            found.append(self.branch.point(nodes, depth, self.start))
+        return found
 
     def work(self) -> float:
         """∫P dd from the start to the end: P is linear between changes."""
@@ -136,6 +135,7 @@ class LatticeBranch(Branch):
         x = (lattice.x(first + node) for pair in nodes for node in pair)
         return tuple(min(max(at, lo), hi) for at in x)
 
+    @property
     def first(self) -> Point:
         """The contacts at first touch."""
         return self.point(self.walk.touched(self.touch), self.touch, None)

@@ -17,7 +17,6 @@ from discretization.paths.events import Event
 Array = NDArray[np.float64]
 _FIRST = 1 / 2  # of δ₀ and the depth: legs under a load of unknown length
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
-_ROUNDING = 2e-16  # of the sum of what P is made of
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
 _CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
 _CREEPING = 100  # and so many in a row are not followed any further
@@ -95,7 +94,7 @@ class LoadPath:
 
     def _touch(self) -> None:
         """The indenter touches, and is pulled in by adhesion."""
-        after = self.branch.first()
+        after = self.branch.first
         if self.control.stiffness is not None and self.branch.force(after) < 0:
             after = self._landing(after, self._free, 1)
         self._record("touch", self._free, Point(self.branch.touch, None), after)
@@ -109,7 +108,7 @@ class LoadPath:
             return self._moved(values, side)
         far = self._distance(values)
         leg = self._leg(self.point, side * far)
-        curve = self._curve(leg)
+        curve = Curve.of(leg, self.control)
         top = curve.peak(side)
         found = curve.reaches(values, side, 0, top)
         missed = np.isnan(found)
@@ -168,19 +167,6 @@ class LoadPath:
         if point is self.point:
             self._hold(leg.pinned)
         return leg
-
-    def _curve(self, leg: Leg) -> Curve:
-        """C on a leg."""
-        return Curve.of(leg, self.control, self.branch.smooth, self._rounding(leg))
-
-    def _rounding(self, leg: Leg) -> float:
-        """Of the control, by what P is a sum of."""
-        scene, deepest = self.branch.scene, max(abs(leg.start.depth), abs(leg.end.depth))
-        widths = [p.ends[1] - p.ends[0] for p in (leg.start, leg.end) if p.lines]
-        width = max(widths, default=0.0) + scene.elastocapillary_length
-        lift = deepest - min(0.0, self.branch.touch) + abs(self.branch.touch) + self.branch.lift
-        force = scene.stiffness * lift * (width**2 if scene.axisymmetric else width)
-        return _ROUNDING * float(self.control.value(deepest, force))
 
     def _distance(self, values: Array) -> float:
         """How far to look ahead for the last of these values."""
@@ -272,7 +258,7 @@ class LoadPath:
             if side * (self._value(here) - value) >= 0:
                 return here
             leg = self._leg(here, side * step)
-            curve = self._curve(leg)
+            curve = Curve.of(leg, self.control)
             found = curve.reaches(np.array([value]), side, 0, curve.t.size - 1)
             if not np.isnan(found[0]):
                 return leg.points(leg.depths(found))[0]
@@ -295,14 +281,11 @@ class LoadPath:
 
 def _kind_of_jump(before: Point, after: Point, rising: bool) -> str:
     """What a jump does to the number of contacts."""
-    if after.lines is None:
-        return "detachment"
     more = len(after.inner) - len(before.inner)
-    if more == 0:
-        return "jump"
-    if more > 0:
-        return "nucleation" if rising else "splitting"
-    return "coalescence" if rising else "closing"
+    if after.lines is None or more == 0:
+        return "detachment" if after.lines is None else "jump"
+    grown, shrunk = ("nucleation", "coalescence") if rising else ("splitting", "closing")
+    return grown if more > 0 else shrunk
 
 
 def _one_way(values: Array, value: float) -> Iterator[Array]:

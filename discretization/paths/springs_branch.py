@@ -30,9 +30,9 @@ _APART = 1e-15  # of the depths: two places that close are one
 class Levels(Leg):
     """A leg between two depths at which the contact begins, ends or meets a corner somewhere."""
 
-    def points(self, depths: Array) -> list[Point]:
+    def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        return self.branch.moved(self.start, depths) if depths.size else []
+        return list(self.branch.moved(self.start, depths))
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +70,7 @@ class SpringsBranch(Branch):
         turns = np.flatnonzero(steps[1:] * steps[:-1] <= 0) + 1  # corners stand twice
         return np.unique(np.concatenate([f[:1], f[turns], f[-1:]]))
 
+    @property
     def first(self) -> Point:
         """The contacts at first touch."""
         (lines,) = lines_below(self.profile, np.array([self.touch]))
