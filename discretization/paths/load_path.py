@@ -196,11 +196,11 @@ class LoadPath:
         self.pinned = pinned
 
     def _add(self, points: list[Point]) -> None:
-        """Steps of the path."""
-        for point in points:
-            self._slide(point)
-            self.points.append(point)
-            self.step += 1
+        """Steps of the path on one leg, along which lines move one way."""
+        if points:
+            self._slide(points[-1])
+        self.points += points
+        self.step += len(points)
 
     def _slide(self, there: Point) -> None:
         if self.branch.scene.hysteretic:
