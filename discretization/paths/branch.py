@@ -16,6 +16,8 @@ from energy import Scene
 Array = NDArray[np.float64]
 State = Any  # lines or contact nodes, with `ends` in x, of several contacts `lines`; None: detached
 Pinned = tuple[str, str]
+CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
+CREEPING = 100  # and so many in a row are not followed any further
 _TINY = 4e-16  # of the depth: brackets of a change this short are closed
 _LEAST = 1e-18  # for changes at depth 0
 

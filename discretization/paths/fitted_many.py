@@ -24,7 +24,15 @@ from discretization.fitted.several import certified
 from discretization.following.events import Events
 from discretization.following.smooth import DEGREE, Smooth
 from discretization.following.track import Track
-from discretization.paths.branch import BranchBase, Pinned, Point, at_edges, legs
+from discretization.paths.branch import (
+    CREEPING,
+    CREEPS,
+    BranchBase,
+    Pinned,
+    Point,
+    at_edges,
+    legs,
+)
 from discretization.profile import resolve
 from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of
@@ -34,7 +42,6 @@ from energy import Scene
 Array = NDArray[np.float64]
 _MORE = 2 * DEGREE  # of the rule for ∫P dd
 _KNOWN, _HALVINGS = 1e-14, 6  # of ∫|P dd|: as well as it is known, and halvings at most
-_PARTS = 10_000  # places on one way at which lines only come free, or something happens
 
 
 class Held(NamedTuple):
@@ -164,10 +171,12 @@ class FittedMany(BranchBase):
         if before is None and depth < self.touch:
             return None
         here: State = self._touching if before is None else before
-        for _ in range(_PARTS):
+        least, creeping = CREEPS * self.motion.rests.size, 0
+        while creeping <= CREEPING:
             if here is None or here.depth == depth:
                 return here
             part = self.events.part(here.lines, here.depth, depth)
+            creeping = creeping + 1 if abs(part.depth - here.depth) <= least else 0
             here = _held(part.lines if part.after is None else part.after, part.depth)
         raise NotCertifiedError(f"the contacts near depth = {depth!r} do not come to rest")
 
