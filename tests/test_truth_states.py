@@ -1,6 +1,6 @@
 """`minimise` on random profiles that are not convex, against the references of tests/truth.
 
-Five states of each class, 60 with `-m slow`, and with ELASTOCAP_TRUTH=2000 as many of each.
+Five states of each class, 30 with `-m slow`, and with ELASTOCAP_TRUTH=2000 as many of each.
 python -m tests.truth CLASS 1 SEED prints one.
 """
 
@@ -10,7 +10,7 @@ import pytest
 from truth.compare import verdict
 from truth.scenes import KINDS
 
-FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "60"))
+FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "30"))
 REFUSED, SKIPPED = 0.02, 0.05  # of all states, or one of a few
 COMPARED = 0.8  # at least
 

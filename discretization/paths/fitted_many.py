@@ -33,7 +33,6 @@ from energy import Scene
 Array = NDArray[np.float64]
 _MORE = 2 * DEGREE  # of the rule for ∫P dd
 _KNOWN, _HALVINGS = 1e-14, 6  # of ∫|P dd|: as well as it is known, and halvings at most
-_PARTS = 10_000  # places on one way at which lines only come free, or something happens
 
 
 @dataclass(eq=False)

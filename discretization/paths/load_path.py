@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.paths.branch import Branch, Leg, Pinned, Point
+from discretization.paths.branch import CREEPING, CREEPS, Branch, Leg, Pinned, Point
 from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event
 
@@ -18,8 +18,6 @@ Array = NDArray[np.float64]
 _FIRST = 1 / 2  # of δ₀ and the depth: legs under a load of unknown length
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
-_CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
-_CREEPING = 100  # and so many in a row are not followed any further
 _SHORTEST = 40  # halvings of a leg that is refused: beyond the known profile there is none
 
 
@@ -157,9 +155,9 @@ class LoadPath:
                 if abs(way) * 0.5**turn <= least or turn == _SHORTEST - 1:
                     raise
         done = abs(leg.end.depth - point.depth)
-        slow = done <= min(_CREEPS * size, least / 2) and not leg.jumps
+        slow = done <= min(CREEPS * size, least / 2) and not leg.jumps
         self.creeping = self.creeping + 1 if slow else 0
-        if self.creeping > _CREEPING:
+        if self.creeping > CREEPING:
             self.branch.certify(leg.end)
             raise NotCertifiedError(
                 f"the contacts at depth = {point.depth!r} do not come to rest; try other depths"
