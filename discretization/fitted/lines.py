@@ -145,8 +145,9 @@ class Problem:
         size = min(scene.elastocapillary_length, abs(x) or math.inf)
         h = _STEP * max(min(size, room), _STEP * size)
         ends = x - side * h, x + side * min(h, room)
-        lines = (At(z, float(scene.indenter.height(z))) for z in ends)
-        before, after = (self.surfaces.pull(side, line, self.depth) for line in lines)
+        lines = At(np.array(ends), np.asarray(scene.indenter.height(np.array(ends)), float))
+        left, right = (lines, None) if side > 0 else (None, lines)
+        before, after = self.surfaces.stored(left, right, np.full(2, self.depth))[1].tolist()
         return pressed + (after - before) / (h + min(h, room))
 
 

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.surfaces import menisci
-from discretization.surfaces.mesh import FreeSurface
 from discretization.surfaces.protocol import ANY, At, Free, alone, by_side
 from energy import Scene
 
@@ -57,34 +56,19 @@ class MeniscusSurfaces:
         rest = np.where(off | (side > 0), rest, ANY)
         return rest if np.ndim(x) else rest[0]
 
-    def pull(self, side: int, line: At, depth: float) -> float:
-        """2πa sin φ of a tail or a disc."""
-        at = At(np.array([line.x]), np.array([line.f]))
-        left, right = (at, None) if side > 0 else (None, at)
-        return float(self.stored(left, right, np.array([depth]))[1][0])
-
-    def alone(self, radius: float, u0: float) -> FreeSurface:
-        """Of the inclination that the family has."""
-        return menisci.surface(radius, u0)
-
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
-        """From the mesh; the slope by differences of its polynomials."""
+        """From the mesh."""
         if left is not None and right is not None:
             raise ValueError(_rings(right))
         line, side = left if right is None else right, 1 if right is None else -1
         if line is None or not line.x:
             return np.zeros_like(z), np.zeros_like(z)
         length = self.scene.elastocapillary_length
-        found = self.alone(side * line.x / length, (depth - line.f) / length)
-        distance = side * (z - line.x) / length
-        u, u1 = found.displacement(distance), found.slopes_at(distance)
-        return length * u, side * u1
-
-    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
-        """Refused: rings are not known."""
-        raise ValueError(_rings(right))
+        found = menisci.surface(side, line.x / length, (depth - line.f) / length)
+        u, u1 = found.at(side * (np.ravel(z) - line.x) / length)
+        return length * u.reshape(np.shape(z)), side * u1.reshape(np.shape(z))
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """F and S, read from the family."""
