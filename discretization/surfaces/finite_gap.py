@@ -29,7 +29,7 @@ from discretization.surfaces.finite_range import (
     FAR,
     UPRIGHT,
     Lines,
-    functions_of,
+    Mesh,
     mesh_of,
     range_of,
     rate,
@@ -139,8 +139,8 @@ def _cos(s: float) -> float:
 def solved(left: float, rise: float, length: float) -> FiniteGap:
     """The surface displaced by `left` and `left + rise` at its lines, by its exponentials."""
     length = min(length, FAR)
-    T = range_of(length, functools.partial(_ends, left, rise))
-    return _laid(T, left, *_exponentials(left, rise, T, mesh_of(T).nodes), length)
+    T, _, p, rises = _exponentials(*(np.full((1, 1), part) for part in (left, rise, length)))
+    return _laid(float(T[0, 0]), left, p[0], rises[0], length)
 
 
 @functools.lru_cache(maxsize=256)
@@ -175,27 +175,28 @@ def _density(u: Array, p: Array) -> Array:
 def stored(left: Array, rise: Array, length: Array) -> tuple[Array, Array]:
     """F and S of both lines together, of surfaces (n,), by their exponentials."""
     left, rise, length = (np.reshape(part, (-1, 1)) for part in (left, rise, length))
-    T = range_of(np.minimum(length, FAR), functools.partial(_ends, left, rise))
-    mesh = mesh_of(float(T.max()))
-    p, rises = _exponentials(left, rise, T, mesh.nodes)
+    T, mesh, p, rises = _exponentials(left, rise, np.minimum(length, FAR))
     sines = sine(p[:, [0, -1]])
     return T[:, 0] * (_density(left + rises, p) @ mesh.weights), sines[:, 1] - sines[:, 0]
 
 
-def _ends(left: Any, rise: Any, T: Any) -> Lines:
-    """p at both lines of surfaces displaced by `left` and `left + rise`, of a range T."""
-    lib = functions_of(T)
-    steep, tanh = rise / lib.sinh(T), lib.tanh(T / 2)
-    start, end = steep - left * tanh, steep + (left + rise) * tanh
-    return Lines(start, end, None, -end)
+def _exponentials(left: Array, rise: Array, length: Array) -> tuple[Array, Mesh, Array, Array]:
+    """The ranges T of surfaces displaced by `left` and `left + rise` (n, 1), and their mesh.
 
+    And p and u - left at its nodes.
+    """
 
-def _exponentials(left: Any, rise: Any, T: Any, nodes: Array) -> tuple[Array, Array]:
-    """p and u - left at nodes along a range T; numbers or arrays (n, 1)."""
-    tau, (start, end, *_) = T * nodes, _ends(left, rise, T)
+    def ends(T: Array) -> Lines:
+        steep, tanh = rise / np.sinh(T), np.tanh(T / 2)
+        end = steep + (left + rise) * tanh
+        return Lines(steep - left * tanh, end, left, -end)
+
+    T = range_of(length, ends)
+    mesh, (start, end, *_) = mesh_of(float(T.max())), ends(T)
+    tau = T * mesh.nodes
     grown = np.sinh(tau) / np.sinh(T)
-    back = np.sinh(tau / 2) * np.sinh(tau[..., ::-1] / 2) / np.cosh(T / 2)
-    return start * grown[..., ::-1] + end * grown, rise * grown - 2 * left * back
+    back = np.sinh(tau / 2) * np.sinh(tau[:, ::-1] / 2) / np.cosh(T / 2)
+    return T, mesh, start * grown[:, ::-1] + end * grown, rise * grown - 2 * left * back
 
 
 @functools.lru_cache(maxsize=1)
