@@ -88,25 +88,14 @@ class MeniscusSurfaces:
         if not line.x:
             return Free(0.0, (0.0, 0.0), 0.0, 0.0)
         length, s = self.scene.elastocapillary_length, line.x / self.scene.elastocapillary_length
-        self.refuse(side, line, depth)
         u, unit = (depth - line.f) / length, 2 * math.pi * self.scene.gamma1 * length * s
         at = np.array([s])
         phi = menisci.inclination(side, at, np.array([u]))
+        if s < menisci.LEAST[side] or abs(float(phi[0])) >= menisci.STEEPEST:
+            raise ValueError(_too_steep(line, depth))
         pull, energy = math.sin(float(phi[0])), float(menisci.read(side, at, phi)[1][0])
         pulls = (unit * pull, 0.0) if side > 0 else (0.0, unit * pull)
         return Free(unit * length * energy, pulls, unit * pull, self._imbalance(side, s, u, pull))
-
-    def refuse(self, side: int, line: At, depth: float) -> None:
-        """ValueError for a line beside which the surface is steeper than any of the family."""
-        length = self.scene.elastocapillary_length
-        s, u = np.array([line.x / length]), np.array([(depth - line.f) / length])
-        if s < menisci.LEAST[side] or abs(menisci.inclination(side, s, u)) >= menisci.STEEPEST:
-            raise ValueError(
-                f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
-                f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a "
-                "millionth of l, and is not resolved; use a smaller |depth|, a smaller w or a "
-                "blunter indenter"
-            )
 
     def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
         """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms."""
@@ -117,6 +106,14 @@ class MeniscusSurfaces:
         cos = math.sqrt(1 - pull * pull)
         off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
         return off / (pull * pull + u * u or 1.0)
+
+
+def _too_steep(line: At, depth: float) -> str:
+    return (
+        f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
+        f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a millionth "
+        "of l, and is not resolved; use a smaller |depth|, a smaller w or a blunter indenter"
+    )
 
 
 def _rings(line: At) -> str:

@@ -16,7 +16,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.special import i0e, i1e, k0e, k1e
@@ -69,7 +68,7 @@ def _family(degree: int, side: int, octave: int) -> tuple[float, ...]:
     t = np.sort(np.cos(np.pi * (np.arange(_POINTS[side]) + 0.5) / _POINTS[side]))
     s = 2.0 ** (octave + (t + 1) / 2)
     scale = s / (1 + s) if side > 0 else (2 + s) / s
-    return tuple(_powers(t, _solved(degree, side, s) * scale).tolist())
+    return tuple(np.linalg.solve(np.vander(t), _solved(degree, side, s) * scale).tolist())
 
 
 def _solved(degree: int, side: int, s: Array) -> Array:
@@ -102,15 +101,6 @@ def _horner(powers: tuple[float, ...], t: Any) -> Any:
     for power in powers:
         total = total * t + power
     return total
-
-
-def _powers(t: Array, values: Array) -> Array:
-    """Coefficients of falling powers of the polynomials (columns) through Chebyshev points t."""
-    series = chebyshev.chebfit(t, values, t.size - 1)
-    convert = np.zeros((t.size, t.size))
-    for order in range(t.size):
-        convert[: order + 1, order] = chebyshev.cheb2poly(np.eye(t.size)[order])[: order + 1]
-    return np.asarray((convert @ series)[::-1])
 
 
 def ring(degree: int, q: Array, width: Array) -> Network:
@@ -221,20 +211,9 @@ def _mesh(degree: int, q: float, width: float) -> Mesh:
     own = np.arange(len(mass))[:, None] * degree + np.arange(degree + 1)
     flat = np.ones((own[-1, -1] + 1, 2))
     flat[own, 1] = (ends[:-1, None] + np.diff(ends)[:, None] * t) / width
-    whole = stiff.copy()
-    whole[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
-    loads = _times(stiff, flat - (1, 0)) + _times(mass[:, :, None] * np.eye(degree + 1), flat)
-    rows, w = band(whole)[:, 1:-1], np.zeros_like(flat)
-    for _ in range(2):
-        off = (loads + _times(whole, w))[1:-1]
-        w[1:-1] -= solveh_banded(rows, off, lower=True, check_finite=False)
+    loads = np.zeros_like(flat)
+    np.add.at(loads, own, stiff @ (flat[own] - (1, 0)) + mass[:, :, None] * flat[own])
+    stiff[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
+    w = np.zeros_like(flat)
+    w[1:-1] = -solveh_banded(band(stiff)[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
     return Mesh(q + ends, w.T)
-
-
-def _times(blocks: Array, u: Array) -> Array:
-    """The product of the matrix of all elements with nodal values (n, 2)."""
-    degree, found = blocks.shape[1] - 1, np.zeros(u.shape)
-    parts = blocks @ u[np.arange(len(blocks))[:, None] * degree + np.arange(degree + 1)]
-    found[:-1] = parts[:, :-1].reshape(-1, 2)
-    found[degree::degree] += parts[:, -1]
-    return found
