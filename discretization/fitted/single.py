@@ -106,7 +106,7 @@ def errors(
     for line in lines:
         if line.pinned or not width:
             continue
-        lost = 2 * ROUNDING * problem.size(line) + fine.rounding
+        lost = ROUNDING * problem.terms(line) + fine.rounding
         moved = lost * _yield(problem, line, width, lost) + _POSITION * abs(line.x)
         move += line.times * moved
         more += line.times * moved * float(push(problem.scene, problem.depth, np.array(line.x)))

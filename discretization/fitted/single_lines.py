@@ -89,13 +89,21 @@ class Single:
         return self.surfaces.free(left, right, self.depth)
 
     def size(self, line: Line) -> float:
-        """Of the terms that cancel in `shortfall`: |d|, δ₀, g and l |f'|, or l |sin β|."""
+        """What violations beside a line are measured by: |d|, δ₀, g and l |f'|, or l |sin β|."""
         scene, indenter = self.scene, self.scene.indenter
         slope = abs(float(indenter.slope_beside(line.x, -line.side)))
         if scene.slopes == "finite":
             slope /= math.hypot(1.0, slope)
         g = abs(self.depth - float(indenter.height(line.x)))
         return self.displacement_scale + g + scene.elastocapillary_length * slope
+
+    def terms(self, line: Line) -> float:
+        """Sum of the terms that cancel in `shortfall`: d, f, and what f' and w add to D."""
+        indenter, rest = self.scene.indenter, self.surfaces.rest_depth
+        sloped = rest(line.side, line.x, 0.0, float(indenter.slope(line.x)), None, 0.0)
+        lifted = rest(line.side, line.x, 0.0, 0.0, None, self.scene.work_of_adhesion)
+        parts = self.depth, indenter.height(line.x), sloped, lifted
+        return sum(abs(float(part)) for part in parts)
 
 
 def lines_of(problem: Single) -> list[Line]:
