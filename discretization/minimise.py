@@ -7,8 +7,8 @@ import warnings
 from discretization.certificate import AccuracyWarning
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.several import on_several
+from discretization.fitted.single import on_one_contact
 from discretization.fitted.springs import on_springs
-from discretization.fitted.state import on_one_contact
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
 from discretization.routes import question_of, route
 from energy import Scene

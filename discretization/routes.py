@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
 
-# turned about an axis, of these the line has one stable place (fitted/lines.py)
+# turned about an axis, of these the line has one stable place (fitted/single_lines.py)
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 STATES, ANY = ("adhered", "global"), ("adhered", "global", "path")
 SEARCH = ("search", "oracle")

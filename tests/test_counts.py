@@ -12,7 +12,7 @@ import pytest
 from scenes import plain, roughness
 
 from discretization import Lattice, load_path, minimise
-from discretization.fitted.lines import Problem
+from discretization.fitted.single_lines import Single
 from discretization.lattice import fronts, lowest
 from discretization.surfaces import finite_gap, menisci
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
@@ -46,7 +46,7 @@ def _counting(monkeypatch):
 
         return counted_work
 
-    monkeypatch.setattr(Problem, "shortfall", counting("shortfalls", Problem.shortfall))
+    monkeypatch.setattr(Single, "shortfall", counting("shortfalls", Single.shortfall))
     monkeypatch.setattr(finite_gap, "_laid", counting("solves", finite_gap._laid))
 
 

@@ -9,9 +9,9 @@ from scenes import adhesive
 
 from discretization import minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.fitted.lines import FittedLine, Problem, find_line
-from discretization.fitted.state import certify_lines, totals
-from discretization.surfaces import surfaces_of
+from discretization.fitted.contacts import push
+from discretization.fitted.single import certify, totals
+from discretization.fitted.single_lines import Line, Single, find_line
 from energy import (
     FlatPunch,
     Parabola,
@@ -82,56 +82,55 @@ def test_composed_profiles_agree_on_both_discretisations():
             assert abs(fitted.force - lattice.force) <= 1e-3 * lattice.scales["force"]
 
 
+def found(problem, left, right, rtol=1e-8):
+    """Energy and force of a contact between two lines."""
+    lines = [Line(-1, left), Line(1, right)]
+    return totals(problem, lines, [problem.free(line.side, line.x) for line in lines], rtol)[1]
+
+
+def judged(problem, a):
+    """The certificate of a contact between lines at -a and a."""
+    lines, free = [Line(1, a, times=2)], [problem.free(1, a)]
+    return certify(problem, lines, free, totals(problem, lines, free, 1e-8)[1])
+
+
 @pytest.mark.parametrize("slopes", ["small", "finite"])
-def test_the_force_changes_with_a_line_at_its_rate(slopes):
+def test_the_force_changes_with_a_line_by_no_more_than_its_bound(slopes):
     """What the estimate of the force's error is made of."""
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene))
-    a, step = 0.006, 1e-6
-    force = [totals(problem.surfaces, 1e-3, -a, a + s * step, 1e-8)[1].force for s in (-1, 1)]
-    rate = (force[1] - force[0]) / (2 * step)
-    assert problem.force_rate(1, a) == pytest.approx(rate, rel=1e-6, abs=0)
+    problem, a, step = Single.of(scene, 1e-3), 0.006, 1e-6
+    force = [found(problem, -a, a + side * step).force for side in (-1, 1)]
+    rate, bound = abs(force[1] - force[0]) / (2 * step), push(scene, 1e-3, np.array(a))
+    assert bound / 2 <= rate <= bound
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 @pytest.mark.parametrize("change", [1e-5, -1e-5])
 def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene))
-    a = find_line(problem, 1, 0.0).x * (1 + change)
-    ends = FittedLine(-a, False, False), FittedLine(a, False, False)
-    judged = certify_lines(problem, ends, totals(problem.surfaces, 1e-3, -a, a, 1e-8)[1])
-    assert judged.failures == ("neighbours",)
+    problem = Single.of(scene, 1e-3)
+    a = find_line(problem, 1, 0.0).x
+    assert judged(problem, a).ok
+    assert judged(problem, a * (1 + change)).failures == ("neighbours",)
     smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
-    problem = Problem(smooth, 1e-3, 0.0, surfaces_of(smooth))
+    problem = Single.of(smooth, 1e-3)
     a = find_line(problem, 1, 0.0).x * (1 - 1e-5)
-    ends = FittedLine(-a, False, False), FittedLine(a, False, False)
-    assert (
-        "penetration"
-        in certify_lines(problem, ends, totals(problem.surfaces, 1e-3, -a, a, 1e-8)[1]).failures
-    )
+    assert "penetration" in judged(problem, a).failures
 
 
 def test_violations_do_not_depend_on_the_unit_of_stress():
-    judged = []
+    all_judged = []
     for unit in (1.0, 1e-6, 1e9):
         scene = adhesive(Parabola(0.02), k=130.0 * unit, gamma1=0.07 * unit, w=0.0)
-        problem = Problem(scene, 1e-3, 0.0, surfaces_of(scene))
+        problem = Single.of(scene, 1e-3)
         a = find_line(problem, 1, 0.0).x
-        near, far = (FittedLine(-a * c, False, False) for c in (0.999, 10.0))
-        ends = near, FittedLine(0.999 * a, False, False)
-        judged.append(
-            certify_lines(problem, ends, totals(problem.surfaces, 1e-3, near.x, ends[1].x, 1e-8)[1])
-        )
-        ends = far, FittedLine(10 * a, False, False)
-        judged.append(
-            certify_lines(problem, ends, totals(problem.surfaces, 1e-3, far.x, ends[1].x, 1e-8)[1])
-        )
-    for small, wide in zip(judged[2::2], judged[3::2], strict=True):
-        assert small.penetration == pytest.approx(judged[0].penetration, rel=1e-13, abs=0)
-        assert wide.opening == pytest.approx(judged[1].opening, rel=1e-13, abs=0)
-    assert judged[0].penetration > 1e-5
-    assert judged[1].opening > 1e-3
+        all_judged.append((judged(problem, 0.999 * a), judged(problem, 10 * a)))
+    near, far = all_judged[0]
+    for small, wide in all_judged[1:]:
+        assert small.penetration == pytest.approx(near.penetration, rel=1e-13, abs=0)
+        assert wide.opening == pytest.approx(far.opening, rel=1e-13, abs=0)
+    assert near.penetration > 1e-5
+    assert far.opening > 1e-3
 
 
 def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_separation():
@@ -179,20 +178,20 @@ def test_a_profile_with_jumps_of_curvature_is_integrated_to_rounding():
 
 def test_to_ask_for_more_digits_than_there_are_loses_none():
     """As load paths do for the energy an event releases; a power law is not smooth at its tip."""
-    surfaces = surfaces_of(adhesive(PowerLaw(2.0, 1.68)))
-    few, many = (totals(surfaces, 1e-3, -0.004, 0.004, rtol)[1] for rtol in (1e-8, 1e-15))
+    problem = Single.of(adhesive(PowerLaw(2.0, 1.68)), 1e-3)
+    few, many = (found(problem, -0.004, 0.004, rtol) for rtol in (1e-8, 1e-15))
     assert abs(many.energy - few.energy) <= 1e-14 * few.energy_scale
     assert abs(many.force - few.force) <= 1e-14 * few.force_scale
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_panels_are_halved_around_a_kink_that_is_not_declared(slopes):
-    body, found = Parabola(0.02) + Wedge(0.3).shifted(0.0013), []
+    body, totals = Parabola(0.02) + Wedge(0.3).shifted(0.0013), []
     for corners in (body.corners, ()):
         profile = Profile(body.height, body.slope, corners=corners, convex=True)
-        surfaces = surfaces_of(adhesive(profile, slopes=slopes))
-        found.append(totals(surfaces, 1e-3, -0.004, 0.005, 1e-3)[1])
-    declared, hidden = found
+        problem = Single.of(adhesive(profile, slopes=slopes), 1e-3)
+        totals.append(found(problem, -0.004, 0.005, 1e-3))
+    declared, hidden = totals
     for name in ("energy", "force"):
         scale = getattr(declared, f"{name}_scale")
         assert abs(getattr(hidden, name) - getattr(declared, name)) <= 1e-3 * scale

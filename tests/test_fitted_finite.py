@@ -90,5 +90,5 @@ def test_near_turning_over_a_state_is_found_or_refused_in_plain_words():
     # the line's search meets a surface that stands upright to rounding
     upright = minimise(plain(Wedge(0.1), w=1.0, slopes="finite"), 0.2 - math.sqrt(2))
     assert upright.contact_angle == pytest.approx(math.pi / 2, rel=1e-10, abs=0)
-    with pytest.raises(ValueError, match="turn over and is no graph"):
+    with pytest.raises(ValueError, match="turn over and be no graph"):
         minimise(plain(Wedge(0.1), w=1.3, slopes="finite"), 0.1)

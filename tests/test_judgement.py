@@ -12,7 +12,6 @@ from discretization.fitted import several
 from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors, penetration
 from discretization.fitted.motion import Motion
-from discretization.fitted.several import parted
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At
@@ -57,8 +56,6 @@ def test_a_reentrant_corner_stays_open_without_adhesion():
     first = fall * L**2 / (2 * DELTA0)
     assert state.contacts[1, 0] == pytest.approx(first, rel=1e-2, abs=0)
     assert state.contacts[0, 1] == pytest.approx(-first, rel=1e-2, abs=0)
-    near = parted(scene, DELTA0, np.array([[-6 * L, 6 * L]]))
-    assert near[1, 0] == pytest.approx(first, rel=1e-12, abs=0)
 
 
 def contacts_of(state, lines):

@@ -2,8 +2,9 @@
 
 What lines feel of the free surfaces beside them is known in ../surfaces.
 
-One contact, where there can be no other: its lines by bracketing (lines.py, ../roots.py) ->
-integrals (../quadrature.py), certificate and error estimate -> Equilibrium, by state.py.
+One contact, where there can be no other: its lines by bracketing
+(single_lines.py, ../roots.py) -> integrals (../quadrature.py), certificate and error estimate ->
+Equilibrium, by single.py.
 
 Any profile: where lines rest (rests.py) and where they come to rest (stops.py, resting.py) ->
 states (tension.py, pressed.py, motion.py) -> energy and force (contacts.py), certificate and error

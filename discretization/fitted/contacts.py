@@ -19,6 +19,7 @@ from discretization.fitted.motion import Lines, Motion, free
 from discretization.quadrature import Interval, refined
 from discretization.rounding import ROUNDING
 from discretization.surfaces.protocol import Free
+from energy import Scene
 
 Array = NDArray[np.float64]
 
@@ -93,3 +94,10 @@ def estimated(
         abs(fine.energy - coarse.energy) / energy + 4 * ROUNDING,
     )
     return dict(zip(QUANTITIES, map(float, found), strict=True))
+
+
+def push(scene: Scene, depth: float, x: Array) -> Array:
+    """A bound of |dP/dq| of lines: k|g| + k l |f'|."""
+    g, slope = depth - scene.indenter.height(x), scene.indenter.slope(x)
+    felt = np.abs(g) + scene.elastocapillary_length * np.abs(slope)
+    return np.asarray(scene.stiffness * felt * scene.measure(x))

@@ -26,13 +26,12 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium
-from discretization.fitted.contacts import Contacts, estimated
+from discretization.fitted.contacts import Contacts, estimated, push
 from discretization.fitted.motion import free
 from discretization.fitted.rests import margins
 from discretization.quadrature import Interval
 from discretization.roots import least
 from discretization.rounding import ROUNDING
-from energy import Scene
 
 Array = NDArray[np.float64]
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
@@ -147,19 +146,12 @@ def _tension(contacts: Contacts, lift: float) -> float:
 def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, float]:
     """Errors of rounding times the condition of the lines, and of the quadrature."""
     motion, scene = contacts.motion, contacts.motion.scene
-    off, move, push = ROUNDING * motion.rests.size + fine.rounding, 0.0, 0.0
+    off, move, more = ROUNDING * motion.rests.size + fine.rounding, 0.0, 0.0
     for row, own, rate in zip(*_rates(contacts), strict=True):
         if own.any():
             inverse = np.abs(np.linalg.pinv(rate[np.ix_(own, own)]))
             moved = inverse.sum(axis=1) * off + _POSITION * np.abs(row[own])
             move += float(moved.sum())
-            push += float(_push(scene, contacts.depth, row[own]) @ moved)
+            more += float(push(scene, contacts.depth, row[own]) @ moved)
     width = float(np.diff(contacts.x, axis=1).sum())
-    return estimated(coarse, fine, width, move, push)
-
-
-def _push(scene: Scene, depth: float, x: Array) -> Array:
-    """A bound of |dP/dq| of lines: k|g| + k l |f'|."""
-    g, slope = depth - scene.indenter.height(x), scene.indenter.slope(x)
-    felt = np.abs(g) + scene.elastocapillary_length * np.abs(slope)
-    return np.asarray(scene.stiffness * felt * scene.measure(x))
+    return estimated(coarse, fine, width, move, more)

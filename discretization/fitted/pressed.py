@@ -29,7 +29,6 @@ Array = NDArray[np.float64]
 Lines = tuple[float, ...]
 _STEP = 1e-9  # of δ₀ and the depth: a step of the depth that is no longer halved
 _TOUCHED = 1e-9  # of the same: the penetration at which a contact has begun
-_LEAST = 1 / 64  # of a range of depths: at least so much is cut off
 _AGAIN = 2  # smaller steps passed, after which a longer one is tried again
 _UNKNOWN = -math.inf, math.nan  # the least clearance, and where, of a step that does not tell
 _MOST = 100_000  # changes on one way, as in motion.py
@@ -71,10 +70,10 @@ class Pressed:
         """Where the lines of a surface are at the end, True; else what it falls into at what depth.
 
         At the depth `high` something has happened since `low`, or a step that long does not tell;
-        first nothing is known, and `low` itself is asked. run: how many trials in a row passed or,
-        with a minus sign, failed.
+        first nothing is known, and `low` itself is asked. passes: steps in a row since a step did
+        not tell.
         """
-        size, depth, high, dip, run = self.rests.size, low, end, _UNKNOWN, _AGAIN
+        size, depth, high, passes = self.rests.size, low, end, _AGAIN
         for _ in range(_MOST):
             moved = self.resting.together(q, p, depth)
             plain = moved is not None and not self.overtakes(q, p, moved, low, depth)
@@ -82,7 +81,7 @@ class Pressed:
             if moved and least >= -TIE * size:
                 if depth == end:
                     return [moved], end, True
-                (q, p), low, run = moved, depth, max(run, 0) + 1
+                (q, p), low, passes = moved, depth, passes + 1
             elif moved and least >= -_TOUCHED * size:
                 return [(moved[0], place), (place, moved[1])], depth, False
             elif depth - low <= _STEP * size:
@@ -90,29 +89,13 @@ class Pressed:
                     raise ValueError(_beyond(depth, p if math.isinf(q) else q))
                 return pairs(self._creeping(q, p, depth)), depth, False
             else:
-                high, dip, run = depth, (least, place) if plain else _UNKNOWN, min(run, 0) - 1
+                high, passes = depth, -_MOST if plain else 0
             if low == high:
-                depth, high, dip = end, end, _UNKNOWN
-            elif dip is _UNKNOWN and run >= _AGAIN:
-                depth = high  # from here the step may tell
-            else:
-                depth = self._middle(q, p, low, high, dip, run)
+                depth, high, passes = end, end, _AGAIN
+            else:  # from nearby a step may tell
+                near = passes >= _AGAIN or high - low <= _STEP * size
+                depth = high if near else (low + high) / 2
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
-
-    def _middle(self, q: float, p: float, low: float, high: float, dip: Pair, run: int) -> float:
-        """A depth between two, at which the surface just touches if v falls linearly at a place.
-
-        By the Illinois method: of trials in a row that all pass or all fail, v at the other end
-        counts half each time. M. Dowell, P. Jarratt, BIT 11 (1971) 168.
-        """
-        if dip is _UNKNOWN:
-            return (low + high) / 2
-        (least, place), ends = dip, (self.rests.at(q), self.rests.at(p))
-        u, _ = self.rests.surfaces.shape(np.array(place), *ends, low)
-        clear = max(float(u) - low + float(self.rests.profile.indenter.height(place)), 0.0)
-        clear, least = clear * 0.5 ** max(-run - 1, 0), least * 0.5 ** max(run - 1, 0)
-        share = (clear + _TOUCHED / 2 * self.rests.size) / (clear - least)
-        return low + (high - low) * min(max(share, _LEAST), 1 - _LEAST)
 
     def least(self, lines: Pair, depth: float) -> tuple[float, float]:
         """The least clearance between two lines, and where."""

@@ -9,113 +9,95 @@ nodal u at the nodes' fixed x, by the Gauss-Lobatto rule in τ, convex in u:
 
     F = Σ_i w_i [h_i u_i²/2 + √(h_i² + (du/dτ)_i²) - h_i],    h = dx/dτ.
 
-What searches for lines reads the exponentials, which minimise F to rounding; the `relaxed` surface
-does minimise it, and has its reactions S = ∂F/∂u. As ∂F/∂h_i of the minimum is u²/2 + cos φ - 1,
-the same at every node, that is also ∂F/∂L.
+The exponentials minimise F to rounding, which `residual` measures. As ∂F/∂h_i of the minimum is
+u²/2 + cos φ - 1, the same at every node, that is also ∂F/∂L.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
 
 from discretization.surfaces.finite_range import (
     DEGREE,
     FAR,
     UPRIGHT,
     Lines,
-    functions_of,
+    Mesh,
     mesh_of,
     range_of,
     rate,
 )
-from discretization.surfaces.spectral import band, coefficients, rounded
+from discretization.surfaces.spectral import coefficients, rounded
 
 Array = NDArray[np.float64]
 _INSIDE = 1e-8  # of an element: a step to a place in it after which the error is rounding
-_POLISH = 3  # steps of Newton's method, with one Hessian, from what minimises F to rounding
 _INVERSE = 8  # steps of Newton's method, from a place in the right element
 
 
 @dataclass(frozen=True, eq=False)
 class FiniteGap:
-    """A free surface: its line displacements are u[0] and u[-1].
+    """A free surface between two lines.
 
-    length: of the gap, at most FAR; half (elements,): half the elements in τ; x, h (nodes,): places
-    of the nodes and dx/dτ there; left: u at the left line; rises (nodes,): u - left, which a short
-    gap would not leave digits of; reactions: S = ∂F/∂u at both lines, as read from the exponentials
-    or, once relaxed, of the nodal energy.
+    length: of the gap, at most FAR; half (elements, 1): half the elements in τ; x, p, rises
+    (elements, nodes): places of the nodes, p = 2 sin(φ/2) = du/dτ there, and u - left, which a
+    short gap would not leave digits of; left: u at the left line.
     """
 
     length: float
     half: Array
     x: Array
-    h: Array
+    p: Array
     left: float
     rises: Array
-    reactions: tuple[float, float]
 
     @property
     def upright(self) -> bool:
         """Whether the surface turns over."""
-        return bool((self.h <= 3 * UPRIGHT).any())
-
-    @functools.cached_property
-    def relaxed(self) -> FiniteGap:
-        """The surface whose nodal energy is least, by Newton's method."""
-        rises, hessian = self.rises.copy(), self._hessian[:, 1:-1]
-        for _ in range(_POLISH):
-            off = self._balance(rises)[1:-1]
-            rises[1:-1] -= solveh_banded(hessian, off, lower=True, check_finite=False)
-        gradient = self._balance(rises)
-        return replace(self, rises=rises, reactions=(float(gradient[0]), float(gradient[-1])))
+        return bool((rate(self.p)[0] <= 3 * UPRIGHT).any())
 
     @property
-    def apart(self) -> float:
-        """How far the relaxed reactions are from those of this surface, over their size and u."""
-        size = abs(self.left) + abs(self.left + float(self.rises[-1]))
-        size += sum(abs(each) for each in self.reactions)
-        off = zip(self.reactions, self.relaxed.reactions, strict=True)
-        return max(abs(own - other) for own, other in off) / (size or 1.0)
+    def reactions(self) -> tuple[float, float]:
+        """S = ∂F/∂u at both lines."""
+        return -float(sine(self.p[0, 0])), float(sine(self.p[-1, -1]))
 
     @property
     def energy(self) -> float:
         """F."""
-        own, h, weight = self._elements(self.rises)
-        rise, own = self._inclined(own), self.left + own
-        density = h * own * own / 2 + rise * rise / (np.sqrt(h * h + rise * rise) + h)
-        return float(np.sum(weight * density))
+        return float(np.sum(self._weights * _density(self.left + self.rises, self.p)))
 
     @property
     def area(self) -> float:
         """∫u dx."""
-        own, h, weight = self._elements(self.rises)
-        return float(np.sum(weight * h * (self.left + own)))
+        return float(np.sum(self._weights * rate(self.p)[0] * (self.left + self.rises)))
+
+    @property
+    def _weights(self) -> Array:
+        """Of the nodes of every element (elements, nodes)."""
+        return np.asarray(self.half * rounded(DEGREE)[1])
 
     @property
     def residual(self) -> float:
-        """Largest imbalance of a free node, of the constancy of u²/2 + cos φ, over u and S."""
-        gradient = self._balance(self.rises)
-        rise, (s, t) = float(self.rises[-1]), self.reactions
-        u, v = self.left, self.left + rise
-        size = abs(u) + abs(v) + abs(s) + abs(t)
-        apart = -rise * (u + v) / 2 + (t - s) * (t + s) / (_cos(s) + _cos(t))
-        worst = max(float(np.abs(gradient[1:-1]).max()), abs(apart) / (size or 1.0))
-        return worst / (size or 1.0)
+        """How far the nodal energy is from its least, over u and S.
 
-    @property
-    def slopes(self) -> tuple[float, float]:
-        """u' at both lines, to the right."""
-        d = rounded(DEGREE)[2]
-        first = float(d[0] @ self.rises[: DEGREE + 1]) / (self.half[0] * self.h[0])
-        return first, float(d[-1] @ self.rises[-DEGREE - 1 :]) / (self.half[-1] * self.h[-1])
+        The imbalance of a free node, of a reaction, of the constancy of u²/2 + cos φ.
+        """
+        d, h, u = rounded(DEGREE)[2], rate(self.p)[0], self.left + self.rises
+        inclined = self.rises @ d.T / self.half
+        pull = self._weights * inclined / np.sqrt(h * h + inclined * inclined) / self.half
+        pull = self._weights * h * u + pull @ d
+        (s, t), v, rise = self.reactions, float(u[-1, -1]), float(self.rises[-1, -1])
+        size = abs(self.left) + abs(v) + abs(s) + abs(t) or 1.0
+        apart = -rise * (self.left + v) / 2 + (t - s) * (t + s) / (_cos(s) + _cos(t))
+        ends = np.array([pull[0, 0] - s, pull[-1, -1] - t, apart / size])
+        off = np.concatenate([pull[:, 1:-1].ravel(), pull[:-1, -1] + pull[1:, 0], ends])
+        return float(np.abs(off).max()) / size
 
     def at(self, p: Array, q: Array) -> tuple[Array, Array]:
         """u and u' at distances p from the left and q from the right line."""
@@ -123,65 +105,24 @@ class FiniteGap:
             p <= q, np.minimum(p, self.length / 2), self.length - np.minimum(q, self.length / 2)
         )
         shape, x = x.shape, x.ravel()
-        starts = self.x[:-1:DEGREE]
+        starts, ends = self.x[:, 0], self.x[:, -1]
         e = np.searchsorted(starts[1:], x, side="right")
         places, rates, rises, steeps = self._series[:, e]
-        t = np.clip(2 * (x - starts[e]) / (self.x[DEGREE * (e + 1)] - starts[e]) - 1, -1, 1)
+        t = np.clip(2 * (x - starts[e]) / (ends[e] - starts[e]) - 1, -1, 1)
         for _ in range(_INVERSE):
             basis = legendre.legvander(t, DEGREE)
             off, h = (places * basis).sum(axis=1) - x, (rates * basis).sum(axis=1)
-            step = off / (self.half[e] * h)
+            step = off / (self.half[e, 0] * h)
             t = np.clip(t - step, -1, 1)
             if (np.abs(step) <= _INSIDE).all():
                 break
         h, u, u1 = (np.array([rates, rises, steeps]) * legendre.legvander(t, DEGREE)).sum(axis=2)
         return (self.left + u).reshape(shape), (u1 / h).reshape(shape)
 
-    @property
-    def slope(self) -> float:
-        """u' at the left line."""
-        return self.slopes[0]
-
-    def displacement(self, distance: Array) -> Array:
-        """u at distances from the left line."""
-        return self.at(distance, np.maximum(self.length - distance, 0.0))[0]
-
     @functools.cached_property
     def _series(self) -> Array:
         """Legendre coefficients (4, elements, degree + 1) of x, h, u - left and du/dτ."""
-        places, rates, rises = (self._elements(of)[0] for of in (self.x, self.h, self.rises))
-        steeps = self._inclined(rises)
-        return coefficients(DEGREE, np.array([places, rates, rises, steeps]))
-
-    def _elements(self, values: Array) -> tuple[Array, Array, Array]:
-        """Nodal values, h and weights of every element (elements, nodes)."""
-        index = np.arange(self.half.size)[:, None] * DEGREE + np.arange(DEGREE + 1)
-        return values[index], self.h[index], self.half[:, None] * rounded(DEGREE)[1]
-
-    def _inclined(self, own: Array) -> Array:
-        """du/dτ at the nodes of every element."""
-        return np.asarray(own @ rounded(DEGREE)[2].T / self.half[:, None])
-
-    def _balance(self, rises: Array) -> Array:
-        """The gradient of F by the nodal u = left + rises."""
-        own, h, weight = self._elements(rises)
-        rise, d = self._inclined(own), rounded(DEGREE)[2]
-        pull = weight * rise / np.sqrt(h * h + rise * rise) / self.half[:, None]
-        pull = weight * h * (self.left + own) + pull @ d
-        gradient = np.zeros(rises.size)
-        gradient[:-1] = pull[:, :-1].ravel()
-        gradient[DEGREE::DEGREE] += pull[:, -1]
-        return gradient
-
-    @property
-    def _hessian(self) -> Array:
-        """That of F by the nodal u, lower banded."""
-        own, h, weight = self._elements(self.rises)
-        rise, d = self._inclined(own), rounded(DEGREE)[2]
-        bend = weight * h * h / np.sqrt(h * h + rise * rise) ** 3 / self.half[:, None] ** 2
-        blocks = (d.T * bend[:, None, :]) @ d
-        blocks[:, np.arange(DEGREE + 1), np.arange(DEGREE + 1)] += weight * h
-        return band(blocks)
+        return coefficients(DEGREE, np.array([self.x, rate(self.p)[0], self.rises, self.p]))
 
 
 def sine(p: Any) -> Any:
@@ -198,8 +139,8 @@ def _cos(s: float) -> float:
 def solved(left: float, rise: float, length: float) -> FiniteGap:
     """The surface displaced by `left` and `left + rise` at its lines, by its exponentials."""
     length = min(length, FAR)
-    T = range_of(length, functools.partial(_ends, left, rise))
-    return _laid(T, left, *_exponentials(left, rise, T, mesh_of(T).nodes), length)
+    T, _, p, rises = _exponentials(*(np.full((1, 1), part) for part in (left, rise, length)))
+    return _laid(float(T[0, 0]), left, p[0], rises[0], length)
 
 
 @functools.lru_cache(maxsize=256)
@@ -211,15 +152,11 @@ def tail(u0: float) -> FiniteGap:
 
 def _laid(T: float, left: float, p: Array, rises: Array, length: float | None = None) -> FiniteGap:
     """The surface of a range T on its mesh; length: where it is known."""
-    half, h = T * mesh_of(T).half, rate(p)[0]
-    steps = half[:, None] * (h.reshape(half.size, -1) @ _integrals().T)
-    before = np.concatenate([[0.0], np.cumsum(steps[:, -1])])[:-1]
-    x = (before[:, None] + steps).ravel()
-    kept = np.append(np.arange(1, p.size) % (DEGREE + 1) != 0, True)  # nodes of two elements once
-    sines = sine(p[[0, -1]])
-    reactions = -float(sines[0]), float(sines[1])
-    length = float(x[-1]) if length is None else length
-    return FiniteGap(length, half, x[kept], h[kept], left, rises[kept], reactions)
+    half = T * mesh_of(T).half[:, None]
+    p, rises = (part.reshape(half.size, -1) for part in (p, rises))
+    x = half * (rate(p)[0] @ _integrals().T)
+    x[1:] += np.cumsum(x[:-1, -1:], axis=0)
+    return FiniteGap(float(x[-1, -1]) if length is None else length, half, x, p, left, rises)
 
 
 def tails(u0: Array) -> tuple[Array, Array]:
@@ -238,27 +175,28 @@ def _density(u: Array, p: Array) -> Array:
 def stored(left: Array, rise: Array, length: Array) -> tuple[Array, Array]:
     """F and S of both lines together, of surfaces (n,), by their exponentials."""
     left, rise, length = (np.reshape(part, (-1, 1)) for part in (left, rise, length))
-    T = range_of(np.minimum(length, FAR), functools.partial(_ends, left, rise))
-    mesh = mesh_of(float(T.max()))
-    p, rises = _exponentials(left, rise, T, mesh.nodes)
+    T, mesh, p, rises = _exponentials(left, rise, np.minimum(length, FAR))
     sines = sine(p[:, [0, -1]])
     return T[:, 0] * (_density(left + rises, p) @ mesh.weights), sines[:, 1] - sines[:, 0]
 
 
-def _ends(left: Any, rise: Any, T: Any) -> Lines:
-    """p at both lines of surfaces displaced by `left` and `left + rise`, of a range T."""
-    lib = functions_of(T)
-    steep, tanh = rise / lib.sinh(T), lib.tanh(T / 2)
-    start, end = steep - left * tanh, steep + (left + rise) * tanh
-    return Lines(start, end, None, -end)
+def _exponentials(left: Array, rise: Array, length: Array) -> tuple[Array, Mesh, Array, Array]:
+    """The ranges T of surfaces displaced by `left` and `left + rise` (n, 1), and their mesh.
 
+    And p and u - left at its nodes.
+    """
 
-def _exponentials(left: Any, rise: Any, T: Any, nodes: Array) -> tuple[Array, Array]:
-    """p and u - left at nodes along a range T; numbers or arrays (n, 1)."""
-    tau, (start, end, *_) = T * nodes, _ends(left, rise, T)
+    def ends(T: Array) -> Lines:
+        steep, tanh = rise / np.sinh(T), np.tanh(T / 2)
+        end = steep + (left + rise) * tanh
+        return Lines(steep - left * tanh, end, left, -end)
+
+    T = range_of(length, ends)
+    mesh, (start, end, *_) = mesh_of(float(T.max())), ends(T)
+    tau = T * mesh.nodes
     grown = np.sinh(tau) / np.sinh(T)
-    back = np.sinh(tau / 2) * np.sinh(tau[..., ::-1] / 2) / np.cosh(T / 2)
-    return start * grown[..., ::-1] + end * grown, rise * grown - 2 * left * back
+    back = np.sinh(tau / 2) * np.sinh(tau[:, ::-1] / 2) / np.cosh(T / 2)
+    return T, mesh, start * grown[:, ::-1] + end * grown, rise * grown - 2 * left * back
 
 
 @functools.lru_cache(maxsize=1)

@@ -37,7 +37,6 @@ OVERHANG = math.sqrt(2)  # l: displacement at which a tail is upright
 UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 _UPRIGHT = OVERHANG * (1 - UPRIGHT)
 _STEEPEST = _UPRIGHT**2
-_MILD = 0.1  # of dx/dT: surfaces that are found without bounds
 _LEAST = 1e-8  # of dx/dT: what keeps Newton's method going where x does not grow
 _CLOSE = 2e-16  # of T: a step cubed over the one before squared, which is about what is left
 _STEPS = 80  # of halving, to the spacing of floating-point numbers
@@ -80,63 +79,37 @@ def rate(p: Any) -> tuple[Any, Any]:
 
 
 class Lines(NamedTuple):
-    """p at both lines of a range T, and A or B of ∂p/∂T = A sinh τ/sinh T or B cosh τ/sinh T."""
+    """p at both lines of ranges T, and A or B of ∂p/∂T = A sinh τ/sinh T or B cosh τ/sinh T."""
 
-    start: Any
-    end: Any
-    a: Any
-    b: Any = None
-
-
-Ends = Callable[[Any], Lines]
+    start: Array
+    end: Array
+    a: Array
+    b: Array | None = None
 
 
-def functions_of(T: Any) -> Any:
-    """sinh and tanh of a number or an array."""
-    return np if isinstance(T, np.ndarray) else math
+Ends = Callable[[Array], Lines]
 
 
-def _crossed(T: Any, lines: Lines) -> tuple[Any, Any]:
-    """x(T) and its derivative, for a number or an array (n, 1)."""
-    many, whole = isinstance(T, np.ndarray), functions_of(T).sinh(T)
-    mesh = mesh_of(float(T.max()) if many else T)
-    weights = mesh.weights[:, None] if many else mesh.weights
-    tau = T * mesh.nodes
+def _crossed(T: Array, lines: Lines) -> tuple[Array, Array]:
+    """x(T) and its derivative."""
+    mesh, whole = mesh_of(float(T.max())), np.sinh(T)
+    weights, tau = mesh.weights[:, None], T * mesh.nodes
     grown = np.sinh(tau) / whole
-    h, h1 = rate(lines.start * grown[..., ::-1] + lines.end * grown)
+    h, h1 = rate(lines.start * grown[:, ::-1] + lines.end * grown)
     if lines.b is None:
         change = lines.a * ((h1 * grown) @ weights)
     else:
         change = lines.b * ((h1 * np.cosh(tau)) @ weights) / whole
-    return T * (h @ weights), (h[..., -1:] if many else h[-1]) + T * change
+    return T * (h @ weights), h[:, -1:] + T * change
 
 
-def range_of(length: Any, ends: Ends) -> Any:
-    """T with x(T) = L, by Newton's method from x ≈ T - 3/8 ∫p² dτ; numbers or arrays (n, 1)."""
-    (start, end, *_), lib = ends(length), functions_of(length)
-    whole, cosh = lib.sinh(length), lib.cosh(length)
+def range_of(length: Array, ends: Ends) -> Array:
+    """T with x(T) = L (n, 1), by Newton's method between bounds from x ≈ T - 3/8 ∫p² dτ, L <= T."""
+    (start, end, *_), whole, cosh = ends(length), np.sinh(length), np.cosh(length)
     square = (start * start + end * end) * (cosh - length / whole) / whole / 2
     square = square + start * end * (length * cosh / whole - 1) / whole
-    T = length + np.minimum(0.375 * square, length)
-    if isinstance(length, np.ndarray):
-        return _bracketed(T, length, ends)
-    T, before = float(T), 0.0
-    for _ in range(_STEPS):
-        x, slope = _crossed(T, ends(T))
-        step = float((x - length) / slope)
-        if not (slope > _MILD and abs(step) < T / 2):
-            break
-        T, size = T - step, abs(step)
-        if size**3 <= _CLOSE * T * before * before or size * slope <= 2 * _CLOSE * T:
-            return T
-        before = size
-    return float(_bracketed(np.array([[T]]), np.array([[length]]), ends)[0, 0])
-
-
-def _bracketed(T: Array, length: Array, ends: Ends) -> Array:
-    """The same between bounds, L <= T."""
-    T, low, high = np.maximum(T, length), length, np.full_like(length, math.inf)
-    before = np.zeros_like(length)
+    T = length + np.clip(0.375 * square, 0.0, length)
+    low, high, before = length, np.full_like(length, math.inf), np.zeros_like(length)
     for _ in range(_STEPS):
         x, slope = _crossed(T, ends(T))
         low, high = np.where(x < length, T, low), np.where(x < length, high, T)
@@ -157,27 +130,19 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
 
     Numbers or arrays (n,); length: of the gap.
     """
-    many = np.ndim(p) or np.ndim(rise) or np.ndim(length)
-    if many:
-        p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
-        length = np.minimum(length, FAR) + 0 * (p + rise)
-    else:
-        length = min(float(length), FAR)
+    one = not (np.ndim(p) or np.ndim(rise) or np.ndim(length))
+    p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
+    length = np.minimum(length, FAR) + 0 * (p + rise)
 
-    def ends(T: Any) -> Lines:
-        lib, end = functions_of(T), _far_end(p, rise, T)
-        half, mild = lib.sinh(T / 2), abs(end) < _UPRIGHT
-        u = (end * lib.cosh(T) - p) / lib.sinh(T)
-        return Lines(p, end, -u - mild * rise / (2 * half * half))
+    def far_end(T: Array) -> Array:
+        """p there, at most upright: a surface that would turn over falls short of the line."""
+        return np.clip(rise / np.tanh(T / 2) - p, -_UPRIGHT, _UPRIGHT)
+
+    def ends(T: Array) -> Lines:
+        end, half = far_end(T), np.sinh(T / 2)
+        u = (end * np.cosh(T) - p) / np.sinh(T)
+        return Lines(p, end, -u - (np.abs(end) < _UPRIGHT) * rise / (2 * half * half))
 
     T = range_of(length, ends)
-    lib = functions_of(T)
-    u = (_far_end(p, rise, T) - p * lib.cosh(T)) / lib.sinh(T)
-    return u[:, 0] if many else float(u)
-
-
-def _far_end(p: Any, rise: Any, T: Any) -> Any:
-    """p at the other line, at most upright: a surface that would turn over falls short of it."""
-    if isinstance(T, np.ndarray):
-        return np.clip(rise / np.tanh(T / 2) - p, -_UPRIGHT, _UPRIGHT)
-    return min(max(rise / math.tanh(T / 2) - p, -_UPRIGHT), _UPRIGHT)
+    u = (far_end(T) - p * np.cosh(T)) / np.sinh(T)
+    return float(u[0, 0]) if one else u[:, 0]

@@ -49,14 +49,6 @@ class FiniteSurfaces:
             raise ValueError(self._overhang(depth, line))
         return u
 
-    def pull(self, side: int, line: At, depth: float) -> float:
-        """S of a tail."""
-        return float(self.scene.gamma1 * finite_gap.sine(self._displaced(line, depth)))
-
-    def alone(self, radius: float, u0: float) -> FiniteGap:
-        """The relaxed surface of a tail."""
-        return tail(u0).relaxed
-
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
@@ -73,12 +65,6 @@ class FiniteSurfaces:
         found = tail(min(max((depth - line.f) / length, -limit), limit))
         u, slope = found.at(distance, np.maximum(found.length - distance, 0.0))
         return length * u, side * slope
-
-    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
-        """Of the relaxed surface."""
-        length, found = self.scene.elastocapillary_length, self._gap(left, right, depth).relaxed
-        u, slope = found.at((z - left.x) / length, (right.x - z) / length)
-        return length * u, slope
 
     def _gap(self, left: At, right: At, depth: float) -> FiniteGap:
         """The surface between two lines, by its exponentials."""
@@ -97,25 +83,23 @@ class FiniteSurfaces:
         return gamma1 * length * energy, gamma1 * pull
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
-        """The relaxed surface, of a tail with what its exponentials pull: that only rounds less."""
+        """One free surface."""
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
         if left is None or right is None:
             line = alone(left, right)
             u0 = (depth - line.f) / length
             if abs(u0) >= OVERHANG * (1 - UPRIGHT):
                 raise ValueError(self._overhang(depth, line))
-            read = tail(u0)
-            pull = gamma1 * read.reactions[0]
+            found = tail(u0)
+            pull = gamma1 * found.reactions[0]
             pulls = (0.0, pull) if left is None else (pull, 0.0)
         else:
-            read = self._gap(left, right, depth)
-            if read.upright:
+            found = self._gap(left, right, depth)
+            if found.upright:
                 raise ValueError(self._overhang(depth, left, right))
-            one, other = read.relaxed.reactions
+            one, other = found.reactions
             pulls = gamma1 * one, gamma1 * other
-        whole = read.relaxed
-        residual = max(whole.residual, read.apart)
-        return Free(gamma1 * length * whole.energy, pulls, gamma1 * whole.area, residual)
+        return Free(gamma1 * length * found.energy, pulls, gamma1 * found.area, found.residual)
 
     def _overhang(self, depth: float, line: At, other: At | None = None) -> str:
         limit, place = OVERHANG * self.scene.elastocapillary_length, f"line x = {line.x!r}"

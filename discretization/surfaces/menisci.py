@@ -23,9 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from discretization.surfaces.mesh import FreeSurface, far_stiffness
-from discretization.surfaces.rings import stiffness
-from discretization.surfaces.spectral import band, nodes, rounded
+from discretization.surfaces.rings import decayed, far_stiffness, stiffness
+from discretization.surfaces.spectral import band, polynomial, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
@@ -108,7 +107,9 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Solved:
 
 def _beyond(side: int, s: float, distance: float) -> float:
     """The far field's stiffness, none at the axis."""
-    return 0.0 if side < 0 and distance >= s * (1 - 1e-9) else far_stiffness(side * s, distance)
+    if side < 0 and distance >= s * (1 - 1e-9):
+        return 0.0
+    return float((1 + side * distance / s) * far_stiffness(side, s + side * distance))
 
 
 class _Nodal(NamedTuple):
@@ -234,25 +235,32 @@ def inclination(side: int, s: Array, u0: Array) -> Array:
     return phi
 
 
+class Meniscus(NamedTuple):
+    """The surface beside a line of radius s: lengths (m,) of its elements, nodal u, u[0] there."""
+
+    side: int
+    s: float
+    lengths: tuple[float, ...]
+    u: Array
+
+    def at(self, x: Array) -> tuple[Array, Array]:
+        """u and u' at distances from the line: the elements' polynomials, then the far field."""
+        r, end = self.s + self.side * x, self.s + self.side * sum(self.lengths)
+        u = self.u[-1] * decayed(self.side, end, r)
+        slope, lo = -u * far_stiffness(self.side, r), 0.0
+        for e, length in enumerate(self.lengths):
+            inside = (x >= lo) & (x < lo + length)
+            own, at = self.u[e * DEGREE : (e + 1) * DEGREE + 1], 2 * (x[inside] - lo) / length - 1
+            u[inside] = polynomial(DEGREE, at, own)
+            slope[inside] = polynomial(DEGREE, at, rounded(DEGREE)[2] @ own) * 2 / length
+            lo += length
+        return u, slope
+
+
 @functools.lru_cache(maxsize=256)
-def surface(radius: float, u0: float) -> FreeSurface:
-    """The surface beside a line of this radius, inside it where that is negative, solved."""
-    side, s = (1 if radius > 0 else -1), abs(radius)
-    phi = float(inclination(side, np.array([s]), np.array([u0]))[0])
-    solved = solve(side, np.array([s]), np.array([math.sin(phi)]), _HALVINGS[abs(phi) > _MILD])
-    lengths, u = tuple(solved.lengths[0].tolist()), solved.u[0]
-    x = nodes(lengths, DEGREE)
-    first, mass = rounded(DEGREE)[2][0] @ u[: DEGREE + 1], np.zeros_like(u)
-    for e, length in enumerate(lengths):
-        mass[e * DEGREE : (e + 1) * DEGREE + 1] += rounded(DEGREE)[1] * length / 2
-    area = float(mass * (1 + x / radius) @ u) + _beyond(side, s, float(x[-1])) * float(u[-1])
-    return FreeSurface(
-        lengths=lengths,
-        u=u,
-        energy=float(solved.energy[0]),
-        reaction=math.sin(phi),
-        slope=float(first) * 2 / lengths[0],
-        area=area,
-        residual=max(float(solved.residual[0]), abs(float(u[0]) - u0)),
-        radius=radius,
-    )
+def surface(side: int, s: float, u0: float) -> Meniscus:
+    """The surface beside a line of this radius, inside it for the side -1, solved."""
+    radius = np.array([s])
+    phi = inclination(side, radius, np.array([u0]))
+    solved = solve(side, radius, np.sin(phi), _HALVINGS[abs(float(phi[0])) > _MILD])
+    return Meniscus(side, s, tuple(solved.lengths[0].tolist()), solved.u[0])

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.surfaces import menisci
-from discretization.surfaces.mesh import FreeSurface
 from discretization.surfaces.protocol import ANY, At, Free, alone, by_side
 from energy import Scene
 
@@ -57,34 +56,19 @@ class MeniscusSurfaces:
         rest = np.where(off | (side > 0), rest, ANY)
         return rest if np.ndim(x) else rest[0]
 
-    def pull(self, side: int, line: At, depth: float) -> float:
-        """2πa sin φ of a tail or a disc."""
-        at = At(np.array([line.x]), np.array([line.f]))
-        left, right = (at, None) if side > 0 else (None, at)
-        return float(self.stored(left, right, np.array([depth]))[1][0])
-
-    def alone(self, radius: float, u0: float) -> FreeSurface:
-        """Of the inclination that the family has."""
-        return menisci.surface(radius, u0)
-
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
-        """From the mesh; the slope by differences of its polynomials."""
+        """From the mesh."""
         if left is not None and right is not None:
             raise ValueError(_rings(right))
         line, side = left if right is None else right, 1 if right is None else -1
         if line is None or not line.x:
             return np.zeros_like(z), np.zeros_like(z)
         length = self.scene.elastocapillary_length
-        found = self.alone(side * line.x / length, (depth - line.f) / length)
-        distance = side * (z - line.x) / length
-        u, u1 = found.displacement(distance), found.slopes_at(distance)
-        return length * u, side * u1
-
-    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
-        """Refused: rings are not known."""
-        raise ValueError(_rings(right))
+        found = menisci.surface(side, line.x / length, (depth - line.f) / length)
+        u, u1 = found.at(side * (np.ravel(z) - line.x) / length)
+        return length * u.reshape(np.shape(z)), side * u1.reshape(np.shape(z))
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """F and S, read from the family."""
@@ -104,25 +88,14 @@ class MeniscusSurfaces:
         if not line.x:
             return Free(0.0, (0.0, 0.0), 0.0, 0.0)
         length, s = self.scene.elastocapillary_length, line.x / self.scene.elastocapillary_length
-        self.refuse(side, line, depth)
         u, unit = (depth - line.f) / length, 2 * math.pi * self.scene.gamma1 * length * s
         at = np.array([s])
         phi = menisci.inclination(side, at, np.array([u]))
+        if s < menisci.LEAST[side] or abs(float(phi[0])) >= menisci.STEEPEST:
+            raise ValueError(_too_steep(line, depth))
         pull, energy = math.sin(float(phi[0])), float(menisci.read(side, at, phi)[1][0])
         pulls = (unit * pull, 0.0) if side > 0 else (0.0, unit * pull)
         return Free(unit * length * energy, pulls, unit * pull, self._imbalance(side, s, u, pull))
-
-    def refuse(self, side: int, line: At, depth: float) -> None:
-        """ValueError for a line beside which the surface is steeper than any of the family."""
-        length = self.scene.elastocapillary_length
-        s, u = np.array([line.x / length]), np.array([(depth - line.f) / length])
-        if s < menisci.LEAST[side] or abs(menisci.inclination(side, s, u)) >= menisci.STEEPEST:
-            raise ValueError(
-                f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
-                f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a "
-                "millionth of l, and is not resolved; use a smaller |depth|, a smaller w or a "
-                "blunter indenter"
-            )
 
     def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
         """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms."""
@@ -133,6 +106,14 @@ class MeniscusSurfaces:
         cos = math.sqrt(1 - pull * pull)
         off = abs(rate - side * (pull * pull / (1 + cos) - u * u / 2))
         return off / (pull * pull + u * u or 1.0)
+
+
+def _too_steep(line: At, depth: float) -> str:
+    return (
+        f"depth = {depth!r}: at the contact line r = {line.x!r} the surface, displaced by "
+        f"{depth - line.f!r}, would be inclined by more than 86° or is narrower than a millionth "
+        "of l, and is not resolved; use a smaller |depth|, a smaller w or a blunter indenter"
+    )
 
 
 def _rings(line: At) -> str:

@@ -13,8 +13,7 @@ inner nodes, K φ = λ M φ, of length 2η
 
     σ = η - η³/2 Σ c²/(λ+η²),    σ + 2τ = 1/η + η/3 - η³/2 Σ b²/(λ+η²),
 
-c and b the modes' shares of 1 and x. About an axis see rings.py. Nodal displacements are only
-solved for where a surface itself is asked for (`solved`).
+c and b the modes' shares of 1 and x. About an axis see rings.py.
 """
 
 from __future__ import annotations
@@ -25,14 +24,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
 
-from discretization.surfaces.mesh import FreeSurface, linear
-from discretization.surfaces.spectral import band, lobatto, polynomials, rounded
+from discretization.surfaces.spectral import lobatto
 
 Array = NDArray[np.float64]
 FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
 _LONGEST = 0.5  # l: of an element, which rounding then resolves
+_COVERED = 4.0  # l: beside a line, by elements
 
 
 class Network(NamedTuple):
@@ -110,16 +108,20 @@ def piece(degree: int, length: Any) -> Network:
     return found
 
 
+@functools.lru_cache(maxsize=16)
+def endless(degree: int) -> float:
+    """What the endless surface beside a line pulls, over its displacement.
+
+    Far from the line it is eliminated exactly: it acts on the elements' last node with the force u.
+    """
+    return float(piece(degree, _COVERED).then(Network(1.0, 0.0, 0.0)).left)
+
+
 class Line:
     """The networks of a line contact, on elements of one degree."""
 
     def __init__(self, degree: int) -> None:
         self.degree = degree
-
-    @functools.cached_property
-    def tail(self) -> FreeSurface:
-        """The endless surface, displaced by 1 at its line."""
-        return linear(self.degree)
 
     def measure(self, s: Any) -> Any:
         """Length of a contact line at s."""
@@ -127,11 +129,11 @@ class Line:
 
     def alone(self, side: int, s: Any) -> Any:
         """What an endless surface beyond a line pulls, over its displacement."""
-        return self.tail.reaction
+        return endless(self.degree)
 
     def between(self, side: Any, s: Any, width: Any) -> Network:
         """From a line at s to another one, this much further to a side; the left end first."""
-        apart = Network(self.tail.reaction, 0.0, self.tail.reaction)
+        apart = Network(endless(self.degree), 0.0, endless(self.degree))
         if not isinstance(width, np.ndarray):
             return apart if width.real > FAR else self._gap(width)
         near = self._gap(np.minimum(width, FAR))
@@ -143,69 +145,16 @@ class Line:
         return half.then(half)
 
     def beyond(self, side: int, s: float, distance: Array) -> tuple[Array, Array]:
-        """u and u' outwards of an endless surface, displaced by 1 there, with the exact decay."""
+        """u and u' outwards of an endless surface, displaced by 1 there: its exact decay."""
         left = np.exp(-distance)
-        return left, -self.alone(side, s) * left
+        return left, -left
 
-    def mesh(self, q: float, width: float) -> tuple[Array, Array, Array]:
-        """Elements between two lines: their ends, matrices of ∫u'² dx and weights of ∫u² dx."""
-        count = int(2 ** (1 + _doublings(width / 2)))
-        ends = q + width * np.linspace(0, 1, count + 1)
-        _, weights, d = lobatto(self.degree)
-        half = np.full((count, 1), width / (2 * count))
-        return ends, ((d.T * weights) @ d) / half[:, :, None], weights * half
+    def shape(self, q: float, width: float, x: Array, u: float, rise: float) -> tuple[Array, Array]:
+        """u and u' between lines displaced by u and u + rise: their exact decays,
 
-
-class Solved(NamedTuple):
-    """The surface between two lines displaced by u and u + r: u (1 + w₀) + r (t + w₁), solved once.
-
-    ends (m + 1,): of the elements; w (2, nodes), which vanishes at the lines; t runs from 0 to 1;
-    areas (2,): ∫(1 + w₀) dx and ∫(t + w₁) dx; residual: largest imbalance of a free node.
-    """
-
-    ends: Array
-    w: Array
-    areas: Array
-    residual: float
-
-    def at(self, x: Array, u: float, rise: float) -> tuple[Array, Array]:
-        """The surface and its slope at places between the lines."""
-        degree, ends = (self.w.shape[1] - 1) // (self.ends.size - 1), self.ends
-        e = np.clip(np.searchsorted(ends, x, side="right") - 1, 0, ends.size - 2)
-        width, whole = np.diff(ends)[e], ends[-1] - ends[0]
-        at = 2 * (x - ends[e]) / width - 1
-        d, own = rounded(degree)[2], e[:, None] * degree + np.arange(degree + 1)
-        bent = (u * self.w[0] + rise * self.w[1])[own]
-        slope = rise / whole + polynomials(degree, at, bent @ d.T) * 2 / width
-        return u + rise * (x - ends[0]) / whole + polynomials(degree, at, bent), slope
-
-
-def solved(ends: Array, stiff: Array, mass: Array) -> Solved:
-    """The surfaces on the elements of a mesh, by elimination, repeated on its residual."""
-    degree = mass.shape[1] - 1
-    own = np.arange(len(mass))[:, None] * degree + np.arange(degree + 1)
-    places = ends[:-1, None] - ends[0] + np.diff(ends)[:, None] * (rounded(degree)[0] + 1) / 2
-    t = np.zeros(own[-1, -1] + 1)
-    t[own] = places / (ends[-1] - ends[0])
-    whole = stiff.copy()
-    whole[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
-    rows, flat = band(whole.astype(float)), np.stack([np.ones_like(t), t], axis=1)
-    loads = _times(stiff, np.stack([np.zeros_like(t), t], axis=1))
-    loads += _times(mass[:, :, None] * np.eye(degree + 1), flat)
-    w = np.zeros_like(loads)
-    for _ in range(3):
-        off = (loads + _times(whole, w))[1:-1].astype(float)
-        w[1:-1] -= solveh_banded(rows[:, 1:-1], off, lower=True, check_finite=False)
-    off = np.abs(loads + _times(whole, w))[1:-1].max()
-    areas = (mass[..., None] * (flat + w)[own]).sum(axis=(0, 1))
-    size = np.abs(rows[0]).max()
-    return Solved(ends, w.T.astype(float), areas.astype(float), float(off / size))
-
-
-def _times(blocks: Array, u: Array) -> Array:
-    """The product of the matrix of all elements with nodal values (n, 2)."""
-    degree, found = blocks.shape[1] - 1, np.zeros(u.shape, blocks.dtype)
-    parts = blocks @ u[np.arange(len(blocks))[:, None] * degree + np.arange(degree + 1)]
-    found[:-1] = parts[:, :-1].reshape(-1, 2)
-    found[degree::degree] += parts[:, -1]
-    return found
+        u cosh(x - L/2)/cosh(L/2) + rise sinh(x)/sinh(L) at distances x from the left line.
+        """
+        one, other = np.exp(-x), np.exp(x - width)
+        both, odd = 1 + math.exp(-width), -math.expm1(-2 * width)
+        grown, steep = other * -np.expm1(-2 * x) / odd, other * (1 + one * one) / odd
+        return u * (one + other) / both + rise * grown, u * (other - one) / both + rise * steep

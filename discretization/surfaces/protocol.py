@@ -54,17 +54,6 @@ class Free(NamedTuple):
     residual: float
 
 
-class Tail(Protocol):
-    """A solved surface beside one line, in units of l."""
-
-    @property
-    def slope(self) -> float:
-        """u' at the line, away from it."""
-
-    def displacement(self, distance: Array) -> Array:
-        """u at distances from the line."""
-
-
 class Surfaces(Protocol):
     """Free surfaces beside contacts; a line that is None is infinitely far away."""
 
@@ -78,22 +67,10 @@ class Surfaces(Protocol):
         surface.
         """
 
-    def pull(self, side: int, line: At, depth: float) -> float:
-        """What a free surface without another line pulls at its own one, ∂F/∂g."""
-
-    def alone(self, radius: float, u0: float) -> Tail:
-        """The surface beside one line displaced by u₀, in units of l.
-
-        radius: of the line; infinite for a line contact, negative for the disc inside it.
-        """
-
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
         """u and u' at positions between two lines."""
-
-    def between(self, z: Array, left: At, right: At, depth: float) -> tuple[Array, Array]:
-        """The same as the mesh's own polynomials have it, up to the lines."""
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d."""

@@ -1,30 +1,31 @@
 """Free surfaces about an axis with small slopes as networks, in units of l and γ₁.
 
-Beyond a line of radius s, and on the disc inside one, the reaction per length of the line is the
-displacement times a stiffness S(s), a function of the radius alone. It is solved on the mesh
-(mesh.linear) at a few radii of every octave and read in between as a polynomial in log s.
-
 A ring between two lines q < p is a network (network.py) for E/(2π): of an element, by elimination
 of its inner nodes, and of elements in a row.
+
+Beyond a line of radius s, and on the disc inside one, the reaction per length of the line is the
+displacement times a stiffness S(s), a function of the radius alone. It is that of some elements
+beside the line and of the far field beyond them, which is eliminated exactly. It is solved for at
+a few radii of every octave and read in between as a polynomial in log s.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.surfaces.mesh import decayed, linear
 from discretization.surfaces.network import FAR, Network
-from discretization.surfaces.spectral import rounded
+from discretization.surfaces.spectral import band, polynomials, rounded
 
 Array = NDArray[np.float64]
 _POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding
-_OUTER = 2  # octaves: inside of that a tail is solved from one further out
+_COVERED, _DISC = 4.0, 6  # l: beside a line, by elements; by how many inside it
 _LEAST = -30  # octaves: inside of 2^-30 l the springs do nothing
 _WIDER = 1.5  # ends of elements of a ring, over each other
 _LONGEST = 1.0  # l: of an element, far from the axis
@@ -66,10 +67,32 @@ def _family(degree: int, side: int, octave: int) -> tuple[float, ...]:
     """The polynomial of S s/(1+s) outside and S (2+s)/s inside, smooth at small and great s."""
     t = np.sort(np.cos(np.pi * (np.arange(_POINTS[side]) + 0.5) / _POINTS[side]))
     s = 2.0 ** (octave + (t + 1) / 2)
-    if side > 0 and octave < _OUTER:
-        return tuple(_powers(t, _outside(degree, s) * s / (1 + s)).tolist())
-    solved = np.array([linear(degree, side * one).reaction for one in s.tolist()])
-    return tuple(_powers(t, solved * (s / (1 + s) if side > 0 else (2 + s) / s)).tolist())
+    scale = s / (1 + s) if side > 0 else (2 + s) / s
+    return tuple(np.linalg.solve(np.vander(t), _solved(degree, side, s) * scale).tolist())
+
+
+def _solved(degree: int, side: int, s: Array) -> Array:
+    """S(s), by elements and the exact far field beyond them."""
+    if side > 0:
+        end = s + _COVERED
+        far = Network(end * far_stiffness(1, end), 0.0, 0.0)
+        return np.asarray(ring(degree, s, end - s).then(far).left / s)
+    start = np.maximum(s - _COVERED, 0.0)
+    found, width = Network(0.0, 0.0, start * far_stiffness(-1, start)), (s - start) / _DISC
+    for i in range(_DISC):
+        found = found.then(_element(degree, start + i * width, width))
+    return np.asarray(found.right / s)
+
+
+def far_stiffness(side: int, r: Any) -> Any:
+    """The exact reaction of all that is beyond a radius, per length and displacement there."""
+    return k1e(r) / k0e(r) if side > 0 else i1e(r) / i0e(r)
+
+
+def decayed(side: int, start: Any, r: Array) -> Array:
+    """How much of the displacement at a radius is left at others beyond it."""
+    bessel = k0e if side > 0 else i0e
+    return np.asarray(bessel(r) / bessel(start) * np.exp(side * (start - r)))
 
 
 def _horner(powers: tuple[float, ...], t: Any) -> Any:
@@ -80,32 +103,16 @@ def _horner(powers: tuple[float, ...], t: Any) -> Any:
     return total
 
 
-def _powers(t: Array, values: Array) -> Array:
-    """Coefficients of falling powers of the polynomials (columns) through Chebyshev points t."""
-    series = chebyshev.chebfit(t, values, t.size - 1)
-    convert = np.zeros((t.size, t.size))
-    for order in range(t.size):
-        convert[: order + 1, order] = chebyshev.cheb2poly(np.eye(t.size)[order])[: order + 1]
-    return np.asarray((convert @ series)[::-1])
-
-
-def _outside(degree: int, s: Array) -> Array:
-    """S of a tail from that of another one twice as far out, with elements in between."""
-    beyond = 2 * s * stiffness(degree, 1, 2 * s)
-    return np.asarray(ring(degree, s, s).then(Network(beyond, 0.0, 0.0)).left / s)
-
-
 def ring(degree: int, q: Array, width: Array) -> Network:
     """Rings of these widths beyond lines of radii q (n,)."""
     first = np.minimum(width, _longest(q))
-    found, rest = _element(degree, q, first), width - first
-    while (left := rest > 0).any():
-        lo = (q + width - rest)[left]
-        more = np.minimum(rest[left], _longest(lo))
-        longer = Network(*(part[left] for part in found)).then(_element(degree, lo, more))
+    found, lo, end = _element(degree, q, first), q + first, q + width
+    while (left := np.real(lo) < np.real(end)).any():
+        more = np.minimum(end[left] - lo[left], _longest(lo[left]))
+        longer = Network(*(part[left] for part in found)).then(_element(degree, lo[left], more))
         for part, new in zip(found, longer, strict=True):
             part[left] = new
-        rest[left] -= more
+        lo[left] += more
     return found
 
 
@@ -164,14 +171,49 @@ class Axis:
 
     def beyond(self, side: int, s: float, distance: Array) -> tuple[Array, Array]:
         """u and u' outwards beyond a line, displaced by 1 there, with the exact decay."""
-        left = decayed(side * s, 0.0, distance)
+        left = decayed(side, s, s + side * distance)
         return left, -left * stiffness(self.degree, side, s + side * distance)
 
-    def mesh(self, q: float, width: float) -> tuple[Array, Array, Array]:
-        """Elements of a ring: their ends, matrices of ∫u'² r dr and weights of ∫u² r dr."""
-        parts = [0.0]
-        while parts[-1] < width:
-            more = float(_longest(np.array(q + parts[-1])))
-            parts.append(min(width, parts[-1] + more))
-        ends = np.array(parts)
-        return q + ends, *_matrices(self.degree, q + ends[:-1], np.diff(ends))
+    def shape(self, q: float, width: float, x: Array, u: float, rise: float) -> tuple[Array, Array]:
+        """u and u' between lines displaced by u and u + rise, on a mesh of the whole ring."""
+        return _mesh(self.degree, q, width).at(x, u, rise)
+
+
+class Mesh(NamedTuple):
+    """The surface between two lines displaced by u and u + r: u (1 + w₀) + r (t + w₁), solved once.
+
+    ends (m + 1,): of the elements; w (2, nodes), which vanishes at the lines; t runs from 0 to 1.
+    """
+
+    ends: Array
+    w: Array
+
+    def at(self, x: Array, u: float, rise: float) -> tuple[Array, Array]:
+        """The surface and its slope at places between the lines."""
+        degree, ends = (self.w.shape[1] - 1) // (self.ends.size - 1), self.ends
+        e = np.clip(np.searchsorted(ends, x, side="right") - 1, 0, ends.size - 2)
+        width, whole = np.diff(ends)[e], ends[-1] - ends[0]
+        at = 2 * (x - ends[e]) / width - 1
+        d, own = rounded(degree)[2], e[:, None] * degree + np.arange(degree + 1)
+        bent = (u * self.w[0] + rise * self.w[1])[own]
+        slope = rise / whole + polynomials(degree, at, bent @ d.T) * 2 / width
+        return u + rise * (x - ends[0]) / whole + polynomials(degree, at, bent), slope
+
+
+@functools.lru_cache(maxsize=256)
+def _mesh(degree: int, q: float, width: float) -> Mesh:
+    """The surfaces of a ring, by elimination, repeated on its residual."""
+    parts = [0.0]
+    while parts[-1] < width:
+        parts.append(min(width, parts[-1] + float(_longest(np.array(q + parts[-1])))))
+    ends, t = np.array(parts), (rounded(degree)[0] + 1) / 2
+    stiff, mass = _matrices(degree, q + ends[:-1], np.diff(ends))
+    own = np.arange(len(mass))[:, None] * degree + np.arange(degree + 1)
+    flat = np.ones((own[-1, -1] + 1, 2))
+    flat[own, 1] = (ends[:-1, None] + np.diff(ends)[:, None] * t) / width
+    loads = np.zeros_like(flat)
+    np.add.at(loads, own, stiff @ (flat[own] - (1, 0)) + mass[:, :, None] * flat[own])
+    stiff[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
+    w = np.zeros_like(flat)
+    w[1:-1] = -solveh_banded(band(stiff)[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
+    return Mesh(q + ends, w.T)

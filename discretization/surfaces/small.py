@@ -14,7 +14,6 @@ where a line at s moves away from its contact, S its reaction per length: it is 
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -22,8 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.mesh import FreeSurface, linear
-from discretization.surfaces.network import FAR, Line, Network, Solved, solved
+from discretization.surfaces.network import FAR, Line, Network
 from discretization.surfaces.protocol import ANY, MET, At, Free, alone, by_side
 from discretization.surfaces.rings import BESIDE, Axis
 from energy import Scene
@@ -78,13 +76,6 @@ class SmallSurfaces:
             return 2 * math.pi * self.scene.gamma1 * self.scene.elastocapillary_length
         return self.scene.gamma1
 
-    def pull(self, side: int, line: At, depth: float) -> float:
-        """What a tail or a disc pulls."""
-        scale = self._force
-        s = line.x / self.scene.elastocapillary_length
-        u = (depth - line.f) / self.scene.elastocapillary_length
-        return float(scale * self.net.alone(side, s) * u)
-
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """F, and S of all lines together."""
         length = self.scene.elastocapillary_length
@@ -108,7 +99,7 @@ class SmallSurfaces:
         return found, u, v, (right.f - left.f) / length
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
-        """One free surface. As all nodes of a tail or a disc are balanced, its pull is k∫u."""
+        """One free surface. As all its nodes are balanced, k∫u over it is what it pulls."""
         length, net = self.scene.elastocapillary_length, self.net
         scale = self._force
         if left is None or right is None:
@@ -120,68 +111,35 @@ class SmallSurfaces:
             return Free(scale * length * pull * u / 2, pulls, scale * pull, off)
         found, u, v, apart = self._between(left, right, depth)
         one, other = map(float, found.pulls(u, v, apart))
-        q, width = self._places(left, right)
-        near, area = self._near(left, right), one + other
-        far = width if near else math.inf
+        q, width = left.x / length, (right.x - left.x) / length
+        far = width if self._near(q, width) else math.inf
         off = max(
             self._off(1, q, far, u, apart, one), self._off(-1, q + width, far, v, -apart, other)
         )
-        if near:
-            surface = _surface(self.scene.geometry, q, width)
-            area, off = float(surface.areas @ [u, -apart]), max(off, surface.residual)
         energy = scale * length * float(found.energy(u, v, apart))
-        return Free(energy, (scale * one, scale * other), scale * area, off)
+        return Free(energy, (scale * one, scale * other), scale * (one + other), off)
 
-    def _places(self, left: At, right: At) -> tuple[float, float]:
-        """Where a free surface begins, which only counts about an axis, and its width."""
-        length = self.scene.elastocapillary_length
-        q = left.x / length if self.scene.axisymmetric else 0.0
-        return q, (right.x - left.x) / length
-
-    def _near(self, left: At | None, right: At | None) -> bool:
-        """Whether two lines feel each other."""
-        if left is None or right is None or (self.scene.axisymmetric and not left.x):
-            return False
-        return bool(self._places(left, right)[1] <= FAR)
-
-    def alone(self, radius: float, u0: float) -> FreeSurface:
-        """On a mesh of its own."""
-        return linear(self.net.degree, radius).scaled(u0)
+    def _near(self, q: float, width: float) -> bool:
+        """Whether a line at q and another one beyond it feel each other."""
+        return width <= FAR and not (self.scene.axisymmetric and not q)
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
     ) -> tuple[Array, Array]:
-        """In a gap both parts beside z are condensed to it: u balances them, u' is a pull."""
-        if left is None or right is None or self.scene.axisymmetric or not self._near(left, right):
-            return self.between(z, left, right, depth)
-        length, x = self.scene.elastocapillary_length, np.atleast_1d(z)
-        own, other = (
-            self.net.between(1, 0.0, np.maximum(side * (x - line.x) / length, MET))
-            for side, line in ((1, left), (-1, right))
-        )
-        one, two = depth - left.f, depth - right.f
-        u = (own.tie * one + other.tie * two) / (own.right + own.tie + other.tie + other.left)
-        u1 = (own.right * u + own.tie * (u - one)) / length
-        return u.reshape(np.shape(z)), u1.reshape(np.shape(z))
-
-    def between(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
-        """Of a gap or a ring from its mesh, else what is left of every line's displacement."""
+        """In a gap or a ring, else what is left of every line's displacement."""
         length = self.scene.elastocapillary_length
-        x = np.atleast_1d(z)
-        if left is not None and right is not None and self._near(left, right):
-            q, width = self._places(left, right)
-            surface = _surface(self.scene.geometry, q, width)
-            at = x / length if self.scene.axisymmetric else (x - left.x) / length
-            u, u1 = surface.at(at, depth - left.f, left.f - right.f)
-        else:
-            u, u1 = np.zeros((2, x.size))
-            for side, line in ((-1, right), (1, left)):
-                if line is None or (self.scene.axisymmetric and not line.x):
-                    continue  # beside a point without extent nothing is held
-                each = self.net.beyond(side, line.x / length, side * (x - line.x) / length)
-                u, u1 = u + (depth - line.f) * each[0], u1 + side * (depth - line.f) * each[1]
+        x, u, u1 = np.ravel(z), np.zeros(np.size(z)), np.zeros(np.size(z))
+        if left is not None and right is not None:
+            q, width = left.x / length, (right.x - left.x) / length
+            if self._near(q, width):
+                at = (x - left.x) / length if self.scene.geometry == "line" else x / length
+                u, u1 = self.net.shape(q, width, at, depth - left.f, left.f - right.f)
+                return u.reshape(np.shape(z)), u1.reshape(np.shape(z)) / length
+        for side, line in ((-1, right), (1, left)):
+            if line is None or (self.scene.axisymmetric and not line.x):
+                continue  # beside a point without extent nothing is held
+            each = self.net.beyond(side, line.x / length, side * (x - line.x) / length)
+            u, u1 = u + (depth - line.f) * each[0], u1 + side * (depth - line.f) * each[1]
         return u.reshape(np.shape(z)), u1.reshape(np.shape(z)) / length
 
     def _off(self, side: int, s: float, width: float, u: float, apart: float, pull: float) -> float:
@@ -196,7 +154,7 @@ class SmallSurfaces:
         m, net = self.net.measure(s), self.net
         if not m or not width:
             return 0.0
-        part = min(width, s if self.scene.axisymmetric else 1.0, 1.0) / 2
+        part = min(width, s if self.scene.axisymmetric else 1.0, 1.0) / 4  # one element
         middle, h = s + side * part, _STEP * part
         mine = net.between(side, s, part).seen_from(side)
         if math.isinf(width):
@@ -209,9 +167,3 @@ class SmallSurfaces:
         rate = moved.energy(u, u - fall, fall).imag / h
         S = pull / m
         return float(abs(rate - m * (u * u - S * S) / 2) / (m * (u * u + S * S) or 1.0))
-
-
-@functools.lru_cache(maxsize=256)
-def _surface(geometry: str, q: float, width: float) -> Solved:
-    """The surfaces between two lines, solved once."""
-    return solved(*_NETS[geometry].mesh(q, width))

@@ -63,13 +63,6 @@ def polynomials(degree: int, at: Array, values: Array) -> Array:
     return np.asarray(legendre.legval(at, _transform(degree) @ values.T, tensor=False))
 
 
-def nodes(lengths: tuple[float, ...], degree: int) -> Array:
-    """Positions of the nodes of elements of these lengths in a row, from 0 on."""
-    ends = np.concatenate([[0.0], np.cumsum(lengths)])
-    points = (rounded(degree)[0] + 1) / 2
-    return np.concatenate([[0.0], (ends[:-1, None] + np.outer(lengths, points[1:])).ravel()])
-
-
 @functools.lru_cache(maxsize=64)
 def _lower(size: int) -> tuple[Indices, Indices]:
     """Rows and columns of an element's lower triangle without the node shared with the next."""
