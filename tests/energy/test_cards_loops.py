@@ -4,7 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
-from card_cases import Case, check
+from card_cases import Case
+from scenes import check
 from scipy.integrate import quad
 
 from energy import cards

@@ -3,8 +3,8 @@
 import mpmath
 import numpy as np
 import pytest
-from card_cases import check
 from round_cases import SHAPES, random_round_case
+from scenes import check
 from scipy.optimize import fsolve
 
 from discretization import load_path, minimise

@@ -11,8 +11,8 @@ import numpy as np
 
 from energy import ElasticLayer, Patches, Sampled, Scene, SurfaceEnergies
 
-from . import scenes
-from .scenes import HIGH, Shape, built
+from .. import scenes
+from ..scenes import HIGH, Shape, built
 
 FORCES = ("small", "opening", "pattern", "no_adhesion", "no_tension")
 PATH_KINDS = tuple(f"{hold}_{what}" for hold in ("load", "machine") for what in FORCES)

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from project import ROOT
 from scene_files import DEPTH, SURFACES, by_hand, refused, writer
 
 from discretization import minimise
@@ -14,7 +14,7 @@ from studies.scenes import run as study
 from studies.scenes.file import load
 from studies.shared.table import read
 
-SHIPPED = sorted((Path(__file__).parent.parent / "studies" / "scenes").glob("*.toml"))
+SHIPPED = sorted((ROOT / "studies" / "scenes").glob("*.toml"))
 
 
 @pytest.fixture

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import DELTA0, L, rough
-from test_truth import LAYER, WORK, ripples
 from truth.compare import differences, reference, verdict
 from truth.obstacle import obstacle
 from truth.penetration import penetration
 from truth.scenes import case_of
 from truth.sets import lowest
+from truth.test_truth import LAYER, WORK, ripples
 from truth.totals import adhered
 from truth.walk import Walk
 

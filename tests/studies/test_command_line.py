@@ -3,15 +3,13 @@
 import importlib
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from project import ROOT
 from scene_files import writer
 
 from studies import MODULES
 from studies import __main__ as command_line
-
-ROOT = Path(__file__).parent.parent
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scenes import adhesive, steep
 from scipy.integrate import solve_ivp
+
+from energy import ElasticLayer, Parabola, Profile, Scene, SurfaceEnergies, Wedge, cards
 from truth import walk
 from truth.compare import REFERENCE
 from truth.ground import Outside
@@ -13,8 +15,6 @@ from truth.scenes import KINDS, case_of
 from truth.surfaces import surface_of
 from truth.totals import adhered, imbalance
 from truth.walk import Walk
-
-from energy import ElasticLayer, Parabola, Profile, Scene, SurfaceEnergies, Wedge, cards
 
 LAYER, WORK = ElasticLayer(1, 0.0, 1.0), SurfaceEnergies.from_work
 R, FAR = 0.02, 0.2

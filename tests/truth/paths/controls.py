@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from ..ground import Outside
+from ..totals import NOTHING
 from .depth_paths import Place
-from .ground import Outside
-from .totals import NOTHING
 
 LARGEST, SMALLEST = 1 / 12, 1 / 400  # of the depth scale: steps on the way
 CLOSE = 1e-9  # of the depth scale: what happens at once

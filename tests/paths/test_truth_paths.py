@@ -9,11 +9,11 @@ import os
 import numpy as np
 import pytest
 from scenes import adhesive
-from truth.controls import Control
-from truth.depth_paths import Adhering, Hanging, Place, depth_path_of
-from truth.path_compare import answer, path_verdicts
-from truth.path_scenes import PATH_KINDS, STEPS, path_case, programme
-from truth.unique import reading_of
+from truth.paths.controls import Control
+from truth.paths.depth_paths import Adhering, Hanging, Place, depth_path_of
+from truth.paths.path_compare import answer, path_verdicts
+from truth.paths.path_scenes import PATH_KINDS, STEPS, path_case, programme
+from truth.paths.unique import reading_of
 
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies, cards

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from project import ROOT
 
 import discretization
 import energy
 from discretization import load_path, minimise
 from energy import ElasticLayer, Parabola, Profile, Scene, SurfaceEnergies
 
-ROOT = Path(__file__).parent.parent
 SCENE = Scene(
     ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 0.06e-3), Parabola(0.02)
 )
@@ -154,7 +154,7 @@ def test_the_public_names_are_complete():
 
 def test_what_a_user_writes_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    runpy.run_path(str(ROOT / "tests" / "user_script.py"))
+    runpy.run_path(str(Path(__file__).with_name("user_script.py")))
     width, error, kinds = capsys.readouterr().out.split(maxsplit=2)
     assert float(width) == pytest.approx(1.6e-4, rel=0.01) and abs(float(error)) < 1e-12
     assert kinds == "['jump-in', 'detachment']\n"

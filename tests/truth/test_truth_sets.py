@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import test_no_adhesion_paths as no_adhesion_paths
 from scenes import adhesive
-from test_truth import BODY, LAYER, WORK, R, ripples
+
+from energy import Profile, Scene, cards
 from truth import sets
 from truth.ground import Ground, Outside
 from truth.obstacle import hull_lines, obstacle
@@ -15,10 +16,9 @@ from truth.penetration import penetration
 from truth.scenes import case_of
 from truth.springs import springs
 from truth.surfaces import surface_of
+from truth.test_truth import BODY, LAYER, WORK, R, ripples
 from truth.totals import adhered, imbalance
 from truth.walk import Walk
-
-from energy import Profile, Scene, cards
 
 
 def test_no_adhesion_parabola():

@@ -13,9 +13,9 @@ import numpy as np
 
 from discretization import AccuracyWarning, NotCertifiedError, load_path
 
+from ..ground import Outside
 from .controls import Control
 from .depth_paths import depth_path_of
-from .ground import Outside
 from .path_scenes import path_case, programme
 from .unique import reading_of
 

@@ -9,6 +9,7 @@ rule: a line advances while f' + u' < √(2w/γ₁), and what the free surface p
 import math
 
 import numpy as np
+
 from truth.ground import Ground
 from truth.scenes import case_of
 from truth.surfaces import surface_of

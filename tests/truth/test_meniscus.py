@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from card_cases import check
+from scenes import check
 from scipy.integrate import solve_bvp
 from scipy.optimize import minimize_scalar
-from truth import meniscus
 
 from energy import (
     Circle,
@@ -18,6 +17,7 @@ from energy import (
     Wedge,
     cards,
 )
+from truth import meniscus
 
 axi = cards.axisymmetric
 STEEP = [0.3, np.radians(45), np.radians(80)]

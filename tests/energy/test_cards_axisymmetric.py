@@ -5,9 +5,10 @@ import itertools
 import mpmath as mp
 import numpy as np
 import pytest
-from card_cases import DT, T, check, decades, every, ratios
+from card_cases import DT, T, decades, every, ratios
 from hypothesis import given
 from hypothesis import strategies as st
+from scenes import check
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 

@@ -7,10 +7,10 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
+from project import PLACES
 from sweep_points import Workers, cheap, gone, lines, slow
 
 from studies.scenes.grid import Axis
@@ -18,7 +18,6 @@ from studies.scenes.sweep.batches import SECONDS, Batch, BatchClock
 from studies.scenes.sweep.store import Store
 from studies.scenes.sweep.study import Grid, sweep
 
-ROOT = Path(__file__).parent.parent
 AXES = {"x": [1.0, 2.0, 0.1], "y": [3.0, 1e-17, 7.0, -2.0]}
 
 
@@ -107,7 +106,7 @@ def test_a_sweep_killed_several_times_loses_nothing_and_leaves_no_process(tmp_pa
     while True:
         count = seen[-1] + 26
         given = {"HELD_BY": str(path), "HELD_FROM": str(count)}
-        given["PYTHONPATH"] = f"{ROOT}{os.pathsep}{ROOT / 'tests'}"
+        given["PYTHONPATH"] = PLACES
         child = subprocess.Popen(
             [sys.executable, script, path], start_new_session=True, env=os.environ | given
         )

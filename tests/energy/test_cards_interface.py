@@ -4,7 +4,7 @@ import inspect
 
 import numpy as np
 import pytest
-from card_cases import check
+from scenes import check
 
 from energy import cards
 

@@ -13,13 +13,6 @@ T = 0.5 + T  # Gauss points and weights on [0, 1]
 KINDS = ["wedge", "parabola", "1.0", "1.5", "2.0", "3.7"]
 
 
-def check(value, expected, rel, scale=0.0):
-    """|value − expected| <= rel · max(|expected|, scale): no absolute tolerance, no unit."""
-    value, expected = np.asarray(value), np.asarray(expected)
-    assert value.shape == expected.shape
-    assert (abs(value - expected) <= rel * np.maximum(abs(expected), scale)).all()
-
-
 class Case:
     """A card with its parameters, the same profile as c|x|ⁿ, least depth and depth."""
 

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .ground import Ground
-from .obstacle import obstacle
-from .springs import intervals, of_level
-from .surfaces import surface_of
-from .totals import NOTHING, state_of
-from .walk import Walk
+from ..ground import Ground
+from ..obstacle import obstacle
+from ..springs import intervals, of_level
+from ..surfaces import surface_of
+from ..totals import NOTHING, state_of
+from ..walk import Walk
 
 TURNS = 3000  # moves of lines at one depth
 APART = 1e-6  # of δ₀: levels closer than that are one

@@ -6,10 +6,10 @@ The reference knows the functional U(a, d) of any half-width and depth, not its 
 import mpmath as mp
 import numpy as np
 import pytest
-from card_cases import KINDS, Case, check, decades, every, ratios
+from card_cases import KINDS, Case, decades, every, ratios
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import adhesive
+from scenes import adhesive, check
 from scipy.optimize import minimize_scalar
 
 from discretization import minimise

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from project import PLACES
 from scene_files import DEPTH, SURFACES, writer
 from sweep_points import HELD_FROM, Workers, cheap, gone
 
@@ -22,7 +23,6 @@ from studies.scenes.sweep.study import scattered, sweep
 from studies.shared import batches
 from studies.shared.batches import Clock
 
-ROOT = Path(__file__).parent.parent
 LAYER, SURFACE = ElasticLayer(2e3, 0.3, 1e-5), SurfaceEnergies.from_work(0.05, 1e-4)
 
 
@@ -33,7 +33,7 @@ def studies(*arguments, **options):
 
 def started(*arguments, cwd, **options):
     """Python with this package and these tests on its path, in a process group of its own."""
-    places = f"{ROOT}{os.pathsep}{ROOT / 'tests'}"
+    places = PLACES
     environment = {**os.environ, "PYTHONPATH": places, **options.pop("env", {})}
     command = [sys.executable, "-W", "error", *map(str, arguments)]
     options = {"stderr": subprocess.PIPE, "start_new_session": True, **options}

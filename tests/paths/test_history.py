@@ -5,16 +5,15 @@ import os
 import subprocess
 import sys
 from dataclasses import fields, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from project import PLACES, ROOT
 from scenes import adhesive
 
 from discretization import History, load_path
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
-ROOT = Path(__file__).parent.parent
 PROGRAMME = np.r_[np.linspace(-0.001, 0.01, 40), np.linspace(0.01, -0.01, 60)] * 0.7
 
 
@@ -150,7 +149,7 @@ def test_a_path_killed_at_any_moment_goes_on(tmp_path):
     sys.setprofile(before)
     calls = more = next(count) // 4
     text = ",".join(map(repr, PROGRAMME.tolist()))
-    environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}"}
+    environment = {**os.environ, "PYTHONPATH": PLACES}
     seen, ended = [], False
     while not ended:
         command = [sys.executable, "-c", KILLED, str(save), text, str(calls)]
