@@ -106,6 +106,7 @@ def test_refusals_of_every_card(name):
         ("two_works.cycle_area", {"d_max": -8e-6}, "d_max = -8e-06 is below -7e-06: .* pass"),
         ("two_works.cycle_area", {"d_min": -1e-3}, "d_min = -0.001 is below .* larger d_min"),
         ("power_law.depth", {"n": [2.0, 3.0]}, "n = .* must be one number: loop"),
+        ("axisymmetric.power_law.depth", {"n": [2.0, 3.0]}, "n = .* must be one number: loop"),
         ("foundation.stiffness", {"nu": 0.5}, r"nu = 0.5 must lie in \(-1, 1/2\): "),
         ("force.elastic", {"a": "wide"}, "a = 'wide' is not real: pass a number"),
     ],

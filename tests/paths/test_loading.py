@@ -60,6 +60,19 @@ def test_events_do_not_depend_on_the_steps():
     assert fine.work() == pytest.approx(coarse.work(), rel=1e-12, abs=0)
 
 
+@pytest.mark.parametrize("body", [Parabola(0.02), Parabola(0.02).tilted(0.05), PowerLaw(40.0, 3.0)])
+def test_a_second_retraction_counts_as_the_first_does(body):
+    """The largest pull is between the steps of the last of three runs; the others lose nothing."""
+    scene = adhesive(body)
+    turns = np.array([3.0, -0.1, 2.0, -2.5]) * scene.critical_separation
+    path, once = (load_path(scene, depths=depths) for depths in (turns, turns[[0, 3]]))
+    for name in ("force", "depth"):
+        most, known = (getattr(one.pull_off, name) for one in (path, once))
+        assert most == pytest.approx(known, rel=1e-12, abs=0)
+    assert path.pull_off.force < path.force.min()
+    assert path.work() == pytest.approx(once.work(), rel=1e-11, abs=0)
+
+
 def test_a_sharp_wedge_is_pinned_at_its_tip_and_loses_nothing():
     scene = adhesive(Wedge(0.4), w=0.001)
     slope, length, delta0 = math.tan(0.4), scene.elastocapillary_length, scene.critical_separation

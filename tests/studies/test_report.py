@@ -1,13 +1,18 @@
-"""The report: one page that holds everything and says what failed."""
+"""The report, one page that says what failed, and the command line of the studies."""
 
 import importlib
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from project import ROOT
+from scene_files import writer
 
 from studies import MODULES, REPORTED, STUDIES, report, template
+from studies import __main__ as command_line
 from studies import report as page
 from studies.benchmarks import speed
 from studies.shared import figures
@@ -175,3 +180,57 @@ def test_every_study_that_needs_no_input_is_in_the_report():
     listed = {name: importlib.import_module(module).__file__ for name, module in MODULES.items()}
     assert found == {*listed.values(), template.__file__}
     assert set(REPORTED) == set(STUDIES) - tools
+
+
+@pytest.fixture
+def written(tmp_path):
+    return writer(tmp_path / "tiny.toml")
+
+
+def studies(*arguments):
+    command = [sys.executable, "-W", "error", "-m", "studies", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+
+
+def test_the_list_has_one_line_for_each_study():
+    ran = studies()
+    assert ran.returncode == 0
+    assert ran.stderr == ""
+    assert set(command_line.STUDIES) >= {"run", "verify", "speed"}
+    for name in command_line.STUDIES:
+        (line,) = [line for line in ran.stdout.splitlines() if line.split()[:1] == [name]]
+        doc = importlib.import_module(MODULES[name]).__doc__
+        assert line.endswith(doc.splitlines()[0])
+
+
+def test_an_unknown_study_is_answered_with_the_known_ones():
+    ran = studies("dance")
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert "'dance'" in ran.stderr
+    assert all(name in ran.stderr for name in command_line.STUDIES)
+    assert len(ran.stderr.splitlines()) == 1
+
+
+def test_a_bad_scene_is_one_line_and_status_2(written, tmp_path):
+    path = written(("h = 60e-6", 'h = "1 mm"'))
+    ran = studies("run", str(path), "--out", str(tmp_path))
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert len(ran.stderr.splitlines()) == 1
+    assert f"{path}: layer.h = '1 mm'" in ran.stderr
+    assert not (tmp_path / "tiny.csv").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_one_line_and_status_2(written, tmp_path, capsys):
+    (tmp_path / "taken").write_text("")
+    arguments = ["run", str(written()), "--out", str(tmp_path / "taken")]
+    assert command_line.main(arguments) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_the_list_costs_no_matplotlib():
+    code = "import sys; from studies.__main__ import main; main([]); print(*sys.modules)"
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True
+    )
+    assert "studies" in ran.stdout.split()
+    assert "matplotlib" not in ran.stdout.split()

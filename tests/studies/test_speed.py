@@ -1,14 +1,20 @@
-"""The study `speed`: what it measures, what makes it fail; the random scenes that studies share."""
+"""The studies `speed` and `tolerance`: what they measure, what makes them fail; error estimates."""
 
 import math
+from collections import Counter
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
+from scenes import DELTA0, L, adhesive, rough, tips, two, wavy
+from scipy.optimize import brentq
 
 from discretization import minimise
-from studies.benchmarks import speed
+from discretization.lattice.state import on_lattice
+from energy import Parabola, Wedge
+from studies.benchmarks import speed, tolerance
+from studies.scenes import run
 from studies.shared import timing
 from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 from studies.shared.table import read
@@ -123,3 +129,124 @@ def test_random_cases_obey_the_ranges_they_state(shape):
         if shape != "flat":
             slope = float(case.scene.indenter.slope(case.half_width))
             assert 0.02 * (1 - 1e-9) <= slope <= 1 + 1e-9
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return tolerance.run(tolerance.Parameters(lattices=0))
+
+
+def test_rtol_is_honoured_in_99_of_100_scenes(trials):
+    assert len(trials) == 500
+    assert sum(trial.honoured for trial in trials) >= 495
+
+
+def test_no_estimate_is_below_a_tenth_of_the_error(trials):
+    assert [trial for trial in trials if not trial.trusted] == []
+
+
+def test_the_study_fails_when_an_estimate_or_an_error_is_off(trials):
+    assert tolerance.passed(trials)
+    first = trials[0]
+    bold = first._replace(errors=(1e-8, 0.0, 0.0), estimates=(9e-10, 1.0, 1.0))
+    assert not bold.trusted
+    assert not tolerance.passed([bold, *trials])
+    wrong = first._replace(errors=(2 * first.rtol + 1e-11,) * 3, estimates=(1.0,) * 3)
+    assert wrong.trusted and not wrong.honoured
+    assert not tolerance.passed([*trials, *[wrong] * 7])
+
+
+@pytest.fixture(scope="module")
+def sparse():
+    return tolerance.run(
+        tolerance.Parameters(scenes=0, lattices=100, seed=5), lambda progress: None
+    )
+
+
+def test_no_estimate_of_a_lattice_state_is_below_a_tenth_of_the_error(sparse):
+    assert len(sparse) == 100
+    assert [state for state in sparse if not state.trusted] == []
+    words = Counter(state.word for state in sparse)
+    assert words["estimated"] >= 80 and words["withheld"] >= 3
+    assert all(state.nodes < 50 for state in sparse if state.word == "refused")
+
+
+def test_estimates_are_withheld_only_of_few_links_and_are_not_far_too_large(sparse):
+    for state in sparse:
+        if state.word == "withheld":
+            assert state.links < 8
+    ratios = [state.worst for state in sparse if state.word == "estimated"]
+    assert 0.3 <= np.median(ratios) <= 1
+
+
+def test_a_lattice_state_that_is_off_fails_the_study(sparse, tmp_path, monkeypatch, capsys):
+    state = next(state for state in sparse if state.word == "estimated")
+    bold = state._replace(errors=(1e-3, 0.0, 0.0), estimates=(9e-5, 1.0, 1.0))
+    assert not bold.trusted
+    assert bold._replace(word="withheld").trusted
+    few = tolerance.Parameters(scenes=8, lattices=8)
+    monkeypatch.setattr(tolerance, "Parameters", lambda **_: few)
+    assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    assert "withheld" in capsys.readouterr().out
+    found = tolerance.run(few)
+    monkeypatch.setattr(tolerance, "run", lambda *_, **__: [*found, bold])
+    assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
+
+
+@pytest.mark.parametrize(
+    ("body", "depth", "cells"),
+    [
+        (Parabola(0.02), -0.95, 4),  # narrower than a link
+        (Parabola(0.02), -0.9, 12),  # a few links
+        (Wedge(0.05).shifted(0.3 * L), -0.75, 3),
+        (tips(3 * L), 1.0, 6.7),  # between nodes
+        (two(3 * L), -0.3, 2.75),  # detached, where a finer lattice is not
+        (rough(149).indenter, 1.2, 2.8),  # unresolved roughness inside the contact
+        (rough(9).indenter, 1.2, 5),  # a contact that coarser lattices miss, too
+    ],
+)
+def test_what_a_lattice_does_not_resolve_has_no_estimate(body, depth, cells):
+    scene, spacing = adhesive(body), L / cells
+    state = on_lattice(scene, depth * DELTA0, spacing)
+    assert set(state.error_estimate.values()) == {math.inf}
+    assert str(state).count("not resolved: use smaller spacing") == 3
+    assert "not res." in run.row(state)
+    fine = on_lattice(scene, depth * DELTA0, L / 400)
+    assert max(fine.error_estimate.values()) < 0.1 or body.corners
+
+
+def test_a_state_that_is_detached_on_any_lattice_has_no_error():
+    for body in (Parabola(0.02), two(3 * L)):
+        state = on_lattice(adhesive(body), -1.01 * DELTA0, L / 5)
+        assert state.label == "detached"
+        assert set(state.error_estimate.values()) == {0.0}
+
+
+def test_estimates_of_several_contacts_hold_at_any_spacing():
+    rng, withheld = np.random.default_rng(4), 0
+    for i in range(60):
+        scene, level = (
+            (adhesive(two(rng.uniform(1, 8) * L)), rng.uniform(-0.4, 1)),
+            (rough(int(rng.integers(99))), rng.uniform(-0.6, 1.5)),
+            (wavy(crests=6), rng.uniform(-0.3, 1.5)),
+        )[i % 3]
+        exact = minimise(scene, level * DELTA0)
+        state = on_lattice(scene, level * DELTA0, L / math.exp(rng.uniform(0.7, 5)))
+        if max(state.error_estimate.values()) == math.inf:
+            withheld += 1
+            continue
+        for name, limit in state.uncertainty.items():
+            error = abs(getattr(state, name) - getattr(exact, name))
+            assert error <= 10 * limit + 1e-12 * abs(getattr(exact, name))
+    assert 10 <= withheld <= 45
+
+
+def test_errors_are_told_in_the_units_of_their_quantities():
+    """The force passes through 0, and its error stays what it is."""
+    scene = adhesive(Parabola(0.02))
+    level = brentq(lambda d: minimise(scene, d).force, 0.01 * DELTA0, 2 * DELTA0, xtol=1e-16)
+    state = on_lattice(scene, level, L / 40)
+    limit = state.uncertainty["force"]
+    assert abs(state.force) <= limit == state.error_estimate["force"] * state.scales["force"]
+    assert f"force        P = {state.force:.10g}   (± {limit:.1e})" in str(state)
+    assert limit > 100 * abs(minimise(scene, level).force)

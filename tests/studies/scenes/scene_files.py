@@ -1,10 +1,15 @@
-"""A scene file, the same scene by hand, and files with something else in place of a part."""
+"""Scene files and curves as they may be measured, for the tests."""
 
 import re
+from itertools import pairwise
 
+import numpy as np
 import pytest
 
+from discretization import load_path
 from energy import ElasticLayer, Scene, SurfaceEnergies
+from studies.scenes.fit.force_curve import Curve
+from studies.scenes.fit.trials import SCENE
 
 TEXT = """
 title = "A test"
@@ -55,3 +60,15 @@ def refused(path, told):
 def by_hand(indenter, **options):
     surfaces = SurfaceEnergies(0.05, 0.03, 0.0791)
     return Scene(ElasticLayer(2e3, 0.31, 60e-6), surfaces, indenter, **options)
+
+
+LIFT = SCENE.critical_separation
+
+
+def measured(scene, turns, share=0.0, steps=40, seed=3):
+    """A simulated curve through turning points in units of LIFT, with noise."""
+    legs = [np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(turns)]
+    depth = LIFT * np.concatenate([turns[:1], *legs])
+    force = load_path(scene, depths=depth).force
+    noise = np.random.default_rng(seed).standard_normal(depth.size)
+    return Curve(depth, force + share * np.abs(force).max() * noise)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_curves import LIFT, SCENE, measured
+from scene_files import LIFT, SCENE, measured
 
 from discretization import load_path
 from energy import FlatPunch, Scene, SurfaceEnergies, Wedge

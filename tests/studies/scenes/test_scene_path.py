@@ -1,4 +1,4 @@
-"""Load paths and hysteresis in scene files, and the file that `new` writes."""
+"""Load paths, hysteresis and rotational symmetry in scene files, and the file that `new` writes."""
 
 import inspect
 import re
@@ -12,9 +12,10 @@ from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies import __main__ as command_line
 from studies.scenes import grid as scene_path
-from studies.scenes import new
+from studies.scenes import new, run
 from studies.scenes import run as study
 from studies.scenes.file import load
+from studies.scenes.fit import study as fit
 
 TEXT = """
 title = "A loop"
@@ -104,6 +105,7 @@ def test_hysteresis_slopes_and_lattice_reach_the_path(written):
         (DEPTHS, "drives = [0.0, 1.0]", "path.machine_stiffness = None with drives does not fit"),
         (DEPTHS, f"{DEPTHS}\nmachine_stiffness = 2", r"path.machine_stiffness = 2.0 with depths"),
         ("steps = 4", "steps = 0", "path.steps = 0 must be a whole number of at least 1"),
+        ("steps = 4", "steps = true", "path.steps = True must be a whole number of at least 1"),
         (DEPTHS, "depths = {from = 0, to = 1, steps = 3}", "path.steps = 4 stands beside"),
         (DEPTHS, 'depths = ["a"]', r"path.depths\[0\] = 'a' must be a number"),
         ("steps = 4", "steps = 4\nspeed = 1", "path.speed = 1 is unknown; known keys: depths"),
@@ -182,3 +184,76 @@ def test_what_a_new_file_shows_in_comments_can_be_used(tmp_path, control):
     kinds = {event.kind for event in history.events}
     assert kinds & {"detachment", "pull-off"}
     assert history.half_width[-1] == 0
+
+
+SCENE_AXIS = """
+title = "A sphere"
+source = "here"
+{depth}
+[layer]
+E = 2.5e3
+nu = 0.3
+h = 5e-6
+[surfaces]
+gamma1 = 0.07
+w = {work}
+[indenter]
+shape = "parabola"
+R = 0.02
+{path}
+[options]
+geometry = "axisymmetric"
+"""
+
+
+@pytest.fixture
+def written_axis(tmp_path):
+    def write(depth="depth = [3e-7, 0.0]", work="6e-5", path=""):
+        file = tmp_path / "sphere.toml"
+        file.write_text(SCENE_AXIS.format(depth=depth, work=work, path=path), "utf-8")
+        return file
+
+    return write
+
+
+def test_states_are_told_and_written_in_newtons(written_axis, tmp_path, capsys):
+    assert run.main([str(written_axis()), "--out", str(tmp_path)]) == 0
+    said, table = capsys.readouterr().out, (tmp_path / "sphere.csv").read_text("utf-8")
+    assert "force/N     energy/J " in said and "N/m" not in said
+    assert "force in N, energy in J," in table and "N/m" not in table
+
+
+def test_a_sweep_and_a_path_are_in_newtons(written_axis, tmp_path, capsys):
+    swept = written_axis("depth = 1e-7", "[5e-5, 6e-5, 7e-5]")
+    assert run.main([str(swept), "--out", str(tmp_path), "--jobs", "1"]) == 0
+    assert "forces in N, energies in J" in (tmp_path / "sphere_sweep.csv").read_text("utf-8")
+    capsys.readouterr()
+    path = written_axis("", path="[path]\ndepths = [0.0, 3e-7, -6e-7]\nsteps = 10\n")
+    assert run.main([str(path), "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "force/N        lost/J" in said and " N at d = " in said and "N/m" not in said
+
+
+def test_a_fit_finds_what_a_sphere_was_simulated_with(written_axis, tmp_path, capsys):
+    path = load_path(load(written_axis()).scene, depths=np.linspace(0, 4e-7, 30))
+    data = tmp_path / "data.csv"
+    rows = np.column_stack([path.depth, 1e6 * path.force])
+    np.savetxt(
+        data, rows, delimiter=",", header="depth [m],force [µN]", comments="", encoding="utf-8"
+    )
+    start = written_axis(work="5e-5")
+    asked = [
+        str(data),
+        "--scene",
+        str(start),
+        "--parameters",
+        "w",
+        "--quick",
+        "--out",
+        str(tmp_path),
+    ]
+    assert fit.main(asked) == 0
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("w "))
+    assert float(row.split()[1]) == pytest.approx(6e-5, rel=1e-4)
+    with pytest.raises(ValueError, match=r"width = 0.01 with geometry = 'axisymmetric': leave it"):
+        fit.main([*asked, "--width", "0.01"])

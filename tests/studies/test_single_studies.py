@@ -1,4 +1,4 @@
-"""The study `contact_angle`: both laws measured, constant along a loading path, its files."""
+"""The studies `contact_angle`, `sphere` and `rough`: numbers, figures, files and answers."""
 
 import math
 from dataclasses import replace
@@ -8,6 +8,8 @@ import pytest
 
 from energy import Wedge
 from studies import __main__ as studies
+from studies import rough, sphere
+from studies.__main__ import main
 from studies.contact_angle import study as contact_angle
 from studies.contact_angle.record import Loop
 from studies.contact_angle.study import measured
@@ -109,3 +111,85 @@ def test_the_spread_of_a_path_is_from_its_least_to_its_largest_angle(record):
     )
     assert Loop("wedge", 0.1, tuple(loading), tuple(pulling)).spread == 4
     assert Loop("wedge", 0.1, tuple(pulling), tuple(loading)).spread == 4
+
+
+SMALL = sphere.Parameters((0.03, 1.0, 4.0), (1.0,), (0.1,))
+
+
+@pytest.fixture(scope="module")
+def spheres():
+    return sphere.run(SMALL)
+
+
+def test_small_slopes_are_the_closed_forms_and_finite_ones_are_near(spheres):
+    assert [s.slopes for s in spheres] == ["small"] * 3 + ["finite"]
+    assert max(s.error for s in spheres[:3]) <= 1e-11
+    assert 1e-4 < spheres[3].error < 1e-2
+    forces = [s.load.force for s in spheres[:3]]
+    assert forces[0] > 0.97 and 0.5 < forces[2] < 0.501
+    for s in spheres:
+        assert s.depth.depth < s.load.depth and s.depth.radius < s.load.radius
+        assert 0 < s.depth.force < s.load.force
+
+
+def test_the_expansions_and_the_line_contact_drawn_are_those_of_the_cards(spheres):
+    drawn = sphere.plot(spheres)
+    left, right = drawn.axes
+    lines = {line.get_label(): line for line in left.lines}
+    _, line_contact = lines["line contact, over its springs'"].get_data()
+    ratios = lines["closed form"].get_xdata()
+    given = {"R": 1e-3, "k": 1e8, "w": 1e-3}
+    lift = (2 * given["w"] / given["k"]) ** 0.5
+    tension = given["k"] * ratios**2 * given["R"] * lift
+    pull = sphere.cards.parabola.adhesion_force(gamma1=tension, **given)
+    bare = sphere.cards.parabola.adhesion_force(gamma1=0.0, **given)
+    assert np.allclose(line_contact, pull / bare, rtol=1e-12, atol=0)
+    depth = sphere.cards.parabola.pull_off(gamma1=tension, **given).depth / lift
+    pulled = next(line for line in right.lines if line.get_label() == "line contact: dead load")
+    assert np.allclose(pulled.get_ydata(), depth, rtol=1e-12, atol=0)
+    stiff = lines["expansions, Λ → 0 and Λ → ∞"]
+    assert abs(stiff.get_ydata()[0] - sphere.closed_forms(ratios[0])[0].force) < 3e-5
+
+
+def test_what_is_written_and_said(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sphere, "QUICK", sphere.Parameters((0.1, 1.0), (1.0,), (0.1,)))
+    assert main(["sphere", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"sphere.csv", "sphere.png"}
+    said = capsys.readouterr().out
+    assert "answer: Both: F_A/2πRw falls from 1 to ½" in said
+    assert "0.929 at Λ = 0.1, 0.5546 at Λ = 1" in said
+    monkeypatch.setattr(sphere, "LARGEST", 1e-30)
+    assert main(["sphere", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
+
+
+@pytest.fixture(scope="module")
+def loops():
+    return rough.run(rough.Parameters(nodes=1001, steps=15, compared=3))
+
+
+def test_tension_breaks_the_contact_up_into_spots(loops):
+    assert [loop.tension for loop in loops] == [0.25, 1.0, 4.0]
+    spots = [int(loop.contacts.max()) for loop in loops]
+    assert spots[0] < spots[-1] and spots[-1] >= 8
+    deepest = [loop.fraction[14] for loop in loops]
+    assert deepest[0] == pytest.approx(1.0, abs=1e-13) and deepest[-1] < 0.6
+
+
+def test_energies_balance_and_contacts_are_lost(loops):
+    for loop in loops:
+        assert loop.path.work() == pytest.approx(loop.path.dissipated, rel=1e-11, abs=0)
+        assert np.isnan(loop.path.contacts[-1]).all()
+
+
+def test_no_metastable_state_lies_below_the_global_one(loops):
+    assert all(rough.lowest_is_lowest(loop) for loop in loops)
+    below = [s.energy < loop.path.energy[i] for loop in loops for i, s in loop.lowest.items()]
+    assert any(below)
+
+
+def test_weak_adhesion_comes_to_rest():
+    """Lone nodes that have just touched do not let go again by rounding."""
+    params = rough.Parameters(w=2e-7, compared=0, tensions=(4.0,))
+    (loop,) = rough.run(params)
+    assert loop.contacts.max() >= 10
+    assert loop.path.work() == pytest.approx(loop.path.dissipated, rel=1e-11, abs=0)

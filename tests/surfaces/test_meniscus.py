@@ -5,6 +5,7 @@ import pytest
 from scenes import check
 from scipy.integrate import solve_bvp
 from scipy.optimize import minimize_scalar
+from truth import meniscus
 
 from energy import (
     Circle,
@@ -17,7 +18,6 @@ from energy import (
     Wedge,
     cards,
 )
-from truth import meniscus
 
 axi = cards.axisymmetric
 STEEP = [0.3, np.radians(45), np.radians(80)]
