@@ -1,4 +1,7 @@
-"""Scenes that several tests share; random ones with closed forms: studies.shared.random_cases."""
+"""Scenes that several tests share, and how numbers are compared.
+
+Random scenes with closed forms: studies.shared.random_cases.
+"""
 
 import math
 from dataclasses import replace
@@ -24,6 +27,13 @@ def adhesive(indenter, *, k=130.0, gamma1=0.07, w=0.002, opening=None, slopes="s
         ElasticLayer(k * 0.03, 0.0, 0.03), SurfaceEnergies.from_work(gamma1, w), indenter, slopes
     )
     return replace(scene, opening=opening and SurfaceEnergies.from_work(gamma1, opening))
+
+
+def check(value, expected, rel, scale=0.0):
+    """|value − expected| <= rel · max(|expected|, scale): no absolute tolerance, no unit."""
+    value, expected = np.asarray(value), np.asarray(expected)
+    assert value.shape == expected.shape
+    assert (abs(value - expected) <= rel * np.maximum(abs(expected), scale)).all()
 
 
 def steep(indenter, ratio=0.3, gamma1=0.07) -> Scene:

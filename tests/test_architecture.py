@@ -2,13 +2,12 @@
 
 import ast
 import tomllib
-from pathlib import Path
 
 import pytest
+from project import ROOT
 
 import discretization
 
-ROOT = Path(__file__).parent.parent
 PACKAGES = ("energy", "discretization", "studies")
 LAZY = {"cvxpy", "matplotlib"}
 

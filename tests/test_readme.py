@@ -9,12 +9,12 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from project import ROOT
 
 import discretization
 from discretization import minimise
 from studies import STUDIES
 
-ROOT = Path(__file__).parent.parent
 READMES = [ROOT / "README.md", *sorted(ROOT.glob("*/README.md"))]
 TEXT = {path: path.read_text("utf-8") for path in READMES}
 RECIPES = [

@@ -15,9 +15,10 @@ penetration.py  how far a state of `minimise` goes through the indenter
 meniscus.py     rotational symmetry with finite slopes: Young-Laplace, integrated from far away
 
 adhesion.py     what holds a line: two works of adhesion, patterns
-depth_paths.py  depth paths that may turn, from any place of theirs
-controls.py     what happens under a dead load or a machine, read off a depth path
-unique.py       the same without adhesion
+paths/         depth paths that may turn, and what happens under a dead load or a machine:
+  depth_paths.py  depth paths that may turn, from any place of theirs
+  controls.py     what happens under a dead load or a machine, read off a depth path
+  unique.py       the same without adhesion
 
 scenes.py draws random scenes and path_scenes.py random load paths; compare.py says what `minimise`
 makes of the ones and path_compare.py what `load_path` makes of the others, and

@@ -12,8 +12,8 @@ from collections import Counter
 import numpy as np
 
 from .compare import verdict
-from .path_compare import path_verdicts
-from .path_scenes import PATH_KINDS, path_case
+from .paths.path_compare import path_verdicts
+from .paths.path_scenes import PATH_KINDS, path_case
 from .scenes import KINDS, case_of
 
 

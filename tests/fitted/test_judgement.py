@@ -1,0 +1,217 @@
+"""The certificate of several contacts on the fitted mesh rejects what is no equilibrium."""
+
+import contextlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import ALPHA, DELTA0, L, adhesive, rippled, tips, wavy
+
+from discretization import NotCertifiedError, minimise
+from discretization.fitted import several
+from discretization.fitted.contacts import Contacts, totals
+from discretization.fitted.judgement import certify, errors, penetration
+from discretization.fitted.motion import Motion
+from discretization.fitted.several import state_of
+from discretization.profile import resolve
+from discretization.surfaces import surfaces_of
+from discretization.surfaces.protocol import At
+from energy import ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies
+
+CASES = [
+    (0.0, "adhered", "small"),
+    (0.002, "adhered", "small"),
+    (0.002, "global", "small"),
+    (0.0, "adhered", "finite"),
+    (0.002, "adhered", "finite"),
+]
+
+
+@pytest.fixture(scope="module")
+def states():
+    return {
+        (w, branch, slopes): minimise(replace(wavy(w), slopes=slopes), 2.3 * DELTA0, branch=branch)
+        for w, branch, slopes in CASES
+    }
+
+
+def vee(fall, w):
+    """A vee pressed flat but for its corner, at which the slope falls; steep sides."""
+    body = Profile(
+        lambda x: -fall / 2 * np.abs(x), lambda x: -fall / 2 * np.sign(x), (-9 * L, 9 * L), (0.0,)
+    )
+    steep = Parabola(0.5 * L)
+    outside = Profile(
+        lambda x: np.where(np.abs(x) > 6 * L, steep.height(np.abs(x) - 6 * L), 0.0),
+        lambda x: np.where(np.abs(x) > 6 * L, np.sign(x) * steep.slope(np.abs(x) - 6 * L), 0.0),
+        (-9 * L, 9 * L),
+    )
+    return adhesive(body + outside, w=w)
+
+
+def test_a_reentrant_corner_stays_open_without_adhesion():
+    """ε = J l²/2g to first order."""
+    fall, scene = 1e-3, vee(1e-3, 0.0)
+    state = minimise(scene, DELTA0)
+    assert len(state.contacts) == 2
+    first = fall * L**2 / (2 * DELTA0)
+    assert state.contacts[1, 0] == pytest.approx(first, rel=1e-2, abs=0)
+    assert state.contacts[0, 1] == pytest.approx(-first, rel=1e-2, abs=0)
+
+
+def contacts_of(state, lines):
+    scene = state.scene
+    profile, depth = resolve(scene, 4 * DELTA0), state.depth
+    motion = Motion.of(scene, profile, surfaces_of(scene), depth)
+    return Contacts(motion, tuple(np.ravel(lines).tolist()), state.depth)
+
+
+def judged(state, lines):
+    contacts = contacts_of(state, lines)
+    moved = replace(state, contacts=contacts.x)
+    return certify(contacts, moved, totals(contacts, 1e-8)[1])
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("move", [-1e-6, 1e-6])
+@pytest.mark.parametrize("where", [(0, 0), (4, 0), (4, 1), (-1, 1)])
+def test_the_certificate_notices_a_moved_line(states, case, move, where):
+    lines = states[case].contacts.copy()
+    assert judged(states[case], lines).ok
+    contact, end = where
+    lines[contact, end] += move * L
+    failures = judged(states[case], lines).failures
+    shrunk = (move > 0) == (end == 0)
+    assert failures == (
+        ("penetration", "neighbours") if shrunk and not case[0] else ("neighbours",)
+    )
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_certificate_notices_a_missing_contact(states, case):
+    lines = np.delete(states[case].contacts, 6, axis=0)
+    assert "penetration" in judged(states[case], lines).failures
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_only_adhesion_holds_a_gap_closed(states, case):
+    lines = np.delete(states[case].contacts.ravel(), [11, 12])
+    judgement = judged(states[case], lines)
+    assert judgement.failures == (() if case[0] else ("opening",))
+
+
+@pytest.mark.parametrize(("share", "failures"), [(0.9, ()), (1.1, ("opening",))])
+def test_a_corner_is_torn_open_beyond_what_both_its_lines_hold(share, failures):
+    """J <= 2√(2w/γ₁)."""
+    free = minimise(vee(share * 2 * ALPHA, 0.002), DELTA0, rtol=1e-6)
+    assert len(free.contacts) == 1 + len(failures)
+    assert judged(free, [free.contacts[0, 0], free.contacts[-1, 1]]).failures == failures
+
+
+def test_a_point_of_contact_holds_while_it_is_pressed():
+    """Where it is pulled it lets go, as it does not adhere."""
+    c = 60 * L
+    for share, failures in ((0.3, ()), (-0.1, ("opening",))):
+        pressed = minimise(adhesive(tips(c)), 0.3 * DELTA0)
+        assert pressed.contacts.tolist() == [[-c, -c], [c, c]]
+        state = replace(pressed, depth=share * DELTA0)
+        assert judged(state, [-c, -c, c, c]).failures == failures
+
+
+def test_an_unstable_pair_of_lines_is_no_equilibrium():
+    """Lines on ripples where d = f + l (f' - √(2w/γ₁)), Eq. (16), falls outwards."""
+    scene = adhesive(rippled(0.015, 0.4 * L, 0.04 * DELTA0, (-8 * L, 8 * L)))
+    x = np.linspace(0.05 * L, 4 * L, 4001)
+    d = scene.indenter.height(x) + L * scene.indenter.slope(x) - DELTA0
+    for rate, failures in ((np.gradient(d), ()), (-np.gradient(d), ("neighbours",))):
+        i = int(np.argmax(rate))
+        one = minimise(scene, float(d[i]))
+        state = replace(one, contacts=np.array([[-x[i], x[i]]]))
+        assert judged(state, [-x[i], x[i]]).failures == failures
+
+
+def test_penetration_between_the_points_is_found(states):
+    """At points half a lattice's node apart, next to the largest of very many."""
+    state = states[CASES[1]]
+    missing = replace(state, contacts=np.delete(state.contacts, 6, axis=0))
+    left, right = state.contacts[6]
+    few, many = (np.linspace(left - L, right + L, n) for n in (12, 200_001))
+    deepest = (state.depth - state.scene.indenter.height(many) - missing.displacement(many)).max()
+    assert penetration(missing, few) == pytest.approx(deepest, rel=1e-8, abs=0)
+
+
+def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
+    scene = wavy()
+    profile = resolve(scene, DELTA0)
+    motion = Motion.of(scene, profile, surfaces_of(scene), DELTA0)
+    for depth, rejected in ((0.999 * profile.touch, False), (1.001 * profile.touch, True)):
+        with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
+            several.state_of(motion, (), depth, "global", 1e-8)
+
+
+def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
+    edge = 2 * L
+    scene = adhesive(Parabola(0.02) + FlatPunch(edge))
+    profile, surfaces = resolve(scene, 2 * DELTA0), surfaces_of(scene)
+    motion = Motion.of(scene, profile, surfaces, 2 * DELTA0)
+    contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), 2 * DELTA0)
+    found = errors(contacts, *totals(contacts, 1e-8))
+    assert np.isfinite(list(found.values())).all()
+
+
+def test_a_gap_is_judged_over_the_displacement_of_both_its_lines():
+    surfaces = surfaces_of(adhesive(Parabola(0.02)))
+    for part in (0.0, 1e-7, 1e-5, 1e-3):
+        one, other = At(0.0, -part * DELTA0), At(9.5 * L, -0.3 * DELTA0)
+        assert surfaces.free(one, other, 0.0).residual <= 1e-12
+
+
+MOVED = 1e-6  # of the width of the contact or gap on the other side of a line
+DEPTH = 0.22
+
+
+def rests(w, geometry):
+    """The motion of lines on waves in a bowl, and the lines of a state."""
+    profile = Profile(
+        lambda x: x * x / 40 - 0.1 * np.cos(2 * x) + 0.1,
+        lambda x: x / 20 + 0.2 * np.sin(2 * x),
+        extent=(-12, 12),
+    )
+    layer, surfaces = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(0.1, w)
+    scene = Scene(layer, surfaces, profile, geometry=geometry)
+    motion = Motion.of(scene, resolve(scene, DEPTH), surfaces_of(scene), DEPTH)
+    lines = motion.adhered(DEPTH)
+    assert len(lines) >= 4
+    return motion, lines
+
+
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+@pytest.mark.parametrize("w", [0.0, 1e-6])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_line_off_by_a_millionth_of_what_is_beside_it_is_refused(w, geometry, sign):
+    motion, lines = rests(w, geometry)
+    state_of(motion, lines, DEPTH, "adhered", 1e-9)
+    for i, x in enumerate(lines):
+        beside = [abs(x - other) for other in lines[max(i - 1, 0) : i + 2] if other != x]
+        wrong = (*lines[:i], x + sign * MOVED * min(beside), *lines[i + 1 :])
+        if x == 0 and geometry == "axisymmetric":
+            continue  # the axis is no line
+        with pytest.raises(NotCertifiedError):
+            state_of(motion, wrong, DEPTH, "adhered", 1e-9)
+
+
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+def test_a_missing_contact_and_a_missing_gap_are_refused(geometry):
+    motion, lines = rests(0.0, geometry)
+    for i in range(0, len(lines), 2):
+        with pytest.raises(NotCertifiedError):
+            state_of(motion, lines[:i] + lines[i + 2 :], DEPTH, "adhered", 1e-9)
+    for i in range(1, len(lines) - 1, 2):
+        with pytest.raises(NotCertifiedError):
+            state_of(motion, lines[:i] + lines[i + 2 :], DEPTH, "adhered", 1e-9)
+
+
+def test_a_missing_contact_is_refused_with_adhesion():
+    motion, lines = rests(1e-6, "line")
+    with pytest.raises(NotCertifiedError):
+        state_of(motion, lines[2:], DEPTH, "adhered", 1e-9)

@@ -1,0 +1,232 @@
+"""Depth paths under other controls, over patches that do not adhere, at tips too steep to."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import adhesive
+from scipy.optimize import brentq
+
+from discretization import load_path
+from discretization.surfaces import menisci
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Patches,
+    PowerLaw,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
+
+BODIES = {
+    "parabola": Parabola(9.0),
+    "punch": FlatPunch(0.7),
+    "wedge": Wedge(0.12),
+    "power": PowerLaw(0.1, 20) + FlatPunch(1.0),
+    "tilted": Parabola(3.0).tilted(0.1),
+}
+SURFACES = {  # γ₁, w, w of opening
+    "tension": (1.3, 0.0, None),
+    "springs": (0.0, 0.0, None),
+    "adhesion": (1.3, 0.02, None),
+    "adhesive springs": (0.0, 0.02, None),
+    "two works": (1.3, 0.02, 0.1),
+}
+
+
+def scene_of(body, surfaces):
+    gamma1, w, opening = SURFACES[surfaces]
+    return adhesive(BODIES[body], k=1.9, gamma1=gamma1, w=w, opening=opening)
+
+
+@pytest.mark.parametrize("surfaces", SURFACES)
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("stiffness", [0.0, 0.6])
+def test_every_step_balances_its_load_and_is_a_state_of_the_depth_path(body, surfaces, stiffness):
+    scene, values = scene_of(body, surfaces), np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
+    if stiffness:
+        path = load_path(scene, drives=values, machine_stiffness=stiffness)
+        load = stiffness * (values - path.depth)
+    else:
+        path, load = load_path(scene, forces=values), values
+    assert path.force == pytest.approx(load, rel=0, abs=1e-11 * np.abs(load).max())
+    again = load_path(scene, depths=path.depth)
+    assert again.half_width == pytest.approx(path.half_width, rel=1e-13, abs=0)
+    assert again.force == pytest.approx(path.force, rel=0, abs=1e-12 * np.abs(load).max())
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_nothing_holds_a_contact_without_adhesion(body):
+    path = load_path(scene_of(body, "tension"), forces=[0.1, -1e-6])
+    assert [event.kind for event in path.events] == ["touch", "pull-off"]
+    assert path.half_width[-1] == path.force[-1] == 0.0
+    assert path.events[-1].force == pytest.approx(0.0, abs=1e-13)
+
+
+def test_a_profile_whose_knots_nobody_told_is_loaded_as_exactly():
+    x = np.array([-24.0, -22.0, -15.0, -14.0, -7.0, 2.0, 6.0, 16.0])
+    spline = Sampled(x, np.abs(x) ** 2.3 / 6, kind="smooth")
+    told = Profile(spline.height, spline.slope, extent=spline.extent, convex=True)
+    scene = scene_of("parabola", "adhesion")
+    force = load_path(replace(scene, indenter=told), forces=[40.0]).force[0]
+    assert force == pytest.approx(40.0, rel=1e-13, abs=0)
+
+
+def test_a_change_of_the_load_below_rounding_is_no_instability():
+    layer = ElasticLayer(8.827400528964317e-09, 0.0, 5.446432590758204)
+    surfaces = SurfaceEnergies.from_work(2.5088464360903674e-07, 2.5088464360903673e-19)
+    scene = Scene(layer, surfaces, Wedge(1.6383029836310005e-07), slopes="finite")
+    drives = np.array([5.582945e-06, -1.7595097904911395e-05, -1.759509790492899e-05])
+    path = load_path(scene, drives=drives, machine_stiffness=5.6e-10)
+    assert [event.kind for event in path.events] == ["jump-in"]
+    assert path.half_width[2] == pytest.approx(path.half_width[1], rel=1e-13, abs=0)
+
+
+def test_a_force_that_bends_upwards_with_depth_is_followed_up_again():
+    """Finite slopes: P' falls on the way, so that a secant points to where there is no contact."""
+    surfaces = SurfaceEnergies.from_work(1.0, 0.3)
+    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, PowerLaw(3e4, 4), slopes="finite")
+    loads = np.array([11.5, -0.545, 0.88, -0.7])
+    path = load_path(scene, forces=loads)
+    assert [event.kind for event in path.events] == ["jump-in"]
+    assert np.allclose(path.force, loads, rtol=5e-14, atol=0)
+
+
+def test_a_trial_line_far_from_its_contact_overflows_no_height():
+    layer = ElasticLayer(15176.15686299098, 0.0, 299295963.32060844)
+    surfaces = SurfaceEnergies.from_work(5161235914605.363, 5161235.914605363)
+    body = PowerLaw(3.0625326182347254e-204, 20).shifted(-60182743520.28064)
+    depths = [236142.71773194047, -451191.5371889529, 1218124.8445969347]
+    path = load_path(Scene(layer, surfaces, body), depths=depths)
+    centred = load_path(Scene(layer, surfaces, body.base), depths=depths)
+    known = np.spacing(np.abs(depths).max()) / 6e-10  # of a line, as D grows by 6e-10 of its way
+    assert np.allclose(path.half_width, centred.half_width, rtol=1e-14, atol=known)
+
+
+T, ALPHA = math.tan(0.05), math.sqrt(0.02)
+DEPTHS = np.array([0.0, 0.05, 0.2, 0.3, 0.06, 0.045, 0.03, 0.01, 0.0, -0.1])
+LINE = {"one": Patches([1.0], [0.0, 1.0]), "both": Patches([-1.0, 1.0], [1.0, 0.0, 1.0])}
+
+
+def path(pattern, geometry, **how):
+    """A depth path with l = 1, k = 1."""
+    layer, surfaces = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, 0.01)
+    scene = Scene(layer, surfaces, Wedge(0.05), pattern=pattern, geometry=geometry)
+    return load_path(scene, depths=DEPTHS, **how)
+
+
+def half(d):
+    """Force of the right half of a wedge at depths less than T, retracted: ∫u dx for x > 0.
+
+    The right line rests against what adheres, the one beside the gap where u' = -T, or at the tip.
+    """
+    p = (d + ALPHA - T) / T
+    q = gap(d)
+    start = -T if q else (d - T - d * math.cosh(1)) / math.sinh(1)
+    end = (d - T * q) * math.sinh(1 - q) + start * math.cosh(1 - q)  # u' at the edge
+    pressed = sum((b - a) * (d - T * (a + b) / 2) for a, b in ((0.0, q), (1.0, p)))
+    return pressed + end - start + d - T * p
+
+
+def gap(d):
+    """Where the gap that ends at the edge begins."""
+
+    def over(x):
+        return (d - T * x) * math.cosh(1 - x) - T * math.sinh(1 - x) - d + T
+
+    return brentq(over, 0, 0.99, xtol=1e-15) if over(0.0) > 0 else 0.0
+
+
+@pytest.mark.parametrize("kind", LINE)
+def test_a_gap_opens_at_the_edge_of_a_bare_patch(kind):
+    found = path(LINE[kind], "line")
+    for step in (5, 6, 7, 8):
+        d = float(DEPTHS[step])
+        beside = half(d) if kind == "both" else d
+        assert found.force[step] == pytest.approx(half(d) + beside, rel=1e-9, abs=1e-10)
+    assert [event.kind for event in found.events[:3]] == ["touch", "jump", "splitting"]
+    assert found.events[2].depth == pytest.approx(T, rel=0, abs=1e-5)
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e-9])
+@pytest.mark.parametrize("kind", [*LINE, "cone"])
+def test_while_it_is_closed_it_is_that_of_a_patch_that_all_but_adheres(kind, factor):
+    geometry = "axisymmetric" if kind == "cone" else "line"
+    bare = path(LINE.get(kind, LINE["one"]), geometry)
+    inside = [1.0, factor, 1.0] if kind == "both" else [factor, 1.0]
+    nearly = path(Patches([-1.0, 1.0] if kind == "both" else [1.0], inside), geometry)
+    closed = [0, 1, 2, 3, 4, -1]
+    scale = 10 * math.sqrt(factor)
+    assert bare.force[closed] == pytest.approx(nearly.force[closed], rel=0, abs=scale)
+    assert bare.events[1].depth == pytest.approx(nearly.events[1].depth, rel=0, abs=scale)
+
+
+def test_about_an_axis_it_is_that_of_nodes():
+    depths = [0.0, 0.3, -0.005, -0.01, -0.013]
+    layer, surfaces = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, 0.01)
+    scene = Scene(layer, surfaces, Wedge(0.05), pattern=LINE["one"], geometry="axisymmetric")
+    mesh, one, two = (
+        load_path(scene, depths=depths, **how)
+        for how in ({}, *({"method": "lattice", "spacing": h} for h in (0.01, 0.005)))
+    )
+    assert len(mesh.at(3).lines) == 4
+    off, finer = (np.abs(nodes.force - mesh.force)[1:].max() for nodes in (one, two))
+    assert off < 1e-4 and finer < 0.7 * off
+
+
+DEPTHS_TIPS = [0.0, 0.1, 0.03, -0.1]
+
+
+def steep(geometry="axisymmetric", slopes="small"):
+    """A wedge or a cone of an angle above √(2w/γ₁)."""
+    surfaces = SurfaceEnergies.from_work(1.0, 0.01)
+    layer = ElasticLayer(1.0, 0.0, 1.0)
+    return Scene(layer, surfaces, Wedge(0.2), slopes=slopes, geometry=geometry)
+
+
+def profile():
+    """The same as a profile that may have several contacts."""
+    t = math.tan(0.2)
+    return Profile(
+        lambda x: t * np.abs(x), lambda x: t * np.sign(x), extent=(-20, 20), corners=[0.0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("geometry", "slopes"), [(g, s) for g in ("line", "axisymmetric") for s in ("small", "finite")]
+)
+@pytest.mark.parametrize("given", ["pattern", "profile"])
+def test_a_tip_that_does_not_adhere_is_that_of_one_contact(geometry, slopes, given):
+    scene = steep(geometry, slopes)
+    more = {"pattern": Patches([1.0], [1.0, 1.0])}
+    if given == "profile":
+        more = {"indenter": profile()}
+    one, several = (load_path(s, depths=DEPTHS_TIPS) for s in (scene, replace(scene, **more)))
+    assert several.force == pytest.approx(one.force, rel=1e-9, abs=1e-12)
+    assert several.energy == pytest.approx(one.energy, rel=1e-9, abs=1e-12)
+    assert [event.kind for event in several.events] == ["touch", "detachment"]
+
+
+def test_a_steep_cone_with_finite_slopes_is_followed_to_its_tip():
+    scene, depths = steep(slopes="finite"), [0.0, 1e-7, 1e-6, 1e-3, 1e-5, 1e-8, -1e-3]
+    one, several = (
+        load_path(each, depths=depths)
+        for each in (scene, replace(scene, pattern=Patches([1.0], [1.0, 1.0])))
+    )
+    assert several.force == pytest.approx(one.force, rel=1e-9, abs=1e-18)
+    assert [event.kind for event in several.events] == ["touch", "detachment"]
+
+
+@pytest.mark.parametrize("s", [2.0**-21, 2.0**-33])
+@pytest.mark.parametrize("phi", [0.05, -0.5, 1.0])
+def test_beside_tiny_radii_the_surface_is_that_of_the_mesh(s, phi):
+    radius, inclined = np.array([s]), np.array([phi])
+    u, energy = menisci.read(1, radius, inclined)
+    solved = menisci.solve(1, radius, np.sin(inclined), 2)
+    assert u == pytest.approx(solved.u[:, 0], rel=2e-11)
+    assert energy == pytest.approx(solved.energy, rel=2e-11)

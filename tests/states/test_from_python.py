@@ -1,0 +1,167 @@
+"""Equilibria and load paths from Python: figures, data, one line each, and types."""
+
+import math
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from project import ROOT
+
+import discretization
+import energy
+from discretization import load_path, minimise
+from energy import ElasticLayer, Parabola, Profile, Scene, SurfaceEnergies
+
+SCENE = Scene(
+    ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 0.06e-3), Parabola(0.02)
+)
+LIFT = SCENE.critical_separation
+
+
+@pytest.fixture(scope="module")
+def state():
+    return minimise(SCENE, 0.5 * LIFT)
+
+
+@pytest.fixture(scope="module")
+def path():
+    return load_path(SCENE, depths=np.array([-0.5, 0.0, 1.0, 0.0, -1.2]) * LIFT)
+
+
+def test_a_state_is_told_in_one_line_and_in_full(state):
+    line = repr(state)
+    assert "\n" not in line and line.startswith("Equilibrium(depth=") and len(line) < 200
+    assert f"force={state.force:.6g}" in line and f"label={state.label!r}" in line
+    assert str(state).splitlines()[0].startswith("depth        d = ")
+    assert (
+        state._repr_html_() == f"<pre>{str(state).replace('<', '&lt;').replace('>', '&gt;')}</pre>"
+    )
+
+
+def test_a_state_is_a_row_of_plain_data(state):
+    row = state.to_dict()
+    for name in ("depth", "half_width", "force", "energy", "contact_angle"):
+        assert row[name] == getattr(state, name) and type(row[name]) is float
+    assert row["error_force"] == state.uncertainty["force"]
+    assert (row["label"], row["branch"], row["method"]) == (state.label, "adhered", state.method)
+    assert row["contacts"] == 1 and minimise(SCENE, -2 * LIFT).to_dict()["contacts"] == 0
+
+
+def test_a_path_is_told_with_its_events(path):
+    assert len(path) == path.depth.size == 5
+    line = repr(path)
+    assert "\n" not in line and "5 steps of depth" in line and "events" in line and len(line) < 200
+    told = str(path).splitlines()
+    assert len(told) == 4 + len(path.events)
+    for event, text in zip(path.events, told[2:], strict=False):
+        assert text.startswith(event.kind)
+        assert float(text.split()[-1]) == pytest.approx(event.energy_released, rel=1e-5, abs=1e-30)
+    assert f"P = {path.pull_off.force:.6g}" in told[-2] and "N/m" not in str(path)
+    assert path._repr_html_().startswith("<pre>load path: 5 steps")
+
+
+def test_a_path_without_tension_or_steps_is_told_too():
+    pressed = load_path(SCENE, depths=[-LIFT, -0.5 * LIFT])
+    assert "most tensile" not in str(pressed) and "0 events" in str(pressed)
+    empty = discretization.History.empty(SCENE, "depth", None, 1e-8, None)
+    assert len(empty) == 0 and empty and "0 steps" in repr(empty)
+
+
+def test_a_path_is_columns_of_plain_data(path):
+    columns = path.to_dict()
+    assert {values.shape for values in columns.values()} == {(5,)}
+    assert columns["force"] is path.force and columns["control"] is path.values
+    assert columns["contacts"].tolist() == [0, 1, 1, 1, 0]
+    assert np.isnan(columns["left"]).tolist() == [True, False, False, False, True]
+    assert columns["half_width"][2] == pytest.approx(columns["right"][2], rel=1e-12)
+
+
+def test_contacts_are_counted_where_there_are_several():
+    rough = Profile(
+        lambda x: np.square(x) / 40 + 0.05 * (1 - np.cos(4 * np.asarray(x))),
+        lambda x: np.asarray(x) / 20 + 0.2 * np.sin(4 * np.asarray(x)),
+    )
+    scene = Scene(ElasticLayer(0.3, 0.0, 0.3), SurfaceEnergies.from_work(0.05, 1e-4), rough)
+    several = load_path(scene, depths=[0.0, 0.1], method="lattice", spacing=0.01)
+    counts = several.to_dict()["contacts"]
+    assert counts[-1] == len(several.inner[-1]) // 2 + 1 >= 2
+
+
+def test_a_state_is_drawn(state):
+    figure = state.plot("a title")
+    surface, line = figure.axes
+    assert figure.get_suptitle() == "a title"
+    assert surface.get_xlabel() == "position x in µm" and "in nm" in surface.get_ylabel()
+    (drawn,) = [one for one in surface.lines if one.get_label() == "surface u(x)"]
+    x, u = np.array(drawn.get_data()) * [[1e-6], [1e-9]]
+    np.testing.assert_allclose(u, state.displacement(x), atol=1e-9 * LIFT)
+    assert f"{math.degrees(state.angle_deficit):.3g}°" in line.get_title()
+
+
+def test_a_detached_state_is_drawn_without_a_line():
+    _, line = minimise(SCENE, -2 * LIFT).plot().axes
+    assert not line.axison
+
+
+def test_plain_numbers_are_drawn_without_units(state, path):
+    for figure in (state.plot(si=False), path.plot(si=False)):
+        for axes in figure.axes:
+            for text in (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()):
+                assert " in " not in text.replace("last in", "") and "µ" not in text
+    (drawn,) = [a for a in state.plot(si=False).axes[0].lines if a.get_label() == "surface u(x)"]
+    x, u = drawn.get_data()
+    np.testing.assert_array_equal(u, state.displacement(x))
+
+
+def test_a_path_is_drawn_with_its_events(path):
+    figure = path.plot("loop")
+    force, width = figure.axes
+    assert force.get_ylabel().startswith("force P in ") and width.get_xlabel().startswith("depth d")
+    names = force.get_legend_handles_labels()[1]
+    assert {event.kind for event in path.events} <= set(names)
+    driven = load_path(SCENE, forces=[0.0, 0.01, -0.1])
+    assert len(driven.plot().axes) == 3
+
+
+def test_matplotlib_is_imported_when_something_is_drawn():
+    code = """
+import sys
+from discretization import load_path, minimise
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+scene = Scene(ElasticLayer(1, 0, 1), SurfaceEnergies.from_work(1, 0.1), Parabola(9))
+state, path = minimise(scene, 0.1), load_path(scene, depths=[0, 0.1])
+str(state), repr(path), state.to_dict(), path.to_dict()
+assert "matplotlib" not in sys.modules
+state.plot(), path.plot()
+assert "matplotlib.figure" in sys.modules and "matplotlib.pyplot" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, cwd=ROOT)
+
+
+def test_the_public_names_are_complete():
+    for package in (energy, discretization):
+        public = {
+            name
+            for name, value in vars(package).items()
+            if getattr(value, "__module__", "").startswith(package.__name__)
+        }
+        assert public <= set(package.__all__)
+        assert all(hasattr(package, name) for name in package.__all__)
+
+
+def test_what_a_user_writes_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(Path(__file__).with_name("user_script.py")))
+    width, error, kinds = capsys.readouterr().out.split(maxsplit=2)
+    assert float(width) == pytest.approx(1.6e-4, rel=0.01) and abs(float(error)) < 1e-12
+    assert kinds == "['jump-in', 'detachment']\n"
+    assert (tmp_path / "state.png").stat().st_size > 1e4 < (tmp_path / "path.png").stat().st_size
+
+
+def test_types_are_known_to_those_who_import():
+    for package in ("energy", "discretization", "studies"):
+        assert (ROOT / package / "py.typed").is_file()
+    assert '"*" = ["py.typed",' in (ROOT / "pyproject.toml").read_text("utf-8")

@@ -1,0 +1,274 @@
+"""Fits that tell when the model does not fit, bounds, two works of adhesion, several contacts."""
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scene_files import LIFT, SCENE, measured
+
+from discretization import load_path
+from energy import FlatPunch, Scene, SurfaceEnergies, Wedge
+from studies.scenes.fit import estimate as fit_estimate
+from studies.scenes.fit import failures as fit_failures
+from studies.scenes.fit import study as fit_figure
+from studies.scenes.fit import trials as fit_trials
+from studies.scenes.fit.estimate import fit
+from studies.scenes.fit.force_curve import (
+    Curve,
+    contacts,
+    in_contact,
+    loading,
+    marks,
+    turning_points,
+)
+from studies.scenes.fit.model import DEFAULT, Model, parameters_of, scene_with
+from studies.scenes.fit.quality import Quality, judged, runs
+from studies.shared.command import Output
+
+
+def with_opening(scene, times):
+    w = times * scene.work_of_adhesion
+    return replace(scene, opening=SurfaceEnergies.from_work(scene.gamma1, w))
+
+
+def test_the_offset_of_the_depth_is_fitted_by_default():
+    assert DEFAULT == ("w", "gamma1", "offset")
+    curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.005, seed=1)
+    found = fit(SCENE, Curve(curve.depth + 0.5 * LIFT, curve.force), profiles=False)
+    w, _, offset = found.estimates
+    assert w.value == pytest.approx(SCENE.work_of_adhesion, rel=0.03)
+    assert offset.interval[0] < 0.5 * LIFT < offset.interval[1]
+    assert found.quality.fits and 0.6 < found.quality.times < 1.4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", fit_failures.KINDS)
+def test_failures_are_called_and_good_curves_are_not(kind):
+    params = fit_failures.Parameters(SCENE, steps=(20, 30))
+    for number in range(2, 5):
+        outcome = fit_failures._outcome(params, (kind, number))
+        assert outcome.called == (kind != "good"), outcome
+        if kind != "good":
+            assert re.search("times the noise.*: check .*zero", outcome.quality.told)
+
+
+def test_each_kind_of_curve_has_what_its_name_says():
+    params = fit_failures.Parameters(SCENE)
+    good, sign, zero, loop, level = (
+        fit_failures.case(params, kind, 1) for kind in fit_failures.KINDS
+    )
+    assert abs(level.curve.force[0]) > 0.05 * np.abs(level.curve.force).max()
+    assert good.names == sign.names == loop.names == level.names == DEFAULT
+    assert zero.names == ("w", "gamma1")
+    deep = [case.curve.force[case.curve.depth.argmax()] for case in (good, sign)]
+    assert deep[0] > 0 > deep[1]
+    work = [np.trapezoid(c.curve.force, c.curve.depth) for c in (good, loop)]
+    assert work[1] > 2 * work[0] > 0
+    again = fit_failures.case(params, "good", 1)
+    assert np.array_equal(again.curve.force, good.curve.force)
+    wedge = replace(SCENE, indenter=Wedge(0.002))
+    other = fit_failures.case(fit_failures.Parameters(wedge), "good", 1).start
+    assert 0.5 <= other.indenter.delta / 0.002 <= 2 and other.indenter.delta != 0.002
+
+
+def test_a_model_that_does_not_fit_has_no_intervals():
+    curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.01)
+    found = fit(SCENE, Curve(curve.depth, -curve.force))
+    assert not found.quality.fits
+    assert all(e.interval is None and e.profile is None for e in found.estimates)
+    said = str(found)
+    assert re.search(r"WARNING: residual is \d+\.?\d* times the noise: check sign, zero", said)
+    assert "withheld" in said and "nan" not in said
+    good = fit(SCENE, curve, profiles=False)
+    assert "WARNING" not in str(good) and "nan" not in str(good) and "not sought" in str(good)
+
+
+def test_the_noise_of_few_points_is_not_known():
+    clean = measured(SCENE, [0.2, 1.1], steps=6)
+    found = fit(SCENE, clean, ("w",), profiles=False)
+    assert "the noise cannot be told from so few points" in found.warnings[0]
+    assert "nan" not in str(found)
+
+
+def test_an_estimate_on_a_bound_is_called_so():
+    punch = Scene(SCENE.layer, SCENE.surfaces, FlatPunch(1e-4))
+    curve = measured(punch, [0.2, 1.1, 0.2], 0.01)
+    low = Curve(curve.depth, curve.force - 2 * punch.gamma1 * curve.depth[0] / 1e-5)
+    found = fit(punch, low, ("gamma1",))
+    (gamma1,) = found.estimates
+    assert gamma1.bound and gamma1.interval is None and not gamma1.identifiable
+    assert gamma1.value == pytest.approx(1e-4 * punch.gamma1, rel=1e-3)
+    assert "gamma1 = 7e-06 J/m² is the bound of the search, no estimate" in str(found)
+    assert "bound of the search J/m²" in str(found)
+
+
+def test_a_loop_has_two_works_of_adhesion():
+    names = ("w", "opening", "offset")
+    true = with_opening(SCENE, 3.0)
+    curve = measured(true, [-1.9, 1.1, -1.9], 0.01)
+    wrong = fit(SCENE, curve, ("w", "offset"), profiles=False)
+    assert not wrong.quality.fits
+    found = fit(with_opening(SCENE, 1.8), curve, names, profiles=False)
+    assert found.quality.fits, found
+    for estimate, value in zip(found.estimates, (2e-6, 6e-6, 0.0), strict=True):
+        assert abs(estimate.value - value) < np.ptp(estimate.interval)  # four deviations
+    assert np.ptp(found.estimates[1].interval) < 0.3 * 6e-6
+    none = fit(SCENE, measured(SCENE, [-1.1, 1.1, -1.1], 0.01), names, profiles=False)
+    w, opening, _ = none.estimates
+    if opening.bound:
+        assert opening.interval is None
+    else:
+        assert opening.value < 1.05 * w.value
+
+
+def test_the_opening_of_a_scene_is_kept_where_it_is_not_fitted():
+    true = with_opening(SCENE, 3.0)
+    curve = measured(true, [-1.9, 1.1, -1.9], 0.01)
+    start = scene_with(true, parameters_of(true) | {"w": 1.4e-6})
+    found = fit(start, curve, ("w", "offset"), profiles=False)
+    assert found.quality.fits
+    assert found.estimates[0].interval[0] < 2e-6 < found.estimates[0].interval[1]
+    assert parameters_of(start)["opening"] == 6e-6 and parameters_of(SCENE)["opening"] == 0.0
+
+
+def test_turning_points_are_found_through_noise():
+    way = np.concatenate(
+        [np.linspace(0, 2, 21), np.linspace(2, -1, 31)[1:], np.linspace(-1, 3, 10)[1:]]
+    )
+    assert turning_points(way) == (20, 50)
+    assert turning_points(1e-9 * way) == (20, 50)
+    assert turning_points(way[:20]) == () and turning_points(np.ones(4)) == ()
+    noisy = np.concatenate([np.linspace(0, 1, 400), np.linspace(1, 0, 400)])
+    noisy += 0.004 * np.random.default_rng(0).standard_normal(800)  # more than a step
+    (turn,) = turning_points(noisy)
+    assert abs(turn - 400) < 15
+    assert loading(way).tolist() == [True] * 21 + [False] * 30 + [True] * 9
+
+
+def test_a_contact_that_is_lost_begins_anew():
+    turns = [-0.3, 1.0, -1.2, 0.7, 0.2, 0.9, -1.2]
+    curve = measured(SCENE, turns, 0.005, steps=30)
+    first, second = contacts(curve)
+    assert (first.start, first.stop, second.stop) == (0, 60, curve.depth.size)
+    used = in_contact(curve)
+    held = ~np.isnan(load_path(SCENE, depths=curve.depth).contacts[:, 0])
+    assert np.count_nonzero(used != held) <= 2
+    assert [mark.kind for mark in marks(curve)] == ["touch", "detachment"] * 2
+    model = Model.of(SCENE, DEFAULT, curve)
+    assert len(model.pieces) == 2
+    assert model.pieces[1].stop == used.sum() == model.depths.size
+    found = fit(SCENE, curve, profiles=False)
+    assert found.quality.fits and not found.warnings
+    top, _ = fit_figure.plot(found, "two contacts").axes
+    names = [text.get_text() for text in top.get_legend().get_texts()]
+    assert names == ["out of contact", "fit", "loading", "unloading"]
+
+
+def test_runs_of_known_signs():
+    assert runs(np.array([1.0, -1.0] * 8)) == pytest.approx((16 - 9) / math.sqrt(8 * 7 / 15))
+    assert runs(np.repeat([1.0, -1.0], 8)) == pytest.approx((2 - 9) / math.sqrt(8 * 7 / 15))
+    assert runs(np.ones(9)) == -3.0
+    rng = np.random.default_rng(2)
+    many = np.array([runs(rng.standard_normal(60)) for _ in range(400)])
+    assert abs(many.mean()) < 0.2 and many.std() == pytest.approx(1, abs=0.1)
+
+
+def test_quality_of_known_residuals():
+    flat, none = np.array([1.0, -1.0] * 8), np.empty(0)
+    assert judged(flat, none, none, 16, 0.5).times == 2.0
+    assert judged(flat, np.array([4.0, 4.0]), none, 12, 1.0).times == 2.0
+    assert judged(flat, none, np.full(25, 0.5), 16, 1.0).zero == 2.5
+    assert math.isnan(judged(flat, none, none, 16, 0.0).times)
+    assert not Quality(1.0, -4.0).fits and Quality(1.0, -3.0, 4.0).fits
+    assert Quality(0.1, -9.0).fits and not Quality(2.1, 0.0).fits
+    assert not Quality(1.0, 0.0, -5.0).fits
+    assert "keeps its sign over many points" in Quality(1.2, -5.0).told
+    assert "the force out of contact is -5 standard errors off" in Quality(1.0, 0.0, -5.0).told
+
+
+def test_a_small_force_out_of_contact_is_called():
+    curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.02)
+    level = 0.05 * np.abs(curve.force).max()  # too small to be taken for contact
+    found = fit(SCENE, Curve(curve.depth, curve.force + level), profiles=False)
+    assert found.quality.times < 1 < 5 < found.quality.zero
+    assert "check zero: the force out of contact" in found.warnings[0]
+    assert found.estimates[0].interval is None
+
+
+def test_residuals_below_what_the_simulation_tells_are_no_misfit():
+    curve = measured(SCENE, [0.01, 1.1], steps=400)
+    found = fit(SCENE, curve, ("w",), profiles=False)
+    assert found.quality.fits and not found.warnings
+    wrong = Curve(curve.depth, curve.force * (1 + 1e-8 * np.sin(8e6 * curve.depth)))
+    assert fit(SCENE, wrong, ("w",), profiles=False).quality.fits
+
+
+def test_the_self_test_fails_where_a_failure_is_not_called(tmp_path, capsys, monkeypatch):
+    params = fit_trials.Parameters(SCENE, ("w", "gamma1"), 1, steps=14, profile=False)
+    few = fit_failures.Parameters(SCENE, 1, steps=(20, 21))
+    with pytest.raises(ValueError, match="trials = 0 must be at least 1"):
+        fit_failures.run(replace(few, curves=0))
+    record = fit_failures.run(few)
+    assert record.passed and record.called("sign") == 1
+    missed = [one._replace(called=one.kind == "sign") for one in record.outcomes]
+    missed = replace(record, outcomes=tuple(missed))
+    mistaken = [one._replace(called=True) for one in record.outcomes]
+    assert not missed.passed and not replace(record, outcomes=tuple(mistaken)).passed
+    for given, status in ((record, 0), (missed, 1)):
+        monkeypatch.setattr(fit_failures, "run", lambda p, jobs, given=given: given)
+        assert fit_trials.report(params, Output(tmp_path, "a command")) == status
+    assert "hysteresis       0   needed: all" in capsys.readouterr().out
+    rows = (tmp_path / "fit_self_test_failures.csv").read_text("utf-8").splitlines()
+    assert "kind,curve,residual_over_noise,runs,zero,called" in rows
+
+
+def test_every_contact_starts_from_a_touch():
+    curve = measured(SCENE, [-0.3, 1.0, -1.2, 0.7, -1.2])
+    second = Curve(*(column[contacts(curve)[1]] for column in curve))
+    both, alone = (Model.of(SCENE, ("w", "offset"), c) for c in (curve, second))
+    assert (len(both.pieces), len(alone.pieces)) == (2, 1)
+    residuals = []
+    for model in (both, alone):  # lets go too early, touches too late
+        x = np.array([math.log(0.8), model.coordinate("offset", 0.1 * LIFT)])
+        residuals.append(model.residuals(x)[: model.measured.size])
+    assert residuals[0][both.pieces[1]] == pytest.approx(residuals[1], rel=1e-9, abs=0)
+
+
+class OneParameter:
+    """As much of a model and of its minimum as an estimate looks at."""
+
+    def __init__(self, name, bound=False):
+        self.names, self.bound, self.x = (name,), bound, np.zeros(1)
+
+    def value(self, name, coordinate):
+        return math.exp(coordinate)
+
+    def on_bound(self, x, i):
+        return self.bound
+
+
+@pytest.mark.parametrize(
+    ("name", "reach", "profile", "bound", "identifiable"),
+    [
+        ("w", 0.9, 0.9, False, True),
+        ("w", 1.1, 0.9, False, False),  # wider than a factor e
+        ("w", 0.9, 1.1, False, False),
+        ("w", 0.9, math.inf, False, False),
+        ("w", math.inf, 0.9, False, False),
+        ("w", 0.9, 0.9, True, False),
+        ("offset", 1.1, 1.1, False, True),  # an offset may have any size
+        ("offset", 1.1, math.inf, False, False),
+        ("offset", math.inf, 1.1, False, False),
+        ("offset", 1.1, 1.1, True, False),
+    ],
+)
+def test_a_parameter_is_identifiable_with_both_intervals_short_and_no_bound(
+    name, reach, profile, bound, identifiable, monkeypatch
+):
+    end = lambda model, best, i, reach: math.copysign(profile, reach)  # noqa: E731
+    monkeypatch.setattr(fit_estimate, "_profile_end", end)
+    model = OneParameter(name, bound)
+    found = fit_estimate._estimate(model, model, np.array([reach]), True, True, 0)
+    assert found.identifiable == identifiable

@@ -1,0 +1,259 @@
+"""Load paths, hysteresis and rotational symmetry in scene files, and the file that `new` writes."""
+
+import inspect
+import re
+import tomllib
+
+import numpy as np
+import pytest
+from scene_files import refused, writer
+
+from discretization import History, load_path, minimise
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from studies import __main__ as command_line
+from studies.scenes import grid as scene_path
+from studies.scenes import new, run
+from studies.scenes import run as study
+from studies.scenes.file import load
+from studies.scenes.fit import study as fit
+
+TEXT = """
+title = "A loop"
+[layer]
+E = 2e3
+nu = 0.31
+h = 60e-6
+[surfaces]
+gamma1 = 0.05
+w = 4e-4
+[indenter]
+shape = "parabola"
+R = 0.017
+[path]
+depths = [-1e-6, 2e-6, -6e-6]
+steps = 4
+"""
+DEPTHS = "depths = [-1e-6, 2e-6, -6e-6]"
+SCENE = Scene(
+    ElasticLayer(2e3, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 4e-4), Parabola(0.017)
+)
+LEGS = [-1e-6, -0.25e-6, 0.5e-6, 1.25e-6, 2e-6, 0, -2e-6, -4e-6, -6e-6]
+
+TEMPLATE = (new.TEMPLATES / "template.toml").read_text("utf-8")
+
+
+@pytest.fixture
+def written(tmp_path):
+    return writer(tmp_path / "loop.toml", TEXT)
+
+
+def test_turning_points_are_joined_by_steps(written):
+    given = load(written())
+    assert given.depths.size == 0
+    assert given.programme.control == "depths"
+    assert given.programme.values == pytest.approx(LEGS, rel=0, abs=1e-20)
+
+
+@pytest.mark.parametrize(
+    ("text", "control", "size", "stiffness"),
+    [
+        ("depths = [0.0, 1e-6]", "depths", 51, None),
+        ("depths = { from = 0.0, to = 1e-6, steps = 7 }", "depths", 7, None),
+        ("forces = [0.1, -1.0]\nsteps = 2", "forces", 3, None),
+        ("drives = 1e-6\nmachine_stiffness = 5.0", "drives", 1, 5.0),
+    ],
+)
+def test_every_control_is_read(written, text, control, size, stiffness):
+    programme = load(written((f"{DEPTHS}\nsteps = 4", text))).programme
+    found = programme.control, programme.values.size, programme.machine_stiffness
+    assert found == (control, size, stiffness)
+
+
+def test_a_path_is_followed_told_and_written(written, tmp_path, capsys):
+    path = written((TEXT, "depth = 1e-6\n" + TEXT))
+    assert study.main([str(path), "--out", str(tmp_path)]) == 0
+    wanted = load_path(SCENE, depths=load(path).programme.values)
+    read = History.from_csv(tmp_path / "loop_path.csv", SCENE)
+    assert np.array_equal(read.force, wanted.force)
+    assert repr(read.events) == repr(wanted.events)  # nan is not itself
+    said = capsys.readouterr().out
+    assert str(minimise(SCENE, 1e-6)) in said
+    assert [event.kind for event in wanted.events] == ["jump-in", "detachment"]
+    for event in wanted.events:
+        assert f"{event.force:.6g}" in said and f"{event.energy_released:.6g}" in said
+    assert f"P = {wanted.pull_off.force:.6g} N/m" in said
+    assert "# title: A loop" in (tmp_path / "loop_path.csv").read_text("utf-8")
+    for name in ("loop.csv", "loop.png", "loop_path.png"):
+        assert (tmp_path / name).exists()
+
+
+def test_hysteresis_slopes_and_lattice_reach_the_path(written):
+    text = '[opening]\nw = 9e-4\n[options]\nslopes = "finite"\n[indenter]'
+    given = load(written(("[indenter]", text)))
+    opened = SurfaceEnergies.from_work(0.05, 9e-4)
+    assert given.scene == Scene(SCENE.layer, SCENE.surfaces, SCENE.indenter, "finite", opened)
+    assert scene_path.follow(given).friction > 0
+    text = '[options]\nmethod = "lattice"\nspacing = 4e-6\n[indenter]'
+    assert scene_path.follow(load(written(("[indenter]", text)))).spacing == 4e-6
+
+
+@pytest.mark.parametrize(
+    ("old", "new_text", "told"),
+    [
+        (DEPTHS, "", "path needs exactly one of depths, forces, drives; got none"),
+        (DEPTHS, f"{DEPTHS}\nforces = 1.0", "path needs exactly one of .*; got depths and forces"),
+        (DEPTHS, "drives = [0.0, 1.0]", "path.machine_stiffness = None with drives does not fit"),
+        (DEPTHS, f"{DEPTHS}\nmachine_stiffness = 2", r"path.machine_stiffness = 2.0 with depths"),
+        ("steps = 4", "steps = 0", "path.steps = 0 must be a whole number of at least 1"),
+        ("steps = 4", "steps = true", "path.steps = True must be a whole number of at least 1"),
+        (DEPTHS, "depths = {from = 0, to = 1, steps = 3}", "path.steps = 4 stands beside"),
+        (DEPTHS, 'depths = ["a"]', r"path.depths\[0\] = 'a' must be a number"),
+        ("steps = 4", "steps = 4\nspeed = 1", "path.speed = 1 is unknown; known keys: depths"),
+        ("[path]", '[options]\nbranch = "global"\n[path]', "options.branch = 'global' cannot be"),
+        ("[path]", '[options]\nmethod = "magic"\n[path]', "options.method = 'magic' cannot be"),
+        ("[path]", "[opening]\nw = 1e-5\n[path]", "opening = .* work of adhesion not below"),
+        ("[path]", "[opening]\ngamma1 = 1\nw = 1\n[path]", "opening.gamma1 = 1 is unknown"),
+        ("[layer]", "depth = 0\n[opening]\nw = 1\n[layer]", "depth = 0 cannot stand beside"),
+        ('[indenter]\nshape = "parabola"\nR = 0.017', "", "indenter is missing"),
+        (TEXT[: TEXT.index("[path]")], "indenter = 3\n[layer]\n", "layer.E is missing"),
+    ],
+)
+def test_an_unusable_path_is_refused_by_file_and_key(written, old, new_text, told):
+    path = written((old, new_text))
+    with refused(path, f".*{told}"):
+        load(path)
+
+
+def test_an_indenter_that_is_no_table_is_refused(written):
+    text = TEXT[TEXT.index("[indenter]") : TEXT.index("[path]")]
+    path = written((text, ""), ("[layer]", "indenter = 3\n[layer]"))
+    with pytest.raises(ValueError, match=r"indenter = 3 must be a table: \[indenter\]"):
+        load(path)
+
+
+def test_what_the_path_refuses_names_the_file(written):
+    path = written((DEPTHS, "forces = [-1e3]"))
+    with refused(path, r"\[path\]: .*path under force control"):
+        scene_path.follow(load(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "panels"),
+    [(DEPTHS, 2), ("forces = [0.1, -5.0]", 3), ("drives = [0, 1e-6]\nmachine_stiffness = 1e5", 3)],
+)
+def test_the_figure_of_a_path(written, text, panels):
+    given = load(written((DEPTHS, text)))
+    figure = scene_path.follow(given).plot("a title")
+    figure.draw_without_rendering()
+    assert len(figure.axes) == panels
+    kinds = [entry.get_text() for entry in figure.axes[0].get_legend().get_texts()]
+    assert "jump-in" in kinds
+    assert figure.axes[0].get_ylabel().startswith("force P in ")
+
+
+def test_a_new_file_runs_unchanged_and_is_not_overwritten(tmp_path, capsys):
+    path = tmp_path / "folder" / "mine.toml"
+    assert command_line.main(["new", str(path)]) == 0
+    assert command_line.main(["run", str(path), "--out", str(tmp_path)]) == 0
+    assert "all assumptions hold in" in capsys.readouterr().out
+    assert command_line.main(["new", str(path)]) == 2
+    assert "exists; give another name" in capsys.readouterr().err
+    assert command_line.main(["new", str(tmp_path / "mine.txt")]) == 2
+
+
+def test_the_defaults_that_a_new_file_shows_are_the_defaults(tmp_path):
+    options = re.sub("(?m)^# ", "", TEMPLATE[TEMPLATE.index("[options]") :])
+    shown = tomllib.loads(options)["options"]
+    shown.pop("spacing")
+    signature = inspect.signature(minimise).parameters
+    for name in ("slopes", "geometry"):
+        assert shown.pop(name) == inspect.signature(Scene).parameters[name].default
+    assert shown == {name: signature[name].default for name in shown}
+
+
+@pytest.mark.parametrize("control", ["depths", "forces", "drives"])
+def test_what_a_new_file_shows_in_comments_can_be_used(tmp_path, control):
+    text = TEMPLATE.replace("# [path]", "[path]").replace(f"# {control} =", f"{control} =")
+    text = text.replace("\ndepth = {", "\n# depth = {").replace("# steps = 50", "steps = 5")
+    text = text.replace("# [opening]\n# w", "[opening]\nw").replace("# tilted", "tilted")
+    if control == "drives":
+        text = text.replace("# machine_stiffness", "machine_stiffness")
+    path = tmp_path / "mine.toml"
+    path.write_text(text, "utf-8")
+    history = scene_path.follow(load(path))
+    kinds = {event.kind for event in history.events}
+    assert kinds & {"detachment", "pull-off"}
+    assert history.half_width[-1] == 0
+
+
+SCENE_AXIS = """
+title = "A sphere"
+source = "here"
+{depth}
+[layer]
+E = 2.5e3
+nu = 0.3
+h = 5e-6
+[surfaces]
+gamma1 = 0.07
+w = {work}
+[indenter]
+shape = "parabola"
+R = 0.02
+{path}
+[options]
+geometry = "axisymmetric"
+"""
+
+
+@pytest.fixture
+def written_axis(tmp_path):
+    def write(depth="depth = [3e-7, 0.0]", work="6e-5", path=""):
+        file = tmp_path / "sphere.toml"
+        file.write_text(SCENE_AXIS.format(depth=depth, work=work, path=path), "utf-8")
+        return file
+
+    return write
+
+
+def test_states_are_told_and_written_in_newtons(written_axis, tmp_path, capsys):
+    assert run.main([str(written_axis()), "--out", str(tmp_path)]) == 0
+    said, table = capsys.readouterr().out, (tmp_path / "sphere.csv").read_text("utf-8")
+    assert "force/N     energy/J " in said and "N/m" not in said
+    assert "force in N, energy in J," in table and "N/m" not in table
+
+
+def test_a_sweep_and_a_path_are_in_newtons(written_axis, tmp_path, capsys):
+    swept = written_axis("depth = 1e-7", "[5e-5, 6e-5, 7e-5]")
+    assert run.main([str(swept), "--out", str(tmp_path), "--jobs", "1"]) == 0
+    assert "forces in N, energies in J" in (tmp_path / "sphere_sweep.csv").read_text("utf-8")
+    capsys.readouterr()
+    path = written_axis("", path="[path]\ndepths = [0.0, 3e-7, -6e-7]\nsteps = 10\n")
+    assert run.main([str(path), "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "force/N        lost/J" in said and " N at d = " in said and "N/m" not in said
+
+
+def test_a_fit_finds_what_a_sphere_was_simulated_with(written_axis, tmp_path, capsys):
+    path = load_path(load(written_axis()).scene, depths=np.linspace(0, 4e-7, 30))
+    data = tmp_path / "data.csv"
+    rows = np.column_stack([path.depth, 1e6 * path.force])
+    np.savetxt(
+        data, rows, delimiter=",", header="depth [m],force [µN]", comments="", encoding="utf-8"
+    )
+    start = written_axis(work="5e-5")
+    asked = [
+        str(data),
+        "--scene",
+        str(start),
+        "--parameters",
+        "w",
+        "--quick",
+        "--out",
+        str(tmp_path),
+    ]
+    assert fit.main(asked) == 0
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("w "))
+    assert float(row.split()[1]) == pytest.approx(6e-5, rel=1e-4)
+    with pytest.raises(ValueError, match=r"width = 0.01 with geometry = 'axisymmetric': leave it"):
+        fit.main([*asked, "--width", "0.01"])

@@ -1,0 +1,246 @@
+"""The studies of run time against error and of stability under stress."""
+
+import math
+import time
+from dataclasses import replace
+from decimal import localcontext
+
+import numpy as np
+import pytest
+from scenes import plain
+
+from discretization import minimise
+from energy import ElasticLayer, Parabola, PowerLaw, Scene, SurfaceEnergies, cards
+from studies.benchmarks import runtime_report as report
+from studies.benchmarks import runtime_vs_error as study
+from studies.benchmarks.rivals import problem
+from studies.benchmarks.rivals.problem import Method
+from studies.benchmarks.rivals.tasks import TASKS
+from studies.benchmarks.stress import reference as stress_reference
+from studies.benchmarks.stress import study as stress
+from studies.shared.random_cases import random_case, random_steep_case
+
+SLOW = ((10**3, 0.01), (10**4, 10.0))
+TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
+WIDTH = {  # relative error of a that each rival must reach with 400 nodes
+    "ours": 1e-4,
+    "active set": 1e-3,
+    "PIQP": 1e-3,
+    "cvxpy": 5e-3,
+    "scipy L-BFGS-B": 1e-3,
+    "one line by hand": 3e-3,
+    "scipy solve_bvp": 1e-3,
+}
+
+
+@pytest.fixture(scope="module")
+def points():
+    return study.run(TINY)
+
+
+def test_every_method_of_every_task_was_measured_or_says_why_not(points):
+    for name in TASKS:
+        methods = {p.method for p in points if p.task == name}
+        assert methods == {m.name for m in TASKS[name](10).methods}
+    for p in points:
+        assert p.note or (p.seconds > 0 and p.ratio > 0 and p.unknowns > 0 and p.spread >= 0)
+        assert "not installed" in p.note or not p.note
+
+
+def test_rivals_solve_the_same_problem(points):
+    checked = 0
+    for p in points:
+        for start, bar in WIDTH.items():
+            if p.method.startswith(start) and not p.note and p.task != "rough":
+                rtol = p.size if p.size < 1 else 0.0
+                # contacts of less than a link, and around an axis those about to detach
+                lone = 3e-3 if p.task.endswith("loop") else 0.0
+                assert p.errors[0] <= max(bar, rtol, lone), p
+                checked += 1
+    assert checked > 20
+
+
+@pytest.mark.parametrize("name", ["nonadhesive", "adhesive", "finite"])
+def test_the_default_method_reaches_its_digits(name):
+    """However long it takes: `points` leave out what is slow."""
+    task = TASKS[name](TINY.steps)
+    (method,) = (method for method in task.methods if method.name == "ours, default")
+    for rtol in (1e-10, 1e-12):
+        assert max(task.errors(method.make(task, rtol)[0]())) <= 1e-10
+
+
+def test_a_nested_active_set_is_of_second_order():
+    task = TASKS["nonadhesive"](1)
+    (method,) = (m for m in task.methods if m.name == "active set, nested grids")
+    errors = [task.errors(method.make(task, n)[0]())[0] for n in (500, 1000, 2000, 4000, 8000)]
+    slope = np.polyfit(np.log([500, 1000, 2000, 4000, 8000]), np.log(errors), 1)[0]
+    assert -2.6 < slope < -1.4
+    assert errors[-1] < 2e-6
+
+
+def test_absent_packages_are_skipped_with_a_word(monkeypatch):
+    monkeypatch.setattr(study, "installed", lambda name: name != "pyscipopt")
+    found = study.run(TINY, ["rough"])
+    (absent,) = (p for p in found if p.note)
+    assert absent.note == "pyscipopt not installed"
+    assert not absent.success and math.isnan(absent.seconds)
+    assert not problem.installed("a_package_nobody_has")
+
+
+def test_a_size_that_would_take_for_ever_is_left_out():
+    made = [study.Point.failed("t", "m", 0, "")._replace(size=n, seconds=t) for n, t in SLOW]
+    assert study.expected(made[:1], 10**4) == pytest.approx(100 * SLOW[0][1], rel=1e-13, abs=0)
+    assert study.expected(made, 10**5) == pytest.approx(1e3 * SLOW[1][1], rel=1e-12, abs=0)
+    assert study.expected(made, 1e-8) == SLOW[1][1]  # a tolerance
+    sizes = []
+
+    def prepare(task, size):
+        sizes.append(size)
+        return (lambda: time.sleep(0.003) or problem.Answer(1.0, 1.0, 1.0, 1.0)), 100
+
+    task = TASKS["adhesive"](1)
+    method = Method("slow", prepare)
+    study._grown(study.Parameters((10, 100, 1000), patience=0.05, repeats=1), len, (task, method))
+    assert sizes == [10]
+
+
+def test_time_to_an_error_counts_only_success_and_only_what_reached_it():
+    blank = study.Point.failed("t", "ours, lattice", 0, "")._replace(note="")
+
+    def point(method, seconds, error, success=True):
+        errors = (error, 0.0, 0.0, 0.0)
+        return blank._replace(method=method, seconds=seconds, errors=errors, success=success)
+
+    points = [point("ours, lattice", 1e-3, 1e-5), point("ours, lattice", 4e-3, 1e-11)]
+    points += [point("slow", 2e-2, 1e-5), point("slow", 1e-3, 1e-9, success=False)]
+    assert set(report.reached(points, 1e-4)) == {"ours, lattice", "slow"}
+    assert set(report.reached(points, 1e-8)) == {"ours, lattice"}
+    *_, ours, slow = report.levels(points).splitlines()
+    assert ours == "| ours, lattice | 1 ms | 4 ms | 4 ms | 4 ms |"
+    assert slow == "| slow | 20 ms, × 20 | never | never | never |"
+
+
+def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(study, "QUICK", TINY)
+    assert study.main(["--quick", "--tasks", "finite", "rough", "--out", str(tmp_path)]) == 0
+    text = (tmp_path / "runtime_vs_error.md").read_text("utf-8")
+    assert text in capsys.readouterr().out
+    assert "cores" in text and "### floors" in text
+    rows = (tmp_path / "runtime_vs_error.csv").read_text("utf-8").splitlines()
+    assert len({row.count(",") for row in rows if row[0] != "#" and '"' not in row}) == 1
+    assert (tmp_path / "runtime_vs_error.png").stat().st_size > 20_000
+
+
+TINY_STRESS = stress.Parameters(stride=3, nodes=2000)
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return stress.run(TINY_STRESS)
+
+
+@pytest.mark.parametrize("draw", [random_case, random_steep_case])
+@pytest.mark.parametrize("shape", ["parabola", "flat"])
+def test_the_reference_agrees_with_the_cards(draw, shape):
+    if draw is random_steep_case and shape == "flat":
+        pytest.skip("no closed form of 60 digits for a flat punch with finite slopes")
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        case = draw(rng, shape)
+        with localcontext(prec=stress_reference.DIGITS):
+            given = stress_reference.inputs(case.scene, case.depth)
+            exact = stress_reference.answer(given, case.scene.slopes)
+        assert float(exact.half_width) == pytest.approx(case.half_width, rel=1e-10, abs=0)
+        size = abs(case.force) + case.scene.stiffness * abs(case.depth) * case.half_width
+        assert float(exact.force) == pytest.approx(case.force, rel=0, abs=1e-10 * size)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_power_laws_of_the_reference(n):
+    surfaces = SurfaceEnergies.from_work(0.7, 0.02)
+    scene = Scene(ElasticLayer(1.3, 0.2, 0.9), surfaces, PowerLaw(0.11, n))
+    m = {"c": 0.11, "n": n, "k": scene.stiffness, "gamma1": 0.7, "w": 0.02}
+    with localcontext(prec=stress_reference.DIGITS):
+        exact = stress_reference.answer(stress_reference.inputs(scene, 0.3), "small")
+    assert exact is not None
+    card = cards.power_law
+    expected = [f(0.3, **m) for f in (card.half_width, card.force, card.energy)]
+    assert [float(v) for v in exact] == pytest.approx(expected, rel=1e-13, abs=0)
+
+
+def test_the_condition_is_that_of_the_formula():
+    """Near letting go da/dd = R/(a + l): d·da/dd/a grows as 1/a; far away it is of order one."""
+    scene = plain(Parabola(10.0))
+    for d in (1.0, -0.1999):
+        given = stress_reference.inputs(scene, d)
+        with localcontext(prec=stress_reference.DIGITS):
+            exact = stress_reference.answer(given, "small")
+        a = float(exact.half_width)
+        least = abs(d) * 10 / (a + 1) / a
+        found = stress_reference.conditions(given, "small", exact)[0]
+        assert least <= found <= 6 * least + 3
+
+
+def test_nothing_is_lost(trials):
+    assert not [t for t in trials if t.verdict in stress.BAD]
+    assert {t.grid for t in trials} == set(stress.GRIDS)
+
+
+def test_both_verdicts_pass_only_within_rounding_of_letting_go(trials):
+    tied = [t for t in trials if t.verdict == "ok" and "detachment" in t.note]
+    tied += [t for t in trials if t.verdict == "ok" and "contact or not" in t.note]
+    assert {(t.grid, t.shape) for t in tied} == {("edge", "flat")}
+    assert all(t.x >= 15 for t in tied)  # 4.5 ε; 450 ε must be decided
+
+
+def test_fewer_than_twelve_digits_are_explained(trials):
+    few = [t for t in trials if min(t.digits) < stress.KEPT]
+    assert few and all("condition" in t.note for t in few)
+    told = stress.summary("edge", [t for t in trials if t.grid == "edge"])
+    assert "keep 12" in told and "ε (1 + condition)" in told
+
+
+def test_twelve_digits_where_the_condition_allows(trials):
+    for t in trials:
+        if t.grid in ("fitted", "finite", "lattice") and not math.isnan(t.digits[0]):
+            assert min(t.digits) >= 11.9 or t.excess <= 1, t
+
+
+def test_only_overhangs_and_the_finest_lattices_are_refused(trials):
+    for t in trials:
+        if t.verdict == "refused":
+            fine = t.grid == "lattice" and t.x >= 5 and "violates force" in t.note
+            assert fine or (t.grid == "finite" and "turn over" in t.note), t
+
+
+def test_an_estimate_of_a_lattice_state_that_is_too_small_is_wrong():
+    scene = plain(Parabola(10.0))
+    state = minimise(scene, 0.3, method="lattice", spacing=0.05)
+    assert stress.untrusted(scene, 0.3, state) == ""
+    bold = replace(state, errors={**state.error_estimate, "energy": 1e-7})
+    assert stress.untrusted(scene, 0.3, bold).startswith("U is off by ")
+    withheld = replace(state, errors=dict.fromkeys(state.error_estimate, math.inf))
+    assert stress.untrusted(scene, 0.3, withheld) == ""
+
+
+def test_verdicts():
+    assert stress.verdict((1e-15, 0, 0), (1, 1, 1), True)[2] == "ok"
+    assert stress.verdict((1e-11, 0, 0), (1, 1, 1), True)[2] == "lost"
+    assert stress.verdict((1e-11, 0, 0), (1e5, 1, 1), True)[2] == "ok"
+    assert stress.verdict((1e-15, 0, 0), (1, 1, 1), False)[2] == "wrong"
+
+    def overflow():
+        np.float64(1e300) * np.float64(1e300)
+        raise AssertionError
+
+    def underflow():
+        np.exp(np.float64(-800.0))
+        return (16.0,) * 3, 0.0, "ok", ""
+
+    def crash():
+        raise TypeError
+
+    assert stress.judged("edge", "x", 0, 0, overflow).verdict == "floating point"
+    assert stress.judged("edge", "x", 0, 0, crash).verdict == "crash"
+    harmless = stress.judged("edge", "x", 0, 0, underflow)
+    assert harmless.verdict == "ok" and "underflow" in harmless.note

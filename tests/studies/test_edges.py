@@ -1,0 +1,253 @@
+"""At the edges: encodings, closed pipes, Ctrl-C, full disks, misspelt words, a class for one."""
+
+import errno
+import math
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from project import PLACES
+from scene_files import DEPTH, SURFACES, writer
+from sweep_points import HELD_FROM, Workers, cheap, gone
+
+from discretization import History, minimise
+from energy import ElasticLayer, Parabola, Patches, Scene, SurfaceEnergies, Wedge
+from studies import __main__ as command_line
+from studies.scenes.sweep.store import Store
+from studies.scenes.sweep.study import scattered, sweep
+from studies.shared import batches
+from studies.shared.batches import Clock
+
+LAYER, SURFACE = ElasticLayer(2e3, 0.3, 1e-5), SurfaceEnergies.from_work(0.05, 1e-4)
+
+
+def studies(*arguments, **options):
+    """`python -m studies`, started in a process group of its own."""
+    return started("-m", "studies", *arguments, **options)
+
+
+def started(*arguments, cwd, **options):
+    """Python with this package and these tests on its path, in a process group of its own."""
+    places = PLACES
+    environment = {**os.environ, "PYTHONPATH": places, **options.pop("env", {})}
+    command = [sys.executable, "-W", "error", *map(str, arguments)]
+    options = {"stderr": subprocess.PIPE, "start_new_session": True, **options}
+    return subprocess.Popen(command, cwd=cwd, env=environment, **options)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp437", "utf-16"])
+def test_any_encoding_of_the_output_will_do(tmp_path, encoding):
+    path = writer(tmp_path / "s.toml")(('"A test"', '"Ärger µ γ₁"'), (DEPTH, "depth = 0.0"))
+    given = {"cwd": tmp_path, "env": {"PYTHONIOENCODING": encoding}, "stdout": subprocess.PIPE}
+    child = studies("run", path, **given)
+    out, err = child.communicate()
+    assert (child.returncode, err) == (0, b"")
+    said = out.decode(encoding)
+    assert "force        P" in said and ("γ₁" in said) == encoding.startswith("utf")
+    child = studies("Ω.py", **given)
+    assert "no such file" in child.communicate()[1].decode(encoding) and child.returncode == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "closed"),
+    [([], "stdout"), (["run", "s.toml"], "stdout"), (["dance"], "stderr"), (["new"], "stderr")],
+)
+def test_a_closed_pipe_ends_a_study_quietly(tmp_path, arguments, closed):
+    writer(tmp_path / "s.toml")()
+    reading, writing = os.pipe()
+    os.close(reading)
+    pipes = {"stdout": subprocess.PIPE, closed: writing}
+    child = studies(*arguments, cwd=tmp_path, **pipes)
+    os.close(writing)
+    assert b"".join(filter(None, child.communicate())) == b""
+    assert child.returncode == (2 if arguments == ["new"] else 141)  # argparse ends that by itself
+
+
+HELD = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in the background
+from studies import __main__ as command_line
+from studies.scenes.sweep import study
+from sweep_points import HeldScene
+study.SolvedScene = HeldScene
+sys.exit(command_line.main(["sweep", *sys.argv[1:]]))
+"""
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_ctrl_c_in_a_sweep_says_how_much_is_kept_and_how_to_go_on(tmp_path, jobs):
+    """The signal comes when 30 lines are kept, and the points after them wait for it."""
+    depths = "depth = { from = 2e-6, to = -4e-5, steps = 100 }"
+    works = 'w = { from = 1e-5, to = 1e-3, steps = 100, spacing = "log" }'
+    path = writer(tmp_path / "s.toml")((DEPTH, depths), (SURFACES, works))
+    kept = tmp_path / "results" / "s_sweep.jsonl"
+    child = started("-c", HELD, path, "--jobs", jobs, cwd=tmp_path, stdout=subprocess.DEVNULL)
+    while not kept.exists() or kept.read_text("utf-8").count("\n") < HELD_FROM:
+        assert child.poll() is None
+        time.sleep(0.01)
+    os.killpg(child.pid, signal.SIGINT)  # as a terminal does
+    said = child.communicate()[1].decode().splitlines()
+    count = len(kept.read_text("utf-8").splitlines()) - 1
+    assert child.returncode == 130 and 0 < count < 10000
+    told = f"sweep: stopped; {count} of 10000 points are kept in {Path('results', kept.name)}"
+    assert said[-1] == f"{told}; the same command goes on from there"
+    assert not any("Traceback" in line for line in said)
+    assert gone(child.pid)
+
+
+def test_ctrl_c_elsewhere_is_one_line(monkeypatch, capsys):
+    def stopped(argv):
+        raise KeyboardInterrupt
+
+    from studies.scenes import run
+
+    monkeypatch.setattr(run, "main", stopped)
+    assert command_line.main(["run", "any.toml"]) == 130
+    assert capsys.readouterr().err == "\nrun: stopped\n"
+
+
+def test_what_the_start_costs_is_not_taken_for_the_cost_of_a_point(monkeypatch):
+    now, seen = [0.0], []
+    monkeypatch.setattr(batches.time, "monotonic", lambda: now[0])
+    clock = Clock(0, 200, 0, seen.append)
+    now[0] = 30.0
+    for i in range(200):
+        now[0] += 1.5 if i > 4 else 30.0
+        clock.tick()
+    early = [one for one in seen if one.done < 10]
+    assert len(early) == 9 and all(math.isnan(one.remaining) for one in early)
+    assert str(early[0]) == "1 of 200 points"
+    for one in seen[9:]:
+        assert one.remaining == pytest.approx(1.5 * (200 - one.done))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_the_time_to_go_is_known_within_a_factor_of_two_after_a_twentieth(
+    tmp_path, monkeypatch, jobs
+):
+    """Points at the end of the grid cost thirty times those at its beginning."""
+    told = []
+    workers = Workers(monkeypatch, jobs, lambda point: 1e-3 + 1e-4 * point["x"])
+    monkeypatch.setattr(batches, "PAUSE", 0.1)
+    show = lambda progress: told.append((workers.now, progress))  # noqa: E731
+    axes = {"x": list(range(300)), "y": [1.0]}
+    sweep(cheap, axes, tmp_path / "a", executor=workers, jobs=jobs, show=show)
+    known = [(workers.now - at, p.remaining) for at, p in told if 15 <= p.done < p.total]
+    assert len(known) >= 5
+    for true, estimated in known:
+        assert true / 2 < estimated < 2 * true
+
+
+def test_the_points_of_a_sweep_come_in_an_order_in_which_all_are_among_the_first():
+    assert sorted(scattered(1000)) == list(range(1000))
+    first = scattered(1000)[:50]
+    for tenth in range(10):
+        assert 3 <= sum(tenth * 100 <= at < tenth * 100 + 100 for at in first) <= 7
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize(
+    ("study", "name"),
+    [
+        (["mine.py", "--jobs", "1"], "half_width.csv"),
+        (["mine.py", "--jobs", "1"], "half_width.png"),
+        (["mine.py", "--preset", "full", "--jobs", "1"], "half_width.pdf"),
+        (["report", "--only", "tolerance"], "report.html"),
+    ],
+)
+def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch, capsys, study, name):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [*sys.path])
+    command_line.main(["new", "--study", "mine.py"])
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / name).symlink_to("/dev/full")
+    capsys.readouterr()
+    assert command_line.main([study[0], "--preset", "quick", *study[1:], "--out", str(out)]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[-1] == f"{study[0]}: {out / name}: No space left on device"
+    sys.modules.pop("mine", None)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+def test_a_full_disk_in_a_sweep_is_told_with_the_file(tmp_path):
+    store = Store(tmp_path / "a.jsonl", {})
+    with pytest.raises(OSError, match=re.escape(f"No space left on device: '{store.path}'")):
+        _added(store, "/dev/full")
+
+
+def _added(store, other):
+    with store:
+        store.file.close()
+        store.file = open(other, "w")  # noqa: SIM115
+        store.add(["{}"])
+
+
+def test_a_full_disk_under_a_load_path_is_told_with_the_file(tmp_path, monkeypatch, capsys):
+    def full(history, path):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = "[path]\ndepths = [0, 1e-6]\n[options]"
+    writer(tmp_path / "p.toml")((DEPTH, ""), ("[options]", path))
+    monkeypatch.setattr(History, "to_csv", full)
+    assert command_line.main(["run", str(tmp_path / "p.toml"), "--out", str(tmp_path)]) == 2
+    wanted = f"run: {tmp_path / 'p_path.csv'}: No space left on device\n"
+    assert capsys.readouterr().err == wanted
+
+
+@pytest.mark.parametrize(
+    ("wrong", "meant"), [("pulloff", "pull_off"), ("hysterisis", "hysteresis"), ("ruff", None)]
+)
+def test_a_misspelt_study_is_understood(capsys, wrong, meant):
+    assert command_line.main([wrong]) == 2
+    said = capsys.readouterr().err
+    assert (f"study {wrong!r} is unknown: did you mean {meant!r}?" in said) == (meant is not None)
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("nu = 0.31", "Nu = 0.31", "layer.Nu = 0.31 is unknown: did you mean 'nu'?; known keys: "),
+        ("[options]", "[option]", "option = {'rtol': 1e-06} is unknown: did you mean 'options'?"),
+        ("gamma12 =", "gama12 =", "surfaces.gama12 = 0.0791 is unknown: did you mean 'gamma12'?"),
+        ('"parabola"', '"parobola"', "'parobola' is unknown: did you mean 'parabola'?; known sha"),
+        ("rtol", "quickly", "options.quickly = 1e-06 is unknown; known keys: "),
+    ],
+)
+def test_a_misspelt_key_is_understood(tmp_path, capsys, old, new, told):
+    path = writer(tmp_path / "s.toml")((old, new))
+    assert command_line.main(["run", str(path), "--out", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert told in said and said.count("\n") == 1
+
+
+def test_a_misspelt_option_is_understood():
+    scene = Scene(LAYER, SURFACE, Parabola(0.01))
+    with pytest.raises(ValueError, match=r"'latice' is unknown: did you mean 'lattice'\?; choose"):
+        minimise(scene, 0.0, method="latice")
+    with pytest.raises(ValueError, match=r"'Finite' is unknown: did you mean 'finite'\?"):
+        Scene(LAYER, SURFACE, Parabola(0.01), "Finite")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "name", "kind"),
+    [
+        ({"layer": ElasticLayer}, "layer", "ElasticLayer"),
+        ({"surfaces": SurfaceEnergies}, "surfaces", "SurfaceEnergies"),
+        ({"indenter": Parabola}, "indenter", "Parabola"),
+        ({"opening": SurfaceEnergies}, "opening", "SurfaceEnergies"),
+        ({"pattern": Patches}, "pattern", "Patches"),
+    ],
+)
+def test_a_class_in_place_of_an_object_is_told(wrong, name, kind):
+    given = {"layer": LAYER, "surfaces": SURFACE, "indenter": Parabola(0.01), **wrong}
+    with pytest.raises(ValueError, match=rf"^{name} = {kind} is a class; make one: {kind}\(\.\.\."):
+        Scene(**given)
+    with pytest.raises(ValueError, match="indenter = Wedge is a class"):
+        Parabola(0.01) + Wedge

@@ -1,0 +1,252 @@
+"""The studies `speed` and `tolerance`: what they measure, what makes them fail; error estimates."""
+
+import math
+from collections import Counter
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from scenes import DELTA0, L, adhesive, rough, tips, two, wavy
+from scipy.optimize import brentq
+
+from discretization import minimise
+from discretization.lattice.state import on_lattice
+from energy import Parabola, Wedge
+from studies.benchmarks import speed, tolerance
+from studies.scenes import run
+from studies.shared import timing
+from studies.shared.random_cases import SHAPES, random_case, random_steep_case
+from studies.shared.table import read
+
+TINY = speed.Parameters(1, (10**4,), 40, 400, (("lattice", 10),), 1, 1)
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return speed.run(TINY)
+
+
+@pytest.fixture
+def few(monkeypatch, rows):
+    """The command with these rows, whatever they took."""
+    found = [row._replace(ratio=0.5 * row.limit) for row in rows]
+    monkeypatch.setattr(speed, "run", lambda p, show: found)
+    return found
+
+
+def test_every_answer_is_within_its_limit_of_error(rows):
+    assert [row.name for row in rows] == [
+        *("state, small slopes", "state, finite slopes", "nodes, 1e+04"),
+        *("loop, depth", "loop, dead load", "loop, machine", "loop, nodes"),
+        *("rough, 10 contacts, lattice", "import"),
+    ]
+    # 400 nodes leave the last link earlier than the 10⁵ for which the limit is
+    assert [speed.line(row) for row in rows if not row.accurate and row.name != "loop, nodes"] == []
+    assert all(row.seconds > 0 and row.ratio > 0 for row in rows)
+    assert speed.STATE == {"small": (1.0, 1e-10), "finite": (10.0, 1e-9)}
+
+
+@pytest.mark.parametrize("slopes", ["small", "finite"])
+@pytest.mark.parametrize("name", ["contacts", "force", "energy"])
+def test_an_error_of_1e_8_misses_the_limit(monkeypatch, slopes, name):
+    def wrong(scene, depth):
+        state = minimise(scene, depth)
+        return replace(state, **{name: getattr(state, name) * (1 + 1e-8)})
+
+    monkeypatch.setattr(speed, "minimise", wrong)
+    row = speed.states(slopes, TINY)
+    assert not row.accurate
+    assert 1e-9 < row.error < (1e-5 if name == "contacts" else 1.1e-8)  # with it θ is off, too
+
+
+def test_a_contact_that_is_not_found_and_a_refusal_are_infinite_errors(monkeypatch):
+    case = random_case(np.random.default_rng(3), "parabola")
+    lost = minimise(case.scene, -10 * case.scene.critical_separation)
+    monkeypatch.setattr(speed, "minimise", lambda scene, depth: lost)
+    assert speed.solved(case)[1] == math.inf
+
+    def refuse(scene, depth):
+        raise ValueError("too deep")
+
+    monkeypatch.setattr(speed, "minimise", refuse)
+    assert speed.solved(case) == (math.inf, math.inf)
+
+
+def test_a_wrong_area_and_a_wrong_balance_miss_the_limit(monkeypatch):
+    right = speed.load_path
+
+    class Off:
+        def __init__(self, path, area=1.0, balance=1.0):
+            self.dissipated, self.held = path.dissipated * area, path
+            self.factor = area * balance
+
+        def work(self):
+            return self.held.work() * self.factor
+
+    for fault in ({"area": 1 + 3e-8}, {"balance": 1 + 3e-9}):
+        wrong = lambda *a, fault=fault, **k: Off(right(*a, **k), **fault)  # noqa: E731
+        monkeypatch.setattr(speed, "load_path", wrong)
+        assert not speed.loop("loop, depth", TINY).accurate
+
+
+def test_times_are_ratios_to_what_is_measured_beside_them(monkeypatch):
+    assert timing.middle([1.0, 2.0, 3.0, 4.0, 100.0]) == (3.0, 2 / 3)
+    took = iter([1.0, 4.0, 9.0])
+    monkeypatch.setattr(speed, "seconds", lambda work: next(took))
+    assert speed.paired(len, partial(float, "2"), 3) == (4.0, 2.0, 1.0)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_missed_limit_of_time_decides_only_when_asked(few, tmp_path, capsys):
+    given = ["--quick", "--out", str(tmp_path)]
+    few[6] = few[6]._replace(error=0.0)
+    assert speed.main([*given, "--strict"]) == 0
+    few[0] = few[0]._replace(ratio=1.1)
+    assert speed.main(given) == 0
+    assert speed.main([*given, "--strict"]) == 1
+    told = "missed: longer than its limit: state, small slopes\n"
+    assert capsys.readouterr().out.count(told) == 2
+    assert len(read(tmp_path / "speed.csv")) == 9
+    few[0] = few[0]._replace(error=1e-9)
+    assert speed.main(given) == 1
+    assert "FAIL" in speed.line(few[0])
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_random_cases_obey_the_ranges_they_state(shape):
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        for case, lo, hi in (
+            (random_case(rng, shape), 10**-1.5, 10**1.5),
+            (random_steep_case(rng, shape), 0.1, 10),
+        ):
+            ell = case.scene.elastocapillary_length
+            assert lo * (1 - 1e-9) <= case.half_width / ell <= hi * (1 + 1e-9)
+            assert ell * (1 + 1e-9) >= 1e-4 and ell <= 1e4 * (1 + 1e-9)
+        ratio = case.scene.work_of_adhesion / case.scene.gamma1
+        assert 1e-3 * (1 - 1e-9) <= ratio <= 0.8 * (1 + 1e-9)
+        if shape != "flat":
+            slope = float(case.scene.indenter.slope(case.half_width))
+            assert 0.02 * (1 - 1e-9) <= slope <= 1 + 1e-9
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return tolerance.run(tolerance.Parameters(lattices=0))
+
+
+def test_rtol_is_honoured_in_99_of_100_scenes(trials):
+    assert len(trials) == 500
+    assert sum(trial.honoured for trial in trials) >= 495
+
+
+def test_no_estimate_is_below_a_tenth_of_the_error(trials):
+    assert [trial for trial in trials if not trial.trusted] == []
+
+
+def test_the_study_fails_when_an_estimate_or_an_error_is_off(trials):
+    assert tolerance.passed(trials)
+    first = trials[0]
+    bold = first._replace(errors=(1e-8, 0.0, 0.0), estimates=(9e-10, 1.0, 1.0))
+    assert not bold.trusted
+    assert not tolerance.passed([bold, *trials])
+    wrong = first._replace(errors=(2 * first.rtol + 1e-11,) * 3, estimates=(1.0,) * 3)
+    assert wrong.trusted and not wrong.honoured
+    assert not tolerance.passed([*trials, *[wrong] * 7])
+
+
+@pytest.fixture(scope="module")
+def sparse():
+    return tolerance.run(
+        tolerance.Parameters(scenes=0, lattices=100, seed=5), lambda progress: None
+    )
+
+
+def test_no_estimate_of_a_lattice_state_is_below_a_tenth_of_the_error(sparse):
+    assert len(sparse) == 100
+    assert [state for state in sparse if not state.trusted] == []
+    words = Counter(state.word for state in sparse)
+    assert words["estimated"] >= 80 and words["withheld"] >= 3
+    assert all(state.nodes < 50 for state in sparse if state.word == "refused")
+
+
+def test_estimates_are_withheld_only_of_few_links_and_are_not_far_too_large(sparse):
+    for state in sparse:
+        if state.word == "withheld":
+            assert state.links < 8
+    ratios = [state.worst for state in sparse if state.word == "estimated"]
+    assert 0.3 <= np.median(ratios) <= 1
+
+
+def test_a_lattice_state_that_is_off_fails_the_study(sparse, tmp_path, monkeypatch, capsys):
+    state = next(state for state in sparse if state.word == "estimated")
+    bold = state._replace(errors=(1e-3, 0.0, 0.0), estimates=(9e-5, 1.0, 1.0))
+    assert not bold.trusted
+    assert bold._replace(word="withheld").trusted
+    few = tolerance.Parameters(scenes=8, lattices=8)
+    monkeypatch.setattr(tolerance, "Parameters", lambda **_: few)
+    assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    assert "withheld" in capsys.readouterr().out
+    found = tolerance.run(few)
+    monkeypatch.setattr(tolerance, "run", lambda *_, **__: [*found, bold])
+    assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
+
+
+@pytest.mark.parametrize(
+    ("body", "depth", "cells"),
+    [
+        (Parabola(0.02), -0.95, 4),  # narrower than a link
+        (Parabola(0.02), -0.9, 12),  # a few links
+        (Wedge(0.05).shifted(0.3 * L), -0.75, 3),
+        (tips(3 * L), 1.0, 6.7),  # between nodes
+        (two(3 * L), -0.3, 2.75),  # detached, where a finer lattice is not
+        (rough(149).indenter, 1.2, 2.8),  # unresolved roughness inside the contact
+        (rough(9).indenter, 1.2, 5),  # a contact that coarser lattices miss, too
+    ],
+)
+def test_what_a_lattice_does_not_resolve_has_no_estimate(body, depth, cells):
+    scene, spacing = adhesive(body), L / cells
+    state = on_lattice(scene, depth * DELTA0, spacing)
+    assert set(state.error_estimate.values()) == {math.inf}
+    assert str(state).count("not resolved: use smaller spacing") == 3
+    assert "not res." in run.row(state)
+    fine = on_lattice(scene, depth * DELTA0, L / 400)
+    assert max(fine.error_estimate.values()) < 0.1 or body.corners
+
+
+def test_a_state_that_is_detached_on_any_lattice_has_no_error():
+    for body in (Parabola(0.02), two(3 * L)):
+        state = on_lattice(adhesive(body), -1.01 * DELTA0, L / 5)
+        assert state.label == "detached"
+        assert set(state.error_estimate.values()) == {0.0}
+
+
+def test_estimates_of_several_contacts_hold_at_any_spacing():
+    rng, withheld = np.random.default_rng(4), 0
+    for i in range(60):
+        scene, level = (
+            (adhesive(two(rng.uniform(1, 8) * L)), rng.uniform(-0.4, 1)),
+            (rough(int(rng.integers(99))), rng.uniform(-0.6, 1.5)),
+            (wavy(crests=6), rng.uniform(-0.3, 1.5)),
+        )[i % 3]
+        exact = minimise(scene, level * DELTA0)
+        state = on_lattice(scene, level * DELTA0, L / math.exp(rng.uniform(0.7, 5)))
+        if max(state.error_estimate.values()) == math.inf:
+            withheld += 1
+            continue
+        for name, limit in state.uncertainty.items():
+            error = abs(getattr(state, name) - getattr(exact, name))
+            assert error <= 10 * limit + 1e-12 * abs(getattr(exact, name))
+    assert 10 <= withheld <= 45
+
+
+def test_errors_are_told_in_the_units_of_their_quantities():
+    """The force passes through 0, and its error stays what it is."""
+    scene = adhesive(Parabola(0.02))
+    level = brentq(lambda d: minimise(scene, d).force, 0.01 * DELTA0, 2 * DELTA0, xtol=1e-16)
+    state = on_lattice(scene, level, L / 40)
+    limit = state.uncertainty["force"]
+    assert abs(state.force) <= limit == state.error_estimate["force"] * state.scales["force"]
+    assert f"force        P = {state.force:.10g}   (± {limit:.1e})" in str(state)
+    assert limit > 100 * abs(minimise(scene, level).force)

@@ -1,0 +1,1 @@
+"""Reference load paths: depth paths that may turn, and loads and machines read off them."""

@@ -1,0 +1,260 @@
+"""What happens under a dead load or a machine, read off the depth path.
+
+C(d), the value of the control at which a place of the depth path is in equilibrium, is P(d) for a
+dead load and d + P(d)/K for a machine. As the control rises, the depth is where C first reaches it
+on the path from the present place with rising depth; as it falls, where C first falls to it on the
+path from the present place with falling depth. In between, C may fall before it rises again: the
+indenter jumps from the top of C over all that to where C comes back to the same value.
+
+The path is sampled in steps of the depth, fine enough to see every change of lines that is not
+smooth; what happens at once is enclosed by bisection, the tops of C by Brent's method, and the
+places where C has a value by roots.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from ..ground import Outside
+from ..totals import NOTHING
+from .depth_paths import Place
+
+LARGEST, SMALLEST = 1 / 12, 1 / 400  # of the depth scale: steps on the way
+CLOSE = 1e-9  # of the depth scale: what happens at once
+KINK = 1e-6  # of the depth scale: where a line leaves a corner, or comes to one
+JUMPED = 1e-4  # of the feature: lines that move farther within that have jumped
+TOP = 1e-8  # of the depth scale: how well a top of C is located
+SMOOTH = 0.01  # of the feature: how far lines may be from the mean of those beside
+MOST = 20_000
+
+
+class Control(NamedTuple):
+    """stiffness K: 0 for a dead load."""
+
+    stiffness: float
+
+    def value(self, depth, force):
+        """The value at which this force and depth are in equilibrium."""
+        return depth + force / self.stiffness if self.stiffness else force
+
+    def potential(self, depth, value):
+        """Energy of what holds the indenter: -F d or K/2 (D - d)²."""
+        return self.stiffness / 2 * (value - depth) ** 2 if self.stiffness else -value * depth
+
+
+class Jump(NamedTuple):
+    """The value at which the indenter jumps, the places and states beside it, and the energy lost.
+
+    step: of the programme.
+    """
+
+    value: float
+    before: Place
+    after: Place
+    first: object
+    second: object
+    released: float
+    step: int
+
+
+class Sample(NamedTuple):
+    """A place of the path, and C there times the direction of the control."""
+
+    place: Place
+    height: float
+
+
+class Reading:
+    """A path under a control, from before first touch on.
+
+    scale: of depths; finer: a factor on the number of steps.
+    """
+
+    def __init__(self, path, control, scale, finer=1.0):
+        self.path, self.control, self.scale, self.finer = path, control, scale, finer
+        self.value, self.place = -math.inf, Place(-math.inf)
+        self.jumps, self.step = [], 0
+
+    def go(self, value, guess=None):
+        """To the next value: the place there. guess: of the depth, not needed here."""
+        free = self.control.value(self.path.touch, 0.0)
+        if self.place.lines and value != self.value:
+            way = 1 if value > self.value else -1
+            here = self._sample(self.place, self.place.depth, way)
+            self._follow(here, here, way * value, way)
+        if not self.place.lines:
+            self.place = Place(value if self.control.stiffness else -math.inf)
+            if value >= free:  # contact begins, and C falls where adhesion pulls
+                touching = self._sample(Place(self.path.touch), self.path.touch, +1)
+                self._follow(touching, Sample(Place(self.path.touch), free), value, +1)
+        self.value = value
+        self.step += 1
+        return self.place
+
+    def beyond(self, value, window):
+        """The values of jumps if the control went on from here to this value and by this much."""
+        if not self.place.lines:
+            return []
+        peek = Reading(self.path, self.control, self.scale, self.finer)
+        peek.place, peek.value = self.place, value
+        try:
+            peek.go(value + window)
+        except Outside:
+            return []
+        return [jump.value for jump in peek.jumps]
+
+    def state(self, place):
+        """Force and energy of a place."""
+        return self.path.totals(place) if place.lines else NOTHING
+
+    def reached(self, place):
+        """C at a place."""
+        return self.control.value(place.depth, self.state(place).force)
+
+    def _follow(self, here, top, goal, way):
+        """Along the path to where C first has the value, with the jumps on the way.
+
+        here: a sample of the path; top: the highest one so far, here itself if C rises from it.
+        """
+        before = here
+        if here is not top and here.height >= top.height:
+            self._record(way * top.height, top.place, here.place)
+            top = here
+        self.place = here.place
+        while here.height < goal:
+            for there in self._ahead(here, top, goal, way):
+                if here is top and there.height < here.height:
+                    top = self._top(before, here, there, way)
+                elif here is top and self._at_once(here.place, there.place):  # a stiff machine
+                    self._record(way * here.height, here.place, there.place)
+                if not there.place.lines:
+                    return self._lost(top, here, there, way)
+                if here is not top and there.height >= top.height:
+                    here = self._back(top, here, there, way)
+                    before = top = here
+                if there.height >= goal:
+                    self.place = self._root(here.place, there.place, goal, way)
+                    return None
+                if there.height >= top.height:
+                    before, top = here, there
+                here = there
+        return None
+
+    def _record(self, value, before, after):
+        """A jump, unless it is none."""
+        first, second = self.state(before), self.state(after)
+        released = first.energy - second.energy
+        released += self.control.potential(before.depth, value)
+        released -= self.control.potential(after.depth, value)
+        self.jumps.append(Jump(value, before, after, first, second, released, self.step))
+
+    def _sample(self, start, depth, way):
+        """A place on the way from another; where contact is lost, nothing holds the indenter."""
+        place = self.path.moved(start, depth)
+        return Sample(place, way * self.reached(place) if place.lines else -math.inf)
+
+    def _back(self, top, here, there, way):
+        """Where C comes back to its top: the indenter has jumped to there."""
+        place = self._root(here.place, there.place, top.height, way)
+        self._record(way * top.height, top.place, place)
+        return Sample(place, top.height)
+
+    def _lost(self, top, here, there, way):
+        """The contact closes before C comes back to its top."""
+        value, held, depth = way * top.height, here.place, there.place.depth
+        while abs(held.depth - depth) > CLOSE * self.scale:
+            middle = self.path.moved(here.place, (held.depth + depth) / 2)
+            held, depth = (middle, depth) if middle.lines else (held, middle.depth)
+        self.place = Place(value if self.control.stiffness else held.depth)
+        self._record(value, top.place, self.place)
+
+    def _rate(self, place):
+        """The most by which C rises with the depth."""
+        return self.control.value(1.0, self.path.stiffness(place))
+
+    def _ahead(self, here, top, goal, way):
+        """The next samples on the way, up to one step."""
+        step = ((goal if here is top else top.height) - here.height) / self._rate(here.place)
+        step = min(max(step, SMALLEST * self.scale), LARGEST * self.scale) / self.finer
+        depth = self.path.farthest(here.place, here.place.depth + way * step)
+        there = self._sample(here.place, depth, way)
+        if not self.path.jumps:
+            return [there]
+        return [*self._between(here, there, way), there]
+
+    def _between(self, here, there, way):
+        """Samples between two, so many that lines move smoothly but for what happens at once.
+
+        Where a line leaves a corner, comes to one or jumps over one, samples crowd on both sides.
+        """
+        a, b = here.place, there.place
+        alike, apart = self.path.passed(a) == self.path.passed(b), _apart(a.lines, b.lines)
+        least = KINK if apart <= JUMPED * self.path.feature else CLOSE
+        smooth = alike and apart <= SMOOTH * self.path.feature
+        if smooth or abs(b.depth - a.depth) <= least * self.scale:
+            return []
+        middle = self._sample(a, (a.depth + b.depth) / 2, way)
+        if alike and len(a.lines) == len(b.lines):
+            mean = tuple(np.add(a.lines, b.lines) / 2)
+            if _apart(middle.place.lines, mean) <= SMOOTH * self.path.feature:
+                return [middle]
+        return [*self._between(here, middle, way), middle, *self._between(middle, there, way)]
+
+    def _root(self, start, end, height, way):
+        """The place between two where C has a value, times way."""
+
+        known = [start]
+
+        def to(depth):
+            nearest = max(
+                (p for p in known if way * (depth - p.depth) >= 0), key=lambda p: way * p.depth
+            )
+            known.append(self.path.moved(nearest, depth))
+            return known[-1]
+
+        if way * self.reached(start) >= height:
+            return start
+        xtol = 1e-14 * self.scale + 1e-16 * abs(end.depth)
+        return to(
+            brentq(
+                lambda d: way * self.reached(to(d)) - height,
+                start.depth,
+                end.depth,
+                xtol=xtol,
+                rtol=1e-15,
+            )
+        )
+
+    def _at_once(self, a, b):
+        """Whether lines jump between two places."""
+        if not self.path.jumps or abs(b.depth - a.depth) > CLOSE * self.scale:
+            return False
+        return _apart(a.lines, b.lines) > JUMPED * self.path.feature
+
+    def _top(self, before, here, there, way):
+        """The top of C between two samples, of which the one in between is higher."""
+        start, ends = before.place, sorted((before.place.depth, there.place.depth))
+        if abs(there.place.depth - here.place.depth) <= 2 * CLOSE * self.scale:  # at once
+            return Sample(*here)
+        tried, least = [here], here.height - self._rate(start) * (ends[1] - ends[0])
+
+        def below(depth):
+            tried.append(self._sample(start, depth, way))
+            return -max(tried[-1].height, least)
+
+        given = {"bounds": ends, "method": "bounded", "options": {"xatol": TOP * self.scale}}
+        minimize_scalar(below, **given)
+        return Sample(*max(tried, key=_height))
+
+
+def _height(sample):
+    return sample.height
+
+
+def _apart(lines, others):
+    """How far lines are from others, inf if they are not as many."""
+    if len(lines) != len(others):
+        return math.inf
+    return float(np.abs(np.subtract(lines, others)).max(initial=0.0))

@@ -1,0 +1,277 @@
+"""Compare `load_path` under a dead load or a machine with the reference, case by case.
+
+fitted: to rounding, but for the search of tops of the reference. lattice: to second order in the
+spacing, where neither is close to a jump.
+"""
+
+import math
+import time
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization import AccuracyWarning, NotCertifiedError, load_path
+
+from ..ground import Outside
+from .controls import Control
+from .depth_paths import depth_path_of
+from .path_scenes import path_case, programme
+from .unique import reading_of
+
+EXACT, TOPS = 1e-7, 1e-4  # of the scales: states, and depths of the tops of C
+AWAY = 1e-6  # of the range of the control: values so near to a jump are not asked for
+LOST = 1e-5  # of the energies: jumps that lose less are not asked for
+NODES = (30, 90)  # per least length: only if neither agrees is a path on nodes looked at closer
+CLOSER = 8  # times as many nodes must then agree as well as NODES[1] should have: it converges
+SURER = 4.0  # times as many steps of the reference, where it differs
+FEWEST, FINEST = 10, 400  # nodes per least length that say something, and the most per l
+SECOND = 4.0  # times (spacing/length)², of the scales
+METHODS = ("fitted", "lattice")
+FIRST = 0.3  # times spacing/length: jumps on nodes, and lines at corners and edges between them
+
+
+class Truth(NamedTuple):
+    """The programme (n,), the depth and state at each value, the jumps, and first touch.
+
+    turns: (step, value) of jumps just beyond the values at which the programme turns.
+    """
+
+    values: np.ndarray
+    places: list
+    states: list
+    jumps: list
+    turns: list
+    touch: float
+
+
+class PathVerdict(NamedTuple):
+    """right, wrong, refused or skipped; why; the seconds of the path and of the reference."""
+
+    word: str
+    why: str
+    history: object
+    truth: object
+    seconds: float
+    reference_seconds: float
+
+
+def path_verdicts(kind, seed, methods=METHODS):
+    """{method: verdict} on a random path, judged by one reference."""
+    case, found = path_case(kind, seed), {}
+    if not case.scene.gamma1 or resolved(case, NODES[0]) < FEWEST:
+        methods = [method for method in methods if method != "lattice"]
+    start = time.process_time()
+    try:
+        reading = _reading(case)
+        values = programme(case, reading)
+        answers = {method: answer(case, values, nodes_of(case, method)) for method in methods}
+        guesses = next((a[0].depth for a in answers.values() if a[0] is not None), None)
+        truth = reference(case, values, guesses)
+    except Outside as problem:
+        return {m: PathVerdict("skipped", str(problem), None, None, 0.0, 0.0) for m in methods}
+    other, surer = time.process_time() - start - sum(a[-1] for a in answers.values()), False
+    for method, (history, word, why, seconds) in answers.items():
+        nodes = nodes_of(case, method)
+        faults = differences(case, history, truth, nodes) if word == "right" else []
+        if faults and not surer:
+            truth, surer = reference(case, values, guesses, SURER), True
+            faults = differences(case, history, truth, nodes)
+        asked = resolved(case, NODES[1])
+        for finer in (1, CLOSER):
+            if faults and nodes:
+                history, word, why, seconds = answer(case, values, finer * asked)
+                faults = differences(case, history, truth, asked) if word == "right" else []
+        word, why = ("wrong", "; ".join(faults)) if faults else (word, why)
+        found[method] = PathVerdict(word, why, history, truth, seconds, other)
+    return found
+
+
+def nodes_of(case, method):
+    """Of a first answer: None on the fitted mesh."""
+    return resolved(case, NODES[0]) if method == "lattice" else None
+
+
+def _reading(case, finer=1.0):
+    path = depth_path_of(case.scene, case.feature)
+    return reading_of(path, Control(case.stiffness), case.scale, finer)
+
+
+def reference(case, values, guesses=None, finer=1.0):
+    """What the reference makes of a programme. Outside if it leaves the profile."""
+    reading, places, turns = _reading(case, finer), [], []
+    guesses = values * math.nan if guesses is None else guesses
+    window = FIRST / NODES[0] * float(np.ptp(values))
+    for i, (value, guess) in enumerate(zip(values, guesses.tolist(), strict=True)):
+        places.append(reading.go(float(value), guess))
+        last = i == len(values) - 1
+        if i and not last and (values[i + 1] - value) * (value - values[i - 1]) < 0:
+            on = math.copysign(window, value - values[i - 1])
+            turns += [(i, at) for at in reading.beyond(value, on)]
+    states = [reading.state(place) for place in places]
+    return Truth(values, places, states, reading.jumps, turns, reading.path.touch)
+
+
+def least_length(case):
+    """The shortest of l, what the profile varies on, and the width of a contact at a sharp tip.
+
+    A line at a tip of radius R recedes from a to 0 while the depth changes by a l/R: by the depth
+    scale for a = R/l of that.
+    """
+    indenter = case.scene.indenter
+    x = np.union1d(np.linspace(*indenter.extent, 4001), indenter.corners)
+    middle, near = (x[1:] + x[:-1]) / 2, np.diff(x) / 4
+    rise = np.asarray(indenter.slope(middle + near)) - np.asarray(indenter.slope(middle - near))
+    sharp = float((rise[near > 0] / (2 * near[near > 0])).max())
+    wide = case.scale / (case.length * sharp) if sharp > 0 else math.inf
+    return min(case.length, case.feature, wide)
+
+
+def resolved(case, nodes):
+    """How many of so many nodes per least length there may be."""
+    return min(nodes, FINEST * least_length(case) / case.length)
+
+
+def answer(case, values, nodes):
+    """The history of `load_path`, one word, its explanation, and the seconds.
+
+    nodes: per least length, None on the fitted mesh.
+    """
+    given = {"drives": values, "machine_stiffness": case.stiffness}
+    if not case.stiffness:
+        given = {"forces": values}
+    method = "lattice" if nodes else "fitted"
+    spacing = least_length(case) / nodes if nodes else None
+    start = time.process_time()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            history, word, why = None, "right", ""
+            history = load_path(case.scene, method=method, spacing=spacing, **given)
+        except (ValueError, NotCertifiedError, AccuracyWarning) as problem:
+            word, why = "refused", f"{type(problem).__name__}: {problem}"
+        except Exception as problem:  # whatever else is not an answer
+            word, why = "wrong", f"{type(problem).__name__}: {problem}"
+    return history, word, why, time.process_time() - start
+
+
+def differences(case, history, truth, nodes):
+    """What is wrong with a path, in words."""
+    span, scene = float(np.ptp(truth.values)), case.scene
+    window, tolerance = AWAY * span, EXACT
+    if nodes:
+        window, tolerance = FIRST / nodes * span, SECOND / nodes**2
+        if len(scene.indenter.corners) or scene.pattern is not None:
+            tolerance += FIRST / nodes
+    end = _unsure(truth, window)
+    if nodes:
+        end = min(end, _blunt(case, truth, least_length(case) / nodes))
+    at = [jump.value for jump in truth.jumps]
+    faults = []
+    for i in range(end):
+        if min((abs(truth.values[i] - value) for value in at), default=math.inf) > window:
+            found = _step(case, history, truth, i, tolerance, nodes)
+            faults += [f"step {i}: {fault}" for fault in found]
+    return faults[:3] + _jumps(case, history, truth, end, nodes)
+
+
+def _unsure(truth, window):
+    """The first step after a turn of the programme so close to a jump that it may have happened."""
+    values, end = truth.values, len(truth.values)
+    for i, beyond in truth.turns:
+        if abs(beyond - values[i]) <= window:
+            end = min(end, i)
+    way = np.sign(np.diff(values))
+    for i in np.flatnonzero(way[1:] != way[:-1]) + 1:
+        if any(j.step == i and abs(values[i] - j.value) <= window for j in truth.jumps):
+            end = min(end, int(i))
+    return end
+
+
+def _blunt(case, truth, spacing):
+    """The first step at which a corner between two nodes may hold a contact of no width.
+
+    On nodes that corner is a flat facet, however close they are, and holds longer, most with
+    two works of adhesion. A dead load does its work up to where the last contact is lost.
+    """
+    corners = np.asarray(case.scene.indenter.corners, float)
+    off = corners[np.abs(corners / spacing - np.round(corners / spacing)) > 1e-9]
+    lost = [jump for jump in truth.jumps if jump.before.lines and not jump.after.lines]
+    if case.stiffness or case.scene.opening is None:
+        lost = [j for j in lost if j.first.half_width < spacing]
+        lost = [j for j in lost if (np.abs(off - j.before.lines[0]) < spacing).any()]
+    return min((jump.step for jump in lost if off.size), default=len(truth.values))
+
+
+def _step(case, history, truth, i, tolerance, nodes):
+    """What is wrong with one step."""
+    place, state, scene = truth.places[i], truth.states[i], case.scene
+    held = not math.isnan(history.contacts[i, 0])
+    if not place.lines:
+        if held or history.depth[i] != place.depth:
+            yield f"in contact at {history.depth[i]:.9g}, should have let go"
+        return
+    if not held:
+        yield f"out of contact, should be at {place.depth:.9g}"
+        return
+    deep = case.scale + abs(place.depth - truth.touch)
+    length = case.length + state.half_width
+    size = scene.stiffness * deep * length
+    lines = len(place.lines) * least_length(case) / nodes if nodes else 0.0
+    for name, own, other, scale in (
+        ("depth", history.depth[i], place.depth, deep),
+        ("force", history.force[i], state.force, size),
+        ("half_width", history.half_width[i], state.half_width, length + lines / tolerance),
+        ("energy", history.energy[i], state.energy, size * deep),
+    ):
+        if not abs(own - other) <= tolerance * scale:
+            yield f"{name} {own:.9g} instead of {other:.9g}, off by {abs(own - other) / scale:.2g}"
+
+
+def _jumps(case, history, truth, end, nodes):
+    """What is wrong with the jumps before a step."""
+    largest = max(max(state.energy_scale for state in truth.states), _lost(truth.jumps))
+    least = largest / nodes if nodes else LOST * largest
+    events = [e for e in history.events if e.step < end and not abs(e.energy_released) <= least]
+    jumps = [j for j in truth.jumps if j.step < end and j.released > least]
+    if any(event.energy_released < 0 for event in events):
+        return [f"an event releases {min(e.energy_released for e in events) / largest:.2g}"]
+    if nodes:
+        window = FIRST / nodes * float(np.ptp(truth.values))
+        return _sums(events, jumps, 3 * FIRST / nodes * largest) or _missed(events, jumps, window)
+    if len(events) != len(jumps):
+        return [f"{len(events)} jumps instead of {len(jumps)}"]
+    faults = []
+    for event, jump in zip(events, jumps, strict=True):
+        deep = case.scale + abs(jump.before.depth - truth.touch) + abs(jump.after.depth)
+        for name, own, other, bound in (
+            ("before", event.before.depth, jump.before.depth, TOPS * deep),
+            ("after", event.after.depth, jump.after.depth, TOPS * deep),
+            ("released", event.energy_released, jump.released, LOST * largest),
+        ):
+            if not abs(own - other) <= bound:
+                faults.append(f"jump at {jump.value:.6g}: {name} {own:.9g} instead of {other:.9g}")
+    return faults[:3]
+
+
+def _lost(jumps):
+    return max((abs(jump.released) for jump in jumps), default=0.0)
+
+
+def _sums(events, jumps, bound):
+    """On nodes: the energy lost in all jumps, as one that is just lost may be two."""
+    own, other = sum(e.energy_released for e in events), sum(j.released for j in jumps)
+    if abs(own - other) <= bound * (1 + len(jumps)):
+        return []
+    return [f"jumps release {own:.6g} instead of {other:.6g}"]
+
+
+def _missed(events, jumps, window):
+    """On nodes: jumps that lose much, at a value where there is none."""
+    largest = max((jump.released for jump in jumps), default=0.0)
+    faults = []
+    for jump in jumps:
+        off = min((abs(event.control - jump.value) for event in events), default=math.inf)
+        if jump.released > largest / 3 and off > window:
+            faults.append(f"no jump within {window:.3g} of {jump.value:.6g}: off by {off:.3g}")
+    return faults
