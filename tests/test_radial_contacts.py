@@ -11,11 +11,10 @@ from random_scenes import Dice, depth_of, scene_and_depth, within
 from scenes import DELTA0, SCENE, L, adhesive
 
 from discretization import load_path, minimise
-from discretization.lattice.judge import judge
+from discretization.lattice.judge import judge, totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.radial_spans import ring_spans, rings
 from discretization.lattice.rules import Rules
-from discretization.lattice.totals import totals
 from energy import (
     ElasticLayer,
     FlatPunch,

@@ -12,9 +12,9 @@ from test_radial_contacts import Row as Nodes
 from test_radial_contacts import bumps, dimple, on_nodes, relaxed, stiffness, turned
 
 from discretization import minimise
+from discretization.lattice.judge import totals
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.totals import totals
 from energy import FlatPunch, Parabola, Profile, Sampled, Wedge
 
 W = SCENE.work_of_adhesion

@@ -6,40 +6,21 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.lattice import fronts, line
+from discretization.lattice import line
 from discretization.lattice.between import interpolated
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.ground import Ground
-from discretization.lattice.judge import judge, judge_apart
+from discretization.lattice.ground import unknown
+from discretization.lattice.judge import Totals, judge, judge_apart, totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
 from discretization.lattice.shares import LatticeTail
-from discretization.lattice.totals import totals
 from energy import Scene
-
-
-class Sums(Protocol):
-    """Energy and force of a state, and the sums of their terms' absolute values."""
-
-    @property
-    def energy(self) -> float: ...
-
-    @property
-    def force(self) -> float: ...
-
-    @property
-    def energy_scale(self) -> float: ...
-
-    @property
-    def force_scale(self) -> float: ...
-
 
 Pair = tuple[line.Line, line.Line]  # left and right line of a contact
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
@@ -56,9 +37,9 @@ class Question:
     method: str = "lattice"
 
 
-def without_contact(asked: Question, ground: Ground) -> Equilibrium:
+def without_contact(asked: Question, row: Row) -> Equilibrium:
     """The certified flat surface. NotCertifiedError if the indenter would be in it."""
-    certificate, lattice = judge_apart(ground, asked.depth), ground.lattice
+    certificate, lattice = judge_apart(row, asked.depth), row.lattice
     _demand(asked, certificate)
     return detached(
         asked.scene, asked.depth, asked.branch, lattice.tail, certificate, lattice.spacing
@@ -67,7 +48,7 @@ def without_contact(asked: Question, ground: Ground) -> Equilibrium:
 
 def of_contacts(
     asked: Question,
-    ground: Ground,
+    row: Row,
     nodes: Sequence[tuple[int, int]] | NDArray[np.int64],
 ) -> Equilibrium:
     """The certified state with contacts between these first and last nodes (m, 2).
@@ -77,15 +58,14 @@ def of_contacts(
     """
     pairs = [(int(first), int(last)) for first, last in nodes]
     if not pairs:
-        return without_contact(asked, ground)
-    refuse_unknown(ground, asked.depth, pairs[0][0], pairs[-1][1])
-    contacts = ContactSet(ground, pairs, asked.depth)
+        return without_contact(asked, row)
+    refuse_unknown(row, asked.depth, pairs[0][0], pairs[-1][1])
+    contacts = ContactSet(row, pairs, asked.depth)
     return _judged(asked, contacts, _lines(contacts))
 
 
 def of_row(
     asked: Question,
-    ground: Ground,
     row: Row,
     nodes: Sequence[tuple[int, int]],
     known: Sequence[float] | None = None,
@@ -94,22 +74,22 @@ def of_row(
 
     known: where the lines are, which has to be known where they resist both ways.
     """
-    contacts, corners = row.contacts(ground, nodes, asked.depth), ground.indenter.corners
-    refuse_unknown(ground, asked.depth, contacts.first, contacts.last)
+    pairs = [(row.first + first, row.first + last) for first, last in nodes]
+    contacts, corners = ContactSet(row, pairs, asked.depth), row.indenter.corners
+    refuse_unknown(row, asked.depth, pairs[0][0], pairs[-1][1])
     depth, held = np.array([asked.depth]), None if known is None else np.array([known])
-    x, force, energy = interpolated(row, ground.indenter, np.reshape(nodes, (1, -1)), depth, held)
+    x, force, energy = interpolated(row, row.indenter, np.reshape(nodes, (1, -1)), depth, held)
     lines = [line.Line(at, 0.0, 0.0, at in corners) for at in x[0].tolist()]
-    pairs = list(zip(lines[::2], lines[1::2], strict=True))
-    state = _judged(asked, contacts, pairs)
+    state = _judged(asked, contacts, list(zip(lines[::2], lines[1::2], strict=True)))
     return replace(state, force=float(force[0]), energy=float(energy[0]))
 
 
 def certified(
     asked: Question,
-    ground: Ground,
+    row: Row,
     nodes: Sequence[tuple[int, int]],
     lines: list[Pair],
-    sums: Sums,
+    sums: Totals,
     certificate: Certificate,
     tail: LatticeTail,
     *,
@@ -117,7 +97,7 @@ def certified(
 ) -> Equilibrium:
     """The state with contacts between these nodes, whose lines are there. NotCertifiedError."""
     _demand(asked, certificate)
-    lattice, ends = ground.lattice, [end for pair in lines for end in pair]
+    lattice, ends = row.lattice, [end for pair in lines for end in pair]
     return Equilibrium(
         scene=asked.scene,
         depth=asked.depth,
@@ -139,11 +119,10 @@ def certified(
 
 def _judged(asked: Question, contacts: ContactSet, lines: list[Pair]) -> Equilibrium:
     """Of contacts with small slopes."""
-    ground, sums = contacts.ground, totals(contacts)
-    alone = len(contacts.nodes) == 1 and ground.bonds is None
+    sums, alone = totals(contacts), len(contacts.nodes) == 1
     neutral = alone and is_neutral(contacts.lattice, contacts.nodes[0], contacts.outer[0])
     known = contacts.nodes, lines, sums, judge(contacts, sums), contacts.lattice.tail
-    return certified(asked, ground, *known, neutral=neutral)
+    return certified(asked, contacts.row, *known, neutral=neutral)
 
 
 def is_neutral(lattice: Lattice, nodes: tuple[int, int], end: line.End) -> bool:
@@ -160,12 +139,12 @@ def _interval(left: line.Line, right: line.Line) -> list[float]:
     return [left.x, right.x] if left.x <= right.x else 2 * [(left.x + right.x) / 2]
 
 
-def refuse_unknown(ground: Ground, depth: float, first: int, last: int) -> None:
+def refuse_unknown(row: Row, depth: float, first: int, last: int) -> None:
     """ValueError for a contact at an end of the profile that is not the end of the body."""
-    body, where = ground.indenter, ground.where
+    body, where = row.indenter, row.where
     for node, limit, end in zip((first, last), where[:2], body.extent, strict=True):
         if node == limit and end not in body.walls:
-            raise ValueError(fronts.unknown(ground.lattice, depth, node))
+            raise ValueError(unknown(row.lattice, depth, node))
 
 
 def _demand(asked: Question, certificate: Certificate) -> None:
@@ -178,16 +157,16 @@ def _demand(asked: Question, certificate: Certificate) -> None:
 
 def _lines(contacts: ContactSet) -> list[Pair]:
     """Left and right line of each contact, those that face each other together."""
-    ground, depth, rows = contacts.ground, contacts.depth, contacts.nodes
-    reach, where = ground.lattice.critical_gap, ground.where
+    row, depth, rows = contacts.row, contacts.depth, contacts.nodes
+    reach, where = row.lattice.critical_gap, row.where
     if len(rows) == 1:
-        return [line.outer(ground, reach, contacts.outer)]
+        return [line.outer(row, reach, contacts.outer)]
     (a, b), (c, d) = rows[0], rows[-1]
-    found = [line.raw(ground, a), line.raw(ground, d)]
+    found = [line.raw(row, a), line.raw(row, d)]
     if a < b:
-        found[0] = line.recover(ground, depth, (where.first, b), a, -1, reach)
+        found[0] = line.recover(row, depth, (where.first, b), a, -1, reach)
     if c < d:
-        found[1] = line.recover(ground, depth, (c, where.last), d, 1, reach)
+        found[1] = line.recover(row, depth, (c, where.last), d, 1, reach)
     for one, other in itertools.pairwise(rows):
-        found[-1:-1] = line.between(ground, depth, one, other)
+        found[-1:-1] = line.between(row, depth, one, other)
     return list(zip(found[::2], found[1::2], strict=True))

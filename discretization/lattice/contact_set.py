@@ -1,97 +1,132 @@
-"""Contacts on nodes at a depth, and the surface between and beside them."""
+"""Contacts on nodes with small slopes: their free surfaces, and how their lines may move."""
 
 from __future__ import annotations
 
 import functools
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import fronts, line
-from discretization.lattice.ground import Ground
+from discretization.lattice import line
+from discretization.lattice.judge import Move
+from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.obstacle import surface
+from discretization.lattice.row import Row
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class ContactSet:
-    """Contacts between their first and last nodes, from left to right, at a depth.
+    """Contacts between these first and last nodes of the lattice, from left to right, at a depth.
 
     In contact u = g = d - f; the free surfaces are exact.
     """
 
-    ground: Ground
+    row: Row
     nodes: Sequence[tuple[int, int]]
     depth: float
 
     @property
     def lattice(self) -> Lattice:
         """The lattice."""
-        return self.ground.lattice
-
-    @property
-    def first(self) -> int:
-        """First node in contact."""
-        return self.nodes[0][0]
-
-    @property
-    def last(self) -> int:
-        """Last node in contact."""
-        return self.nodes[-1][1]
+        return self.row.lattice
 
     @functools.cached_property
-    def middle(self) -> int | None:
-        """The lowest node, if a single contact and all around is mirrored about it; else None."""
-        ground = self.ground
-        if len(self.nodes) > 1 or ground.bonds is not None:
-            return None
-        axis = fronts.mirror_axis(ground.lattice, ground.indenter, self.first, self.last)
-        return None if axis is None else (self.first + self.last) // 2
+    def contact(self) -> Mask:
+        """Which nodes are in contact (n,)."""
+        found = np.zeros(self.row.f.size, bool)
+        for first, last in self.nodes:
+            found[first - self.row.first : last - self.row.first + 1] = True
+        return found
 
     @functools.cached_property
-    def ends(self) -> tuple[Nodes, Array]:
-        """First and last nodes (m, 2), and u there."""
-        nodes = np.array(self.nodes, np.int64)
-        return nodes, self.depth - self.ground.at(nodes.ravel().astype(float)).reshape(-1, 2)
+    def model(self) -> NodalEnergy:
+        """The energy of all nodes."""
+        return NodalEnergy(self.lattice, self.contact, self.row.first, self.row.adhesion())
+
+    @functools.cached_property
+    def g(self) -> Array:
+        """d - f (n,)."""
+        return self.depth - self.row.f
+
+    @functools.cached_property
+    def u(self) -> Array:
+        """Displacements (n,)."""
+        held, every = np.flatnonzero(self.contact), np.arange(self.g.size)
+        return np.where(self.contact, self.g, self._surface(held, every))
+
+    def _surface(self, held: NDArray[np.int64], at: NDArray[np.int64]) -> Array:
+        """At some nodes, that of contact nodes."""
+        first = self.row.first
+        return surface(self.lattice, held + first, self.g[held], at + first)
 
     @functools.cached_property
     def outer(self) -> list[line.End]:
-        """The outermost ends that differ, the right one first.
-
-        That one alone of a mirrored contact, and of contacts that include the axis.
-        """
-        ground, room = self.ground, self.ground.where[:2]
-        right = line.end_of(ground, self.depth, room, self.last, 1)
-        if self.middle is not None or self.lattice.x(self.first) == self.lattice.axis:
+        """The outermost ends, the right one first; that one alone if the contact has an axis."""
+        row, first, last = self.row, self.nodes[0][0], self.nodes[-1][1]
+        right = line.end_of(row, self.depth, row.where[:2], last, 1)
+        if self.lattice.x(first) == self.lattice.axis:
             return [right]
-        return [right, line.end_of(ground, self.depth, room, self.first, -1)]
+        return [right, line.end_of(row, self.depth, row.where[:2], first, -1)]
 
-    @functools.cached_property
-    def scale(self) -> float:
-        """δ: the largest of |d|, |u| at the lines and δ₀."""
-        lift = math.sqrt(2 * max(self.ground.works) / self.lattice.k)
-        return max(abs(self.depth), float(np.abs(self.ends[1]).max()), lift)
+    def opening(self, force: Array) -> Array:
+        """What is said in judge.py: a node with links of adhesion W is held up to √(2 S W).
 
-    def surface(self, first: int, g: Array) -> tuple[Array, Mask | None]:
-        """u at nodes of these g, of which `first` is in front, and which are free; None: none is.
-
-        Of nodes between the outermost lines.
+        S: its stiffness, its neighbours as they are. Nodes with one link, the outermost of their
+        contacts, are not opened here: these are moves of a line.
         """
-        if len(self.nodes) == 1:
-            return g, None
-        nodes, u_ends = self.ends
-        at = np.arange(first, first + g.size)
-        own = np.searchsorted(nodes[:, 0], at, side="right") - 1
-        free = at > nodes[own, 1]
-        if not free.any():
-            return g, None
-        left, at = own[free], at[free]
-        lines, u = (nodes[left, 1], nodes[left + 1, 0]), g.copy()
-        u[free] = self.lattice.free(*lines, u_ends[left, 1], u_ends[left + 1, 0], at)
-        return u, free
+        lat, nodes, bound = self.lattice, self.model.nodes, self.model.bound
+        link = lat.link * lat.on_links(np.ones(bound.size), nodes)
+        adhesion = self.row.adhesion(opening=True)
+        work, stiffness = (_of_both(part) for part in (bound * adhesion, link))
+        stiffness += lat.spring * lat.on_nodes(np.ones(nodes.size), nodes)
+        own = self.contact & (_of_both(bound * 1.0) != 1.0)
+        pull = -force[own] - np.sqrt(2 * stiffness[own] * work[own])
+        return np.asarray(lat.per_weight(pull, nodes[own]))
+
+    def moves(self, noise: float) -> Iterator[Move]:
+        """Of all lines, one link outwards and, of contacts of more than one node, one inwards."""
+        ends = [None, *(node - self.row.first for pair in self.nodes for node in pair), None]
+        for i in range(1, len(ends) - 1):
+            side = 1 if i % 2 == 0 else -1
+            node, other, own = ends[i], ends[i + side], ends[i - side]
+            assert node is not None
+            if 0 <= node + side < self.g.size:
+                after = other if other is not None and abs(other - node) == 2 else node + side
+                if self._stays_clear(node + side, side, other, noise):
+                    yield self._move(node, after, side, other, opening=False)
+            if node != own:
+                yield self._move(node - side, node, side, other, opening=True)
+
+    def _move(self, start: int, after: int, side: int, other: int | None, *, opening: bool) -> Move:
+        """A line at `start` that passes the next link, or has come from there."""
+        lat, g, at = self.lattice, self.g, start + self.row.first
+        if other is None:
+            place = lat.at(at, side)
+            gap = place.gap(-g[start], -g[start + side], 0.0)
+            stored = place.stored(gap)
+        else:
+            far, rest, stiffness = lat.beside(at, side, other + self.row.first)
+            gap = g[start] - g[start + side] + far * (g[other] - g[start]) - rest * g[start]
+            stored = stiffness / 2 * gap * gap
+        bonds = self.row.adhesion(opening=opening)[min(start, after) : max(start, after)]
+        return Move(opening, float(gap), float(stored), float(bonds.sum()))
+
+    def _stays_clear(self, node: int, side: int, other: int | None, noise: float) -> bool:
+        """Whether the surface beyond a line that has come to this node is above the indenter."""
+        if self.row.clear or (other is not None and abs(other - node) < 2):
+            return True
+        held = np.array([node] if other is None else sorted((node, other)))
+        end = (self.g.size if side > 0 else -1) if other is None else other
+        at = np.sort(np.arange(node + side, end, side))
+        return bool((self.g[at] - self._surface(held, at) <= noise).all())
+
+
+def _of_both(links: Array) -> Array:
+    """Of each node (n,), the sum of both links' (n - 1,)."""
+    return np.append(links, 0.0) + np.append(0.0, links)

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice import span
-from discretization.lattice.ground import Ground
 from discretization.lattice.nodes import Lattice
+from discretization.lattice.row import Row
 from discretization.lattice.shares import first_free
 
 Array = NDArray[np.float64]
@@ -72,16 +72,16 @@ class Facing(NamedTuple):
     x: float
 
 
-def raw(ground: Ground, node: int) -> Line:
+def raw(row: Row, node: int) -> Line:
     """A line left on its node."""
-    return Line(ground.lattice.x(node), 0.0, 0.0, 0.0 in _corners(ground, node, 1))
+    return Line(row.lattice.x(node), 0.0, 0.0, 0.0 in _corners(row, node, 1))
 
 
-def outer(ground: Ground, reach: float, ends: list[End]) -> tuple[Line, Line]:
+def outer(row: Row, reach: float, ends: list[End]) -> tuple[Line, Line]:
     """Left and right line of a single contact with these outermost ends."""
-    lattice, indenter, right = ground.lattice, ground.indenter, _line(ground, ends[0], reach)
+    lattice, indenter, right = row.lattice, row.indenter, _line(row, ends[0], reach)
     if len(ends) > 1:
-        return _line(ground, ends[1], reach), right
+        return _line(row, ends[1], reach), right
     if not math.isnan(lattice.axis):
         return Line(lattice.axis, 0.0, 0.0, False), right
     x = max(2 * (indenter.apex or 0.0) - right.x, indenter.extent[0])
@@ -89,31 +89,31 @@ def outer(ground: Ground, reach: float, ends: list[End]) -> tuple[Line, Line]:
 
 
 def between(
-    ground: Ground, depth: float, one: tuple[int, int], other: tuple[int, int]
+    row: Row, depth: float, one: tuple[int, int], other: tuple[int, int]
 ) -> tuple[Line, Line]:
     """Both lines of a gap: the right one of contact nodes a..b, the left one of c..d.
 
     A lone contact node keeps its lines.
     """
-    (a, b), (c, d), lattice, reach = one, other, ground.lattice, ground.lattice.critical_gap
-    left, right = raw(ground, b), raw(ground, c)
+    (a, b), (c, d), lattice, reach = one, other, row.lattice, row.lattice.critical_gap
+    left, right = raw(row, b), raw(row, c)
     for _ in range(_TURNS):
         before = left.x, right.x
         if b > a:
-            left = recover(ground, depth, (a, c - 1), b, 1, reach, Facing(c, right.x))
+            left = recover(row, depth, (a, c - 1), b, 1, reach, Facing(c, right.x))
         if d > c:
-            right = recover(ground, depth, (b + 1, d), c, -1, reach, Facing(b, left.x))
+            right = recover(row, depth, (b + 1, d), c, -1, reach, Facing(b, left.x))
         moved = max(abs(left.x - before[0]), abs(right.x - before[1]))
         far = c - b > span.FAR / lattice.log_decay
         if far or moved <= _SETTLED * lattice.spacing + _ROUNDING * abs(left.x):
             break
     if left.x >= right.x:
-        return raw(ground, b), raw(ground, c)
+        return raw(row, b), raw(row, c)
     return left, right
 
 
 def recover(
-    ground: Ground,
+    row: Row,
     depth: float,
     room: Room,
     node: int,
@@ -122,51 +122,51 @@ def recover(
     facing: Facing | None = None,
 ) -> Line:
     """Contact line beyond `node` on `side` (+1 right, -1 left); a link holds while gap <= reach."""
-    return _line(ground, end_of(ground, depth, room, node, side, facing), reach)
+    return _line(row, end_of(row, depth, room, node, side, facing), reach)
 
 
 def end_of(
-    ground: Ground, depth: float, room: Room, node: int, side: int, facing: Facing | None = None
+    row: Row, depth: float, room: Room, node: int, side: int, facing: Facing | None = None
 ) -> End:
     """The end of a contact at `node`."""
     before, beyond = (node - room[0], room[1] - node)[::side]
     start, stop = -min(before, _INWARDS), min(beyond, _OUTWARDS)
-    f = ground.heights(node + side * start, node + side * stop)
+    f = row.heights(node + side * start, node + side * stop)
     nodes = node + side * np.arange(float(start), stop)
     if facing is None:
-        changes = ground.lattice.at(nodes, side).advance(f[:-1], f[1:], depth)
+        changes = row.lattice.at(nodes, side).advance(f[:-1], f[1:], depth)
     else:
-        changes = _facing(ground, depth, nodes, f, facing)
+        changes = _facing(row, depth, nodes, f, facing)
     gap, energy, force = (change.tolist() for change in changes)
     return End(node, side, depth - float(f[-start]), start, gap, energy, force, np.diff(f).tolist())
 
 
 def _facing(
-    ground: Ground, depth: float, nodes: Array, f: Array, facing: Facing
+    row: Row, depth: float, nodes: Array, f: Array, facing: Facing
 ) -> tuple[Array, Array, Array]:
     """`Lattice.advance` between these nodes, heights f, towards another line.
 
     gap: with that line where it is, scaled so that it has the same reach; energy and force: with it
     half way there from its node.
     """
-    lattice, g, found = ground.lattice, depth - f, []
+    lattice, g, found = row.lattice, depth - f, []
     x, there = lattice.x(nodes), lattice.x(facing.node)
     for end in (facing.x, (facing.x + there) / 2):
         links = np.maximum(np.abs(end - x) / lattice.spacing, _CLOSEST)
         tie, own, _ = lattice.pair(0, links - 1)
         far, rest, stiffness = first_free(lattice.spring, lattice.link, tie, own)
         gap = g[:-1] - g[1:] - rest * g[:-1]
-        gap += far * (depth - float(ground.indenter.height(end)) - g[:-1])
+        gap += far * (depth - float(row.indenter.height(end)) - g[:-1])
         found.append((gap, rest, stiffness))
     (own, _, stiffness), (gap, rest, half_way) = found
     energy = half_way / 2 * gap * gap - lattice.w * lattice.cell
     return own * np.sqrt(stiffness / lattice.link_over_decay), energy, -half_way * gap * rest
 
 
-def _line(ground: Ground, end: End, reach: float) -> Line:
+def _line(row: Row, end: End, reach: float) -> Line:
     """The line at this end; a link holds while gap <= reach."""
-    lattice, indenter = ground.lattice, ground.indenter
-    corners = _corners(ground, end.node, end.side)
+    lattice, indenter = row.lattice, row.indenter
+    corners = _corners(row, end.node, end.side)
     excess = {link: gap - reach for link, gap in enumerate(end.gap, end.start)}
     zeta, links, pinned = _locate(lattice, excess, corners)
     x = lattice.x(end.node + end.side * zeta)
@@ -190,9 +190,9 @@ def _added(start: int, steps: list[float], links: list[int], zeta: float) -> flo
     return _value(_differences(own), zeta - links[0])
 
 
-def _corners(ground: Ground, node: int, side: int) -> list[float]:
+def _corners(row: Row, node: int, side: int) -> list[float]:
     """Corners within the stencil as positions ζ outwards, those on a node exactly there."""
-    lattice, indenter = ground.lattice, ground.indenter
+    lattice, indenter = row.lattice, row.indenter
     if not len(indenter.corners):
         return []
     corners = np.asarray(indenter.corners, float)

@@ -79,7 +79,7 @@ def obstacle(lattice: Lattice, g: ArrayLike) -> ObstacleSolution:
     contact, multipliers = np.zeros(g.size, bool), np.zeros(g.size)
     contact[held], multipliers[held] = True, force
     free = np.flatnonzero(~contact)
-    u[free] = np.maximum(surface(lattice, g, held, free), g[free])
+    u[free] = np.maximum(surface(lattice, held, g[held], free), g[free])
     return ObstacleSolution(u, contact, multipliers)
 
 
@@ -107,7 +107,7 @@ def pressed(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
     held = np.empty(0, np.int64)
     for nodes in reversed(_pyramid(g)):
         above = nodes[g[nodes] > 0]
-        held = above[g[above] >= _SLACK * surface(lattice, g, held, above)]
+        held = above[g[above] >= _SLACK * surface(lattice, held, g[held], above)]
         while (force := _multipliers(lattice, held, g[held])).min() < 0:
             held = held[force >= 0]
     return held, force
@@ -123,21 +123,20 @@ def _pyramid(g: Array) -> list[Nodes]:
     return levels
 
 
-def surface(lattice: Lattice, g: Array, held: Nodes, at: Nodes) -> Array:
+def surface(lattice: Lattice, held: Nodes, g: Array, at: Nodes) -> Array:
     """Displacements at some nodes, increasing, of the surface held at g on others, or at 0."""
     u = np.zeros(at.size)
     if not held.size:
         return u
     ends = np.searchsorted(at, held)
     gap, between = np.repeat(np.arange(held.size - 1), np.diff(ends)), slice(ends[0], ends[-1])
-    a, b = held[gap], held[gap + 1]
-    u[between] = lattice.free(a, b, g[a], g[b], at[between])
+    u[between] = lattice.free(held[gap], held[gap + 1], g[gap], g[gap + 1], at[between])
     if ends[0]:
         inwards, first = slice(ends[0] - 1, None, -1), held[0]
-        u[inwards] = lattice.beyond(first, -1, first - at[inwards], g[first])
+        u[inwards] = lattice.beyond(first, -1, first - at[inwards], g[0])
     if ends[-1] < at.size:
         outwards, last = slice(ends[-1], None), held[-1]
-        u[outwards] = lattice.beyond(last, 1, at[outwards] - last, g[last])
+        u[outwards] = lattice.beyond(last, 1, at[outwards] - last, g[-1])
     return u
 
 

@@ -14,19 +14,15 @@ the node beside a line (`Pair`), S = c + t + C + G that of this node, by the hei
     a node inside a contact is torn open as a line that opens two links (T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
 
-The energies compared are those of surfaces that stay above the indenter: where another node would
-be penetrated once a line has passed, it is held, too, and the line passes at a larger depth. With
-such energies v = u - g >= 0 falls with the depth and with every further contact node, and so does
-what a contact node costs: the energy is submodular in v, in what is in contact and in -d (Topkis).
-So pressed, contacts only grow, retracted, they only shrink, and neither order nor steps matter.
+Where another node would be penetrated once a line has passed a link, the line is blocked until that
+node touches. With v = u - g >= 0 the energy is submodular in v, in what is in contact and in -d
+(Topkis). So pressed, contacts only grow, retracted, they only shrink.
 """
 
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -146,27 +142,16 @@ class Rules:
         rise = f[after] - f[node] + far * (f[node] - f[other])
         return f[node] + (rise - math.sqrt(2 * work / whole)) / rest
 
-    def stored(self, left: int | None, right: int | None, depth: float) -> float:
-        """Energy of the surface between two contact nodes (None: none there), free or one link."""
-        lat, f, first = self.lattice, self._heights, self.first
-        if left is not None and right is not None:
-            return float(lat.gap_energy(first + left, first + right, f[left], f[right], depth))
-        ends = [(end, side) for end, side in ((left, 1), (right, -1)) if end is not None]
-        return sum(
-            float(lat.at(first + end, side).tail_energy(depth - f[end])) for end, side in ends
-        )
-
-    def cost(self, left: int | None, right: int | None, new: Sequence[int], depth: float) -> float:
-        """Energy that contact at new nodes of the surface between two takes, without adhesion."""
-        parts = itertools.pairwise([left, *new, right])
-        springs, f = self._stiffness[0], self._heights
-        squeezed = sum(springs[node] / 2 * (depth - f[node]) ** 2 for node in new)
-        before = self.stored(left, right, depth)
-        return sum(self.stored(*part, depth) for part in parts) + squeezed - before
-
     def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""
         return sum(self._bonds[min(one, other) : max(one, other)])
+
+    def advances(self, node: int, side: int, other: int | None) -> float:
+        """The same if no other node is penetrated then, else inf: the line is blocked."""
+        depth, after = self.passes(node, side, other), node + side
+        closes = other is not None and abs(other - after) < 2
+        clear = closes or self.clears(*ordered(side, after, other), depth)
+        return depth if clear else math.inf
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes_both(self, left: int, right: int) -> float:

@@ -30,11 +30,10 @@ from discretization.equilibrium import detached
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import interpolated, moved_lines
-from discretization.lattice.ground import Ground
-from discretization.lattice.judge import judge
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.judge import judge, totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Contacts, Row
-from discretization.lattice.totals import totals
 from discretization.lattice.walk import Walk, Way, parts_of
 from discretization.paths.branch import FollowerBase, Point
 from discretization.routes import route
@@ -72,7 +71,6 @@ class LatticeBranch(FollowerBase):
 
     scene: Scene
     seen: Scene
-    ground: Ground
     row: Row
     walk: Walk
     deepest: float
@@ -86,9 +84,8 @@ class LatticeBranch(FollowerBase):
         route(scene, "path", nodes=True)
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
-        ground = Ground.of(lattice, seen.indenter, deepest)
-        row = Row.of(seen, ground, deepest)
-        return cls(scene, seen, ground, row, Walk(row), deepest)
+        row = Row.of(seen, lattice, deepest)
+        return cls(scene, seen, row, Walk(row), deepest)
 
     @functools.cached_property
     def hidden(self) -> Unseen:
@@ -166,7 +163,7 @@ class LatticeBranch(FollowerBase):
         """ValueError for contacts that reach an end of the known profile."""
         if nodes:
             first = self.row.first
-            refuse_unknown(self.ground, depth, first + nodes[0][0], first + nodes[-1][1])
+            refuse_unknown(self.row, depth, first + nodes[0][0], first + nodes[-1][1])
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
@@ -263,7 +260,9 @@ class LatticeBranch(FollowerBase):
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        contacts = self.row.contacts(self.ground, state.nodes, depth)
+        first = self.row.first
+        nodes = [(first + one, first + other) for one, other in state.nodes]
+        contacts = ContactSet(self.row, nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 
