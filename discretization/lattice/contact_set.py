@@ -105,17 +105,13 @@ class ContactSet:
 
     def _move(self, start: int, after: int, side: int, other: int | None, *, opening: bool) -> Move:
         """A line at `start` that passes the next link, or has come from there."""
-        lat, g, at = self.lattice, self.g, start + self.row.first
-        if other is None:
-            place = lat.at(at, side)
-            gap = place.gap(-g[start], -g[start + side], 0.0)
-            stored = place.stored(gap)
-        else:
-            far, rest, stiffness = lat.beside(at, side, other + self.row.first)
-            gap = g[start] - g[start + side] + far * (g[other] - g[start]) - rest * g[start]
-            stored = stiffness / 2 * gap * gap
+        g, first = self.g, self.row.first
+        faced = None if other is None else first + other
+        far, rest, stiffness = self.lattice.beside(first + start, side, faced)
+        gap = g[start] - g[start + side] - rest * g[start]
+        gap += 0.0 if other is None else far * (g[other] - g[start])
         bonds = self.row.adhesion(opening=opening)[min(start, after) : max(start, after)]
-        return Move(opening, float(gap), float(stored), float(bonds.sum()))
+        return Move(opening, float(gap), float(stiffness / 2 * gap * gap), float(bonds.sum()))
 
     def _stays_clear(self, node: int, side: int, other: int | None, noise: float) -> bool:
         """Whether the surface beyond a line that has come to this node is above the indenter."""

@@ -23,10 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
-from discretization.lattice.shares import first_free
 
 Array = NDArray[np.float64]
 Room = tuple[int, int]  # first and last node there are for a line
@@ -34,6 +32,7 @@ _INWARDS, _OUTWARDS = 3, 4  # nodes beside the last one of a contact
 _ROUNDING = 1e-15  # of positions, in links
 _TURNS = 20  # in which two facing lines are found; each is a contraction
 _SETTLED = 1e-12  # links
+_FAR = 60.0  # decay lengths after which two lines do not feel each other
 _CLOSEST = 1.5  # links between two lines that are moved
 
 
@@ -104,7 +103,7 @@ def between(
         if d > c:
             right = recover(row, depth, (b + 1, d), c, -1, reach, Facing(b, left.x))
         moved = max(abs(left.x - before[0]), abs(right.x - before[1]))
-        far = c - b > span.FAR / lattice.log_decay
+        far = c - b > _FAR / lattice.log_decay
         if far or moved <= _SETTLED * lattice.spacing + _ROUNDING * abs(left.x):
             break
     if left.x >= right.x:
@@ -134,11 +133,25 @@ def end_of(
     f = row.heights(node + side * start, node + side * stop)
     nodes = node + side * np.arange(float(start), stop)
     if facing is None:
-        changes = row.lattice.at(nodes, side).advance(f[:-1], f[1:], depth)
+        changes = _outer(row, depth, nodes, side, f)
     else:
         changes = _facing(row, depth, nodes, f, facing)
     gap, energy, force = (change.tolist() for change in changes)
     return End(node, side, depth - float(f[-start]), start, gap, energy, force, np.diff(f).tolist())
+
+
+def _outer(row: Row, depth: float, nodes: Array, side: int, f: Array) -> tuple[Array, Array, Array]:
+    """Gap, ΔE and ΔP of the advance of an outermost line from each of these nodes, heights f.
+
+    Gaps are scaled so that all have the same reach.
+    """
+    lattice, g = row.lattice, depth - f
+    _, rest, stiffness = lattice.beside(nodes, side)
+    weight = lattice.bound(nodes, nodes + side)
+    gap = g[:-1] - g[1:] - rest * g[:-1]
+    energy = stiffness / 2 * gap * gap - lattice.w * lattice.cell * weight
+    scale = np.sqrt(stiffness / (lattice.link_over_decay * weight))
+    return gap * scale, energy, -stiffness * rest * gap
 
 
 def _facing(
@@ -153,8 +166,7 @@ def _facing(
     x, there = lattice.x(nodes), lattice.x(facing.node)
     for end in (facing.x, (facing.x + there) / 2):
         links = np.maximum(np.abs(end - x) / lattice.spacing, _CLOSEST)
-        tie, own, _ = lattice.pair(0, links - 1)
-        far, rest, stiffness = first_free(lattice.spring, lattice.link, tie, own)
+        far, rest, stiffness = lattice.beside(0, 1, links)
         gap = g[:-1] - g[1:] - rest * g[:-1]
         gap += far * (depth - float(row.indenter.height(end)) - g[:-1])
         found.append((gap, rest, stiffness))

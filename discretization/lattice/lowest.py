@@ -43,11 +43,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
-from discretization.lattice import span
 from discretization.lattice.assembly import Question, of_contacts, of_row
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import obstacle, pressed, surface
+from discretization.lattice.obstacle import obstacle, pressed, runs, surface
 from discretization.lattice.oracle import Oracle
 from discretization.lattice.radial_spans import ring_spans
 from discretization.lattice.row import Row
@@ -84,7 +83,7 @@ def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     u = np.where(contact, g, surface(lattice, np.flatnonzero(contact), g[contact], every))
     terms = np.array([*NodalEnergy(lattice, contact).terms(u).values()])
     proof = Proof(float(force @ g[held]) / 2 + least, float(terms.sum()), float(abs(terms).sum()))
-    return span.runs(contact), proof
+    return runs(contact), proof
 
 
 class Chain(NamedTuple):
@@ -275,9 +274,9 @@ def _lowest(scene: Scene, row: Row, depth: float, method: str) -> tuple[Nodes, P
     first, g = window(row, depth)
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
-        return span.runs(Oracle(lattice, g.size).solve(g).contact) + first, None
+        return runs(Oracle(lattice, g.size).solve(g).contact) + first, None
     if method == "lattice" and not lattice.w:
         contact = obstacle(lattice, g).contact
-        return span.runs(contact if contact.any() else g == 0) + first, None
+        return runs(contact if contact.any() else g == 0) + first, None
     contacts, proof = global_minimum(lattice, g)
     return contacts + first, proof

@@ -36,7 +36,8 @@ class NodalEnergy:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
         self.nodes = first + np.arange(self.contact.size)
-        self.ends = lattice.at(first, -1), lattice.at(self.nodes[-1], 1)
+        ends = (first, -1), (int(self.nodes[-1]), 1)
+        self.pulls = np.array([float(lattice.pull(*end)) for end in ends])  # of the tails, over u
         self.bound = self.contact[1:] & self.contact[:-1]
         if adhesion is None:
             adhesion = lattice.on_links(
@@ -54,12 +55,11 @@ class NodalEnergy:
         if not lat.gamma1:
             adhesive = lat.w * cell * float(np.sum(lat.on_nodes(self.contact * 1.0, nodes)))
         stored = lat.on_nodes(terms.spring(u, k=lat.k).value, nodes)
-        left, right = self.ends
         return {
             "springs": cell * float(stored.sum()),
             "surface": cell * float(lat.on_links(free, nodes).sum()),
             "adhesion": -adhesive,
-            "tails": float(left.tail_energy(u[0]) + right.tail_energy(u[-1])),
+            "tails": float(self.pulls @ u[[0, -1]] ** 2) / 2,
         }
 
     def value(self, u: ArrayLike) -> float:
@@ -69,19 +69,18 @@ class NodalEnergy:
     def gradient(self, u: ArrayLike) -> Array:
         """∂U/∂u_i [force/length] (n,) at fixed contact: on contact nodes the indenter's force."""
         lat, u = self.lattice, np.asarray(u, float)
-        tension, (left, right) = self._links(u)[0], self.ends
+        tension, tails = self._links(u)[0], self.pulls * u[[0, -1]]
         force = lat.cell * lat.on_nodes(terms.spring(u, k=lat.k).first, self.nodes)
         force[:-1] -= tension
         force[1:] += tension
-        force[0] += left.tail_reaction(u[0])
-        force[-1] += right.tail_reaction(u[-1])
+        force[0] += tails[0]
+        force[-1] += tails[1]
         return force
 
     def springs(self, u: Array) -> Array:
         """Forces of the springs (n + 2,) [force/length], all those of either tail as one."""
         own = self.lattice.spring * self.lattice.on_nodes(u, self.nodes)
-        left, right = (end.tail_force(x) for end, x in zip(self.ends, u[[0, -1]], strict=True))
-        return np.concatenate([[left], own, [right]])
+        return np.concatenate([own, self.pulls * u[[0, -1]]])
 
     def tension(self, u: Array) -> Array:
         """Vertical force of each link (n - 1,)."""
@@ -94,12 +93,11 @@ class NodalEnergy:
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         stiffness = self._links(u)[1]
-        left, right = self.ends
         band = lat.on_nodes(np.full((2, u.size), lat.spring), self.nodes)
         band[0, :-1] += stiffness
         band[0, 1:] += stiffness
-        band[0, 0] += left.tail_stiffness(u[0])
-        band[0, -1] += right.tail_stiffness(u[-1])
+        band[0, 0] += self.pulls[0]
+        band[0, -1] += self.pulls[1]
         band[1, :-1] = -stiffness
         return band
 

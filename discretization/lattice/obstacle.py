@@ -27,7 +27,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.lattice import span
 from discretization.lattice.nodes import Lattice
 
 Array = NDArray[np.float64]
@@ -51,7 +50,7 @@ class ObstacleSolution:
     @property
     def intervals(self) -> Nodes:
         """First and last node of each contact (m, 2)."""
-        return span.runs(self.contact)
+        return runs(self.contact)
 
     @property
     def energy(self) -> float:
@@ -62,6 +61,12 @@ class ObstacleSolution:
     def force(self) -> float:
         """P = Σ p_i [force/length]."""
         return float(self.multipliers.sum())
+
+
+def runs(contact: NDArray[np.bool_]) -> Nodes:
+    """First and last node of each contact (m, 2), of a mask of all nodes."""
+    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
+    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
 
 
 def obstacle(lattice: Lattice, g: ArrayLike) -> ObstacleSolution:
@@ -130,7 +135,8 @@ def surface(lattice: Lattice, held: Nodes, g: Array, at: Nodes) -> Array:
         return u
     ends = np.searchsorted(at, held)
     gap, between = np.repeat(np.arange(held.size - 1), np.diff(ends)), slice(ends[0], ends[-1])
-    u[between] = lattice.free(held[gap], held[gap + 1], g[gap], g[gap + 1], at[between])
+    near, far, _ = lattice.shape(held[gap], held[gap + 1], at[between])
+    u[between] = near * g[gap] + far * g[gap + 1]
     if ends[0]:
         inwards, first = slice(ends[0] - 1, None, -1), held[0]
         u[inwards] = lattice.beyond(first, -1, first - at[inwards], g[0])
@@ -152,6 +158,6 @@ def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
     force[1:] -= flow
     force[wide] += one * a
     force[wide + 1] += other * b
-    force[0] += lattice.at(nodes[0], -1).tail_reaction(u[0])
-    force[-1] += lattice.at(nodes[-1], 1).tail_reaction(u[-1])
+    force[0] += lattice.pull(nodes[0], -1) * u[0]
+    force[-1] += lattice.pull(nodes[-1], 1) * u[-1]
     return force

@@ -27,6 +27,7 @@ from discretization.lattice.line import End
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
+from discretization.lattice.rules import rest_depth
 
 Array = NDArray[np.float64]
 FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
@@ -72,10 +73,13 @@ class Plain:
         (one, u), (other, moved) = (self.beyond(node, side, held) for held in (1, 2))
         before, after, forces = one.terms(u), other.terms(moved), other.gradient(moved)
         next_one = 1 if side > 0 else -2
-        distance, place = float((u - moved)[next_one]), lattice.at(node, side)
+        distance = float((u - moved)[next_one])
         energy, work = sum(after.values()) - sum(before.values()), before["adhesion"]
         work -= after["adhesion"]
-        squared = abs(distance * float(forces[next_one])) / (place.link_over_decay * place.weight)
+        stiffness = float(lattice.beside(node, side).stiffness)
+        if lattice.gamma1:
+            stiffness = lattice.link_over_decay * float(lattice.bound(node, node + side))
+        squared = abs(distance * float(forces[next_one])) / stiffness
         if work > 0 and lattice.gamma1:
             squared = lattice.critical_gap**2 * max(energy + work, 0.0) / work
         force = forces[other.contact].sum() - one.gradient(u)[one.contact].sum()
@@ -132,9 +136,8 @@ class Plain:
         small = replace(row.lattice, slopes="small")
         limit = row.where.last if side > 0 else row.where.first
         f, nodes = row.heights(start, limit), np.arange(start, limit, side)
-        place = small.at(nodes, side)
-        bond = small.w * small.cell * place.weight
-        resists = place.rest_depth(f[:-1], f[1:], bond) > self.depth
+        work = small.w * small.cell * small.bound(nodes, nodes + side)
+        resists = rest_depth(small, nodes, side, f, work) > self.depth
         return start + side * (int(resists.argmax()) if resists.any() else resists.size)
 
     def contact(self) -> tuple[int, int] | None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from discretization.lattice import ground
 from discretization.lattice.ground import Region
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.rules import Rules
+from discretization.lattice.rules import Rules, rest_depth
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
@@ -170,14 +170,13 @@ class Row:
     def tail_force(self, node: Nodes, side: int, depth: Array) -> Array:
         """What the outermost line at these nodes adds to P, with the surface beyond it."""
         springs, _ = self._springs(node + (side > 0), depth)
-        place = self.lattice.at(self.first + node, side)
-        return side * springs + place.tail_reaction(depth - self.f[node])
+        return side * springs + self.lattice.pull(self.first + node, side) * (depth - self.f[node])
 
     def tail_energy(self, node: Nodes, side: int, depth: Array) -> Array:
         """What the outermost line at these nodes adds to U, with the surface beyond it."""
         _, springs = self._springs(node + (side > 0), depth)
-        place = self.lattice.at(self.first + node, side)
-        return side * (springs + self._links(node)) + place.tail_energy(depth - self.f[node])
+        tail = self.lattice.pull(self.first + node, side) / 2 * (depth - self.f[node]) ** 2
+        return np.asarray(side * (springs + self._links(node)) + tail)
 
     def gap_force(self, left: Nodes, right: Nodes, depth: Array) -> Array:
         """What the two lines of a free surface between contacts add to P, with that surface."""
@@ -236,9 +235,8 @@ def _holds(
     strongest = max(scene.pattern.factors) if scene.pattern else 1.0
     if lattice.slopes == "finite":
         return np.asarray(f[1:] <= depth + scene.critical_separation * (1 + _SLACK))
-    place = lattice.at(nodes[:-1], way)
-    bond = strongest * lattice.w * lattice.cell * place.weight
-    return np.asarray(place.rest_depth(f[:-1], f[1:], bond) <= depth)
+    bond = strongest * lattice.w * lattice.cell * lattice.bound(nodes[:-1], nodes[1:])
+    return np.asarray(rest_depth(lattice, nodes[:-1], way, f, bond) <= depth)
 
 
 def _running(parts: Array, start: int) -> Array:

@@ -24,12 +24,12 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.shares import Pair
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
@@ -42,6 +42,15 @@ TIE = 64 * EPSILON  # of depths at which something happens
 def ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:
     """Left and right contact node of the free part on this side of a node."""
     return (node, other) if side > 0 else (other, node)
+
+
+def rest_depth(lattice: Lattice, nodes: Any, side: int, f: Array, work: Array) -> Array:
+    """Depths at which outermost lines at these nodes (n,) pass their next links, of this adhesion.
+
+    f (n + 1,): heights of these nodes and the one after the last.
+    """
+    _, rest, stiffness = lattice.beside(nodes, side)
+    return np.asarray(f[:-1] + (f[1:] - f[:-1] - np.sqrt(2 * work / stiffness)) / rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,10 +90,10 @@ class Rules:
         return self._rests(np.zeros_like(self.work))
 
     def _rests(self, work: Array) -> dict[int, Array]:
-        f, found = self.f, {}
+        found = {}
         for side in (1, -1):
-            place, near, far = self.nodes[::side][:-1], f[::side][:-1], f[::side][1:]
-            depths = self.lattice.at(place, side).rest_depth(near, far, work[::side])
+            nodes = np.array(self.nodes)[::side]
+            depths = rest_depth(self.lattice, nodes[:-1], side, self.f[::side], work[::side])
             found[side] = np.append(depths, math.inf)
         return found
 
@@ -121,23 +130,13 @@ class Rules:
         return spring.tolist(), link.tolist()
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _pair(self, left: int, right: int) -> Pair:
-        """`Lattice.pair` of the lattice's nodes."""
-        return Pair(*map(float, self.lattice.pair(left, right)))
-
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _beside(self, node: int, side: int, other: int) -> tuple[float, float, float]:
-        """`Lattice.beside` of the lattice's nodes."""
-        return tuple(map(float, self.lattice.beside(node, side, other)))  # type: ignore[return-value]
-
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
-        after, f, ends = node + side, self._heights, (node, other)[::side]
-        like = self.lattice.alike(self.first + ends[0], self.first + ends[1])[::side]
-        far, rest, whole = self._beside(like[0], side, like[1])
+        after, f = node + side, self._heights
+        beside = self.lattice.beside(self.first + node, side, self.first + other)
+        far, rest, whole = map(float, beside)
         work = self.adhesion(node, other if abs(other - node) == 2 else after)
         rise = f[after] - f[node] + far * (f[node] - f[other])
         return f[node] + (rise - math.sqrt(2 * work / whole)) / rest
@@ -160,8 +159,7 @@ class Rules:
             return math.inf
         f, (springs, links) = self._heights, self._stiffness
         one, two = left + 1, right - 1
-        like = self.lattice.alike(self.first + one, self.first + two)
-        tie, *grounds = self._pair(*like)
+        tie, *grounds = map(float, self.lattice.pair(self.first + one, self.first + two))
         p = springs[one] + grounds[0], springs[two] + grounds[1]
         own = p[0] + links[left] + tie, p[1] + links[two] + tie
 
@@ -215,7 +213,7 @@ class Rules:
         first, f = self.first, self._heights
         lo, f_left = (None, 0.0) if left is None else (first + left, f[left])
         hi, f_right = (None, 0.0) if right is None else (first + right, f[right])
-        near, far, rest = self.lattice.shape(lo, hi, first + start, first + stop)
+        near, far, rest = self.lattice.shape(lo, hi, first + np.arange(start, stop))
         return rest, near * f_left + far * f_right
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
