@@ -62,7 +62,8 @@ def over(lattice, indenter, depth, *nodes):
     start, stop = max(where.first, ends.min() - 5000), min(where.last, ends.max() + 5000)
     every = np.arange(start, stop + 1)
     f = heights(lattice, indenter, every.astype(float))
-    return ContactSet(row_of(lattice, indenter, f, int(every[0])), nodes, depth)
+    own = [(int(one - every[0]), int(other - every[0])) for one, other in nodes]
+    return ContactSet(row_of(lattice, indenter, f, int(every[0])), own, depth)
 
 
 def pressed(lattice, scene, depth):

@@ -112,7 +112,7 @@ class Bent(ContactSet):
     @property
     def u(self):
         u = super().u.copy()
-        u[(self.nodes[0][1] + self.nodes[1][0]) // 2 - self.row.first] += 1e-7 * DELTA0
+        u[(self.nodes[0][1] + self.nodes[1][0]) // 2] += 1e-7 * DELTA0
         return u
 
 

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import line
 from discretization.lattice.judge import Move
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import surface
-from discretization.lattice.row import Row
+from discretization.lattice.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -22,13 +21,13 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class ContactSet:
-    """Contacts between these first and last nodes of the lattice, from left to right, at a depth.
+    """Contacts between these first and last nodes of a row, from left to right, at a depth.
 
     In contact u = g = d - f; the free surfaces are exact.
     """
 
     row: Row
-    nodes: Sequence[tuple[int, int]]
+    nodes: Contacts
     depth: float
 
     @property
@@ -41,7 +40,7 @@ class ContactSet:
         """Which nodes are in contact (n,)."""
         found = np.zeros(self.row.f.size, bool)
         for first, last in self.nodes:
-            found[first - self.row.first : last - self.row.first + 1] = True
+            found[first : last + 1] = True
         return found
 
     @functools.cached_property
@@ -65,15 +64,6 @@ class ContactSet:
         first = self.row.first
         return surface(self.lattice, held + first, self.g[held], at + first)
 
-    @functools.cached_property
-    def outer(self) -> list[line.End]:
-        """The outermost ends, the right one first; that one alone if the contact has an axis."""
-        row, first, last = self.row, self.nodes[0][0], self.nodes[-1][1]
-        right = line.end_of(row, self.depth, row.where[:2], last, 1)
-        if self.lattice.x(first) == self.lattice.axis:
-            return [right]
-        return [right, line.end_of(row, self.depth, row.where[:2], first, -1)]
-
     def opening(self, force: Array) -> Array:
         """What is said in judge.py: a node with links of adhesion W is held up to √(2 S W).
 
@@ -91,7 +81,7 @@ class ContactSet:
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of all lines, one link outwards and, of contacts of more than one node, one inwards."""
-        ends = [None, *(node - self.row.first for pair in self.nodes for node in pair), None]
+        ends = [None, *(node for pair in self.nodes for node in pair), None]
         for i in range(1, len(ends) - 1):
             side = 1 if i % 2 == 0 else -1
             node, other, own = ends[i], ends[i + side], ends[i - side]

@@ -51,6 +51,11 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
     if first == last and lattice.gamma1:
         raise ValueError(f"spacing = {dx!r} leaves one node on the indenter; give a smaller one")
     if not indenter.convex and last - first > MOST:
+        if hi - lo < math.inf:
+            raise ValueError(
+                f"spacing = {dx!r} puts {last - first} nodes on the indenter: at most {MOST} are "
+                "looked through; give it a smaller extent, or a larger spacing"
+            )
         first, last = _searched(lattice, indenter, depth, first, last)
     if indenter.apex is not None:
         beside = min(max(math.floor((indenter.apex - lattice.origin) / dx + 1e-9), first), last)

@@ -43,7 +43,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
-from discretization.lattice.assembly import Question, of_contacts, of_row
+from discretization.lattice.assembly import Question, of_contacts
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import obstacle, pressed, runs, surface
@@ -241,10 +241,8 @@ def on_lowest(asked: Question, row: Row) -> Equilibrium:
     of the known profile.
     """
     nodes, proof = _lowest(asked.scene, row, asked.depth, asked.method)
-    if row.lattice.axis == 0 and nodes.size:
-        state = of_row(asked, row, (nodes - row.first).tolist())
-    else:
-        state = of_contacts(asked, row, nodes)
+    contacts = tuple((first, last) for first, last in (nodes - row.first).tolist())
+    state = of_contacts(asked, row, contacts)
     return replace(state, proof=proof, method="shortest_path" if proof else asked.method)
 
 

@@ -162,10 +162,8 @@ class Plain:
         before, after = (node - first, last - node)[::side]
         start, stop = -min(before, _INWARDS), min(after, _OUTWARDS)
         links = [self.link(node + side * j, side) for j in range(start, stop)]
-        f = self.row.heights(node + side * start, node + side * stop)
         gap, energy, force = map(list, zip(*links, strict=True)) if links else ([], [], [])
-        u = self.depth - float(f[-start])
-        return End(node, side, u, start, gap, energy, force, np.diff(f).tolist())
+        return End(node - self.row.first, side, start, gap, energy, force)
 
 
 def _first(resists: Callable[[int], bool], most: int, guess: int) -> int:

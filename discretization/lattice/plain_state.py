@@ -46,7 +46,8 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
     found = plain.contact()
     if found is None:
         return without_contact(asked, row)
-    refuse_unknown(row, depth, *found)
+    nodes = ((found[0] - row.first, found[1] - row.first),)
+    refuse_unknown(row, depth, nodes)
     ends = [plain.end(found[1], 1)]
     if not plain.mirrored and found[0] != lattice.axis:
         ends.append(plain.end(found[0], -1))
@@ -65,8 +66,8 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
     tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
-    neutral = is_neutral(lattice, found, ends[0])
-    return certified(asked, row, [found], [pair], sums, certificate, tail, neutral=neutral)
+    neutral = is_neutral(row, nodes, ends[0])
+    return certified(asked, row, nodes, pair, sums, certificate, tail, neutral=neutral)
 
 
 def refuse_overhang(row: Row, depth: float, x: float, node: int) -> None:

@@ -81,7 +81,8 @@ class Row:
             left, right = (_outwards(scene, lattice, where, way, depth) for way in (-1, 1))
             f, first = np.concatenate([left[:0:-1], right]), where.lowest - left.size + 1
         else:
-            f, first = _all(lattice, body, where), where.first
+            f = ground.heights(lattice, body, np.arange(where.first, where.last + 1.0))
+            first = where.first
         nodes = first + np.arange(f.size)
         x = lattice.x(nodes)
         bonds = lattice.on_links(factors(scene, (x[1:] + x[:-1]) / 2) * lattice.cell, nodes)
@@ -191,15 +192,6 @@ class Row:
         ends = self.first + left, self.first + right
         stored = self.lattice.gap_energy(*ends, self.f[left], self.f[right], depth)
         return np.asarray(springs + self._links(left) - self._links(right) + stored)
-
-
-def _all(lattice: Lattice, body: Indenter, where: Region) -> Array:
-    if where.last - where.first > ground.MOST:
-        raise ValueError(
-            f"spacing = {lattice.spacing!r} puts more than {ground.MOST} nodes on the indenter; "
-            "give it a finite extent, or a larger spacing"
-        )
-    return ground.heights(lattice, body, np.arange(where.first, where.last + 1.0))
 
 
 def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, depth: float) -> Array:

@@ -17,7 +17,6 @@ from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
 from discretization.lattice.assembly import (
     Question,
     of_contacts,
-    of_row,
     refuse_unknown,
     without_contact,
 )
@@ -105,21 +104,13 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
 def on_path(asked: Question, row: Row) -> Equilibrium:
     """The certified state of the contacts on this path; of one convex contact, or of least energy.
 
-    With adhesion that differs from link to link, or when a contact is opened, and around an axis
-    lines are those of paths. NotCertifiedError and ValueError as `of_contacts`.
+    NotCertifiedError and ValueError as `of_contacts`.
     """
-    scene, lattice, depth = asked.scene, row.lattice, asked.depth
     nodes, lines = _followed(asked, row)
-    if not nodes:
+    raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
+    if raised and totals(ContactSet(row, nodes, asked.depth)).energy > 0:
         return without_contact(asked, row)
-    same = scene.pattern is None and scene.opening is None
-    if not same or (lattice.axis == 0 and not scene.indenter.convex):
-        return of_row(asked, row, nodes, lines)
-    found = [(row.first + first, row.first + last) for first, last in nodes]
-    raised = asked.branch == "global" and depth <= row.lowest
-    if raised and totals(ContactSet(row, found, depth)).energy > 0:
-        return without_contact(asked, row)
-    return of_contacts(asked, row, found)
+    return of_contacts(asked, row, nodes, lines)
 
 
 def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
@@ -129,7 +120,7 @@ def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
     """
     deepest, walk = max(asked.depth, row.lowest), Walk(row)
     nodes = walk.touched(deepest)
-    refuse_unknown(row, deepest, row.first + nodes[0][0], row.first + nodes[-1][1])
+    refuse_unknown(row, deepest, nodes)
     moved = functools.partial(moved_lines, row, row.indenter)
     remembers = asked.scene.hysteretic
     lines = moved(nodes, deepest, None) if remembers else None

@@ -162,8 +162,7 @@ class LatticeBranch(FollowerBase):
     def _inside(self, nodes: Contacts, depth: float) -> None:
         """ValueError for contacts that reach an end of the known profile."""
         if nodes:
-            first = self.row.first
-            refuse_unknown(self.row, depth, first + nodes[0][0], first + nodes[-1][1])
+            refuse_unknown(self.row, depth, nodes)
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
@@ -260,9 +259,7 @@ class LatticeBranch(FollowerBase):
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        first = self.row.first
-        nodes = [(first + one, first + other) for one, other in state.nodes]
-        contacts = ContactSet(self.row, nodes, depth)
+        contacts = ContactSet(self.row, state.nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 
