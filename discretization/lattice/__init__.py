@@ -2,8 +2,8 @@
 
 A state is a tuple of contacts, the first and last node of each; one contact is no special case.
 Whoever finds them, assembly.py makes an equilibrium of them: the nodes there are under an indenter
-(ground.py, row.py) and contacts on these (contact_set.py) -> energy, force and certificate
-(judge.py), lines between the nodes (line.py).
+(ground.py, row.py) and contacts on these -> energy, force and certificate (judge.py), lines
+between the nodes (line.py).
 
 They are found by state.py, which asks one of
     plain.py         one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
@@ -16,7 +16,7 @@ They are found by state.py, which asks one of
 
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
 where it is held: outside, inside and between two contacts (radial_spans.py). The lattice has a form
-of its own there; all else asks it what it asks of a line contact (shares.py).
+of its own there; all else asks it what it asks of a line contact (nodes.py).
 """
 
 from discretization.lattice.nodes import Lattice

@@ -12,11 +12,10 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
 from discretization.lattice.between import interpolated
-from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import unknown
-from discretization.lattice.judge import Totals, judge, judge_apart, totals
+from discretization.lattice.judge import ContactSet, Totals, judge, judge_apart, totals
+from discretization.lattice.nodes import LatticeTail
 from discretization.lattice.row import Contacts, Row
-from discretization.lattice.shares import LatticeTail
 from energy import Scene
 
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost

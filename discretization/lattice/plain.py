@@ -15,10 +15,10 @@ rest of the package knows free surfaces in closed form, is faster, and has the s
 
 from __future__ import annotations
 
+import bisect
 import functools
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ from discretization.lattice.line import End
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
-from discretization.lattice.rules import rest_depth
 
 Array = NDArray[np.float64]
 FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
@@ -120,25 +119,13 @@ class Plain:
             return self.resists(start + side * links, side)
 
         if row.indenter.convex:
-            return start + side * _first(resists, most, abs(self._guess(side) - start))
+            return start + side * bisect.bisect_left(range(most), True, key=resists)
         if self.depth >= row.lowest:
             return start + side * next(filter(resists, range(most)), most)
         node = Plain(row, row.lowest, self.reach).outermost(side)
         while node != start and self.resists(node - side, side):
             node -= side
         return node
-
-    def _guess(self, side: int) -> int:
-        """Where the line would rest with small slopes, which are known in closed form."""
-        row, start = self.row, self.row.where.lowest
-        if not row.lattice.gamma1:
-            return start
-        small = replace(row.lattice, slopes="small")
-        limit = row.where.last if side > 0 else row.where.first
-        f, nodes = row.heights(start, limit), np.arange(start, limit, side)
-        work = small.w * small.cell * small.bound(nodes, nodes + side)
-        resists = rest_depth(small, nodes, side, f, work) > self.depth
-        return start + side * (int(resists.argmax()) if resists.any() else resists.size)
 
     def contact(self) -> tuple[int, int] | None:
         """First and last node in contact on the path from first touch on; None: detached."""
@@ -164,17 +151,3 @@ class Plain:
         links = [self.link(node + side * j, side) for j in range(start, stop)]
         gap, energy, force = map(list, zip(*links, strict=True)) if links else ([], [], [])
         return End(node - self.row.first, side, start, gap, energy, force)
-
-
-def _first(resists: Callable[[int], bool], most: int, guess: int) -> int:
-    """The first of 0, 1, ..., most - 1 for which that is so, as for all after it; else most."""
-    low = high = min(guess, most)
-    step = 1
-    while high < most and not resists(high):
-        low, high, step = high + 1, min(high + step, most), 2 * step
-    while low <= guess and low and resists(low - 1):
-        low, high, step = max(low - 1 - step, 0), low - 1, 2 * step
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if resists(middle) else (middle + 1, high)
-    return low

@@ -30,8 +30,7 @@ from discretization.equilibrium import detached
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import interpolated, moved_lines
-from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.judge import judge, totals
+from discretization.lattice.judge import ContactSet, judge, totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Contacts, Row
 from discretization.lattice.walk import Walk, Way, parts_of
