@@ -68,32 +68,16 @@ class Rules:
     first: int = 0
 
     @functools.cached_property
-    def _heights(self) -> list[float]:
-        return self.f.tolist()
-
-    @functools.cached_property
-    def _bonds(self) -> list[float]:
-        return self.work.tolist()
-
-    @functools.cached_property
     def outwards(self) -> dict[int, Array]:
         """Depths at which an outermost line passes each link, in the order it meets them.
 
         By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
         last node there is no link to pass (n,).
         """
-        return self._rests(self.work)
-
-    @functools.cached_property
-    def meets(self) -> dict[int, Array]:
-        """The same depths without adhesion: those at which the surface touches the next node."""
-        return self._rests(np.zeros_like(self.work))
-
-    def _rests(self, work: Array) -> dict[int, Array]:
         found = {}
         for side in (1, -1):
             nodes = np.array(self.nodes)[::side]
-            depths = rest_depth(self.lattice, nodes[:-1], side, self.f[::side], work[::side])
+            depths = rest_depth(self.lattice, nodes[:-1], side, self.f[::side], self.work[::side])
             found[side] = np.append(depths, math.inf)
         return found
 
@@ -124,26 +108,20 @@ class Rules:
         lat, nodes, one = self.lattice, self.nodes, np.ones(self.f.size)
         return lat.spring * lat.on_nodes(one, nodes), lat.link * lat.on_links(one[1:], nodes)
 
-    @functools.cached_property
-    def _stiffness(self) -> tuple[list[float], list[float]]:
-        spring, link = self.stiffness
-        return spring.tolist(), link.tolist()
-
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
-        after, f = node + side, self._heights
-        beside = self.lattice.beside(self.first + node, side, self.first + other)
-        far, rest, whole = map(float, beside)
+        after, f = node + side, self.f
+        far, rest, whole = self.lattice.beside(self.first + node, side, self.first + other)
         work = self.adhesion(node, other if abs(other - node) == 2 else after)
         rise = f[after] - f[node] + far * (f[node] - f[other])
-        return f[node] + (rise - math.sqrt(2 * work / whole)) / rest
+        return float(f[node] + (rise - math.sqrt(2 * work / whole)) / rest)
 
     def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""
-        return sum(self._bonds[min(one, other) : max(one, other)])
+        return float(self.work[min(one, other) : max(one, other)].sum())
 
     def advances(self, node: int, side: int, other: int | None) -> float:
         """The same if no other node is penetrated then, else inf: the line is blocked."""
@@ -157,13 +135,13 @@ class Rules:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
         if right - left < 3:
             return math.inf
-        f, (springs, links) = self._heights, self._stiffness
+        f, (springs, links) = self.f, self.stiffness
         one, two = left + 1, right - 1
-        tie, *grounds = map(float, self.lattice.pair(self.first + one, self.first + two))
+        tie, *grounds = self.lattice.pair(self.first + one, self.first + two)
         p = springs[one] + grounds[0], springs[two] + grounds[1]
         own = p[0] + links[left] + tie, p[1] + links[two] + tie
 
-        def product(x: tuple[float, float], y: tuple[float, float]) -> float:
+        def product(x: tuple[Any, Any], y: tuple[Any, Any]) -> Any:
             """x·H⁻¹y."""
             mixed = x[0] * (own[1] * y[0] + tie * y[1]) + x[1] * (tie * y[0] + own[0] * y[1])
             return mixed / (own[0] * own[1] - tie * tie)
@@ -175,11 +153,11 @@ class Rules:
         )
         middle = product(p, q) / product(p, p)
         off = q[0] - p[0] * middle, q[1] - p[1] * middle
-        work = self._bonds[left] + self._bonds[two] - product(off, off) / 2
-        work += self._bonds[one] if right - left == 3 else 0
+        work = self.work[left] + self.work[two] - product(off, off) / 2
+        work += self.work[one] if right - left == 3 else 0.0
         if work < 0:
             return math.inf
-        return level + middle - math.sqrt(2 * work / product(p, p))
+        return float(level + middle - math.sqrt(2 * work / product(p, p)))
 
     def advance_both(self, left: int, right: int) -> float:
         """The same if no other node is penetrated then, else inf."""
@@ -195,22 +173,16 @@ class Rules:
         lo, hi = -1 if left is None else left, self.f.size if right is None else right
         if hi - lo < 2:
             return math.inf, -1
-        return self._first(left, right, lo + 1, hi)
-
-    def _first(
-        self, left: int | None, right: int | None, start: int, stop: int
-    ) -> tuple[float, int]:
-        """The same of the free nodes start..stop-1, at least one."""
-        rest, shape = self._surface(left, right, start, stop)
-        depths = (self.f[start:stop] - shape) / rest
+        rest, shape = self._surface(left, right, lo + 1, hi)
+        depths = (self.f[lo + 1 : hi] - shape) / rest
         best = int(np.argmin(depths))
-        return float(depths[best]), start + best
+        return float(depths[best]), lo + 1 + best
 
     def _surface(
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[Array, Array]:
         """1 - a - b and a f_i + b f_j at free nodes start..stop-1 between two contacts."""
-        first, f = self.first, self._heights
+        first, f = self.first, self.f
         lo, f_left = (None, 0.0) if left is None else (first + left, f[left])
         hi, f_right = (None, 0.0) if right is None else (first + right, f[right])
         near, far, rest = self.lattice.shape(lo, hi, first + np.arange(start, stop))
@@ -228,11 +200,7 @@ class Rules:
 
         Without adhesion the energy is convex, and nothing is ever released.
         """
-        return _LEAST * self._strongest or math.inf
-
-    def first_touch(self, node: int, side: int) -> float:
-        """Depth at which the surface beyond an outermost line at `node` touches another node."""
-        return self.touches(*ordered(side, node, None))[0]
+        return _LEAST * float(self.work.max(initial=0.0)) or math.inf
 
     def tie(self, one: float, other: float) -> float:
         """What rounding makes of the difference of two depths of events.
@@ -252,10 +220,6 @@ class Rules:
         """1 - A - B of a span of two links."""
         return self.lattice.spring / (self.lattice.spring + 2 * self.lattice.link)
 
-    @functools.cached_property
-    def _strongest(self) -> float:
-        return float(self.work.max(initial=0.0))
-
     def recede_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span open a link at once, none of the nodes pressed."""
         ends = left - 1, right + 1
@@ -272,7 +236,6 @@ class Rules:
         It is where the node would touch; less what rounding makes of that, so that a node that
         has just touched stays.
         """
-        rest, shape = self._surface(left, right, node, node + 1)
-        height = self._heights[node]
-        rounding = _ROUNDING * (abs(height) + abs(float(shape[0])))
-        return (height - float(shape[0]) - rounding) / float(rest[0])
+        rest, shape = (float(part[0]) for part in self._surface(left, right, node, node + 1))
+        height = float(self.f[node])
+        return (height - shape - _ROUNDING * (abs(height) + abs(shape))) / rest

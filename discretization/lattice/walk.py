@@ -21,11 +21,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.outer_lines import Change, run
+from discretization.lattice.outer_lines import passed
 from discretization.lattice.row import Contacts, Part, Row
 from discretization.lattice.rules import ordered
 
 Array = NDArray[np.float64]
+
+
+class Change(NamedTuple):
+    """What happens first to a part or contact: those from `start` to `stop` become `parts`.
+
+    start, stop: counted from the part, or from the part on the left of the contact.
+    """
+
+    depth: float
+    start: int
+    stop: int
+    parts: tuple[Part, ...]
 
 
 class Life(NamedTuple):
@@ -98,7 +110,7 @@ class Walk:
                 if last:
                     break
                 before, changes = parts.copy(), 0
-                if i in (0, len(parts) - 1) and (slid := run(self, parts, depth, end, through)):
+                if self.closing.clear and (slid := self._slid(parts, depth, end, through)):
                     _move(parts, slid, born, lives, sign)
                     depth = sign * max(sign * float(when[-1]) for when in slid if when.size)
                     before = parts.copy()
@@ -111,6 +123,13 @@ class Walk:
             changes += 1
         lives += [Life(part, since, end) for part, since in born.items()]
         return Way(contacts_of(parts if at is None else before), at, contacts_of(parts), lives)
+
+    def _slid(self, parts: list[Part], depth: float, end: float, through: bool) -> list[Array]:
+        """`passed` of the contact of a convex profile."""
+        if len(parts) < 2:
+            return []
+        rules = self.closing if end >= depth else self.opening
+        return passed(rules, contacts_of(parts)[0], depth, end, through)
 
     def first(self, parts: Sequence[Part], sign: int) -> tuple[Change, int]:
         """What happens first as the depth changes this way, and to which part or contact."""
