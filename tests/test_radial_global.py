@@ -144,7 +144,7 @@ def test_rounding_of_depths_is_relative_to_the_critical_separation():
         work=W
         * row.lattice.on_links(np.full(row.f.size - 1, row.lattice.cell), np.arange(row.f.size)),
     )
-    assert uniform.lift == pytest.approx(DELTA0, rel=1e-12, abs=0)
+    assert uniform.delta0 == pytest.approx(DELTA0, rel=1e-12, abs=0)
     rest = row.lattice.shape(4, 6, np.array([5]))[2]
     assert row.rules.least_rest == pytest.approx(float(rest[0]), rel=1e-12, abs=0)
 

@@ -74,7 +74,7 @@ def _between(
 ) -> tuple[list[line.Line], float, float]:
     """Lines of contacts whose adhesion differs, or around an axis, as on paths; P and U."""
     at, held = np.reshape(nodes, (1, -1)), None if known is None else np.array([known])
-    x, force, energy = interpolated(row, row.indenter, at, np.array([depth]), held)
+    x, force, energy = interpolated(row, at, np.array([depth]), held)
     corners = row.indenter.corners
     lines = [line.Line(at, 0.0, 0.0, at in corners) for at in x[0].tolist()]
     return lines, float(force[0]), float(energy[0])

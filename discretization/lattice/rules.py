@@ -207,10 +207,10 @@ class Rules:
 
         The largest difference quotient of heights that enters them is that of a span of two links.
         """
-        return TIE * (abs(one) + abs(other) + self.lift) / self.least_rest
+        return TIE * (abs(one) + abs(other) + self.delta0) / self.least_rest
 
     @functools.cached_property
-    def lift(self) -> float:
+    def delta0(self) -> float:
         """δ₀, of the link that adheres most."""
         cells = self.lattice.on_links(np.full(self.work.size, self.lattice.cell), self.nodes)
         return math.sqrt(2 * float((self.work / cells).max(initial=0.0)) / self.lattice.k)

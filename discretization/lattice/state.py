@@ -120,7 +120,7 @@ def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
     deepest, walk = max(asked.depth, row.lowest), Walk(row)
     nodes = walk.touched(deepest)
     refuse_unknown(row, deepest, nodes)
-    moved = functools.partial(moved_lines, row, row.indenter)
+    moved = functools.partial(moved_lines, row)
     remembers = asked.scene.hysteretic
     lines = moved(nodes, deepest, None) if remembers else None
     if asked.depth < deepest:

@@ -112,7 +112,7 @@ class LatticeBranch(FollowerBase):
             return None
         if not self.scene.hysteretic:
             return Held(nodes, self._on_nodes(nodes))
-        return Held(nodes, moved_lines(self.row, self.seen.indenter, nodes, depth, before))
+        return Held(nodes, moved_lines(self.row, nodes, depth, before))
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
         (lo, hi), lattice, first = self.seen.indenter.extent, self.row.lattice, self.row.first
@@ -199,7 +199,7 @@ class LatticeBranch(FollowerBase):
         """Lines, P and U of states with as many contacts each."""
         nodes = np.array([state.nodes for state in states]).reshape(len(states), -1)
         lines = np.array([state.lines for state in states]) if self.scene.hysteretic else None
-        return interpolated(self.row, self.seen.indenter, nodes, depths, lines)
+        return interpolated(self.row, nodes, depths, lines)
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
