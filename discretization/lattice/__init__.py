@@ -11,8 +11,8 @@ They are found by state.py, which asks one of
                      where w = 0; oracle.py)
     itself           the end of a path from first touch on: heights and their running sums (row.py),
                      the depths at which something happens (rules.py), the walk from one such change
-                     to the next (walk.py, outer_lines.py), and lines between the nodes
-                     (between.py); load paths (../paths/lattice_branch.py) too
+                     to the next (walk.py), and lines between the nodes (between.py); load paths
+                     (../paths/lattice_branch.py) too
 
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
 where it is held: outside, inside and between two contacts (radial_spans.py). The lattice has a form

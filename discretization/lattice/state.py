@@ -132,9 +132,7 @@ def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
 
 
 _ON_NODES = {
-    "one contact": on_path,
     "path": on_path,
     "plain": on_plain,
     "lowest": on_lowest,
-    "rings": on_lowest,
 }

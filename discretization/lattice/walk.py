@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.outer_lines import passed
 from discretization.lattice.row import Contacts, Part, Row
 from discretization.lattice.rules import ordered
 
@@ -110,7 +109,7 @@ class Walk:
                 if last:
                     break
                 before, changes = parts.copy(), 0
-                if self.closing.clear and (slid := self._slid(parts, depth, end, through)):
+                if slid := self._slid(parts, depth, end, through):
                     _move(parts, slid, born, lives, sign)
                     depth = sign * max(sign * float(when[-1]) for when in slid if when.size)
                     before = parts.copy()
@@ -125,11 +124,11 @@ class Walk:
         return Way(contacts_of(parts if at is None else before), at, contacts_of(parts), lives)
 
     def _slid(self, parts: list[Part], depth: float, end: float, through: bool) -> list[Array]:
-        """`passed` of the contact of a convex profile."""
-        if len(parts) < 2:
+        """The many links that the lines of a convex contact pass before anything else happens."""
+        if len(parts) < 2 or not self.closing.clear:
             return []
         rules = self.closing if end >= depth else self.opening
-        return passed(rules, contacts_of(parts)[0], depth, end, through)
+        return rules.slides(contacts_of(parts)[0], depth, end, through=through)
 
     def first(self, parts: Sequence[Part], sign: int) -> tuple[Change, int]:
         """What happens first as the depth changes this way, and to which part or contact."""
