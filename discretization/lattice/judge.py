@@ -79,25 +79,31 @@ class State(Protocol):
 
 
 class Totals(NamedTuple):
-    """U and P, P as the sum of the forces on contact nodes, and sums of the terms' sizes."""
+    """U and P, P as the sum of the forces on contact nodes, and sums of the terms' sizes.
+
+    forces: on all nodes, ∂U/∂u_i (n,).
+    """
 
     energy: float
     force: float
     force_by_reactions: float
     energy_scale: float
     force_scale: float
+    forces: Array
 
 
 def totals(state: State) -> Totals:
     """Energy and force of a state."""
     model, u = state.model, state.u
     terms, springs = list(model.terms(u).values()), model.springs(u)
+    forces = model.gradient(u)
     return Totals(
         sum(terms),
         float(springs.sum()),
-        float(model.gradient(u)[model.contact].sum()),
+        float(forces[model.contact].sum()),
         sum(map(abs, terms)),
         float(np.abs(springs).sum()),
+        forces,
     )
 
 
@@ -120,7 +126,7 @@ def judge(state: State, sums: Totals) -> Certificate:
     size = max(delta, abs(state.depth - state.row.lowest))
     if size == 0:  # touching, nothing deformed
         return Certificate.undeformed()
-    lat, free, force = model.lattice, ~model.contact, model.gradient(u)
+    lat, free, force = model.lattice, ~model.contact, sums.forces
     pull = lat.per_weight(force, model.nodes)
     noise, unit = 32 * EPSILON * (lat.spring + 4 * lat.link) * size, lat.spring * (delta or size)
     gains = (_gain(move, 32 * EPSILON * size) for move in state.moves(32 * EPSILON * size))
@@ -192,8 +198,9 @@ class ContactSet:
     @functools.cached_property
     def u(self) -> Array:
         """Displacements (n,)."""
-        held, every = np.flatnonzero(self.contact), np.arange(self.g.size)
-        return np.where(self.contact, self.g, self._surface(held, every))
+        u, free = self.g.copy(), np.flatnonzero(~self.contact)
+        u[free] = self._surface(np.unique(self.nodes), free)
+        return u
 
     def _surface(self, held: NDArray[np.int64], at: NDArray[np.int64]) -> Array:
         """At some nodes, that of contact nodes."""
@@ -206,14 +213,15 @@ class ContactSet:
         S: its stiffness, its neighbours as they are. Nodes with one link, the outermost of their
         contacts, are not opened here: these are moves of a line.
         """
-        lat, nodes, bound = self.lattice, self.model.nodes, self.model.bound
-        link = lat.link * lat.on_links(np.ones(bound.size), nodes)
-        adhesion = self.row.adhesion(opening=True)
-        work, stiffness = (_of_both(part) for part in (bound * adhesion, link))
-        stiffness += lat.spring * lat.on_nodes(np.ones(nodes.size), nodes)
-        own = self.contact & (_of_both(bound * 1.0) != 1.0)
-        pull = -force[own] - np.sqrt(2 * stiffness[own] * work[own])
-        return np.asarray(lat.per_weight(pull, nodes[own]))
+        lat, i = self.lattice, np.flatnonzero(self.contact & (force < 0))
+        bound, nodes = np.pad(self.model.bound, 1), self.model.nodes[i]
+        bonds = np.pad(self.row.adhesion(opening=True), 1)
+        work = bonds[i] * bound[i] + bonds[i + 1] * bound[i + 1]
+        stiffness = lat.on_nodes(np.full(i.size, lat.spring), nodes)
+        stiffness += lat.on_nodes(lat.link, nodes - 0.5) * (i > 0)
+        stiffness += lat.on_nodes(lat.link, nodes + 0.5) * (i < self.g.size - 1)
+        pull = lat.per_weight(-force[i] - np.sqrt(2 * stiffness * work), nodes)
+        return np.asarray(pull[bound[i] == bound[i + 1]])
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of all lines, one link outwards and, of contacts of more than one node, one inwards."""
@@ -247,8 +255,3 @@ class ContactSet:
         end = (self.g.size if side > 0 else -1) if other is None else other
         at = np.sort(np.arange(node + side, end, side))
         return bool((self.g[at] - self._surface(held, at) <= noise).all())
-
-
-def _of_both(links: Array) -> Array:
-    """Of each node (n,), the sum of both links' (n - 1,)."""
-    return np.append(links, 0.0) + np.append(0.0, links)

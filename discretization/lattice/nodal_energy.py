@@ -50,8 +50,10 @@ class NodalEnergy:
         lat, u = self.lattice, np.asarray(u, float)
         cell, steps, nodes = lat.cell, np.diff(u), self.nodes
         free = terms.surface(steps / lat.spacing, gamma1=lat.gamma1, slopes=lat.slopes).value
-        arc = np.hypot(1, steps / lat.spacing) if lat.slopes == "finite" else np.ones(steps.size)
-        adhesive = float(arc[self.bound] @ self.adhesion[self.bound])
+        bonds = self.adhesion
+        if lat.slopes == "finite":
+            bonds = bonds * np.hypot(1, steps / lat.spacing)
+        adhesive = float(bonds @ self.bound)
         if not lat.gamma1:
             adhesive = lat.w * cell * float(np.sum(lat.on_nodes(self.contact * 1.0, nodes)))
         stored = lat.on_nodes(terms.spring(u, k=lat.k).value, nodes)

@@ -197,23 +197,25 @@ class Row:
 def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, depth: float) -> Array:
     """Heights from the node that touches first to the link that resists, and some links more."""
     body, start, limit = scene.indenter, where.lowest, (where.last, where.first)[way < 0]
-    most, f = abs(limit - start), np.empty(0)
+    most, f, passed = abs(limit - start), np.empty(0), 0
     while True:
         nodes = start + way * np.arange(min(2 * f.size or _FEW, most + 1.0))
         with np.errstate(over="ignore", invalid="ignore"):
             more = body.height(ground.positions(lattice, body, nodes[f.size :]))
             f = np.concatenate([f, more])
-            holds = _holds(scene, lattice, nodes, f, way, max(depth, float(f[0])))
+            top = max(depth, float(f[0]))
+            holds = _holds(scene, lattice, nodes[passed:], f[passed:], way, top)
         if not holds.all() or f.size > most:
             break
-        if f.size > ground.MOST:
+        passed = f.size - 1
+        if passed > ground.MOST:
             raise ValueError(
                 f"spacing = {lattice.spacing!r} puts more than {ground.MOST} nodes in contact; give"
                 " a larger spacing"
             )
     if holds.all() and body.extent[0 if way < 0 else 1] not in body.walls:
         raise ValueError(ground.unknown(lattice, depth, limit))
-    end = (most if holds.all() else int(holds.argmin())) + 1 + _SPARE
+    end = (most if holds.all() else passed + int(holds.argmin())) + 1 + _SPARE
     known = f[: end + 1]
     if not np.isfinite(known).all():
         known = known[: int(np.isfinite(known).argmin())]

@@ -76,15 +76,15 @@ class Rules:
         """
         found = {}
         for side in (1, -1):
-            nodes = np.array(self.nodes)[::side]
+            nodes = self.nodes[::side]
             depths = rest_depth(self.lattice, nodes[:-1], side, self.f[::side], self.work[::side])
             found[side] = np.append(depths, math.inf)
         return found
 
     @property
-    def nodes(self) -> range:
+    def nodes(self) -> Nodes:
         """The lattice's numbers of the nodes."""
-        return range(self.first, self.first + self.f.size)
+        return self.first + np.arange(self.f.size)
 
     @functools.cached_property
     def torn(self) -> Array:

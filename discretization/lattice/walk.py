@@ -256,11 +256,12 @@ def _move(
         if when.size:
             node, start = parts[i][side < 0], born.pop(parts[i])
             assert node is not None
-            cuts, step = when.tolist(), side * sign
-            own = (ordered(side, node + step * j, None) for j in range(when.size))
-            lives += map(Life, own, [start, *cuts[:-1]], cuts)
+            step, last = side * sign, float(when[-1])
+            if math.isfinite(start):  # else only where it ends is asked
+                own = (ordered(side, node + step * j, None) for j in range(when.size))
+                lives += map(Life, own, [start, *when[:-1].tolist()], when.tolist())
             parts[i] = ordered(side, node + step * when.size, None)
-            born[parts[i]] = cuts[-1]
+            born[parts[i]] = last
 
 
 def _is_free(part: Part) -> bool:
