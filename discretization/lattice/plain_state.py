@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from discretization.equilibrium import Equilibrium
 from discretization.lattice import line
@@ -200,9 +199,12 @@ class SteepTail(LatticeTail):
     def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
         """u at these distances from the line."""
         (u, slope), dx = self._nodes(float(u_line)), self.lattice.spacing
-        last = dx * (u.size - 1)
-        near = CubicHermiteSpline(dx * np.arange(u.size), u, slope)(np.minimum(distance, last))
-        return near * np.exp(-self.rate * np.maximum(distance - last, 0.0))
+        i = np.minimum((distance / dx).astype(int), u.size - 2)
+        t, last = distance / dx - i, dx * (u.size - 1)
+        chord, one, other = u[i + 1] - u[i], dx * slope[i], dx * slope[i + 1]
+        bend = t * (1 - t) * ((1 - t) * (one - chord) - t * (other - chord))
+        beyond = u[-1] * np.exp(-self.rate * np.maximum(distance - last, 0.0))
+        return np.where(distance <= last, u[i] + t * chord + bend, beyond)
 
     def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
         """u' outwards where the surface is displaced by these: it is the same from there on."""
