@@ -86,13 +86,13 @@ class Row:
         nodes = first + np.arange(f.size)
         x = lattice.x(nodes)
         bonds = lattice.on_links(factors(scene, (x[1:] + x[:-1]) / 2) * lattice.cell, nodes)
-        works = scene.work_of_adhesion, scene.opened.work_of_adhesion
+        opening = lattice.w if scene.opening is None else scene.opened.work_of_adhesion
         clear = body.convex and scene.pattern is None
         end, beyond = body.extent[1], 0.0
         if lattice.axis == 0 and end in body.walls and nodes[-1] == where.last:
             beyond = float(end - x[-1]) / lattice.spacing
         touch = where.lowest - first
-        return cls(lattice, body, first, touch, f, bonds, works, clear, beyond)
+        return cls(lattice, body, first, touch, f, bonds, (lattice.w, opening), clear, beyond)
 
     @property
     def where(self) -> Region:
