@@ -29,12 +29,10 @@ saves and that no digit changes:
 | surface tension      | free surfaces, their solves     | fitted.springs.on_springs               |
 | adhesion             | search over contact sets        | lattice.lowest.lowest_contacts          |
 | second side, fitted  | line of a symmetric profile     | fitted.state._lines                     |
-| second side, lattice | half of the sums, if symmetric  | lattice.totals.totals                   |
 | line of a punch      | bracketing of a line at an edge | fitted.lines.find_line                  |
-| contact              | all but the touching point      | lattice.fronts.adhered                  |
-| far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |
+| far field            | nodes beyond the contact        | lattice.nodes.Lattice                   |
 | other contacts       | resolving a convex profile      | fitted.state.on_one_contact             |
-| links in between     | a convex profile's heights      | lattice.fronts.first_above              |
+| nodes far out        | heights a convex profile has    | lattice.row.Row                         |
 | true lengths         | nonlinear solves                | surfaces.finite_gap.solved              |
 | known surfaces       | solves of one seen before       | surfaces.rings.stiffness                |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |

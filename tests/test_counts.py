@@ -13,7 +13,7 @@ from scenes import plain, roughness
 
 from discretization import Lattice, load_path, minimise
 from discretization.fitted.lines import Problem
-from discretization.lattice import fronts, lowest
+from discretization.lattice import lowest
 from discretization.surfaces import finite_gap, menisci
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
 
@@ -79,38 +79,6 @@ def test_a_step_of_a_load_path():
     assert counted["solves"] == 0
 
 
-@pytest.mark.parametrize(("w", "depth"), [(0.02, 1.5), (0.02, -0.02), (0.0, 1.5)])
-@pytest.mark.parametrize("nodes", [100, 1000, 10_000, 200_000])
-def test_the_lattice_visits_each_node_once(nodes, w, depth):
-    """Symmetric: half of the contact; the estimate half as many. No array longer than a block."""
-    question = plain(Counted(10.0), w=w)
-    a = minimise(question, depth).half_width
-    counted.clear()
-    state = minimise(question, depth, method="lattice", spacing=2 * a / nodes)
-    assert state.certificate.ok
-    assert counted["heights"] <= nodes / 2 + 650
-    assert counted["calls"] <= 17 + nodes / 2 / 16_000
-    assert counted["longest"] <= 20_000
-    counted.clear()
-    assert state.error_estimate["force"] <= 2e-3
-    assert counted["heights"] <= nodes / 4 + 650
-    before = counted["heights"]
-    assert state.error_estimate["half_width"] <= 2e-3
-    assert counted["heights"] == before
-
-
-@pytest.mark.parametrize("slopes", ["small", "finite"])
-@pytest.mark.parametrize("indenter", [Counted(10.0), Counted(10.0).tilted(0.1)])
-def test_a_line_is_found_without_visiting_the_contact(indenter, slopes):
-    question = plain(indenter, slopes=slopes)
-    lattice = Lattice.of(question, 1e-7)
-    counted.clear()
-    where = fronts.region(lattice, indenter, 0.5)
-    first, last = fronts.adhered(lattice, indenter, 0.5, where)
-    assert last - first > 10**7
-    assert counted["heights"] <= 2000
-
-
 def test_a_path_on_the_lattice_reads_the_profile_once():
     question, depths = plain(Counted(10.0)), np.linspace(1.0, 1.1, 101)
     load_path(question, depths=depths[-1:], method="lattice", spacing=1e-3)
@@ -118,14 +86,6 @@ def test_a_path_on_the_lattice_reads_the_profile_once():
     counted.clear()
     load_path(question, depths=depths, method="lattice", spacing=1e-3)
     assert 0 < counted["heights"] <= 1.25 * one_step
-
-
-def test_the_window_of_an_endless_tilted_profile_ends_where_it_rises():
-    indenter = Counted(10.0).tilted(0.1)
-    lattice = Lattice.of(plain(indenter), 1e-3)
-    counted.clear()
-    _, g = lowest.window(lattice, indenter, 0.5)
-    assert g.size <= counted["heights"] <= 4 * g.size
 
 
 def waves(n):

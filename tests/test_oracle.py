@@ -98,20 +98,6 @@ def test_nodes_out_of_reach_change_nothing():
     assert np.ptp(energies) <= 1e-9 * lat.w * lat.spacing
 
 
-def test_solved_again_by_changing_parameters():
-    rng, lat = np.random.default_rng(6), lattice(12.0)
-    oracle = Oracle(lat, 60)
-    (programme,) = oracle._programmes.values()
-    assert programme.problem.is_dcp(dpp=True)
-    first = oracle.solve(rough_heights(rng, 60))
-    problem, cache = programme.problem, programme.problem._cache.param_prog
-    for _ in range(3):
-        g = rough_heights(rng, 60)
-        assert np.allclose(oracle.solve(g).u, obstacle(lat, g).u, rtol=0, atol=1e-7)
-    assert programme.problem is problem and problem._cache.param_prog is cache is not None
-    assert np.array_equal(oracle.solve(rough_heights(np.random.default_rng(6), 60)).u, first.u)
-
-
 def test_scene():
     scene = adhesive(Parabola(0.3), w=0.0)
     oracle = Oracle(Lattice.of(scene, 0.004), 81)

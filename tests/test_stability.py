@@ -6,14 +6,13 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
-from lattices import over
+from lattices import over, pressed
 from scenes import adhesive
 
 from discretization import NodalEnergy
-from discretization.lattice import fronts
+from discretization.lattice.judge import totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.state import on_lattice
-from discretization.lattice.totals import totals
 from energy import Parabola, Wedge
 
 DX = 0.013
@@ -50,8 +49,7 @@ def test_twelve_digits_for_any_ratio_of_length_to_spacing(decade, indenter):
         scene = adhesive(indenter, k=k, gamma1=k * ell**2, w=k * (0.3 * min(ell, a)) ** 2 / 2)
         f, rise = float(indenter.height(a)), float(indenter.slope(a))
         d, lattice = f - scene.critical_separation + ell * rise, Lattice.of(scene, DX)
-        where = fronts.region(lattice, indenter, d)
-        first, last = contact = fronts.adhered(lattice, indenter, d, where)
+        first, last = contact = pressed(lattice, scene, d)
         sums = totals(over(lattice, indenter, d, contact))
         energy, force = exact(lattice, height, d, first, last)
         assert first == -last < -50 and on_lattice(scene, d, DX).certificate.ok

@@ -1,23 +1,22 @@
 """Fixed nodes: the energy of a set of contact nodes is known, its minimum is searched over sets.
 
 A state is a tuple of contacts, the first and last node of each; one contact is no special case.
-Whoever finds them, assembly.py makes an equilibrium of them: the profile over the nodes
-(ground.py), contacts on it (contact_set.py) -> totals (totals.py) -> certificate (judge.py), lines
+Whoever finds them, assembly.py makes an equilibrium of them: the nodes there are under an indenter
+(ground.py, row.py) and contacts on these -> energy, force and certificate (judge.py), lines
 between the nodes (line.py).
 
 They are found by state.py, which asks one of
-    fronts.py        the contact of a convex profile, by bracketing
     plain.py         one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
     lowest.py        lowest energy of all contact sets, on a line and around an axis (obstacle.py
                      where w = 0; oracle.py)
     itself           the end of a path from first touch on: heights and their running sums (row.py),
-                     the depths at which something happens (rules.py, waiting.py), the walk from one
-                     such change to the next (walk.py, outer_lines.py), and lines between the nodes
-                     (between.py); load paths (../paths/lattice_branch.py) too
+                     the depths at which something happens (rules.py), the walk from one such change
+                     to the next (walk.py), and lines between the nodes (between.py); load paths
+                     (../paths/lattice_branch.py) too
 
 Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
 where it is held: outside, inside and between two contacts (radial_spans.py). The lattice has a form
-of its own there; all else asks it what it asks of a line contact (shares.py).
+of its own there; all else asks it what it asks of a line contact (nodes.py).
 """
 
 from discretization.lattice.nodes import Lattice

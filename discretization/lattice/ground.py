@@ -1,68 +1,120 @@
-"""The nodes there are under an indenter, its heights there, and how they adhere."""
+"""The nodes there are under an indenter, the one that touches first, and the heights there."""
 
 from __future__ import annotations
 
-import functools
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import fronts
 from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]
+MOST = 10**7  # nodes that are looked through, or kept
+_ENDLESS = 1 << 31  # nodes, beyond which a convex profile is not looked for its lowest one
 
 
-@dataclass(frozen=True, eq=False)
-class Ground:
-    """The nodes there are, the profile over them, and how it adheres.
+class Region(NamedTuple):
+    """Nodes first..last in which contact is looked for, and the node that touches first."""
 
-    works: of adhesion [energy/area] of contacts that are being closed, and of those being opened;
-    f (n,): heights of all nodes of the region, where they are kept; bonds (n - 1,): length or area
-    of each link there, times the pattern's factor on the work of adhesion.
-    """
+    first: int
+    last: int
+    lowest: int
 
-    lattice: Lattice
-    indenter: Indenter
-    where: fronts.Region
-    works: tuple[float, float]
-    f: Array | None = None
-    bonds: Array | None = None
 
-    @classmethod
-    def of(cls, lattice: Lattice, indenter: Indenter, depth: float) -> Ground:
-        """Where contact is possible; of one work of adhesion everywhere."""
-        where = fronts.region(lattice, indenter, depth)
-        return cls(lattice, indenter, where, (lattice.w, lattice.w))
+def positions(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
+    """x of the nodes; nodes on an end of the extent stay on it in spite of rounding."""
+    return np.clip(lattice.x(nodes), *indenter.extent)
 
-    @functools.cached_property
-    def lowest(self) -> float:
-        """f at the node that touches first."""
-        return float(self.heights(self.where.lowest, self.where.lowest)[0])
 
-    def heights(self, start: int, stop: int) -> Array:
-        """f at all nodes from one to another, upwards or downwards."""
-        if self.f is not None:
-            low = min(start, stop) - self.where.first
-            own = self.f[low : low + abs(stop - start) + 1]
-            return own if stop >= start else own[::-1]
-        way = 1 if stop >= start else -1
-        return fronts.heights(
-            self.lattice, self.indenter, np.arange(start, stop + way, way, dtype=float)
+def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
+    """f at the nodes."""
+    x = positions(lattice, indenter, nodes)
+    f = indenter.height(x)
+    if not np.isfinite(f).all():
+        raise ValueError(
+            f"indenter.height({float(x[~np.isfinite(f)][0])!r}) is not finite; give a profile that "
+            f"is finite inside its extent {indenter.extent}"
         )
+    return f
 
-    def at(self, nodes: Array) -> Array:
-        """f at some nodes."""
-        if self.f is not None:
-            return self.f[np.asarray(nodes, np.int64) - self.where.first]
-        return fronts.heights(self.lattice, self.indenter, nodes)
 
-    def work(self, node: int, other: int, *, opening: bool = False) -> float:
-        """Adhesion of the links from one node to another."""
-        first, last = sorted((node, other))
-        if self.bonds is None:
-            return self.works[opening] * self.lattice.cell * self.lattice.bound(first, last)
-        own = self.bonds[first - self.where.first : last - self.where.first]
-        return self.works[opening] * float(own.sum())
+def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
+    """Where contact is possible. ValueError if the profile has no lowest point to touch with."""
+    (lo, hi), dx = indenter.extent, lattice.spacing
+    first = math.ceil(max((lo - lattice.origin) / dx - 1e-9, -_ENDLESS))
+    last = math.floor(min((hi - lattice.origin) / dx + 1e-9, _ENDLESS))
+    if first > last:
+        raise ValueError(f"spacing = {dx!r} leaves no node on the indenter; give a smaller one")
+    if first == last and lattice.gamma1:
+        raise ValueError(f"spacing = {dx!r} leaves one node on the indenter; give a smaller one")
+    if not indenter.convex and last - first > MOST:
+        if hi - lo < math.inf:
+            raise ValueError(
+                f"spacing = {dx!r} puts {last - first} nodes on the indenter: at most {MOST} are "
+                "looked through; give it a smaller extent, or a larger spacing"
+            )
+        first, last = _searched(lattice, indenter, depth, first, last)
+    if indenter.apex is not None:
+        beside = min(max(math.floor((indenter.apex - lattice.origin) / dx + 1e-9), first), last)
+        if lattice.x(beside) == indenter.apex:
+            return Region(first, last, beside)
+        pair = beside, min(beside + 1, last)
+        return Region(first, last, pair[int(np.argmin(heights(lattice, indenter, np.array(pair))))])
+    if indenter.convex:
+        return Region(first, last, _bottom(lattice, indenter, first, last))
+    f = heights(lattice, indenter, np.arange(first, last + 1.0))
+    return Region(first, last, first + int(np.argmin(f)))
+
+
+def _bottom(lattice: Lattice, indenter: Indenter, first: int, last: int) -> int:
+    """The lowest node of a convex profile: downhill from the origin to the first link that rises.
+
+    ValueError if it falls for ever.
+    """
+    start = min(max(0, first), last)
+    for side, limit in ((1, last), (-1, first)):
+        found, beyond = 0, abs(limit - start)
+        while found < beyond:
+            middle = (found + beyond) // 2
+            ends = start + side * np.array([middle, middle + 1.0])
+            near, far = indenter.height(positions(lattice, indenter, ends)).tolist()
+            found, beyond = (middle + 1, beyond) if far <= near else (found, middle)
+        if found == _ENDLESS:
+            raise ValueError(_bottomless(lattice, indenter, found))
+        if found:
+            return start + side * found
+    return start
+
+
+def _searched(
+    lattice: Lattice, indenter: Indenter, depth: float, first: int, last: int
+) -> tuple[int, int]:
+    """Window about the origin, doubled until its ends stand clear of the surface."""
+    half = 1 << 10
+    while 2 * half <= MOST:
+        lo, hi = max(first, -half), min(last, half)
+        f = heights(lattice, indenter, np.arange(lo, hi + 1.0))
+        clear = max(depth, float(f.min())) + lattice.deepest_contact
+        if abs(lo + int(np.argmin(f))) <= half // 2 and min(f[0], f[-1]) > clear:
+            return lo, hi
+        half *= 2
+    raise ValueError(_bottomless(lattice, indenter, half // 2))
+
+
+def _bottomless(lattice: Lattice, indenter: Indenter, nodes: int) -> str:
+    return (
+        f"indenter = {indenter!r} has no lowest point within {nodes} nodes of x = "
+        f"{lattice.origin!r}; give Profile(..., extent=(lo, hi)) or a larger spacing"
+    )
+
+
+def unknown(lattice: Lattice, depth: float, node: int) -> str:
+    """What to say of a contact that reaches the last node of a profile that may go on."""
+    return (
+        f"depth = {depth!r} spreads the contact over the whole known profile, to x = "
+        f"{lattice.x(node)!r}, beyond which it is not known any more; give a wider profile, a "
+        "smaller depth, or add a FlatPunch whose edge ends the indenter there"
+    )

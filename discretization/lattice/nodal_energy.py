@@ -23,32 +23,45 @@ class NodalEnergy:
     """The energy of n nodes in a row, with exact tails beyond both ends, as a function of u.
 
     contact: (n,) bool, the nodes held to be in contact (they carry the adhesion); first: the
-    lattice's number of the first node.
+    lattice's number of the first node; adhesion (n - 1,): of each link, unless it is w everywhere.
     """
 
-    def __init__(self, lattice: Lattice, contact: ArrayLike, first: int = 0) -> None:
+    def __init__(
+        self,
+        lattice: Lattice,
+        contact: ArrayLike,
+        first: int = 0,
+        adhesion: ArrayLike | None = None,
+    ) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
         self.nodes = first + np.arange(self.contact.size)
-        self.ends = lattice.at(first, -1), lattice.at(self.nodes[-1], 1)
+        ends = (first, -1), (int(self.nodes[-1]), 1)
+        self.pulls = np.array([float(lattice.pull(*end)) for end in ends])  # of the tails, over u
         self.bound = self.contact[1:] & self.contact[:-1]
+        if adhesion is None:
+            adhesion = lattice.on_links(
+                np.full(self.bound.size, lattice.w * lattice.cell), self.nodes
+            )
+        self.adhesion = np.asarray(adhesion, float)
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
         lat, u = self.lattice, np.asarray(u, float)
         cell, steps, nodes = lat.cell, np.diff(u), self.nodes
         free = terms.surface(steps / lat.spacing, gamma1=lat.gamma1, slopes=lat.slopes).value
-        arc = np.hypot(1, steps / lat.spacing) if lat.slopes == "finite" else np.ones(steps.size)
-        adhesive = np.sum(lat.on_links(arc * self.bound, nodes))
+        bonds = self.adhesion
+        if lat.slopes == "finite":
+            bonds = bonds * np.hypot(1, steps / lat.spacing)
+        adhesive = float(bonds @ self.bound)
         if not lat.gamma1:
-            adhesive = np.sum(lat.on_nodes(self.contact.astype(float), nodes))
+            adhesive = lat.w * cell * float(np.sum(lat.on_nodes(self.contact * 1.0, nodes)))
         stored = lat.on_nodes(terms.spring(u, k=lat.k).value, nodes)
-        left, right = self.ends
         return {
             "springs": cell * float(stored.sum()),
             "surface": cell * float(lat.on_links(free, nodes).sum()),
-            "adhesion": -lat.w * cell * float(adhesive),
-            "tails": float(left.tail_energy(u[0]) + right.tail_energy(u[-1])),
+            "adhesion": -adhesive,
+            "tails": float(self.pulls @ u[[0, -1]] ** 2) / 2,
         }
 
     def value(self, u: ArrayLike) -> float:
@@ -58,13 +71,22 @@ class NodalEnergy:
     def gradient(self, u: ArrayLike) -> Array:
         """∂U/∂u_i [force/length] (n,) at fixed contact: on contact nodes the indenter's force."""
         lat, u = self.lattice, np.asarray(u, float)
-        tension, (left, right) = self._links(u)[0], self.ends
+        tension, tails = self._links(u)[0], self.pulls * u[[0, -1]]
         force = lat.cell * lat.on_nodes(terms.spring(u, k=lat.k).first, self.nodes)
         force[:-1] -= tension
         force[1:] += tension
-        force[0] += left.tail_reaction(u[0])
-        force[-1] += right.tail_reaction(u[-1])
+        force[0] += tails[0]
+        force[-1] += tails[1]
         return force
+
+    def springs(self, u: Array) -> Array:
+        """Forces of the springs (n + 2,) [force/length], all those of either tail as one."""
+        own = self.lattice.spring * self.lattice.on_nodes(u, self.nodes)
+        return np.concatenate([own, self.pulls * u[[0, -1]]])
+
+    def tension(self, u: Array) -> Array:
+        """Vertical force of each link (n - 1,)."""
+        return self._links(u)[0]
 
     def hessian(self, u: ArrayLike = 0.0) -> Array:
         """∂²U/∂u_i∂u_j [force/length²] at u, lower banded (2, n): diagonal, then sub-diagonal.
@@ -73,12 +95,11 @@ class NodalEnergy:
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         stiffness = self._links(u)[1]
-        left, right = self.ends
         band = lat.on_nodes(np.full((2, u.size), lat.spring), self.nodes)
         band[0, :-1] += stiffness
         band[0, 1:] += stiffness
-        band[0, 0] += left.tail_stiffness(u[0])
-        band[0, -1] += right.tail_stiffness(u[-1])
+        band[0, 0] += self.pulls[0]
+        band[0, -1] += self.pulls[1]
         band[1, :-1] = -stiffness
         return band
 

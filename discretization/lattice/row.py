@@ -9,27 +9,27 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.fronts import Region, outermost, unknown
-from discretization.lattice.ground import Ground
+from discretization.lattice import ground
+from discretization.lattice.ground import Region
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.rules import Rules
-from energy import Scene
+from discretization.lattice.rules import Rules, rest_depth
+from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
-_SPARE = 4  # links beyond the last that holds, for interpolation
 Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
-MOST = 10**6  # nodes of a profile that is not convex, all of which are kept
+_SPARE = 64  # links beyond the last that holds: for interpolation, and to see what is met there
+_FEW = 256  # nodes looked at first
+_SLACK = 1e-9  # of δ₀
 
 
 class Sums(NamedTuple):
@@ -49,7 +49,7 @@ class Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """n nodes in a row.
+    """n nodes in a row under an indenter.
 
     first: the lattice's number of node 0; touch: the node that touches first; f (n,): heights;
     bonds (n - 1,): length or area of each link times the pattern's factor on the work of adhesion;
@@ -59,36 +59,60 @@ class Row:
     """
 
     lattice: Lattice
+    indenter: Indenter
     first: int
     touch: int
     f: Array
     bonds: Array
     works: tuple[float, float]
-    clear: bool
+    clear: bool = False
     overhang: float = 0.0
 
     @classmethod
-    def of(cls, scene: Scene, ground: Ground, deepest: float) -> Row:
-        """The nodes that may be in contact up to the largest depth.
+    def of(cls, scene: Scene, lattice: Lattice, depth: float) -> Row:
+        """The nodes that may be in contact at depths up to this one.
 
-        Of a convex profile they end a few links beyond the last that holds there; of others they
-        are all nodes of the region. ValueError if the profile ends before, or has too many nodes.
+        Of a convex profile they end some links beyond the last that holds when the indenter is
+        pressed to this depth, or touches; of others they are all nodes of the region. ValueError if
+        the profile ends before, or has too many nodes.
         """
-        lattice, where = ground.lattice, ground.where
-        if scene.indenter.convex:
-            left, right = (_outwards(scene, ground, way, deepest) for way in (-1, 1))
+        body, where = scene.indenter, ground.region(lattice, scene.indenter, depth)
+        if body.convex:
+            left, right = (_outwards(scene, lattice, where, way, depth) for way in (-1, 1))
             f, first = np.concatenate([left[:0:-1], right]), where.lowest - left.size + 1
         else:
-            f, first = _all(ground), where.first
-        x = lattice.x(first + np.arange(f.size))
-        bonds = factors(scene, (x[1:] + x[:-1]) / 2) * lattice.cell
-        bonds = lattice.on_links(bonds, first + np.arange(f.size))
-        works = scene.work_of_adhesion, scene.opened.work_of_adhesion
-        clear = scene.indenter.convex and scene.pattern is None
-        end, beyond = scene.indenter.extent[1], 0.0
-        if lattice.axis == 0 and end in scene.indenter.walls and first + f.size > where.last:
+            f = ground.heights(lattice, body, np.arange(where.first, where.last + 1.0))
+            first = where.first
+        nodes = first + np.arange(f.size)
+        x = lattice.x(nodes)
+        bonds = lattice.on_links(factors(scene, (x[1:] + x[:-1]) / 2) * lattice.cell, nodes)
+        opening = lattice.w if scene.opening is None else scene.opened.work_of_adhesion
+        clear = body.convex and scene.pattern is None
+        end, beyond = body.extent[1], 0.0
+        if lattice.axis == 0 and end in body.walls and nodes[-1] == where.last:
             beyond = float(end - x[-1]) / lattice.spacing
-        return cls(lattice, first, where.lowest - first, f, bonds, works, clear, beyond)
+        touch = where.lowest - first
+        return cls(lattice, body, first, touch, f, bonds, (lattice.w, opening), clear, beyond)
+
+    @property
+    def where(self) -> Region:
+        """The lattice's numbers of the first and the last node, and of that which touches first."""
+        return Region(self.first, self.first + self.f.size - 1, self.first + self.touch)
+
+    @property
+    def lowest(self) -> float:
+        """f at the node that touches first."""
+        return float(self.f[self.touch])
+
+    def heights(self, start: int, stop: int) -> Array:
+        """f from one of the lattice's nodes to another, upwards or downwards."""
+        low = min(start, stop) - self.first
+        own = self.f[low : low + abs(stop - start) + 1]
+        return own if stop >= start else own[::-1]
+
+    def adhesion(self, *, opening: bool = False) -> Array:
+        """Of each link [energy/length]."""
+        return self.works[opening] * self.bonds
 
     @functools.cached_property
     def rules(self) -> tuple[Rules, Rules]:
@@ -98,17 +122,6 @@ class Row:
         if opening == closing:
             return first, first
         return first, replace(first, work=opening * self.bonds)
-
-    def contacts(
-        self, ground: Ground, nodes: Sequence[tuple[int, int]], depth: float
-    ) -> ContactSet:
-        """Contacts between these of its nodes, on what is kept here of the ground."""
-        known = replace(ground, works=self.works)
-        if not self.clear:
-            where = Region(self.first, self.first + self.f.size - 1, self.first + self.touch)
-            known = replace(known, where=where, f=self.f, bonds=self.bonds)
-        pairs = [(self.first + first, self.first + last) for first, last in nodes]
-        return ContactSet(known, pairs, depth)
 
     @functools.cached_property
     def sums(self) -> Sums:
@@ -158,14 +171,13 @@ class Row:
     def tail_force(self, node: Nodes, side: int, depth: Array) -> Array:
         """What the outermost line at these nodes adds to P, with the surface beyond it."""
         springs, _ = self._springs(node + (side > 0), depth)
-        place = self.lattice.at(self.first + node, side)
-        return side * springs + place.tail_reaction(depth - self.f[node])
+        return side * springs + self.lattice.pull(self.first + node, side) * (depth - self.f[node])
 
     def tail_energy(self, node: Nodes, side: int, depth: Array) -> Array:
         """What the outermost line at these nodes adds to U, with the surface beyond it."""
         _, springs = self._springs(node + (side > 0), depth)
-        place = self.lattice.at(self.first + node, side)
-        return side * (springs + self._links(node)) + place.tail_energy(depth - self.f[node])
+        tail = self.lattice.pull(self.first + node, side) / 2 * (depth - self.f[node]) ** 2
+        return np.asarray(side * (springs + self._links(node)) + tail)
 
     def gap_force(self, left: Nodes, right: Nodes, depth: Array) -> Array:
         """What the two lines of a free surface between contacts add to P, with that surface."""
@@ -182,26 +194,43 @@ class Row:
         return np.asarray(springs + self._links(left) - self._links(right) + stored)
 
 
-def _all(ground: Ground) -> Array:
-    lattice, where = ground.lattice, ground.where
-    if where.last - where.first > MOST:
-        raise ValueError(
-            f"spacing = {lattice.spacing!r} puts {where.last - where.first} nodes on the indenter; "
-            "give it a finite extent, or a larger spacing"
-        )
-    return ground.heights(where.first, where.last)
-
-
-def _outwards(scene: Scene, ground: Ground, way: int, deepest: float) -> Array:
+def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, depth: float) -> Array:
     """Heights from the node that touches first to the link that resists, and some links more."""
-    lattice, body, (first, last, lowest) = ground.lattice, scene.indenter, ground.where
-    limit, strongest = (last, first)[way < 0], max(scene.pattern.factors) if scene.pattern else 1.0
-    end = outermost(lattice, body, deepest, lowest, limit, strongest) + way * (1 + _SPARE)
-    if abs(end - lowest) >= abs(limit - lowest):
-        end = limit
-        if body.extent[0 if way < 0 else 1] not in body.walls:
-            raise ValueError(unknown(lattice, deepest, limit))
-    return ground.heights(lowest, end)
+    body, start, limit = scene.indenter, where.lowest, (where.last, where.first)[way < 0]
+    most, f, passed = abs(limit - start), np.empty(0), 0
+    while True:
+        nodes = start + way * np.arange(min(2 * f.size or _FEW, most + 1.0))
+        with np.errstate(over="ignore", invalid="ignore"):
+            more = body.height(ground.positions(lattice, body, nodes[f.size :]))
+            f = np.concatenate([f, more])
+            top = max(depth, float(f[0]))
+            holds = _holds(scene, lattice, nodes[passed:], f[passed:], way, top)
+        if not holds.all() or f.size > most:
+            break
+        passed = f.size - 1
+        if passed > ground.MOST:
+            raise ValueError(
+                f"spacing = {lattice.spacing!r} puts more than {ground.MOST} nodes in contact; give"
+                " a larger spacing"
+            )
+    if holds.all() and body.extent[0 if way < 0 else 1] not in body.walls:
+        raise ValueError(ground.unknown(lattice, depth, limit))
+    end = (most if holds.all() else passed + int(holds.argmin())) + 1 + _SPARE
+    known = f[: end + 1]
+    if not np.isfinite(known).all():
+        known = known[: int(np.isfinite(known).argmin())]
+    return known
+
+
+def _holds(
+    scene: Scene, lattice: Lattice, nodes: Array, f: Array, way: int, depth: float
+) -> NDArray[np.bool_]:
+    """Whether links outwards may be in contact; with finite slopes while u > -δ₀ beyond them."""
+    strongest = max(scene.pattern.factors) if scene.pattern else 1.0
+    if lattice.slopes == "finite":
+        return np.asarray(f[1:] <= depth + scene.critical_separation * (1 + _SLACK))
+    bond = strongest * lattice.w * lattice.cell * lattice.bound(nodes[:-1], nodes[1:])
+    return np.asarray(rest_depth(lattice, nodes[:-1], way, f, bond) <= depth)
 
 
 def _running(parts: Array, start: int) -> Array:

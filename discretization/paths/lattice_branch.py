@@ -30,11 +30,9 @@ from discretization.equilibrium import detached
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import interpolated, moved_lines
-from discretization.lattice.ground import Ground
-from discretization.lattice.judge import judge
+from discretization.lattice.judge import ContactSet, judge, totals
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Contacts, Row
-from discretization.lattice.totals import totals
 from discretization.lattice.walk import Walk, Way, parts_of
 from discretization.paths.branch import FollowerBase, Point
 from discretization.routes import route
@@ -72,7 +70,6 @@ class LatticeBranch(FollowerBase):
 
     scene: Scene
     seen: Scene
-    ground: Ground
     row: Row
     walk: Walk
     deepest: float
@@ -86,9 +83,8 @@ class LatticeBranch(FollowerBase):
         route(scene, "path", nodes=True)
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
-        ground = Ground.of(lattice, seen.indenter, deepest)
-        row = Row.of(seen, ground, deepest)
-        return cls(scene, seen, ground, row, Walk(row), deepest)
+        row = Row.of(seen, lattice, deepest)
+        return cls(scene, seen, row, Walk(row), deepest)
 
     @functools.cached_property
     def hidden(self) -> Unseen:
@@ -116,7 +112,7 @@ class LatticeBranch(FollowerBase):
             return None
         if not self.scene.hysteretic:
             return Held(nodes, self._on_nodes(nodes))
-        return Held(nodes, moved_lines(self.row, self.seen.indenter, nodes, depth, before))
+        return Held(nodes, moved_lines(self.row, nodes, depth, before))
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
         (lo, hi), lattice, first = self.seen.indenter.extent, self.row.lattice, self.row.first
@@ -165,8 +161,7 @@ class LatticeBranch(FollowerBase):
     def _inside(self, nodes: Contacts, depth: float) -> None:
         """ValueError for contacts that reach an end of the known profile."""
         if nodes:
-            first = self.row.first
-            refuse_unknown(self.ground, depth, first + nodes[0][0], first + nodes[-1][1])
+            refuse_unknown(self.row, depth, nodes)
 
     def pinned(self, state: State) -> tuple[str, str]:
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
@@ -204,7 +199,7 @@ class LatticeBranch(FollowerBase):
         """Lines, P and U of states with as many contacts each."""
         nodes = np.array([state.nodes for state in states]).reshape(len(states), -1)
         lines = np.array([state.lines for state in states]) if self.scene.hysteretic else None
-        return interpolated(self.row, self.seen.indenter, nodes, depths, lines)
+        return interpolated(self.row, nodes, depths, lines)
 
     def energy(self, state: State, depth: float) -> float:
         """U of the contact set."""
@@ -263,7 +258,7 @@ class LatticeBranch(FollowerBase):
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        contacts = self.row.contacts(self.ground, state.nodes, depth)
+        contacts = ContactSet(self.row, state.nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 
