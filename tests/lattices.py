@@ -1,12 +1,12 @@
 """Lattices with heights of their nodes, and the least energies on them by brute force."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from discretization.certificate import Proof
-from discretization.lattice.ground import heights, region
+from discretization.lattice.ground import Region, heights, region
 from discretization.lattice.judge import ContactSet
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.nodal_energy import NodalEnergy
@@ -14,7 +14,7 @@ from discretization.lattice.nodes import Lattice
 from discretization.lattice.obstacle import surface
 from discretization.lattice.row import Row
 from discretization.lattice.walk import Walk
-from energy import Profile
+from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
 
 def lattice(ell, *, k=37.0, spacing=0.03, w=0.0):
@@ -50,9 +50,13 @@ def of_heights(lattice, g, ends, depth=None, factor=None):
 
 def row_of(lattice, indenter, f, first=0, factor=None):
     """Nodes of these heights."""
-    factor = 1.0 if factor is None else factor
-    bonds = lattice.on_links(np.full(f.size - 1, factor * lattice.cell), first + np.arange(f.size))
-    return Row(lattice, indenter, first, int(np.argmin(f)), f, bonds, (lattice.w, lattice.w))
+    lattice = lattice if factor is None else replace(lattice, w=factor * lattice.w)
+    surfaces = SurfaceEnergies.from_work(lattice.gamma1, lattice.w)
+    scene = Scene(ElasticLayer(lattice.k, 0.0, 1.0), surfaces, indenter)
+    where = Region(first, first + f.size - 1, first + int(np.argmin(f)))
+    row = Row(lattice, scene, where)
+    vars(row)["f"] = f
+    return row
 
 
 def over(lattice, indenter, depth, *nodes):

@@ -84,7 +84,8 @@ def _ends(contacts: ContactSet) -> list[line.End]:
     """The ends of a single contact, the right one first; that one alone if it includes the axis."""
     row, ((first, last),) = contacts.row, contacts.nodes
     alone = row.lattice.x(row.first + first) == row.lattice.axis
-    sides = [(last, 1)] if alone else [(last, 1), (first, -1)]
+    mirrored = row.mirrored and first + last == 2 * row.touch
+    sides = [(last, 1)] if alone or mirrored else [(last, 1), (first, -1)]
     return [line.end_of(row, contacts.depth, *side) for side in sides]
 
 
@@ -138,7 +139,7 @@ def _interval(left: line.Line, right: line.Line) -> list[float]:
 
 def refuse_unknown(row: Row, depth: float, nodes: Contacts) -> None:
     """ValueError for contacts at an end of the profile that is not the end of the body."""
-    ends = (nodes[0][0], 0), (nodes[-1][1], row.f.size - 1)
+    ends = (nodes[0][0], 0), (nodes[-1][1], row.size - 1)
     for (node, limit), end in zip(ends, row.indenter.extent, strict=True):
         if node == limit and end not in row.indenter.walls:
             raise ValueError(unknown(row.lattice, depth, row.first + node))

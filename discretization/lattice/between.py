@@ -74,7 +74,7 @@ def moved_lines(
         came[0] = [there.get(*each) for each in zip(facing, inside, strict=True)]
     offset = offsets(row, at, np.array([depth]), came)
     found = zip(facing, _positions(row, at, offset)[0].tolist(), strict=True)
-    rounding = _ROUNDING * float(np.abs(row.lattice.x(row.first + np.array([0, row.f.size]))).max())
+    rounding = _ROUNDING * float(np.abs(row.lattice.x(row.first + np.array([0, row.size]))).max())
     return tuple(
         known[line] if abs(known.get(line, np.inf) - x) <= rounding else x for line, x in found
     )
@@ -123,7 +123,7 @@ def _outwards(lines: int) -> Nodes:
 
 def _at_edge(row: Row, nodes: Nodes) -> NDArray[np.bool_]:
     """Whether lines are at an edge beyond the last node."""
-    return np.asarray((nodes == row.f.size - 1) & (row.overhang > 0))
+    return np.asarray((nodes == row.size - 1) & (row.overhang > 0))
 
 
 def offsets(row: Row, nodes: Nodes, depth: Array, before: Array) -> Array:
@@ -162,8 +162,8 @@ def at_offsets(row: Row, nodes: Nodes, offset: Array, depth: Array, parts: Parts
         node = nodes[:, column]
         own = tail(node, side, depth)
         beside = node + side * steps[:, column]
-        past = beside > row.f.size - 1  # as far from the last node as the one before
-        other = tail(np.clip(np.where(past, node - 1, beside), 0, row.f.size - 1), side, depth)
+        past = beside > row.size - 1  # as far from the last node as the one before
+        other = tail(np.clip(np.where(past, node - 1, beside), 0, row.size - 1), side, depth)
         more = share[:, column] * np.where(past, own - other, other - own)
         total = total + own + more  # with all digits of the sums
     if nodes.shape[1] == 2:
@@ -182,7 +182,7 @@ def _outer_offset(row: Row, node: Nodes, side: int, depth: Array, before: Array)
 
     before: how far it was.
     """
-    at = node if side > 0 else row.f.size - 1 - node
+    at = node if side > 0 else row.size - 1 - node
     free = (at > 0) & np.isfinite(row.rules[0].outwards[side][at])
     lowest = node == row.touch
     if lowest.any():
@@ -196,7 +196,7 @@ def _outer_offset(row: Row, node: Nodes, side: int, depth: Array, before: Array)
         rests = np.minimum(np.maximum(rests, -0.5), 0.5)
         found = np.where(moves, further(found, rests), found)
     edge = row.overhang if side > 0 else 0.0
-    return np.where(node == row.f.size - 1, edge, found) if edge else found
+    return np.where(node == row.size - 1, edge, found) if edge else found
 
 
 def _facing_offsets(

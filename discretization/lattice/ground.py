@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +13,11 @@ from discretization.lattice.nodes import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
 MOST = 10**7  # nodes that are looked through, or kept
 _ENDLESS = 1 << 31  # nodes, beyond which a convex profile is not looked for its lowest one
+_AHEAD = np.unique(np.geomspace(1, _ENDLESS, 256).astype(np.int64)) - 1  # further and further apart
+_AT_ONCE = 128  # links looked at
 
 
 class Region(NamedTuple):
@@ -24,12 +28,13 @@ class Region(NamedTuple):
     lowest: int
 
 
-def positions(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
+def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
     """x of the nodes; nodes on an end of the extent stay on it in spite of rounding."""
-    return np.clip(lattice.x(nodes), *indenter.extent)
+    x, (lo, hi) = lattice.x(nodes), indenter.extent
+    return np.clip(x, lo, hi) if lo > -math.inf or hi < math.inf else x
 
 
-def heights(lattice: Lattice, indenter: Indenter, nodes: Array) -> Array:
+def heights(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
     """f at the nodes."""
     x = positions(lattice, indenter, nodes)
     f = indenter.height(x)
@@ -69,6 +74,20 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
     return Region(first, last, first + int(np.argmin(f)))
 
 
+def first_failing(holds: Callable[[Nodes], NDArray[np.bool_]], most: int) -> int:
+    """The first of links 0, 1, ..., most - 1 that does not hold, where all before do; most: none.
+
+    Many are looked at at once: first links further and further apart, then those between.
+    """
+    low, high, links = 0, most, _AHEAD[most > _AHEAD]
+    while low < high:
+        held = holds(links)
+        i = links.size if held.all() else int(held.argmin())
+        low, high = int(links[i - 1]) + 1 if i else low, int(links[i]) if i < links.size else high
+        links = np.arange(low, high, max(1, (high - low) // _AT_ONCE))
+    return low
+
+
 def _bottom(lattice: Lattice, indenter: Indenter, first: int, last: int) -> int:
     """The lowest node of a convex profile: downhill from the origin to the first link that rises.
 
@@ -76,12 +95,13 @@ def _bottom(lattice: Lattice, indenter: Indenter, first: int, last: int) -> int:
     """
     start = min(max(0, first), last)
     for side, limit in ((1, last), (-1, first)):
-        found, beyond = 0, abs(limit - start)
-        while found < beyond:
-            middle = (found + beyond) // 2
-            ends = start + side * np.array([middle, middle + 1.0])
-            near, far = indenter.height(positions(lattice, indenter, ends)).tolist()
-            found, beyond = (middle + 1, beyond) if far <= near else (found, middle)
+
+        def falls(links: Nodes, side: int = side) -> NDArray[np.bool_]:
+            ends = (positions(lattice, indenter, start + side * (links + j)) for j in (0, 1))
+            near, far = map(indenter.height, ends)
+            return np.asarray(far <= near)
+
+        found = first_failing(falls, abs(limit - start))
         if found == _ENDLESS:
             raise ValueError(_bottomless(lattice, indenter, found))
         if found:

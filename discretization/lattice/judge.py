@@ -36,7 +36,9 @@ from discretization.lattice.row import Contacts, Row
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+_BLOCK = 1 << 14  # nodes looked at at once
 _TINY = float(np.finfo(float).tiny)
 
 
@@ -53,8 +55,16 @@ class Move(NamedTuple):
     work: float
 
 
+class Part(NamedTuple):
+    """Successive nodes of a state, from the last one of the part before on: energy, u and g."""
+
+    model: NodalEnergy
+    u: Array
+    g: Array
+
+
 class State(Protocol):
-    """Contacts on nodes at a depth, of which u and g are known at all nodes of the energy."""
+    """Contacts on nodes at a depth."""
 
     @property
     def row(self) -> Row: ...
@@ -63,16 +73,17 @@ class State(Protocol):
     def depth(self) -> float: ...
 
     @property
-    def model(self) -> NodalEnergy: ...
+    def at_lines(self) -> tuple[float, float]:
+        """u of the first and the last contact node."""
 
-    @property
-    def u(self) -> Array: ...
+    def parts(self) -> Iterator[Part]:
+        """The nodes that are looked at, so many at once as stay in the processor's cache."""
 
-    @property
-    def g(self) -> Array: ...
+    def opening(self, part: Part, i: Nodes, force: Array) -> Array:
+        """By how much contact nodes i of a part are pulled by these forces more than they hold.
 
-    def opening(self, force: Array) -> Array:
-        """By how much contact nodes, which feel these forces, are pulled more than they hold."""
+        Per weight, and of nodes that may be opened alone.
+        """
 
     def moves(self, noise: float) -> Iterable[Move]:
         """What lines could do, but for moves after which the surface is in the indenter."""
@@ -81,7 +92,8 @@ class State(Protocol):
 class Totals(NamedTuple):
     """U and P, P as the sum of the forces on contact nodes, and sums of the terms' sizes.
 
-    forces: on all nodes, ∂U/∂u_i (n,).
+    penetration, imbalance, opening: the largest g - u and |∂U/∂u_i| of free nodes, and the largest
+    of `State.opening`; rounding: what the sum of the forces may be off by.
     """
 
     energy: float
@@ -89,29 +101,64 @@ class Totals(NamedTuple):
     force_by_reactions: float
     energy_scale: float
     force_scale: float
-    forces: Array
+    penetration: float
+    imbalance: float
+    opening: float
+    rounding: float
 
 
 def totals(state: State) -> Totals:
-    """Energy and force of a state."""
-    model, u = state.model, state.u
-    terms, springs = list(model.terms(u).values()), model.springs(u)
-    forces = model.gradient(u)
-    return Totals(
-        sum(terms),
-        float(springs.sum()),
-        float(forces[model.contact].sum()),
-        sum(map(abs, terms)),
-        float(np.abs(springs).sum()),
-        forces,
-    )
+    """Energy and force of a state, and what is worst at its nodes, in one pass over them."""
+    energies, sums, worst, carried = np.zeros(4), np.zeros(5), np.zeros(3), 0.0
+    for part in state.parts():
+        model, u = part.model, part.u
+        terms, force, springs, tension = model.balance(u)
+        tails, free = model.pulls * u[[0, -1]], np.flatnonzero(~model.contact[: model.own])
+        force[0] += carried
+        force, carried = force[: model.own], float(force[-1])
+        energies += list(terms.values())
+        sums += [
+            float(springs.sum() + tails.sum()),
+            float(force.sum() - force[free].sum()),
+            float(np.abs(springs).sum() + np.abs(tails).sum()),
+            float(tension @ tension),
+            _at_lines(part),
+        ]
+        worst = np.maximum(worst, _worst(state, part, force, free))
+    whole, reactions, scale, squares, beside = sums.tolist()
+    rounding = 4 * EPSILON * math.sqrt(squares) + 2 * EPSILON * beside
+    energy, size = float(energies.sum()), float(np.abs(energies).sum())
+    penetration, imbalance, opening = worst.tolist()
+    return Totals(energy, whole, reactions, size, scale, penetration, imbalance, opening, rounding)
+
+
+def _at_lines(part: Part) -> float:
+    """Sum of t|u| over links beside contacts.
+
+    Every link's tension T enters the sum of forces twice, 4 ε √ΣT²; that of links beside a contact
+    enters once, and is a difference of displacements, 2 ε t |u| each.
+    """
+    held, lattice, nodes = part.model.contact, part.model.lattice, part.model.nodes
+    links = np.flatnonzero(held[1:] != held[:-1])
+    pulls = lattice.on_nodes(lattice.link * np.abs(part.u[links + 1]), nodes[links] + 0.5)
+    return float(pulls.sum())
+
+
+def _worst(state: State, part: Part, force: Array, free: Nodes) -> list[float]:
+    """penetration, imbalance and opening of `Totals`, of the nodes of this part."""
+    lattice, nodes, held = part.model.lattice, part.model.nodes, part.model.contact
+    pulled = np.flatnonzero(held[: force.size] & (force < 0))
+    return [
+        float((part.g[free] - part.u[free]).max(initial=0.0)),
+        float(np.abs(lattice.per_weight(force[free], nodes[free])).max(initial=0.0)),
+        float(state.opening(part, pulled, force[pulled]).max(initial=0.0)),
+    ]
 
 
 def size_of(state: State) -> float:
     """δ: the largest of |d|, |u| at the lines and δ₀."""
-    held = np.flatnonzero(state.model.contact)
     delta0 = math.sqrt(2 * max(state.row.works) / state.row.lattice.k)
-    return max(abs(state.depth), float(np.abs(state.u[held[[0, -1]]]).max()), delta0)
+    return max(abs(state.depth), *map(abs, state.at_lines), delta0)
 
 
 def judge_apart(row: Row, depth: float) -> Certificate:
@@ -122,19 +169,19 @@ def judge_apart(row: Row, depth: float) -> Certificate:
 
 def judge(state: State, sums: Totals) -> Certificate:
     """Of a state in contact, with these totals."""
-    model, u, delta = state.model, state.u, size_of(state)
+    lat, delta = state.row.lattice, size_of(state)
     size = max(delta, abs(state.depth - state.row.lowest))
     if size == 0:  # touching, nothing deformed
         return Certificate.undeformed()
-    lat, free, force = model.lattice, ~model.contact, sums.forces
-    pull = lat.per_weight(force, model.nodes)
     noise, unit = 32 * EPSILON * (lat.spring + 4 * lat.link) * size, lat.spring * (delta or size)
-    gains = (_gain(move, 32 * EPSILON * size) for move in state.moves(32 * EPSILON * size))
-    apart = abs(sums.force - sums.force_by_reactions) - _summed_rounding(model, u)
+    moves = list(state.moves(32 * EPSILON * size))
+    gains = (_gain(move, 32 * EPSILON * size) for move in moves)
+    through = (-move.gap for move in moves if not move.opening)
+    apart = abs(sums.force - sums.force_by_reactions) - sums.rounding
     return Certificate(
-        penetration=max(0.0, float((state.g - u)[free].max(initial=0.0))) / (delta or size),
-        stationarity=max(0.0, float(np.abs(pull[free]).max(initial=0.0)) - noise) / unit,
-        opening=max(0.0, float(state.opening(force).max(initial=0.0)) - noise) / unit,
+        penetration=max(sums.penetration, *through, 0.0) / (delta or size),
+        stationarity=max(0.0, sums.imbalance - noise) / unit,
+        opening=max(0.0, sums.opening - noise) / unit,
         neighbours=max([0.0, *gains]),
         force=max(0.0, apart) / (sums.force_scale or 1.0),
     )
@@ -148,17 +195,6 @@ def _gain(move: Move, noise: float) -> float:
     else:
         gain = move.work - move.stored * (1 + noise / gap) ** 2
     return gain / (move.work + move.stored + _TINY)
-
-
-def _summed_rounding(model: NodalEnergy, u: Array) -> float:
-    """What the nodal forces' sum can be off by.
-
-    Every link's tension T enters twice, 4 ε √ΣT²; that of links beside a contact enters once, and
-    is a difference of displacements, 2 ε t |u| each.
-    """
-    lines = model.contact[1:] != model.contact[:-1]
-    apart = model.lattice.on_links(model.lattice.link * np.abs(u[1:]), model.nodes)[lines]
-    return 4 * EPSILON * float(np.linalg.norm(model.tension(u))) + 2 * EPSILON * apart.sum()
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,51 +213,66 @@ class ContactSet:
         """The lattice."""
         return self.row.lattice
 
-    @functools.cached_property
-    def contact(self) -> Mask:
-        """Which nodes are in contact (n,)."""
-        found = np.zeros(self.row.f.size, bool)
+    @property
+    def at_lines(self) -> tuple[float, float]:
+        """u of the outermost contact nodes."""
+        return self.g(self.nodes[0][0]), self.g(self.nodes[-1][1])
+
+    def parts(self) -> Iterator[Part]:
+        """All nodes; of one contact of a convex profile its own, with tails beyond."""
+        row, first = self.row, self.row.first
+        start, stop = (self.nodes[0][0], self.nodes[-1][1]) if row.clear else (0, row.size - 1)
+        for low in range(start, max(stop, start + 1), _BLOCK):
+            high = min(low + _BLOCK, stop)
+            contact, g = (
+                self.contact(low, high),
+                self.depth - row.heights(first + low, first + high),
+            )
+            u = g if contact.all() else self.u[low : high + 1]
+            work = row.works[0] * row.bond(np.arange(low, high))
+            tails = low == start, high == stop
+            yield Part(NodalEnergy(self.lattice, contact, first + low, work, tails), u, g)
+
+    def contact(self, low: int, high: int) -> Mask:
+        """Which of the nodes low..high of the row are in contact."""
+        found = np.zeros(high - low + 1, bool)
         for first, last in self.nodes:
-            found[first : last + 1] = True
+            found[max(first - low, 0) : max(last - low + 1, 0)] = True
         return found
 
-    @functools.cached_property
-    def model(self) -> NodalEnergy:
-        """The energy of all nodes."""
-        return NodalEnergy(self.lattice, self.contact, self.row.first, self.row.adhesion())
-
-    @functools.cached_property
-    def g(self) -> Array:
-        """d - f (n,)."""
-        return self.depth - self.row.f
+    def g(self, node: int) -> float:
+        """d - f at a node of the row."""
+        at = self.row.first + node
+        return self.depth - float(self.row.heights(at, at)[0])
 
     @functools.cached_property
     def u(self) -> Array:
-        """Displacements (n,)."""
-        u, free = self.g.copy(), np.flatnonzero(~self.contact)
+        """Displacements (n,) of all nodes."""
+        u, free = self.depth - self.row.f, np.flatnonzero(~self.contact(0, self.row.size - 1))
         u[free] = self._surface(np.unique(self.nodes), free)
         return u
 
-    def _surface(self, held: NDArray[np.int64], at: NDArray[np.int64]) -> Array:
+    def _surface(self, held: Nodes, at: Nodes) -> Array:
         """At some nodes, that of contact nodes."""
         first = self.row.first
-        return surface(self.lattice, held + first, self.g[held], at + first)
+        return surface(self.lattice, held + first, self.depth - self.row.f[held], at + first)
 
-    def opening(self, force: Array) -> Array:
+    def opening(self, part: Part, i: Nodes, force: Array) -> Array:
         """What is said in judge.py: a node with links of adhesion W is held up to √(2 S W).
 
         S: its stiffness, its neighbours as they are. Nodes with one link, the outermost of their
         contacts, are not opened here: these are moves of a line.
         """
-        lat, i = self.lattice, np.flatnonzero(self.contact & (force < 0))
-        bound, nodes = np.pad(self.model.bound, 1), self.model.nodes[i]
-        bonds = np.pad(self.row.adhesion(opening=True), 1)
-        work = bonds[i] * bound[i] + bonds[i + 1] * bound[i + 1]
+        lat, row, nodes = self.lattice, self.row, part.model.nodes[i]
+        start = int(part.model.nodes[0]) - row.first
+        held, at = self.contact(start - 1, start + part.u.size), start + i
+        before, after = held[i], held[i + 2]  # these are in contact
+        work = row.works[1] * (before * row.bond(at - 1) + after * row.bond(at))
         stiffness = lat.on_nodes(np.full(i.size, lat.spring), nodes)
-        stiffness += lat.on_nodes(lat.link, nodes - 0.5) * (i > 0)
-        stiffness += lat.on_nodes(lat.link, nodes + 0.5) * (i < self.g.size - 1)
-        pull = lat.per_weight(-force[i] - np.sqrt(2 * stiffness * work), nodes)
-        return np.asarray(pull[bound[i] == bound[i + 1]])
+        stiffness += lat.on_nodes(lat.link, nodes - 0.5) * (at > 0)
+        stiffness += lat.on_nodes(lat.link, nodes + 0.5) * (at < row.size - 1)
+        pull = lat.per_weight(-force - np.sqrt(2 * stiffness * work), nodes)
+        return np.asarray(pull[before == after])
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of all lines, one link outwards and, of contacts of more than one node, one inwards."""
@@ -230,7 +281,7 @@ class ContactSet:
             side = 1 if i % 2 == 0 else -1
             node, other, own = ends[i], ends[i + side], ends[i - side]
             assert node is not None
-            if 0 <= node + side < self.g.size:
+            if 0 <= node + side < self.row.size:
                 after = other if other is not None and abs(other - node) == 2 else node + side
                 if self._stays_clear(node + side, side, other, noise):
                     yield self._move(node, after, side, other, opening=False)
@@ -239,12 +290,13 @@ class ContactSet:
 
     def _move(self, start: int, after: int, side: int, other: int | None, *, opening: bool) -> Move:
         """A line at `start` that passes the next link, or has come from there."""
-        g, first = self.g, self.row.first
+        row, first = self.row, self.row.first
         faced = None if other is None else first + other
         far, rest, stiffness = self.lattice.beside(first + start, side, faced)
-        gap = g[start] - g[start + side] - rest * g[start]
-        gap += 0.0 if other is None else far * (g[other] - g[start])
-        bonds = self.row.adhesion(opening=opening)[min(start, after) : max(start, after)]
+        own, beyond = (self.depth - row.heights(first + start, first + start + side)).tolist()
+        gap = own - beyond - rest * own
+        gap += 0.0 if other is None else far * (self.g(other) - own)
+        bonds = row.works[opening] * row.bond(np.arange(min(start, after), max(start, after)))
         return Move(opening, float(gap), float(stiffness / 2 * gap * gap), float(bonds.sum()))
 
     def _stays_clear(self, node: int, side: int, other: int | None, noise: float) -> bool:
@@ -252,6 +304,6 @@ class ContactSet:
         if self.row.clear or (other is not None and abs(other - node) < 2):
             return True
         held = np.array([node] if other is None else sorted((node, other)))
-        end = (self.g.size if side > 0 else -1) if other is None else other
+        end = (self.row.size if side > 0 else -1) if other is None else other
         at = np.sort(np.arange(node + side, end, side))
-        return bool((self.g[at] - self._surface(held, at) <= noise).all())
+        return bool((self.depth - self.row.f[at] - self._surface(held, at) <= noise).all())

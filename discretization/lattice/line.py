@@ -72,7 +72,7 @@ def lines_of(row: Row, depth: float, nodes: Contacts) -> list[Line]:
     """All lines of several contacts from left to right; those of a lone node stay there."""
     ends = [node for pair in nodes for node in pair]
     found = [_raw(row, node) for node in ends]
-    rooms = (0, ends[1]), (ends[-2], row.f.size - 1)
+    rooms = (0, ends[1]), (ends[-2], row.size - 1)
     for i, side, room in zip((0, len(ends) - 1), (-1, 1), rooms, strict=True):
         if ends[i] != ends[i - side]:
             found[i] = _line(row, end_of(row, depth, ends[i], side, room), row.lattice.critical_gap)
@@ -125,7 +125,7 @@ def end_of(
     facing: Facing | None = None,
 ) -> End:
     """The end of a contact at a node; room: all nodes, if nothing is faced."""
-    low, high = (0, row.f.size - 1) if room is None else room
+    low, high = (0, row.size - 1) if room is None else room
     before, beyond = (node - low, high - node)[::side]
     start, stop = -min(before, _INWARDS), min(beyond, _OUTWARDS)
     nodes = node + side * np.arange(start, stop + 1)
@@ -143,7 +143,8 @@ def _advances(
 
     faced: x of a line it faces. Gaps are scaled so that all have the same reach.
     """
-    lattice, g, at = row.lattice, depth - row.f[nodes], row.first + nodes[:-1]
+    lattice, at = row.lattice, row.first + nodes
+    g, at = depth - row.heights(int(at[0]), int(at[-1])), at[:-1]
     if faced is None:
         (_, rest, stiffness), felt = lattice.beside(at, side), 0.0
     else:

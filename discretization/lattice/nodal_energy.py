@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,11 +20,25 @@ _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the las
 _SETTLED = 5  # steps that do not lower the energy are the last, too
 
 
+class Balance(NamedTuple):
+    """What displacements take: terms of U, and the force on each node, ∂U/∂u_i (n,).
+
+    springs (n,): the part of the force that is the springs'; tension (n - 1,): vertical, of links.
+    """
+
+    terms: dict[str, float]
+    force: Array
+    springs: Array
+    tension: Array
+
+
 class NodalEnergy:
     """The energy of n nodes in a row, with exact tails beyond both ends, as a function of u.
 
     contact: (n,) bool, the nodes held to be in contact (they carry the adhesion); first: the
-    lattice's number of the first node; adhesion (n - 1,): of each link, unless it is w everywhere.
+    lattice's number of the first node; adhesion (n - 1,): of each link, unless it is w everywhere;
+    tails: whether there is a tail beyond the first and the last node, or a part of the row with an
+    energy of its own, which begins at the last node of this one, whose spring counts there.
     """
 
     def __init__(
@@ -32,37 +47,56 @@ class NodalEnergy:
         contact: ArrayLike,
         first: int = 0,
         adhesion: ArrayLike | None = None,
+        tails: tuple[bool, bool] = (True, True),
     ) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
         self.nodes = first + np.arange(self.contact.size)
-        ends = (first, -1), (int(self.nodes[-1]), 1)
-        self.pulls = np.array([float(lattice.pull(*end)) for end in ends])  # of the tails, over u
+        self.own = self.contact.size - (not tails[1])  # of the springs
+        ends = (first, -1), (first + self.contact.size - 1, 1)
+        pulls = [
+            float(lattice.pull(*end)) if tail else 0.0
+            for end, tail in zip(ends, tails, strict=True)
+        ]
+        self.pulls = np.array(pulls)  # of the tails, over u
         self.bound = self.contact[1:] & self.contact[:-1]
-        if adhesion is None:
-            adhesion = lattice.on_links(
-                np.full(self.bound.size, lattice.w * lattice.cell), self.nodes
-            )
-        self.adhesion = np.asarray(adhesion, float)
+        self.cells = lattice.on_nodes(lattice.cell, self.nodes)
+        self.link_cells = lattice.on_links(lattice.cell, self.nodes)
+        self.adhesion = lattice.w * self.link_cells if adhesion is None else np.asarray(adhesion)
+
+    def balance(self, u: ArrayLike) -> Balance:
+        """Energy and forces at displacements u (n,) and fixed contact."""
+        lat, u = self.lattice, np.asarray(u, float)
+        slopes, ends = (u[1:] - u[:-1]) / lat.spacing, u[[0, -1]]
+        free = terms.surface(slopes, gamma1=lat.gamma1, slopes=lat.slopes).value
+        spring = terms.spring(u, k=lat.k)
+        springs, tension = self.cells * spring.first, self._links(slopes)[0]
+        springs[self.own :] = 0.0
+        force = springs.copy()
+        force[:-1] -= tension
+        force[1:] += tension
+        force[0] += self.pulls[0] * u[0]
+        force[-1] += self.pulls[1] * u[-1]
+        values = {
+            "springs": float((self.cells * spring.value)[: self.own].sum()),
+            "surface": float((self.link_cells * free).sum()),
+            "adhesion": -self._adhesive(slopes),
+            "tails": float(self.pulls @ ends**2) / 2,
+        }
+        return Balance(values, force, springs, tension)
+
+    def _adhesive(self, slopes: Array) -> float:
+        """What adhesion gains."""
+        lat, bonds = self.lattice, self.adhesion
+        if not lat.gamma1:
+            return lat.w * float(np.sum(self.cells * self.contact))
+        if lat.slopes == "finite":
+            bonds = bonds * np.hypot(1, slopes)
+        return float(np.sum(bonds * self.bound))
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
-        lat, u = self.lattice, np.asarray(u, float)
-        cell, steps, nodes = lat.cell, np.diff(u), self.nodes
-        free = terms.surface(steps / lat.spacing, gamma1=lat.gamma1, slopes=lat.slopes).value
-        bonds = self.adhesion
-        if lat.slopes == "finite":
-            bonds = bonds * np.hypot(1, steps / lat.spacing)
-        adhesive = float(bonds @ self.bound)
-        if not lat.gamma1:
-            adhesive = lat.w * cell * float(np.sum(lat.on_nodes(self.contact * 1.0, nodes)))
-        stored = lat.on_nodes(terms.spring(u, k=lat.k).value, nodes)
-        return {
-            "springs": cell * float(stored.sum()),
-            "surface": cell * float(lat.on_links(free, nodes).sum()),
-            "adhesion": -adhesive,
-            "tails": float(self.pulls @ u[[0, -1]] ** 2) / 2,
-        }
+        return self.balance(u).terms
 
     def value(self, u: ArrayLike) -> float:
         """U[u] [energy/length]."""
@@ -70,23 +104,7 @@ class NodalEnergy:
 
     def gradient(self, u: ArrayLike) -> Array:
         """∂U/∂u_i [force/length] (n,) at fixed contact: on contact nodes the indenter's force."""
-        lat, u = self.lattice, np.asarray(u, float)
-        tension, tails = self._links(u)[0], self.pulls * u[[0, -1]]
-        force = lat.cell * lat.on_nodes(terms.spring(u, k=lat.k).first, self.nodes)
-        force[:-1] -= tension
-        force[1:] += tension
-        force[0] += tails[0]
-        force[-1] += tails[1]
-        return force
-
-    def springs(self, u: Array) -> Array:
-        """Forces of the springs (n + 2,) [force/length], all those of either tail as one."""
-        own = self.lattice.spring * self.lattice.on_nodes(u, self.nodes)
-        return np.concatenate([own, self.pulls * u[[0, -1]]])
-
-    def tension(self, u: Array) -> Array:
-        """Vertical force of each link (n - 1,)."""
-        return self._links(u)[0]
+        return self.balance(u).force
 
     def hessian(self, u: ArrayLike = 0.0) -> Array:
         """∂²U/∂u_i∂u_j [force/length²] at u, lower banded (2, n): diagonal, then sub-diagonal.
@@ -94,8 +112,8 @@ class NodalEnergy:
         For small slopes it is the same at every u.
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
-        stiffness = self._links(u)[1]
-        band = lat.on_nodes(np.full((2, u.size), lat.spring), self.nodes)
+        stiffness = self._links(np.diff(u) / lat.spacing)[1]
+        band = np.full((2, u.size), lat.k) * self.cells
         band[0, :-1] += stiffness
         band[0, 1:] += stiffness
         band[0, 0] += self.pulls[0]
@@ -135,13 +153,12 @@ class NodalEnergy:
             "spacing, or method='fitted'"
         )
 
-    def _links(self, u: Array) -> tuple[Array, Array]:
+    def _links(self, slopes: Array) -> tuple[Array, Array]:
         """Tension and stiffness of the links; with finite slopes those in contact have γ₁ - w."""
         lat = self.lattice
-        unit = terms.surface(np.diff(u) / lat.spacing, gamma1=1.0, slopes=lat.slopes)
-        bound = lat.w * self.bound * (lat.slopes == "finite")
-        tension = (lat.gamma1 - bound) * (lat.cell / lat.spacing)
-        tension = lat.on_links(tension, self.nodes)
+        unit = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
+        bound = lat.w * self.bound if lat.slopes == "finite" else 0.0
+        tension = (lat.gamma1 - bound) / lat.spacing * self.link_cells
         return tension * unit.first, tension / lat.spacing * unit.second
 
     def _step(self, u: Array, band: Array) -> Array:

@@ -193,7 +193,7 @@ class Lattice:
         """Values per node over the nodes' weights."""
         return values
 
-    def on_links(self, values: Array, nodes: Any) -> Array:
+    def on_links(self, values: Any, nodes: Any) -> Any:
         """Values per link, between successive ones of these nodes, times the links' weights: 1."""
         return values
 

@@ -134,14 +134,8 @@ class Plain:
         if pulled > (1 + _TIE) * math.sqrt(2 * row.lattice.w / row.lattice.k):
             return None
         right = self.outermost(1)
-        left = 2 * lowest - right if self.mirrored else self.outermost(-1)
+        left = 2 * lowest - right if row.mirrored else self.outermost(-1)
         return None if left == right and pulled > 0 and row.lattice.gamma1 else (left, right)
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether everything is mirrored about the node that touches first."""
-        row, apex = self.row, self.row.indenter.apex
-        return row.indenter.symmetric and row.lattice.x(row.where.lowest) == apex
 
     def end(self, node: int, side: int) -> End:
         """What links beside the line at a node change, by which it is found between nodes."""

@@ -20,7 +20,7 @@ from discretization.lattice.assembly import (
     refuse_unknown,
     without_contact,
 )
-from discretization.lattice.judge import Move, judge, totals
+from discretization.lattice.judge import Move, Part, judge, totals
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice, LatticeTail
 from discretization.lattice.plain import Plain, far, turning
@@ -28,7 +28,7 @@ from discretization.lattice.row import Row
 from energy import terms
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
+Nodes = NDArray[np.int64]
 _TURNS = 24  # of Newton's method for single nodes
 
 
@@ -48,7 +48,7 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
     nodes = ((found[0] - row.first, found[1] - row.first),)
     refuse_unknown(row, depth, nodes)
     ends = [plain.end(found[1], 1)]
-    if not plain.mirrored and found[0] != lattice.axis:
+    if not row.mirrored and found[0] != lattice.axis:
         ends.append(plain.end(found[0], -1))
     touched = asked.branch == "adhered" and not lattice.gamma1
     state = PlainState.of(plain, *found, ends, touched=touched)
@@ -120,19 +120,29 @@ class PlainState:
         model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
         return cls(row, plain.depth, model, model.relaxed(g), g, ends, touched)
 
-    def opening(self, force: Array) -> Array:
+    @property
+    def at_lines(self) -> tuple[float, float]:
+        """u of the first and the last contact node."""
+        held = np.flatnonzero(self.model.contact)
+        return float(self.u[held[0]]), float(self.u[held[-1]])
+
+    def parts(self) -> Iterator[Part]:
+        """All nodes at once."""
+        yield Part(self.model, self.u, self.g)
+
+    def opening(self, part: Part, i: Nodes, force: Array) -> Array:
         """The pull per weight on contact nodes that adhesion does not hold.
 
         A node between two links is held if opening it alone raises the energy.
         """
         lat, held = self.model.lattice, np.flatnonzero(self.model.contact)
-        pull = -lat.per_weight(force, self.model.nodes)
+        pull = -lat.per_weight(force, self.model.nodes[i])
         if not lat.gamma1:
-            return np.asarray(pull[held] - math.sqrt(2 * lat.spring * lat.w * lat.cell))
+            return np.asarray(pull - math.sqrt(2 * lat.spring * lat.w * lat.cell))
         if held.size == 1:
-            return np.asarray(pull[held])
-        pulled = held[1:-1][pull[held[1:-1]] > 0]
-        return np.asarray(pull[pulled[_opens(self, pulled)]])
+            return np.asarray(pull)
+        inner = (i > held[0]) & (i < held[-1])
+        return np.asarray(pull[inner][_opens(self, i[inner])])
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of the lines, one link outwards or inwards; energies over those of a unit gap."""
@@ -144,7 +154,7 @@ class PlainState:
                     yield Move(opening, end.gap[i], end.gap[i] ** 2, work)
 
 
-def _opens(state: PlainState, i: Indices) -> NDArray[np.bool_]:
+def _opens(state: PlainState, i: Nodes) -> NDArray[np.bool_]:
     """Whether opening one of these nodes (n,), each between two links, lowers the energy.
 
     Only that node moves, by Newton's method with steps halved while they would raise the energy.

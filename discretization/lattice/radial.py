@@ -75,7 +75,7 @@ class RadialLattice(Lattice):
     def per_weight(self, values: Any, nodes: Any) -> Any:
         return values / _weights(nodes)
 
-    def on_links(self, values: Array, nodes: Any) -> Array:
+    def on_links(self, values: Any, nodes: Any) -> Any:
         nodes = np.asarray(nodes, float)
         return values * ((nodes[1:] + nodes[:-1]) / 2)
 

@@ -28,7 +28,6 @@ Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
 Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
 _SPARE = 64  # links beyond the last that holds: for interpolation, and to see what is met there
-_FEW = 256  # nodes looked at first
 _SLACK = 1e-9  # of δ₀
 
 
@@ -49,24 +48,17 @@ class Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """n nodes in a row under an indenter.
+    """Nodes in a row under an indenter, which is asked for its heights where these are needed.
 
-    first: the lattice's number of node 0; touch: the node that touches first; f (n,): heights;
-    bonds (n - 1,): length or area of each link times the pattern's factor on the work of adhesion;
-    works: of adhesion of a contact that is being closed, and of one that is being opened; clear:
-    whether an outer free surface can touch no node but the next; overhang: links from the last node
-    to an edge of the body, with rotational symmetry, where nodes cannot be moved to be near it.
+    scene: as far as it has nodes (`Lattice.seen`); where: the lattice's numbers of the first and
+    the last node, and of the one that touches first; widest: first and last node of the contact
+    when the indenter is pressed to `Row.of`'s depth, of a convex profile.
     """
 
     lattice: Lattice
-    indenter: Indenter
-    first: int
-    touch: int
-    f: Array
-    bonds: Array
-    works: tuple[float, float]
-    clear: bool = False
-    overhang: float = 0.0
+    scene: Scene
+    where: Region
+    widest: tuple[int, int] | None = None
 
     @classmethod
     def of(cls, scene: Scene, lattice: Lattice, depth: float) -> Row:
@@ -74,41 +66,123 @@ class Row:
 
         Of a convex profile they end some links beyond the last that holds when the indenter is
         pressed to this depth, or touches; of others they are all nodes of the region. ValueError if
-        the profile ends before, or has too many nodes.
+        the profile ends before.
         """
-        body, where = scene.indenter, ground.region(lattice, scene.indenter, depth)
-        if body.convex:
-            left, right = (_outwards(scene, lattice, where, way, depth) for way in (-1, 1))
-            f, first = np.concatenate([left[:0:-1], right]), where.lowest - left.size + 1
-        else:
-            f = ground.heights(lattice, body, np.arange(where.first, where.last + 1.0))
-            first = where.first
-        nodes = first + np.arange(f.size)
-        x = lattice.x(nodes)
-        bonds = lattice.on_links(factors(scene, (x[1:] + x[:-1]) / 2) * lattice.cell, nodes)
-        opening = lattice.w if scene.opening is None else scene.opened.work_of_adhesion
-        clear = body.convex and scene.pattern is None
-        end, beyond = body.extent[1], 0.0
-        if lattice.axis == 0 and end in body.walls and nodes[-1] == where.last:
-            beyond = float(end - x[-1]) / lattice.spacing
-        touch = where.lowest - first
-        return cls(lattice, body, first, touch, f, bonds, (lattice.w, opening), clear, beyond)
+        where = ground.region(lattice, scene.indenter, depth)
+        if not scene.indenter.convex:
+            return cls(lattice, scene, where)
+        (left, low), (right, high) = (
+            _outwards(scene, lattice, where, way, depth) for way in (-1, 1)
+        )
+        whole = Region(where.lowest - low, where.lowest + high, where.lowest)
+        return cls(lattice, scene, whole, (low - left, low + right))
 
     @property
-    def where(self) -> Region:
-        """The lattice's numbers of the first and the last node, and of that which touches first."""
-        return Region(self.first, self.first + self.f.size - 1, self.first + self.touch)
+    def indenter(self) -> Indenter:
+        """The indenter."""
+        return self.scene.indenter
 
     @property
-    def lowest(self) -> float:
-        """f at the node that touches first."""
-        return float(self.f[self.touch])
+    def first(self) -> int:
+        """The lattice's number of node 0."""
+        return self.where.first
+
+    @property
+    def touch(self) -> int:
+        """The node that touches first."""
+        return self.where.lowest - self.where.first
+
+    @property
+    def size(self) -> int:
+        """Number of nodes."""
+        return self.where.last - self.where.first + 1
+
+    @property
+    def clear(self) -> bool:
+        """Whether there is one contact, and no outer surface can touch any node but the next."""
+        return self.indenter.convex and self.scene.pattern is None
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the indenter is mirrored about the node that touches first."""
+        at = self.lattice.x(self.where.lowest)
+        return self.indenter.symmetric and at == self.indenter.apex
+
+    @functools.cached_property
+    def works(self) -> tuple[float, float]:
+        """Of adhesion, of a contact that is being closed, and of one that is being opened."""
+        w, hysteretic = self.lattice.w, self.scene.opening is not None
+        return w, self.scene.opened.work_of_adhesion if hysteretic else w
+
+    @functools.cached_property
+    def overhang(self) -> float:
+        """Links from the last node to an edge of the body, where nodes cannot be moved to it."""
+        lattice, end = self.lattice, self.indenter.extent[1]
+        if lattice.axis != 0 or end not in self.indenter.walls:
+            return 0.0
+        beyond = float(end - lattice.x(self.where.last)) / lattice.spacing
+        return beyond if beyond < 1 else 0.0
+
+    @functools.cached_property
+    def f(self) -> Array:
+        """Heights of all nodes. ValueError if these are too many."""
+        if self.size > ground.MOST:
+            raise ValueError(
+                f"spacing = {self.lattice.spacing!r} puts more than {ground.MOST} nodes in contact;"
+                " give a larger spacing"
+            )
+        nodes = np.arange(self.first, self.where.last + 1.0)
+        return ground.heights(self.lattice, self.indenter, nodes)
 
     def heights(self, start: int, stop: int) -> Array:
-        """f from one of the lattice's nodes to another, upwards or downwards."""
-        low = min(start, stop) - self.first
-        own = self.f[low : low + abs(stop - start) + 1]
+        """f from one of the lattice's nodes to another, up or down, without asking for all."""
+        low, high = min(start, stop), max(start, stop)
+        if "f" in vars(self):
+            own = self.f[low - self.first : high - self.first + 1]
+        else:
+            own = ground.heights(self.lattice, self.indenter, np.arange(low, high + 1.0))
         return own if stop >= start else own[::-1]
+
+    @functools.cached_property
+    def lowest(self) -> float:
+        """f at the node that touches first."""
+        return float(self.heights(self.where.lowest, self.where.lowest)[0])
+
+    @functools.cached_property
+    def bonds(self) -> Array:
+        """Of all links; see `bond`."""
+        return self.bond(np.arange(self.size - 1))
+
+    def bond(self, links: Nodes) -> Array:
+        """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
+        lattice, nodes, pattern = self.lattice, self.first + links, self.scene.pattern
+        own = np.asarray(lattice.cell * lattice.bound(nodes, nodes + 1))
+        if pattern is None:
+            return own
+        return np.asarray(own * pattern.factor((lattice.x(nodes) + lattice.x(nodes + 1)) / 2))
+
+    def alone(self, depth: float, tie: float) -> Contacts:
+        """The contact of a convex profile that has been pressed to `Row.of`'s depth, or touched.
+
+        It has come back from there to this depth, or is still there. tie: what a line that stays
+        where both sides cost the same may be off by. Outwards the depths at which links open
+        fall, but not about an axis.
+        """
+        assert self.widest is not None
+        if depth >= self.lowest:
+            return (self.widest,)
+        ends = []
+        for way, widest in zip((-1, 1), self.widest, strict=True):
+            asked = self.scene, self.lattice, self.where.lowest, way
+            most = abs(widest - self.touch)
+            if self.lattice.axis == 0:
+                own = np.flatnonzero(_holds(*asked, np.arange(most), depth + tie))
+                held = int(np.max(own + 1, initial=0))
+            else:
+                holds = functools.partial(_holds, *asked, depth=depth + tie)
+                held = ground.first_failing(holds, most)
+            ends.append(self.touch + way * held)
+        return ((ends[0], ends[1]),) if ends[1] > ends[0] else ()
 
     def adhesion(self, *, opening: bool = False) -> Array:
         """Of each link [energy/length]."""
@@ -194,43 +268,37 @@ class Row:
         return np.asarray(springs + self._links(left) - self._links(right) + stored)
 
 
-def _outwards(scene: Scene, lattice: Lattice, where: Region, way: int, depth: float) -> Array:
-    """Heights from the node that touches first to the link that resists, and some links more."""
+def _outwards(
+    scene: Scene, lattice: Lattice, where: Region, way: int, depth: float
+) -> tuple[int, int]:
+    """Links outwards from the node that touches first up to one that resists, and of the row."""
     body, start, limit = scene.indenter, where.lowest, (where.last, where.first)[way < 0]
-    most, f, passed = abs(limit - start), np.empty(0), 0
-    while True:
-        nodes = start + way * np.arange(min(2 * f.size or _FEW, most + 1.0))
-        with np.errstate(over="ignore", invalid="ignore"):
-            more = body.height(ground.positions(lattice, body, nodes[f.size :]))
-            f = np.concatenate([f, more])
-            top = max(depth, float(f[0]))
-            holds = _holds(scene, lattice, nodes[passed:], f[passed:], way, top)
-        if not holds.all() or f.size > most:
-            break
-        passed = f.size - 1
-        if passed > ground.MOST:
-            raise ValueError(
-                f"spacing = {lattice.spacing!r} puts more than {ground.MOST} nodes in contact; give"
-                " a larger spacing"
-            )
-    if holds.all() and body.extent[0 if way < 0 else 1] not in body.walls:
+    most = abs(limit - start)
+    top = max(depth, float(ground.heights(lattice, body, np.array([start]))[0]))
+    held = ground.first_failing(lambda links: _holds(scene, lattice, start, way, links, top), most)
+    if held == most and body.extent[0 if way < 0 else 1] not in body.walls:
         raise ValueError(ground.unknown(lattice, depth, limit))
-    end = (most if holds.all() else passed + int(holds.argmin())) + 1 + _SPARE
-    known = f[: end + 1]
-    if not np.isfinite(known).all():
-        known = known[: int(np.isfinite(known).argmin())]
-    return known
+    nodes = start + way * np.arange(held, min(most, held + 1 + _SPARE) + 1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        known = np.isfinite(body.height(ground.positions(lattice, body, nodes)))
+    return held, held - 1 + int(known.size if known.all() else known.argmin())
 
 
 def _holds(
-    scene: Scene, lattice: Lattice, nodes: Array, f: Array, way: int, depth: float
+    scene: Scene, lattice: Lattice, start: int, way: int, links: Nodes, depth: float
 ) -> NDArray[np.bool_]:
     """Whether links outwards may be in contact; with finite slopes while u > -δ₀ beyond them."""
+    nodes = start + way * links
     strongest = max(scene.pattern.factors) if scene.pattern else 1.0
-    if lattice.slopes == "finite":
-        return np.asarray(f[1:] <= depth + scene.critical_separation * (1 + _SLACK))
-    bond = strongest * lattice.w * lattice.cell * lattice.bound(nodes[:-1], nodes[1:])
-    return np.asarray(rest_depth(lattice, nodes[:-1], way, f, bond) <= depth)
+    bonds = strongest * lattice.w * lattice.cell * lattice.bound(nodes, nodes + way)
+    with np.errstate(over="ignore", invalid="ignore"):
+        f, after = (
+            scene.indenter.height(ground.positions(lattice, scene.indenter, at))
+            for at in (nodes, nodes + way)
+        )
+        if lattice.slopes == "finite":
+            return np.asarray(after <= depth + scene.critical_separation * (1 + _SLACK))
+        return np.asarray(rest_depth(lattice, nodes, way, f, after, bonds) <= depth)
 
 
 def _running(parts: Array, start: int) -> Array:
@@ -242,8 +310,3 @@ def _running(parts: Array, start: int) -> Array:
     parts = parts.astype(np.longdouble)
     before, after = np.cumsum(parts[:start][::-1])[::-1], np.cumsum(parts[start:])
     return np.concatenate([-before, np.zeros(1, parts.dtype), after])
-
-
-def factors(scene: Scene, x: Array) -> Array:
-    """The pattern's factor on w at x."""
-    return np.ones_like(x) if scene.pattern is None else scene.pattern.factor(x)

@@ -44,13 +44,15 @@ def ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | 
     return (node, other) if side > 0 else (other, node)
 
 
-def rest_depth(lattice: Lattice, nodes: Any, side: int, f: Array, work: Array) -> Array:
-    """Depths at which outermost lines at these nodes (n,) pass their next links, of this adhesion.
+def rest_depth(
+    lattice: Lattice, nodes: Any, side: int, f: Array, after: Array, work: Array
+) -> Array:
+    """Depths at which outermost lines at these nodes pass their next links, of this adhesion.
 
-    f (n + 1,): heights of these nodes and the one after the last.
+    f, after: heights of these nodes, and of the ones they come to.
     """
     _, rest, stiffness = lattice.beside(nodes, side)
-    return np.asarray(f[:-1] + (f[1:] - f[:-1] - np.sqrt(2 * work / stiffness)) / rest)
+    return np.asarray(f + (after - f - np.sqrt(2 * work / stiffness)) / rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +78,8 @@ class Rules:
         """
         found = {}
         for side in (1, -1):
-            nodes = self.nodes[::side]
-            depths = rest_depth(self.lattice, nodes[:-1], side, self.f[::side], self.work[::side])
+            nodes, f, work = self.nodes[::side], self.f[::side], self.work[::side]
+            depths = rest_depth(self.lattice, nodes[:-1], side, f[:-1], f[1:], work)
             found[side] = np.append(depths, math.inf)
         return found
 

@@ -117,6 +117,9 @@ def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
 
     ValueError where the path leads to an end of the known profile.
     """
+    tie = _TIE * asked.scene.opened.critical_separation
+    if row.clear and not asked.scene.hysteretic:
+        return row.alone(asked.depth, tie), None
     deepest, walk = max(asked.depth, row.lowest), Walk(row)
     nodes = walk.touched(deepest)
     refuse_unknown(row, deepest, nodes)
@@ -125,7 +128,6 @@ def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
     lines = moved(nodes, deepest, None) if remembers else None
     if asked.depth < deepest:
         before = None if lines is None else (nodes, lines)
-        tie = _TIE * asked.scene.opened.critical_separation
         nodes = walk.moved(nodes, asked.depth + tie)
         lines = moved(nodes, asked.depth, before) if remembers and nodes else None
     return nodes, lines

@@ -94,7 +94,7 @@ class LatticeBranch(FollowerBase):
     @functools.cached_property
     def touch(self) -> float:
         """Depth at which contact begins."""
-        return float(self.row.f[self.row.touch])
+        return self.row.lowest
 
     @property
     def smooth(self) -> bool:
@@ -127,7 +127,7 @@ class LatticeBranch(FollowerBase):
         if math.isnan(lines[0]):
             return None
         lattice, first = self.row.lattice, self.row.first
-        last = self.row.f.size - 1  # a line at an edge may be up to a link beyond
+        last = self.row.size - 1  # a line at an edge may be up to a link beyond
         at = [min(round((x - lattice.origin) / lattice.spacing) - first, last) for x in lines]
         nodes = tuple(zip(at[::2], at[1::2], strict=True))
         return Held(nodes, lines if self.scene.hysteretic else self._on_nodes(nodes))
@@ -173,7 +173,7 @@ class LatticeBranch(FollowerBase):
             if end == row.lattice.axis and node == 0:
                 held.append("")
                 continue
-            edge = node == last % row.f.size and end in body.walls
+            edge = node == last % row.size and end in body.walls
             tip = body.convex and node == row.touch and x in body.corners
             held.append("edge" if edge else "tip" if tip else "")
         return held[0], held[1]
