@@ -29,6 +29,7 @@ saves and that no digit changes:
 | surface tension      | free surfaces, their solves     | fitted.springs.on_springs               |
 | adhesion             | search over contact sets        | lattice.lowest.lowest_contacts          |
 | second side, fitted  | line of a symmetric profile     | fitted.state._lines                     |
+| second side, lattice | half of the sums, if symmetric  | lattice.contact_set.ContactSet          |
 | line of a punch      | bracketing of a line at an edge | fitted.lines.find_line                  |
 | far field            | nodes beyond the contact        | lattice.nodes.Lattice                   |
 | other contacts       | resolving a convex profile      | fitted.state.on_one_contact             |

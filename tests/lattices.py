@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from discretization.certificate import Proof
+from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import Region, heights, region
-from discretization.lattice.judge import ContactSet
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.nodal_energy import NodalEnergy
 from discretization.lattice.nodes import Lattice

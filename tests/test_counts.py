@@ -79,6 +79,19 @@ def test_a_step_of_a_load_path():
     assert counted["solves"] == 0
 
 
+@pytest.mark.parametrize(("w", "depth"), [(0.02, 1.5), (0.02, -0.02), (0.0, 1.5)])
+@pytest.mark.parametrize("nodes", [1000, 200_000])
+def test_the_lattice_visits_each_node_once(nodes, w, depth):
+    """Symmetric: half of the contact. Lines are found with few nodes; arrays stay in the cache."""
+    question = plain(Counted(10.0), w=w)
+    a = minimise(question, depth).half_width
+    counted.clear()
+    state = minimise(question, depth, method="lattice", spacing=2 * a / nodes)
+    assert state.certificate.ok
+    assert counted["heights"] <= nodes / 2 + 5000
+    assert counted["longest"] <= 20_000
+
+
 def test_a_path_on_the_lattice_reads_the_profile_once():
     question, depths = plain(Counted(10.0)), np.linspace(1.0, 1.1, 101)
     load_path(question, depths=depths[-1:], method="lattice", spacing=1e-3)

@@ -97,8 +97,7 @@ def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
         energy, size = model.value(u), sum(map(abs, model.terms(u).values()))
         assert abs(energy - branch.energy(state, depth)) <= 1e-13 * size
         force = model.gradient(u)[held].sum()
-        lines = np.array(state.nodes).reshape(1, -1)
-        own = branch.row.total(branch.row.forces, lines, np.array([depth]))[0]
+        own = branch.total(branch.row.forces, state, depth)
         assert abs(force - own) <= 1e-10 * size / SPACING
         assert (u - (depth - branch.row.f)).min() >= -1e-12 * abs(depth)
         for i, (first, last) in enumerate(state.nodes):
@@ -134,12 +133,7 @@ def test_contacts_many_decay_lengths_apart_are_single_ones():
         pairs = list(zip(branches, states, strict=True))
         states = [branch.follow(state, depth) for branch, state in pairs]
         pairs = list(zip(branches, states, strict=True))
-        forces = [
-            branch.row.total(
-                branch.row.forces, np.array(state.nodes).reshape(1, -1), np.array([depth])
-            )[0]
-            for branch, state in pairs
-        ]
+        forces = [branch.total(branch.row.forces, state, depth) for branch, state in pairs]
         assert forces[1] == pytest.approx(2 * forces[0], rel=1e-12, abs=0)
         energies = [branch.energy(state, depth) for branch, state in pairs]
         assert energies[1] == pytest.approx(2 * energies[0], rel=1e-10, abs=0)

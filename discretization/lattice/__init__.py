@@ -2,13 +2,15 @@
 
 A state is a tuple of contacts, the first and last node of each; one contact is no special case.
 Whoever finds them, assembly.py makes an equilibrium of them: the nodes there are under an indenter
-(ground.py, row.py) and contacts on these -> energy, force and certificate (judge.py), lines
-between the nodes (line.py).
+(ground.py, row.py) and contacts on these (contact_set.py) -> energy, force and certificate in one
+pass over blocks of nodes (judge.py), lines between the nodes (line.py).
 
 They are found by state.py, which asks one of
     plain.py         one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
     lowest.py        lowest energy of all contact sets, on a line and around an axis (obstacle.py
                      where w = 0; oracle.py)
+    itself           one convex contact, whose lines are looked for among links further and further
+                     apart (row.py)
     itself           the end of a path from first touch on: heights and their running sums (row.py),
                      the depths at which something happens (rules.py), the walk from one such change
                      to the next (walk.py), and lines between the nodes (between.py); load paths

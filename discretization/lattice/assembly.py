@@ -12,8 +12,9 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
 from discretization.lattice.between import interpolated
+from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.ground import unknown
-from discretization.lattice.judge import ContactSet, Totals, judge, judge_apart, totals
+from discretization.lattice.judge import Totals, judge, judge_apart, totals
 from discretization.lattice.nodes import LatticeTail
 from discretization.lattice.row import Contacts, Row
 from energy import Scene
@@ -84,8 +85,7 @@ def _ends(contacts: ContactSet) -> list[line.End]:
     """The ends of a single contact, the right one first; that one alone if it includes the axis."""
     row, ((first, last),) = contacts.row, contacts.nodes
     alone = row.lattice.x(row.first + first) == row.lattice.axis
-    mirrored = row.mirrored and first + last == 2 * row.touch
-    sides = [(last, 1)] if alone or mirrored else [(last, 1), (first, -1)]
+    sides = [(last, 1)] if alone or contacts.mirrored else [(last, 1), (first, -1)]
     return [line.end_of(row, contacts.depth, *side) for side in sides]
 
 

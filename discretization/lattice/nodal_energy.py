@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from discretization.lattice.nodes import Lattice
 from energy import terms
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 _SETTLED = 5  # steps that do not lower the energy are the last, too
@@ -31,6 +32,16 @@ class Balance(NamedTuple):
     springs: Array
     tension: Array
 
+    @property
+    def energy(self) -> float:
+        """U [energy/length]."""
+        return sum(self.terms.values())
+
+    @property
+    def scale(self) -> float:
+        """Sum of the terms' sizes, to which rounding is relative."""
+        return sum(map(abs, self.terms.values()))
+
 
 class NodalEnergy:
     """The energy of n nodes in a row, with exact tails beyond both ends, as a function of u.
@@ -38,7 +49,9 @@ class NodalEnergy:
     contact: (n,) bool, the nodes held to be in contact (they carry the adhesion); first: the
     lattice's number of the first node; adhesion (n - 1,): of each link, unless it is w everywhere;
     tails: whether there is a tail beyond the first and the last node, or a part of the row with an
-    energy of its own, which begins at the last node of this one, whose spring counts there.
+    energy of its own, which begins at the last node of this one, whose spring counts there;
+    mirrored: whether this is half of a row and its mirror image, so that of the spring at the first
+    node one half counts.
     """
 
     def __init__(
@@ -48,10 +61,13 @@ class NodalEnergy:
         first: int = 0,
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
+        *,
+        mirrored: bool = False,
     ) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
         self.nodes = first + np.arange(self.contact.size)
+        self.mirrored = mirrored
         self.own = self.contact.size - (not tails[1])  # of the springs
         ends = (first, -1), (first + self.contact.size - 1, 1)
         pulls = [
@@ -68,18 +84,21 @@ class NodalEnergy:
         """Energy and forces at displacements u (n,) and fixed contact."""
         lat, u = self.lattice, np.asarray(u, float)
         slopes, ends = (u[1:] - u[:-1]) / lat.spacing, u[[0, -1]]
-        free = terms.surface(slopes, gamma1=lat.gamma1, slopes=lat.slopes).value
-        spring = terms.spring(u, k=lat.k)
-        springs, tension = self.cells * spring.first, self._links(slopes)[0]
+        stretch, spring = self._stretch(slopes), terms.spring(u, k=lat.k)
+        springs, tension = self.cells * spring.first, self._tension() * stretch.first
         springs[self.own :] = 0.0
+        stored = _sum(self.cells, spring.value, self.own)
+        if self.mirrored:
+            stored -= u[0] * springs[0] / 4
+            springs[0] /= 2
         force = springs.copy()
         force[:-1] -= tension
         force[1:] += tension
         force[0] += self.pulls[0] * u[0]
         force[-1] += self.pulls[1] * u[-1]
         values = {
-            "springs": float((self.cells * spring.value)[: self.own].sum()),
-            "surface": float((self.link_cells * free).sum()),
+            "springs": stored,
+            "surface": lat.gamma1 * _sum(self.link_cells, stretch.value),
             "adhesion": -self._adhesive(slopes),
             "tails": float(self.pulls @ ends**2) / 2,
         }
@@ -87,12 +106,21 @@ class NodalEnergy:
 
     def _adhesive(self, slopes: Array) -> float:
         """What adhesion gains."""
-        lat, bonds = self.lattice, self.adhesion
+        lat = self.lattice
         if not lat.gamma1:
-            return lat.w * float(np.sum(self.cells * self.contact))
-        if lat.slopes == "finite":
-            bonds = bonds * np.hypot(1, slopes)
-        return float(np.sum(bonds * self.bound))
+            return lat.w * _sum(self.cells, self.contact, self.own)
+        bonds = self.bound * np.hypot(1, slopes) if lat.slopes == "finite" else self.bound
+        return _sum(self.adhesion, bonds)
+
+    def _stretch(self, slopes: Array) -> terms.Density:
+        """Of links whose surface tension is 1."""
+        return terms.surface(slopes, gamma1=1.0, slopes=self.lattice.slopes)
+
+    def _tension(self) -> Any:
+        """Horizontal, of each link or all; with finite slopes those in contact have γ₁ - w."""
+        lat = self.lattice
+        bound = lat.w * self.bound if lat.slopes == "finite" else 0.0
+        return (lat.gamma1 - bound) / lat.spacing * self.link_cells
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
@@ -100,7 +128,7 @@ class NodalEnergy:
 
     def value(self, u: ArrayLike) -> float:
         """U[u] [energy/length]."""
-        return sum(self.terms(u).values())
+        return self.balance(u).energy
 
     def gradient(self, u: ArrayLike) -> Array:
         """∂U/∂u_i [force/length] (n,) at fixed contact: on contact nodes the indenter's force."""
@@ -112,7 +140,8 @@ class NodalEnergy:
         For small slopes it is the same at every u.
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
-        stiffness = self._links(np.diff(u) / lat.spacing)[1]
+        slopes = np.diff(u) / lat.spacing
+        stiffness = self._tension() / lat.spacing * self._stretch(slopes).second
         band = np.full((2, u.size), lat.k) * self.cells
         band[0, :-1] += stiffness
         band[0, 1:] += stiffness
@@ -132,39 +161,40 @@ class NodalEnergy:
         """
         if self.lattice.slopes == "small":
             u = np.where(self.contact, g, 0.0)
-            return u + self._step(u, self.hessian())
+            return u + self._step(self.gradient(u), self.hessian())
         linear = replace(self.lattice, slopes="small")
         u = NodalEnergy(linear, self.contact, int(self.nodes[0])).relaxed(g)
-        before = math.inf
+        found, before = self.balance(u), math.inf
         for turn in range(_NEWTON):
-            step, parts = self._step(u, self.hessian(u)), list(self.terms(u).values())
-            energy, rounding = sum(parts), _ROUNDING * sum(map(abs, parts))
-            while self.value(u + step) > energy + rounding:
+            step, rounding = self._step(found.force, self.hessian(u)), _ROUNDING * found.scale
+            after = self.balance(u + step)
+            while after.energy > found.energy + rounding:
                 step = step / 2
+                after = self.balance(u + step)
             u = u + step
             if np.abs(step).max() <= _ROUNDING * np.abs(u).max():
                 return u
             if turn % _SETTLED == 0:
-                if before - energy <= rounding:  # a link all but vertical has hardly a stiffness
+                if before - found.energy <= rounding:  # a link all but vertical is hardly stiff
                     return u
-                before = energy
+                before = found.energy
+            found = after
         raise NotCertifiedError(
             f"no equilibrium of the free nodes after {_NEWTON} Newton steps; try another "
             "spacing, or method='fitted'"
         )
 
-    def _links(self, slopes: Array) -> tuple[Array, Array]:
-        """Tension and stiffness of the links; with finite slopes those in contact have γ₁ - w."""
-        lat = self.lattice
-        unit = terms.surface(slopes, gamma1=1.0, slopes=lat.slopes)
-        bound = lat.w * self.bound if lat.slopes == "finite" else 0.0
-        tension = (lat.gamma1 - bound) / lat.spacing * self.link_cells
-        return tension * unit.first, tension / lat.spacing * unit.second
-
-    def _step(self, u: Array, band: Array) -> Array:
+    def _step(self, force: Array, band: Array) -> Array:
         held = self.contact
         band[0, held] = 1
         band[1, :-1][held[1:] | held[:-1]] = 0
-        rows = min(2, u.size)  # one node has no sub-diagonal
-        step = solveh_banded(band[:rows], np.where(held, 0.0, -self.gradient(u)), lower=True)
+        rows = min(2, held.size)  # one node has no sub-diagonal
+        step = solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True)
         return np.asarray(step)
+
+
+def _sum(weights: Any, values: Array | Mask, count: int | None = None) -> float:
+    """Weighted sum of so many of these values; weights: of each, or of all."""
+    if np.ndim(weights):
+        return float(weights[:count] @ values[:count])
+    return float(weights * values[:count].sum())

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.line import End
-from discretization.lattice.nodal_energy import NodalEnergy
+from discretization.lattice.nodal_energy import Balance, NodalEnergy
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.row import Row
 
@@ -68,34 +68,32 @@ class Plain:
         The gap is that of small slopes which takes as much energy: ΔE <= 0 up to the critical one.
         Without adhesion that is half the product of the distance moved and the force it takes.
         """
-        lattice = self.row.lattice
-        (one, u), (other, moved) = (self.beyond(node, side, held) for held in (1, 2))
-        before, after, forces = one.terms(u), other.terms(moved), other.gradient(moved)
-        next_one = 1 if side > 0 else -2
-        distance = float((u - moved)[next_one])
-        energy, work = sum(after.values()) - sum(before.values()), before["adhesion"]
-        work -= after["adhesion"]
+        lattice, ends = self.row.lattice, sorted((node, node + side))
+        (one, beside), (other, _) = (self.beyond(end, side) for end in (node, node + side))
+        g, line = self.depth - self.row.heights(*ends), -(side < 0)
+        passed = NodalEnergy(lattice, [True, True], ends[0], tails=(False, False)).balance(g)
+        distance = beside - float(g[-1 - line])
+        energy, work = other.energy + passed.energy - one.energy, -passed.terms["adhesion"]
         stiffness = float(lattice.beside(node, side).stiffness)
         if lattice.gamma1:
             stiffness = lattice.link_over_decay * float(lattice.bound(node, node + side))
-        squared = abs(distance * float(forces[next_one])) / stiffness
+        squared = abs(distance * float(other.force[line] + passed.force[-1 - line])) / stiffness
         if work > 0 and lattice.gamma1:
             squared = lattice.critical_gap**2 * max(energy + work, 0.0) / work
-        force = forces[other.contact].sum() - one.gradient(u)[one.contact].sum()
+        force = passed.force.sum() + other.force[line] - one.force[line]
         return math.copysign(math.sqrt(squared), distance), energy, float(force)
 
-    def beyond(self, node: int, side: int, held: int) -> tuple[NodalEnergy, Array]:
-        """So many contact nodes from this one outwards, the free ones beyond, and u of all."""
+    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
+    def beyond(self, node: int, side: int) -> tuple[Balance, float]:
+        """What the surface beyond a line at this node takes, from there on; u at its first node."""
         lattice, count = self.row.lattice, 2 + far(self.row.lattice)
         if side < 0 and lattice.axis == 0:
             count = min(count, node + 1)
-        contact = (np.arange(count) < held)[::side]
+        contact = (np.arange(count) < 1)[::side]
         first = node if side > 0 else node - count + 1
-        ends = sorted((node, node + side * (held - 1)))
-        g = np.zeros(count)
-        g[contact] = self.depth - self.row.heights(*ends)
-        model = NodalEnergy(lattice, contact, first)
-        return model, model.relaxed(g)
+        model = NodalEnergy(lattice, contact, first, tails=(side < 0, side > 0))
+        u = model.relaxed(np.where(contact, self.depth - self.row.heights(node, node), 0.0))
+        return model.balance(u), float(u[::side][min(1, count - 1)])
 
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""

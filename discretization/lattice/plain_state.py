@@ -126,6 +126,11 @@ class PlainState:
         held = np.flatnonzero(self.model.contact)
         return float(self.u[held[0]]), float(self.u[held[-1]])
 
+    @property
+    def mirrored(self) -> bool:
+        """All nodes are looked at."""
+        return False
+
     def parts(self) -> Iterator[Part]:
         """All nodes at once."""
         yield Part(self.model, self.u, self.g)

@@ -111,8 +111,7 @@ class Row:
     @functools.cached_property
     def works(self) -> tuple[float, float]:
         """Of adhesion, of a contact that is being closed, and of one that is being opened."""
-        w, hysteretic = self.lattice.w, self.scene.opening is not None
-        return w, self.scene.opened.work_of_adhesion if hysteretic else w
+        return self.lattice.w, self.scene.opened.work_of_adhesion
 
     @functools.cached_property
     def overhang(self) -> float:
@@ -184,10 +183,6 @@ class Row:
             ends.append(self.touch + way * held)
         return ((ends[0], ends[1]),) if ends[1] > ends[0] else ()
 
-    def adhesion(self, *, opening: bool = False) -> Array:
-        """Of each link [energy/length]."""
-        return self.works[opening] * self.bonds
-
     @functools.cached_property
     def rules(self) -> tuple[Rules, Rules]:
         """The rules of contacts that are being closed, and of those that are being opened."""
@@ -216,17 +211,6 @@ class Row:
     def energies(self) -> Parts:
         """What they add to U."""
         return self.tail_energy, self.gap_energy
-
-    def total(self, parts: Parts, nodes: Nodes, depth: Array) -> Array:
-        """P or U (s,) of s states with as many contacts each, their lines (s, 2m), at depths (s,).
-
-        parts: `forces` or `energies`.
-        """
-        tail, gap = parts
-        whole = tail(nodes[:, 0], -1, depth) + tail(nodes[:, -1], 1, depth)
-        if nodes.shape[1] > 2:
-            whole = whole + gap(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]).sum(axis=1)
-        return np.asarray(whole, float)
 
     def _springs(self, before: Nodes, depth: Array) -> tuple[Array, Array]:
         """Force and energy of the springs up to these node ends."""

@@ -21,7 +21,8 @@ from discretization.lattice.assembly import (
     without_contact,
 )
 from discretization.lattice.between import Lines, moved_lines
-from discretization.lattice.judge import ContactSet, totals
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.judge import totals
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.nodes import Lattice
 from discretization.lattice.plain import turning

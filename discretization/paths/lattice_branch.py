@@ -29,10 +29,11 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
-from discretization.lattice.between import interpolated, moved_lines
-from discretization.lattice.judge import ContactSet, judge, totals
+from discretization.lattice.between import at_offsets, interpolated, moved_lines
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.judge import judge, totals
 from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Contacts, Row
+from discretization.lattice.row import Contacts, Parts, Row
 from discretization.lattice.walk import Walk, Way, parts_of
 from discretization.paths.branch import FollowerBase, Point
 from discretization.routes import route
@@ -205,7 +206,12 @@ class LatticeBranch(FollowerBase):
         """U of the contact set."""
         if state is None:
             return 0.0
-        return float(self.row.total(self.row.energies, *_one(state, depth))[0])
+        return self.total(self.row.energies, state, depth)
+
+    def total(self, parts: Parts, state: Held, depth: float) -> float:
+        """P or U of a contact set; parts: `forces` or `energies` of the row."""
+        nodes = np.array(state.nodes).reshape(1, -1)
+        return float(at_offsets(self.row, nodes, 0.0 * nodes, np.array([depth]), parts)[0])
 
     def friction(self, before: State, after: State) -> float:
         """(w_opening - w) for every link that opened without a jump."""
@@ -261,8 +267,3 @@ class LatticeBranch(FollowerBase):
         contacts = ContactSet(self.row, state.nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
-
-
-def _one(state: Held, depth: float) -> tuple[Nodes, Array]:
-    """The lines (1, 2m) of a state and its depth (1,)."""
-    return np.array(state.nodes).reshape(1, -1), np.array([depth])
