@@ -7,13 +7,13 @@ import numpy as np
 
 from discretization.certificate import Proof
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.ground import Region, heights, region
 from discretization.lattice.lowest import global_minimum
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import surface
-from discretization.lattice.row import Row
 from discretization.lattice.walk import Walk
+from discretization.nodes.ground import Region, heights, region
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import surface
+from discretization.nodes.row import Row
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
 

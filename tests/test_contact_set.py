@@ -17,12 +17,12 @@ from lattices import (
 from scenes import DELTA0, SCENE, L, adhesive, roughness, two
 
 from discretization import Lattice, NodalEnergy
-from discretization.lattice import ground
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.lowest import global_minimum
-from discretization.lattice.obstacle import obstacle
 from discretization.lattice.state import on_lattice
+from discretization.nodes import ground
+from discretization.nodes.obstacle import obstacle
 from energy import Profile
 
 

@@ -10,8 +10,8 @@ from scenes import ALPHA, DELTA0, L, adhesive, rough, two
 
 from discretization import NodalEnergy, NotCertifiedError, minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.lattice.ground import heights
 from discretization.lattice.state import on_lattice
+from discretization.nodes.ground import heights
 from energy import FlatPunch, cards
 from studies.shared.random_cases import SHAPES, random_case
 

@@ -9,10 +9,10 @@ import pytest
 from lattices import lattice, lowest, rough_heights
 from scenes import adhesive
 
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import obstacle
-from discretization.lattice.radial import RadialLattice
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import obstacle
+from discretization.nodes.radial import RadialLattice
 from energy import Parabola, cards
 
 SIZES = (3, 16, 17, 300, 16**3 + 1, 20_000)  # blocks of 16 nodes

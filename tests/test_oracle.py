@@ -11,10 +11,10 @@ import pytest
 from lattices import lattice, lowest, rough_heights
 from scenes import adhesive
 
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import obstacle
 from discretization.lattice.oracle import CLARABEL, Oracle
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import obstacle
 from energy import Parabola
 
 GAP = CLARABEL["tol_gap_rel"]

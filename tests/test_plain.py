@@ -10,12 +10,12 @@ from scenes import adhesive, steep
 from discretization import minimise
 from discretization.lattice.assembly import Question
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
 from discretization.lattice.plain import Plain
 from discretization.lattice.plain_state import PlainState, on_plain
-from discretization.lattice.row import Row
 from discretization.lattice.state import on_lattice
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.row import Row
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Wedge
 
 DX = 2e-4

@@ -11,9 +11,9 @@ from scenes import DELTA0, SCENE, L, adhesive
 
 from discretization import load_path, minimise
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.radial_spans import ring_spans, rings
-from discretization.lattice.rules import Rules
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.radial_spans import ring_spans, rings
+from discretization.nodes.rules import Rules
 from energy import (
     ElasticLayer,
     FlatPunch,

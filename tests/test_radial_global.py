@@ -14,7 +14,7 @@ from test_radial_contacts import bumps, dimple, on_nodes, relaxed, stiffness, tu
 from discretization import minimise
 from discretization.lattice.judge import totals
 from discretization.lattice.lowest import global_minimum
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
 from energy import FlatPunch, Parabola, Profile, Sampled, Wedge
 
 W = SCENE.work_of_adhesion

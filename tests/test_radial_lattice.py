@@ -17,9 +17,9 @@ from scipy.special import k0e, k1e
 
 from discretization import minimise
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.radial_spans import rings
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.radial_spans import rings
 from energy import Circle, FlatPunch, Parabola, PowerLaw, Profile, Sampled, Wedge
 
 K, GAMMA1, W = SCENE.stiffness, SCENE.gamma1, SCENE.work_of_adhesion

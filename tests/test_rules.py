@@ -7,8 +7,8 @@ import pytest
 from lattices import lattice
 
 from discretization import NodalEnergy
-from discretization.lattice.rules import Rules
 from discretization.lattice.walk import Walk, parts_of
+from discretization.nodes.rules import Rules
 
 NODES = 40
 HELD = [(6, 12), (18, 24)]  # a gap of six links

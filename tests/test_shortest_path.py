@@ -8,11 +8,12 @@ from lattices import Found, enumerated, over, pressed, random_lattice, unpruned
 from scenes import adhesive, roughness
 
 from discretization import NodalEnergy
-from discretization.lattice import ground, lowest
+from discretization.lattice import lowest
 from discretization.lattice.judge import totals
 from discretization.lattice.lowest import global_minimum, window
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Row
+from discretization.nodes import ground
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Row
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Wedge
 
 

@@ -11,8 +11,8 @@ from scenes import adhesive
 
 from discretization import NodalEnergy
 from discretization.lattice.judge import totals
-from discretization.lattice.nodes import Lattice
 from discretization.lattice.state import on_lattice
+from discretization.nodes.lattice import Lattice
 from energy import Parabola, Wedge
 
 DX = 0.013

@@ -50,8 +50,8 @@ from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
-from discretization.lattice.ground import heights, region
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.ground import heights, region
+from discretization.nodes.lattice import Lattice
 from discretization.profile import resolve
 from discretization.rounding import EPSILON
 from energy import Scene

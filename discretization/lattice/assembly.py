@@ -13,10 +13,10 @@ from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
 from discretization.lattice.between import interpolated
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.ground import unknown
 from discretization.lattice.judge import Totals, judge, judge_apart, totals
-from discretization.lattice.nodes import LatticeTail
-from discretization.lattice.row import Contacts, Row
+from discretization.nodes.ground import unknown
+from discretization.nodes.lattice import LatticeTail
+from discretization.nodes.row import Contacts, Row
 from energy import Scene
 
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost

@@ -21,8 +21,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.row import Contacts, Parts, Row
-from discretization.lattice.rules import Rules
+from discretization.nodes.row import Contacts, Parts, Row
+from discretization.nodes.rules import Rules
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.judge import Move, Part
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import surface
-from discretization.lattice.row import Contacts, Row
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import surface
+from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.row import Row
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.row import Row
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
@@ -107,14 +107,14 @@ class Totals(NamedTuple):
 
 def totals(state: State) -> Totals:
     """Energy and force of a state, and what is worst at its nodes, in one pass over them."""
-    energies, sums, worst, carried = np.zeros(4), np.zeros(5), np.zeros(3), 0.0
+    energies, sums, worst, carried = np.zeros(1), np.zeros(5), np.zeros(3), 0.0
     for part in state.parts():
         model, u = part.model, part.u
         terms, force, springs, tension = model.balance(u)
         tails, free = model.pulls * u[[0, -1]], np.flatnonzero(~model.contact[: model.own])
         force[0] += carried
         force, carried = force[: model.own], float(force[-1])
-        energies += list(terms.values())
+        energies = energies + list(terms.values())
         sums += [
             float(springs.sum() + tails.sum()),
             float(force.sum() - force[free].sum()),

@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Contacts, Row
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Room = tuple[int, int]  # first and last node there are for a line

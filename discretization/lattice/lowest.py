@@ -44,12 +44,12 @@ from numpy.typing import ArrayLike, NDArray
 from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
 from discretization.lattice.assembly import Question, of_contacts
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import obstacle, pressed, runs, surface
 from discretization.lattice.oracle import Oracle
-from discretization.lattice.radial_spans import ring_spans
-from discretization.lattice.row import Row
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import obstacle, pressed, runs, surface
+from discretization.nodes.radial_spans import ring_spans
+from discretization.nodes.row import Row
 from energy import Scene
 
 Array = NDArray[np.float64]

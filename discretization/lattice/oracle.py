@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.lattice.line import End
-from discretization.lattice.nodal_energy import Balance, NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Row
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import Balance, NodalEnergy
+from discretization.nodes.row import Row
 
 Array = NDArray[np.float64]
 FAR = 12.0  # decay lengths, beyond which a free surface is linear and known

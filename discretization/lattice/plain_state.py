@@ -21,10 +21,10 @@ from discretization.lattice.assembly import (
     without_contact,
 )
 from discretization.lattice.judge import Move, Part, judge, totals
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice, LatticeTail
 from discretization.lattice.plain import Plain, far, turning
-from discretization.lattice.row import Row
+from discretization.nodes.lattice import Lattice, LatticeTail
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.row import Row
 from energy import terms
 
 Array = NDArray[np.float64]

@@ -24,11 +24,11 @@ from discretization.lattice.between import Lines, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import totals
 from discretization.lattice.lowest import on_lowest
-from discretization.lattice.nodes import Lattice
 from discretization.lattice.plain import turning
 from discretization.lattice.plain_state import on_plain, overhang
-from discretization.lattice.row import Contacts, Row
 from discretization.lattice.walk import Walk
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Contacts, Row
 from discretization.routes import question_of, route
 from energy import Plane, Scene
 

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.row import Contacts, Part, Row
-from discretization.lattice.rules import ordered
+from discretization.nodes.row import Contacts, Part, Row
+from discretization.nodes.rules import ordered
 
 Array = NDArray[np.float64]
 

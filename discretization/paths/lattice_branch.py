@@ -2,7 +2,7 @@
 
 A state is a list of contacts, node intervals first..last. As the depth changes, a line passes the
 next link, two lines meet, a free node touches, a node inside a contact is torn open, a lone node
-lets go, each at a depth of its own (../lattice/rules.py). So heights are turned to depths, and
+lets go, each at a depth of its own (../nodes/rules.py). So heights are turned to depths, and
 afterwards a line moves by comparing numbers, without a solve. Every change lowers the
 re-equilibrated energy or leaves it equal; where one calls for others at the same depth, the state
 jumps. A line that moves smoothly releases nothing at any link, hence a branch walked there and back
@@ -32,9 +32,9 @@ from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.between import at_offsets, interpolated, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Contacts, Parts, Row
 from discretization.lattice.walk import Walk, Way, parts_of
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Contacts, Parts, Row
 from discretization.paths.branch import FollowerBase, Point
 from discretization.routes import route
 from energy import Scene

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solveh_banded
 
 from discretization.certificate import NotCertifiedError
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
 from energy import terms
 
 Array = NDArray[np.float64]

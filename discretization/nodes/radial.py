@@ -28,8 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.lattice.nodes import Lattice, LatticeTail, Pair
-from discretization.lattice.radial_spans import Rings, RingSpans, ring_spans, rings
+from discretization.nodes.lattice import Lattice, LatticeTail, Pair
+from discretization.nodes.radial_spans import Rings, RingSpans, ring_spans, rings
 from energy import Scene
 from energy.axis import Radial
 

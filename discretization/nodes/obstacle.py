@@ -6,7 +6,7 @@ With w = 0 the lattice energy is convex and the contact set is a result, not a c
 
 t = γ₁/Δx. Its solution is the smallest majorant of g and 0 that is concave with respect to
 {cosh, sinh}: a hull. Only its corners, the contact nodes, need to be found; the free surfaces
-between and beside them are known in closed form, on a line (nodes.py) and around an axis
+between and beside them are known in closed form, on a line (lattice.py) and around an axis
 (radial_spans.py). They pull at their ends with positive stiffnesses, so that nothing cancels
 however large l/Δx is.
 
@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import ground
-from discretization.lattice.ground import Region
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.rules import Rules, rest_depth
+from discretization.nodes import ground
+from discretization.nodes.ground import Region
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.rules import Rules, rest_depth
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
 from energy import Indenter
 
 Array = NDArray[np.float64]

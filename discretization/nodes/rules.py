@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
