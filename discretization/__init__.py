@@ -10,9 +10,10 @@
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
 minimise.py answers with one state, loading.py with a path of states; routes.py says what does, or
-why nothing does. Five packages do the work, each importing only those above it in this list:
+why nothing does. Six packages do the work, each importing only those above it in this list:
 
-lattice/    fixed nodes: sets of contact nodes, their energies, the lowest of all
+nodes/      fixed nodes in a row: the lattice, its energy, what they see of the indenter
+lattice/    contacts on these nodes: their states, certificates, the lowest of all
 surfaces/   free surfaces on spectral meshes anchored at contact lines, which the lattice never sees
 fitted/     contact lines as unknowns beside these surfaces
 following/  these lines on their way from one depth to another
@@ -29,12 +30,11 @@ saves and that no digit changes:
 | surface tension      | free surfaces, their solves     | fitted.springs.on_springs               |
 | adhesion             | search over contact sets        | lattice.lowest.lowest_contacts          |
 | second side, fitted  | line of a symmetric profile     | fitted.state._lines                     |
-| second side, lattice | half of the sums, if symmetric  | lattice.totals.totals                   |
+| second side, lattice | half of the sums, if symmetric  | lattice.contact_set.ContactSet          |
 | line of a punch      | bracketing of a line at an edge | fitted.lines.find_line                  |
-| contact              | all but the touching point      | lattice.fronts.adhered                  |
-| far field            | nodes beyond the contact        | lattice.nodes.Lattice.tail_energy       |
+| far field            | nodes beyond the contact        | nodes.lattice.Lattice                   |
 | other contacts       | resolving a convex profile      | fitted.state.on_one_contact             |
-| links in between     | a convex profile's heights      | lattice.fronts.first_above              |
+| nodes far out        | heights a convex profile has    | nodes.row.Row                           |
 | true lengths         | nonlinear solves                | surfaces.finite_gap.solved              |
 | known surfaces       | solves of one seen before       | surfaces.rings.stiffness                |
 | fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |
@@ -45,10 +45,10 @@ saves and that no digit changes:
 
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import Equilibrium
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
 from discretization.loading import load_path
 from discretization.minimise import minimise
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.paths.events import Event, PullOff, Snapshot
 from discretization.paths.history import History
 

@@ -62,10 +62,11 @@ def test_imports_run_down_only(package, may_use):
 @pytest.mark.parametrize(
     ("package", "never"),
     [
+        ("nodes", {"lattice", "surfaces", "fitted", "following", "paths", "minimise", "loading"}),
         ("lattice", {"surfaces", "fitted", "following", "paths", "minimise", "loading"}),
         ("following", {"lattice", "paths", "minimise", "loading"}),
         ("fitted", {"following", "paths", "minimise", "loading"}),
-        ("surfaces", {"lattice", "fitted", "following", "paths", "minimise", "loading"}),
+        ("surfaces", {"nodes", "lattice", "fitted", "following", "paths", "minimise", "loading"}),
         ("paths", {"minimise", "loading"}),
     ],
 )

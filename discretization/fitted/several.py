@@ -23,7 +23,7 @@ from discretization.fitted.contacts import Contacts, equilibrium, totals
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of

@@ -1,26 +1,15 @@
-"""Fixed nodes: the energy of a set of contact nodes is known, its minimum is searched over sets.
+"""Contacts on fixed nodes: their energy is known (../nodes), its minimum is searched over sets.
 
 A state is a tuple of contacts, the first and last node of each; one contact is no special case.
-Whoever finds them, assembly.py makes an equilibrium of them: the profile over the nodes
-(ground.py), contacts on it (contact_set.py) -> totals (totals.py) -> certificate (judge.py), lines
-between the nodes (line.py).
+Whoever finds them, assembly.py makes an equilibrium of them: contacts on a row of nodes
+(contact_set.py) -> energy, force and certificate in one pass over blocks of nodes (judge.py), lines
+between the nodes (line.py), and how accurate these are (accuracy.py).
 
 They are found by state.py, which asks one of
-    fronts.py        the contact of a convex profile, by bracketing
     plain.py         one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
-    lowest.py        lowest energy of all contact sets, on a line and around an axis (obstacle.py
-                     where w = 0; oracle.py)
-    itself           the end of a path from first touch on: heights and their running sums (row.py),
-                     the depths at which something happens (rules.py, waiting.py), the walk from one
-                     such change to the next (walk.py, outer_lines.py), and lines between the nodes
-                     (between.py); load paths (../paths/lattice_branch.py) too
-
-Around an axis (radial.py) nodes and links have weights, and what a free surface does depends on
-where it is held: outside, inside and between two contacts (radial_spans.py). The lattice has a form
-of its own there; all else asks it what it asks of a line contact (shares.py).
+                     (with its certificate and free surface: plain_state.py)
+    lowest.py        lowest energy of all contact sets, on a line and around an axis; oracle.py
+    ../nodes/row.py  one convex contact: lines are looked for among links ever further apart
+    walk.py          the end of a path from first touch on, from one change to the next, with lines
+                     between the nodes (between.py); load paths (../paths/lattice_branch.py) too
 """
-
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.radial import RadialLattice
-
-__all__ = ["Lattice", "RadialLattice"]  # `Lattice.of` chooses among them

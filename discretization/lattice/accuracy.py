@@ -50,9 +50,8 @@ from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
-from discretization.lattice.fronts import heights
-from discretization.lattice.ground import Ground
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.ground import heights, region
+from discretization.nodes.lattice import Lattice
 from discretization.profile import resolve
 from discretization.rounding import EPSILON
 from energy import Scene
@@ -194,8 +193,10 @@ def _tied(state: Equilibrium) -> bool:
     if scene.indenter.convex or state.branch != "adhered" or not scene.work_of_adhesion:
         return False
     lattice = Lattice.of(scene, state.spacing)
-    ground = Ground.of(lattice, lattice.seen(scene).indenter, state.depth)
-    touch, profile = ground.lowest, resolve(scene, state.depth)
+    body = lattice.seen(scene).indenter
+    node = region(lattice, body, state.depth).lowest
+    touch = float(heights(lattice, body, np.array([node], float))[0])
+    profile = resolve(scene, state.depth)
     summits, contacts = profile.x[profile.f <= touch], state.contacts
     left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1
     near = contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits

@@ -2,46 +2,23 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.lattice import fronts, line
+from discretization.lattice import line
 from discretization.lattice.between import interpolated
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.ground import Ground
-from discretization.lattice.judge import judge, judge_apart
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Row
-from discretization.lattice.shares import LatticeTail
-from discretization.lattice.totals import totals
+from discretization.lattice.judge import Totals, judge, judge_apart, totals
+from discretization.nodes.ground import unknown
+from discretization.nodes.lattice import LatticeTail
+from discretization.nodes.row import Contacts, Row
 from energy import Scene
 
-
-class Sums(Protocol):
-    """Energy and force of a state, and the sums of their terms' absolute values."""
-
-    @property
-    def energy(self) -> float: ...
-
-    @property
-    def force(self) -> float: ...
-
-    @property
-    def energy_scale(self) -> float: ...
-
-    @property
-    def force_scale(self) -> float: ...
-
-
-Pair = tuple[line.Line, line.Line]  # left and right line of a contact
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
 _UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 
@@ -56,9 +33,9 @@ class Question:
     method: str = "lattice"
 
 
-def without_contact(asked: Question, ground: Ground) -> Equilibrium:
+def without_contact(asked: Question, row: Row) -> Equilibrium:
     """The certified flat surface. NotCertifiedError if the indenter would be in it."""
-    certificate, lattice = judge_apart(ground, asked.depth), ground.lattice
+    certificate, lattice = judge_apart(row, asked.depth), row.lattice
     _demand(asked, certificate)
     return detached(
         asked.scene, asked.depth, asked.branch, lattice.tail, certificate, lattice.spacing
@@ -66,50 +43,58 @@ def without_contact(asked: Question, ground: Ground) -> Equilibrium:
 
 
 def of_contacts(
-    asked: Question,
-    ground: Ground,
-    nodes: Sequence[tuple[int, int]] | NDArray[np.int64],
+    asked: Question, row: Row, nodes: Contacts, known: Sequence[float] | None = None
 ) -> Equilibrium:
-    """The certified state with contacts between these first and last nodes (m, 2).
+    """The certified state with contacts between these first and last nodes of the row.
 
+    known: where the lines are, which has to be known where they resist both ways.
     NotCertifiedError if it is no equilibrium; ValueError for a contact that reaches the end of the
     known profile.
     """
-    pairs = [(int(first), int(last)) for first, last in nodes]
-    if not pairs:
-        return without_contact(asked, ground)
-    refuse_unknown(ground, asked.depth, pairs[0][0], pairs[-1][1])
-    contacts = ContactSet(ground, pairs, asked.depth)
-    return _judged(asked, contacts, _lines(contacts))
+    if not nodes:
+        return without_contact(asked, row)
+    refuse_unknown(row, asked.depth, nodes)
+    contacts, scene = ContactSet(row, nodes, asked.depth), asked.scene
+    sums, tail, neutral = totals(contacts), row.lattice.tail, False
+    certificate = judge(contacts, sums)
+    round_ring = row.lattice.axis == 0 and not row.indenter.convex
+    if scene.opening is not None or scene.pattern is not None or round_ring:
+        lines, force, energy = _between(row, asked.depth, nodes, known)
+        sums = sums._replace(force=force, energy=energy)
+    elif len(nodes) > 1:
+        lines = line.lines_of(row, asked.depth, nodes)
+    else:
+        ends = _ends(contacts)
+        lines = line.outer(row, row.lattice.critical_gap, ends)
+        neutral = is_neutral(row, nodes, ends[0])
+    return certified(asked, row, nodes, lines, sums, certificate, tail, neutral=neutral)
 
 
-def of_row(
-    asked: Question,
-    ground: Ground,
-    row: Row,
-    nodes: Sequence[tuple[int, int]],
-    known: Sequence[float] | None = None,
-) -> Equilibrium:
-    """The same with contacts between these of its nodes, of any works of adhesion.
-
-    known: where the lines are, which has to be known where they resist both ways.
-    """
-    contacts, corners = row.contacts(ground, nodes, asked.depth), ground.indenter.corners
-    refuse_unknown(ground, asked.depth, contacts.first, contacts.last)
-    depth, held = np.array([asked.depth]), None if known is None else np.array([known])
-    x, force, energy = interpolated(row, ground.indenter, np.reshape(nodes, (1, -1)), depth, held)
+def _between(
+    row: Row, depth: float, nodes: Contacts, known: Sequence[float] | None
+) -> tuple[list[line.Line], float, float]:
+    """Lines of contacts whose adhesion differs, or around an axis, as on paths; P and U."""
+    at, held = np.reshape(nodes, (1, -1)), None if known is None else np.array([known])
+    x, force, energy = interpolated(row, at, np.array([depth]), held)
+    corners = row.indenter.corners
     lines = [line.Line(at, 0.0, 0.0, at in corners) for at in x[0].tolist()]
-    pairs = list(zip(lines[::2], lines[1::2], strict=True))
-    state = _judged(asked, contacts, pairs)
-    return replace(state, force=float(force[0]), energy=float(energy[0]))
+    return lines, float(force[0]), float(energy[0])
+
+
+def _ends(contacts: ContactSet) -> list[line.End]:
+    """The ends of a single contact, the right one first; that one alone if it includes the axis."""
+    row, ((first, last),) = contacts.row, contacts.nodes
+    alone = row.lattice.x(row.first + first) == row.lattice.axis
+    sides = [(last, 1)] if alone or contacts.mirrored else [(last, 1), (first, -1)]
+    return [line.end_of(row, contacts.depth, *side) for side in sides]
 
 
 def certified(
     asked: Question,
-    ground: Ground,
-    nodes: Sequence[tuple[int, int]],
-    lines: list[Pair],
-    sums: Sums,
+    row: Row,
+    nodes: Contacts,
+    lines: list[line.Line],
+    sums: Totals,
     certificate: Certificate,
     tail: LatticeTail,
     *,
@@ -117,15 +102,15 @@ def certified(
 ) -> Equilibrium:
     """The state with contacts between these nodes, whose lines are there. NotCertifiedError."""
     _demand(asked, certificate)
-    lattice, ends = ground.lattice, [end for pair in lines for end in pair]
+    lattice, pairs = row.lattice, list(zip(lines[::2], lines[1::2], strict=True))
     return Equilibrium(
         scene=asked.scene,
         depth=asked.depth,
-        contacts=np.array([_interval(*pair) for pair in lines]),
-        nodes=np.array([[lattice.x(node) for node in pair] for pair in nodes]),
-        pinned=np.array([[left.pinned, right.pinned] for left, right in lines]),
-        force=sum((end.force for end in ends), start=sums.force),
-        energy=sum((end.energy for end in ends), start=sums.energy),
+        contacts=np.array([_interval(*pair) for pair in pairs]),
+        nodes=lattice.x(row.first + np.array(nodes)),
+        pinned=np.array([[left.pinned, right.pinned] for left, right in pairs]),
+        force=sum((end.force for end in lines), start=sums.force),
+        energy=sum((end.energy for end in lines), start=sums.energy),
         certificate=certificate,
         tail=tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
@@ -137,18 +122,10 @@ def certified(
     )
 
 
-def _judged(asked: Question, contacts: ContactSet, lines: list[Pair]) -> Equilibrium:
-    """Of contacts with small slopes."""
-    ground, sums = contacts.ground, totals(contacts)
-    alone = len(contacts.nodes) == 1 and ground.bonds is None
-    neutral = alone and is_neutral(contacts.lattice, contacts.nodes[0], contacts.outer[0])
-    known = contacts.nodes, lines, sums, judge(contacts, sums), contacts.lattice.tail
-    return certified(asked, ground, *known, neutral=neutral)
-
-
-def is_neutral(lattice: Lattice, nodes: tuple[int, int], end: line.End) -> bool:
+def is_neutral(row: Row, nodes: Contacts, end: line.End) -> bool:
     """Whether moving the line at this end of a single contact by several links costs nothing."""
-    if nodes[1] - nodes[0] < 3 or not lattice.w:
+    ((first, last),), lattice = nodes, row.lattice
+    if last - first < 3 or not lattice.w:
         return False
     most = _INDIFFERENT * lattice.w * lattice.cell
     inside = zip(end.gap[: -end.start], end.energy, strict=False)
@@ -160,12 +137,12 @@ def _interval(left: line.Line, right: line.Line) -> list[float]:
     return [left.x, right.x] if left.x <= right.x else 2 * [(left.x + right.x) / 2]
 
 
-def refuse_unknown(ground: Ground, depth: float, first: int, last: int) -> None:
-    """ValueError for a contact at an end of the profile that is not the end of the body."""
-    body, where = ground.indenter, ground.where
-    for node, limit, end in zip((first, last), where[:2], body.extent, strict=True):
-        if node == limit and end not in body.walls:
-            raise ValueError(fronts.unknown(ground.lattice, depth, node))
+def refuse_unknown(row: Row, depth: float, nodes: Contacts) -> None:
+    """ValueError for contacts at an end of the profile that is not the end of the body."""
+    ends = (nodes[0][0], 0), (nodes[-1][1], row.size - 1)
+    for (node, limit), end in zip(ends, row.indenter.extent, strict=True):
+        if node == limit and end not in row.indenter.walls:
+            raise ValueError(unknown(row.lattice, depth, row.first + node))
 
 
 def _demand(asked: Question, certificate: Certificate) -> None:
@@ -174,20 +151,3 @@ def _demand(asked: Question, certificate: Certificate) -> None:
         "rounding has spoilt it, or the solver's tolerance, or a profile that is said to be convex "
         "is not; try another spacing or method",
     )
-
-
-def _lines(contacts: ContactSet) -> list[Pair]:
-    """Left and right line of each contact, those that face each other together."""
-    ground, depth, rows = contacts.ground, contacts.depth, contacts.nodes
-    reach, where = ground.lattice.critical_gap, ground.where
-    if len(rows) == 1:
-        return [line.outer(ground, reach, contacts.outer)]
-    (a, b), (c, d) = rows[0], rows[-1]
-    found = [line.raw(ground, a), line.raw(ground, d)]
-    if a < b:
-        found[0] = line.recover(ground, depth, (where.first, b), a, -1, reach)
-    if c < d:
-        found[1] = line.recover(ground, depth, (c, where.last), d, 1, reach)
-    for one, other in itertools.pairwise(rows):
-        found[-1:-1] = line.between(ground, depth, one, other)
-    return list(zip(found[::2], found[1::2], strict=True))

@@ -21,10 +21,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.row import Contacts, Parts, Row
-from discretization.lattice.rules import Rules
+from discretization.nodes.row import Contacts, Parts, Row
+from discretization.nodes.rules import Rules
 from discretization.rounding import EPSILON
-from energy import Indenter
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
@@ -37,15 +36,15 @@ _Row = tuple[float, float, float]
 
 
 def interpolated(
-    row: Row, indenter: Indenter, nodes: Nodes, depth: Array, lines: Array | None = None
+    row: Row, nodes: Nodes, depth: Array, lines: Array | None = None
 ) -> tuple[Array, Array, Array]:
     """Lines (s, 2m), P and U (s,) of s states with m contacts each, between these nodes (s, 2m).
 
     lines: where they are known, as they have to be where a line resists both ways.
     """
     if lines is None:
-        offset = offsets(row, indenter, nodes, depth, np.zeros(nodes.shape))
-        lines = _positions(row, indenter, nodes, offset)
+        offset = offsets(row, nodes, depth, np.zeros(nodes.shape))
+        lines = _positions(row, nodes, offset)
     else:
         offset = offsets_of(row, nodes, lines)
     force, energy = (
@@ -56,7 +55,6 @@ def interpolated(
 
 def moved_lines(
     row: Row,
-    indenter: Indenter,
     nodes: Contacts,
     depth: float,
     before: tuple[Contacts, Lines] | None,
@@ -74,9 +72,9 @@ def moved_lines(
         there = dict(zip(known, held, strict=True))
         inside = [1.0 if _in_contact(before[0], node) else -1.0 for _, node in facing]
         came[0] = [there.get(*each) for each in zip(facing, inside, strict=True)]
-    offset = offsets(row, indenter, at, np.array([depth]), came)
-    found = zip(facing, _positions(row, indenter, at, offset)[0].tolist(), strict=True)
-    rounding = _ROUNDING * float(np.abs(row.lattice.x(row.first + np.array([0, row.f.size]))).max())
+    offset = offsets(row, at, np.array([depth]), came)
+    found = zip(facing, _positions(row, at, offset)[0].tolist(), strict=True)
+    rounding = _ROUNDING * float(np.abs(row.lattice.x(row.first + np.array([0, row.size]))).max())
     return tuple(
         known[line] if abs(known.get(line, np.inf) - x) <= rounding else x for line, x in found
     )
@@ -103,7 +101,7 @@ def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
     return np.where(_at_edge(row, nodes), kept, whole)
 
 
-def _positions(row: Row, indenter: Indenter, nodes: Nodes, offset: Array) -> Array:
+def _positions(row: Row, nodes: Nodes, offset: Array) -> Array:
     """x of lines that far from their nodes, each less than half a link from its node.
 
     As two lines that face each other feel each other, one may be somewhat further from its node:
@@ -113,7 +111,7 @@ def _positions(row: Row, indenter: Indenter, nodes: Nodes, offset: Array) -> Arr
     kept = np.where(beyond > 0, np.copysign(_INTERIOR + beyond * _BEYOND, offset), offset)
     kept = np.where(_at_edge(row, nodes), offset, kept)
     return np.clip(
-        row.lattice.x(row.first + nodes + _outwards(nodes.shape[1]) * kept), *indenter.extent
+        row.lattice.x(row.first + nodes + _outwards(nodes.shape[1]) * kept), *row.indenter.extent
     )
 
 
@@ -125,10 +123,10 @@ def _outwards(lines: int) -> Nodes:
 
 def _at_edge(row: Row, nodes: Nodes) -> NDArray[np.bool_]:
     """Whether lines are at an edge beyond the last node."""
-    return np.asarray((nodes == row.f.size - 1) & (row.overhang > 0))
+    return np.asarray((nodes == row.size - 1) & (row.overhang > 0))
 
 
-def offsets(row: Row, indenter: Indenter, nodes: Nodes, depth: Array, before: Array) -> Array:
+def offsets(row: Row, nodes: Nodes, depth: Array, before: Array) -> Array:
     """How far the lines are from their nodes (s, 2m), in links outwards: -1/2..1/2.
 
     before: how far they were. A line at an edge is there, up to one link beyond the last node.
@@ -137,7 +135,7 @@ def offsets(row: Row, indenter: Indenter, nodes: Nodes, depth: Array, before: Ar
     for column, side in ((0, -1), (-1, 1)):
         node = nodes[:, column]
         lone = node == nodes[:, column - side]
-        found = _outer_offset(row, indenter, node, side, depth, before[:, column])
+        found = _outer_offset(row, node, side, depth, before[:, column])
         offset[:, column] = np.where(lone, 0.0, found)
     if nodes.shape[1] > 2:
         offset[:, 1:-1] = [
@@ -164,8 +162,8 @@ def at_offsets(row: Row, nodes: Nodes, offset: Array, depth: Array, parts: Parts
         node = nodes[:, column]
         own = tail(node, side, depth)
         beside = node + side * steps[:, column]
-        past = beside > row.f.size - 1  # as far from the last node as the one before
-        other = tail(np.clip(np.where(past, node - 1, beside), 0, row.f.size - 1), side, depth)
+        past = beside > row.size - 1  # as far from the last node as the one before
+        other = tail(np.clip(np.where(past, node - 1, beside), 0, row.size - 1), side, depth)
         more = share[:, column] * np.where(past, own - other, other - own)
         total = total + own + more  # with all digits of the sums
     if nodes.shape[1] == 2:
@@ -179,18 +177,16 @@ def at_offsets(row: Row, nodes: Nodes, offset: Array, depth: Array, parts: Parts
     return np.asarray(total + (whole + more).sum(axis=1), float)
 
 
-def _outer_offset(
-    row: Row, indenter: Indenter, node: Nodes, side: int, depth: Array, before: Array
-) -> Array:
+def _outer_offset(row: Row, node: Nodes, side: int, depth: Array, before: Array) -> Array:
     """How far an outermost line is from its node, in links outwards: -1/2..1/2.
 
     before: how far it was.
     """
-    at = node if side > 0 else row.f.size - 1 - node
+    at = node if side > 0 else row.size - 1 - node
     free = (at > 0) & np.isfinite(row.rules[0].outwards[side][at])
     lowest = node == row.touch
     if lowest.any():
-        free &= ~(lowest & np.isin(row.lattice.x(row.first + row.touch), indenter.corners))
+        free &= ~(lowest & np.isin(row.lattice.x(row.first + row.touch), row.indenter.corners))
     found = np.where(free, before, 0.0)
     for rules, further in zip(row.rules, (np.maximum, np.minimum), strict=True):
         outer, inner = rules.outwards[side][at], rules.outwards[side][np.maximum(at - 1, 0)]
@@ -200,7 +196,7 @@ def _outer_offset(
         rests = np.minimum(np.maximum(rests, -0.5), 0.5)
         found = np.where(moves, further(found, rests), found)
     edge = row.overhang if side > 0 else 0.0
-    return np.where(node == row.f.size - 1, edge, found) if edge else found
+    return np.where(node == row.size - 1, edge, found) if edge else found
 
 
 def _facing_offsets(

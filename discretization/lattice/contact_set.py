@@ -1,97 +1,143 @@
-"""Contacts on nodes at a depth, and the surface between and beside them."""
+"""Contacts on nodes of a row, with the exact free surfaces that they hold: what judge.py sees."""
 
 from __future__ import annotations
 
 import functools
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import fronts, line
-from discretization.lattice.ground import Ground
-from discretization.lattice.nodes import Lattice
+from discretization.lattice.judge import Move, Part
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import surface
+from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+_BLOCK = 1 << 14  # nodes looked at at once: their arrays stay in the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
 class ContactSet:
-    """Contacts between their first and last nodes, from left to right, at a depth.
+    """Contacts between these first and last nodes of a row, from left to right, at a depth.
 
     In contact u = g = d - f; the free surfaces are exact.
     """
 
-    ground: Ground
-    nodes: Sequence[tuple[int, int]]
+    row: Row
+    nodes: Contacts
     depth: float
 
     @property
     def lattice(self) -> Lattice:
         """The lattice."""
-        return self.ground.lattice
+        return self.row.lattice
 
     @property
-    def first(self) -> int:
-        """First node in contact."""
-        return self.nodes[0][0]
+    def at_lines(self) -> tuple[float, float]:
+        """u of the outermost contact nodes."""
+        return self.g(self.nodes[0][0]), self.g(self.nodes[-1][1])
 
     @property
-    def last(self) -> int:
-        """Last node in contact."""
-        return self.nodes[-1][1]
+    def mirrored(self) -> bool:
+        """Whether half of a contact is looked at."""
+        first, last = self.nodes[0][0], self.nodes[-1][1]
+        both = self.row.clear and self.row.mirrored and self.lattice.axis != 0
+        return both and first + last == 2 * self.row.touch and first < last
+
+    def parts(self) -> Iterator[Part]:
+        """All nodes; of one contact of a convex profile its own, with tails beyond."""
+        row, first, mirrored = self.row, self.row.first, self.mirrored
+        start, stop = (self.nodes[0][0], self.nodes[-1][1]) if row.clear else (0, row.size - 1)
+        start = row.touch if mirrored else start
+        for low in range(start, max(stop, start + 1), _BLOCK):
+            high = min(low + _BLOCK, stop)
+            contact, g = (
+                self.contact(low, high),
+                self.depth - row.heights(first + low, first + high),
+            )
+            u = g if contact.all() else self.u[low : high + 1]
+            work = row.works[0] * row.bonds[low:high] if row.scene.pattern else None
+            image = mirrored and low == start
+            tails, at = (low == start and not image, high == stop), first + low
+            model = NodalEnergy(self.lattice, contact, at, work, tails, mirrored=image)
+            yield Part(model, u, g)
+
+    def contact(self, low: int, high: int) -> Mask:
+        """Which of the nodes low..high of the row are in contact."""
+        found = np.zeros(high - low + 1, bool)
+        for first, last in self.nodes:
+            found[max(first - low, 0) : max(last - low + 1, 0)] = True
+        return found
+
+    def g(self, node: int) -> float:
+        """d - f at a node of the row."""
+        at = self.row.first + node
+        return self.depth - float(self.row.heights(at, at)[0])
 
     @functools.cached_property
-    def middle(self) -> int | None:
-        """The lowest node, if a single contact and all around is mirrored about it; else None."""
-        ground = self.ground
-        if len(self.nodes) > 1 or ground.bonds is not None:
-            return None
-        axis = fronts.mirror_axis(ground.lattice, ground.indenter, self.first, self.last)
-        return None if axis is None else (self.first + self.last) // 2
+    def u(self) -> Array:
+        """Displacements (n,) of all nodes."""
+        u, free = self.depth - self.row.f, np.flatnonzero(~self.contact(0, self.row.size - 1))
+        u[free] = self._surface(np.unique(self.nodes), free)
+        return u
 
-    @functools.cached_property
-    def ends(self) -> tuple[Nodes, Array]:
-        """First and last nodes (m, 2), and u there."""
-        nodes = np.array(self.nodes, np.int64)
-        return nodes, self.depth - self.ground.at(nodes.ravel().astype(float)).reshape(-1, 2)
+    def _surface(self, held: Nodes, at: Nodes) -> Array:
+        """At some nodes, that of contact nodes."""
+        first = self.row.first
+        return surface(self.lattice, held + first, self.depth - self.row.f[held], at + first)
 
-    @functools.cached_property
-    def outer(self) -> list[line.End]:
-        """The outermost ends that differ, the right one first.
+    def opening(self, part: Part, i: Nodes, force: Array) -> Array:
+        """What is said in judge.py: a node with links of adhesion W is held up to √(2 S W).
 
-        That one alone of a mirrored contact, and of contacts that include the axis.
+        S: its stiffness, its neighbours as they are. Nodes with one link, the outermost of their
+        contacts, are not opened here: these are moves of a line.
         """
-        ground, room = self.ground, self.ground.where[:2]
-        right = line.end_of(ground, self.depth, room, self.last, 1)
-        if self.middle is not None or self.lattice.x(self.first) == self.lattice.axis:
-            return [right]
-        return [right, line.end_of(ground, self.depth, room, self.first, -1)]
+        lat, row, nodes = self.lattice, self.row, part.model.nodes[i]
+        start = int(part.model.nodes[0]) - row.first
+        held, at = self.contact(start - 1, start + part.u.size), start + i
+        before, after = held[i], held[i + 2]  # these are in contact
+        work = row.works[1] * (before * row.bond(at - 1) + after * row.bond(at))
+        stiffness = lat.on_nodes(np.full(i.size, lat.spring), nodes)
+        stiffness += lat.on_nodes(lat.link, nodes - 0.5) * (at > 0)
+        stiffness += lat.on_nodes(lat.link, nodes + 0.5) * (at < row.size - 1)
+        pull = lat.per_weight(-force - np.sqrt(2 * stiffness * work), nodes)
+        return np.asarray(pull[before == after])
 
-    @functools.cached_property
-    def scale(self) -> float:
-        """δ: the largest of |d|, |u| at the lines and δ₀."""
-        lift = math.sqrt(2 * max(self.ground.works) / self.lattice.k)
-        return max(abs(self.depth), float(np.abs(self.ends[1]).max()), lift)
+    def moves(self, noise: float) -> Iterator[Move]:
+        """Of all lines, one link outwards and, of contacts of more than one node, one inwards."""
+        ends = [None, *(node for pair in self.nodes for node in pair), None]
+        for i in range(1, len(ends) - 1):
+            side = 1 if i % 2 == 0 else -1
+            node, other, own = ends[i], ends[i + side], ends[i - side]
+            assert node is not None
+            if 0 <= node + side < self.row.size:
+                after = other if other is not None and abs(other - node) == 2 else node + side
+                if self._stays_clear(node + side, side, other, noise):
+                    yield self._move(node, after, side, other, opening=False)
+            if node != own:
+                yield self._move(node - side, node, side, other, opening=True)
 
-    def surface(self, first: int, g: Array) -> tuple[Array, Mask | None]:
-        """u at nodes of these g, of which `first` is in front, and which are free; None: none is.
+    def _move(self, start: int, after: int, side: int, other: int | None, *, opening: bool) -> Move:
+        """A line at `start` that passes the next link, or has come from there."""
+        row, first = self.row, self.row.first
+        faced = None if other is None else first + other
+        far, rest, stiffness = self.lattice.beside(first + start, side, faced)
+        own, beyond = (self.depth - row.heights(first + start, first + start + side)).tolist()
+        gap = own - beyond - rest * own
+        gap += 0.0 if other is None else far * (self.g(other) - own)
+        bonds = row.works[opening] * row.bond(np.arange(min(start, after), max(start, after)))
+        return Move(opening, float(gap), float(stiffness / 2 * gap * gap), float(bonds.sum()))
 
-        Of nodes between the outermost lines.
-        """
-        if len(self.nodes) == 1:
-            return g, None
-        nodes, u_ends = self.ends
-        at = np.arange(first, first + g.size)
-        own = np.searchsorted(nodes[:, 0], at, side="right") - 1
-        free = at > nodes[own, 1]
-        if not free.any():
-            return g, None
-        left, at = own[free], at[free]
-        lines, u = (nodes[left, 1], nodes[left + 1, 0]), g.copy()
-        u[free] = self.lattice.free(*lines, u_ends[left, 1], u_ends[left + 1, 0], at)
-        return u, free
+    def _stays_clear(self, node: int, side: int, other: int | None, noise: float) -> bool:
+        """Whether the surface beyond a line that has come to this node is above the indenter."""
+        if self.row.clear or (other is not None and abs(other - node) < 2):
+            return True
+        held = np.array([node] if other is None else sorted((node, other)))
+        end = (self.row.size if side > 0 else -1) if other is None else other
+        at = np.sort(np.arange(node + side, end, side))
+        return bool((self.depth - self.row.f[at] - self._surface(held, at) <= noise).all())

@@ -3,7 +3,7 @@
 A contact that ends at node m has the energy E(m). Between nodes the line is where the interpolated
 ΔE changes sign, or at a corner of the profile if ΔE changes sign there by a jump (pinned line).
 Force and energy are interpolated at that position through the values of the same contact sets: a
-step changes them by `Lattice.advance`, ΔE and ΔP = dΔE/dd.
+step changes them by ΔE = S v²/2 - w and ΔP = dΔE/dd, v the gap of `Lattice.beside`.
 
 Raw lattice values are off by up to Δx/2 in the line; these are off by O(Δx²).
 Positions ζ below are in links outwards from the last contact node, ζ = 0.
@@ -23,10 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice import span
-from discretization.lattice.ground import Ground
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.shares import first_free
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Room = tuple[int, int]  # first and last node there are for a line
@@ -34,6 +32,7 @@ _INWARDS, _OUTWARDS = 3, 4  # nodes beside the last one of a contact
 _ROUNDING = 1e-15  # of positions, in links
 _TURNS = 20  # in which two facing lines are found; each is a contraction
 _SETTLED = 1e-12  # links
+_FAR = 60.0  # decay lengths after which two lines do not feel each other
 _CLOSEST = 1.5  # links between two lines that are moved
 
 
@@ -49,20 +48,17 @@ class Line(NamedTuple):
 class End(NamedTuple):
     """One end of a contact: the nodes beside it, and what its line's advance over a link changes.
 
-    Nodes are counted outwards from the last one of the contact, node 0, which is `node` on the
-    lattice and displaced by u; link j leads from node j to j + 1. gap, energy, force:
-    `Lattice.advance` of the links from `start` <= 0 on, or that of a line that faces another one;
-    rise: of the profile over them.
+    Nodes are counted outwards from the last one of the contact, node 0, which is `node` of the
+    row; link j leads from node j to j + 1. gap, energy, force: of the advance over links from
+    `start` <= 0 on.
     """
 
     node: int
     side: int
-    u: float
     start: int
     gap: list[float]
     energy: list[float]
     force: list[float]
-    rise: list[float]
 
 
 class Facing(NamedTuple):
@@ -72,104 +68,103 @@ class Facing(NamedTuple):
     x: float
 
 
-def raw(ground: Ground, node: int) -> Line:
-    """A line left on its node."""
-    return Line(ground.lattice.x(node), 0.0, 0.0, 0.0 in _corners(ground, node, 1))
+def lines_of(row: Row, depth: float, nodes: Contacts) -> list[Line]:
+    """All lines of several contacts from left to right; those of a lone node stay there."""
+    ends = [node for pair in nodes for node in pair]
+    found = [_raw(row, node) for node in ends]
+    rooms = (0, ends[1]), (ends[-2], row.size - 1)
+    for i, side, room in zip((0, len(ends) - 1), (-1, 1), rooms, strict=True):
+        if ends[i] != ends[i - side]:
+            found[i] = _line(row, end_of(row, depth, ends[i], side, room), row.lattice.critical_gap)
+    for i in range(1, len(ends) - 1, 2):
+        found[i : i + 2] = _between(row, depth, nodes[i // 2], nodes[i // 2 + 1])
+    return found
 
 
-def outer(ground: Ground, reach: float, ends: list[End]) -> tuple[Line, Line]:
-    """Left and right line of a single contact with these outermost ends."""
-    lattice, indenter, right = ground.lattice, ground.indenter, _line(ground, ends[0], reach)
+def outer(row: Row, reach: float, ends: list[End]) -> list[Line]:
+    """Left and right line of a single contact with these outermost ends, the right one first."""
+    lattice, indenter, right = row.lattice, row.indenter, _line(row, ends[0], reach)
     if len(ends) > 1:
-        return _line(ground, ends[1], reach), right
+        return [_line(row, ends[1], reach), right]
     if not math.isnan(lattice.axis):
-        return Line(lattice.axis, 0.0, 0.0, False), right
+        return [Line(lattice.axis, 0.0, 0.0, False), right]
     x = max(2 * (indenter.apex or 0.0) - right.x, indenter.extent[0])
-    return Line(x, right.force, right.energy, right.pinned), right
+    return [Line(x, right.force, right.energy, right.pinned), right]
 
 
-def between(
-    ground: Ground, depth: float, one: tuple[int, int], other: tuple[int, int]
+def _raw(row: Row, node: int) -> Line:
+    """A line left on its node."""
+    return Line(row.lattice.x(row.first + node), 0.0, 0.0, 0.0 in _corners(row, node, 1))
+
+
+def _between(
+    row: Row, depth: float, one: tuple[int, int], other: tuple[int, int]
 ) -> tuple[Line, Line]:
-    """Both lines of a gap: the right one of contact nodes a..b, the left one of c..d.
-
-    A lone contact node keeps its lines.
-    """
-    (a, b), (c, d), lattice, reach = one, other, ground.lattice, ground.lattice.critical_gap
-    left, right = raw(ground, b), raw(ground, c)
+    """Both lines of a gap: the right one of contact nodes a..b, the left one of c..d."""
+    (a, b), (c, d), lattice, reach = one, other, row.lattice, row.lattice.critical_gap
+    left, right = _raw(row, b), _raw(row, c)
     for _ in range(_TURNS):
         before = left.x, right.x
         if b > a:
-            left = recover(ground, depth, (a, c - 1), b, 1, reach, Facing(c, right.x))
+            left = _line(row, end_of(row, depth, b, 1, (a, c - 1), Facing(c, right.x)), reach)
         if d > c:
-            right = recover(ground, depth, (b + 1, d), c, -1, reach, Facing(b, left.x))
+            right = _line(row, end_of(row, depth, c, -1, (b + 1, d), Facing(b, left.x)), reach)
         moved = max(abs(left.x - before[0]), abs(right.x - before[1]))
-        far = c - b > span.FAR / lattice.log_decay
+        far = c - b > _FAR / lattice.log_decay
         if far or moved <= _SETTLED * lattice.spacing + _ROUNDING * abs(left.x):
             break
-    if left.x >= right.x:
-        return raw(ground, b), raw(ground, c)
-    return left, right
-
-
-def recover(
-    ground: Ground,
-    depth: float,
-    room: Room,
-    node: int,
-    side: int,
-    reach: float,
-    facing: Facing | None = None,
-) -> Line:
-    """Contact line beyond `node` on `side` (+1 right, -1 left); a link holds while gap <= reach."""
-    return _line(ground, end_of(ground, depth, room, node, side, facing), reach)
+    return (left, right) if left.x < right.x else (_raw(row, b), _raw(row, c))
 
 
 def end_of(
-    ground: Ground, depth: float, room: Room, node: int, side: int, facing: Facing | None = None
+    row: Row,
+    depth: float,
+    node: int,
+    side: int,
+    room: Room | None = None,
+    facing: Facing | None = None,
 ) -> End:
-    """The end of a contact at `node`."""
-    before, beyond = (node - room[0], room[1] - node)[::side]
+    """The end of a contact at a node; room: all nodes, if nothing is faced."""
+    low, high = (0, row.size - 1) if room is None else room
+    before, beyond = (node - low, high - node)[::side]
     start, stop = -min(before, _INWARDS), min(beyond, _OUTWARDS)
-    f = ground.heights(node + side * start, node + side * stop)
-    nodes = node + side * np.arange(float(start), stop)
-    if facing is None:
-        changes = ground.lattice.at(nodes, side).advance(f[:-1], f[1:], depth)
-    else:
-        changes = _facing(ground, depth, nodes, f, facing)
-    gap, energy, force = (change.tolist() for change in changes)
-    return End(node, side, depth - float(f[-start]), start, gap, energy, force, np.diff(f).tolist())
+    nodes = node + side * np.arange(start, stop + 1)
+    gap, *steps = _advances(row, depth, nodes, side, None if facing is None else facing.x)
+    if facing is not None:  # both lines are moved: of what that takes each adds one half
+        half_way = (facing.x + row.lattice.x(row.first + facing.node)) / 2
+        _, *steps = _advances(row, depth, nodes, side, half_way)
+    return End(node, side, start, *(part.tolist() for part in (gap, *steps)))
 
 
-def _facing(
-    ground: Ground, depth: float, nodes: Array, f: Array, facing: Facing
+def _advances(
+    row: Row, depth: float, nodes: NDArray[np.int64], side: int, faced: float | None
 ) -> tuple[Array, Array, Array]:
-    """`Lattice.advance` between these nodes, heights f, towards another line.
+    """Gap, ΔE and ΔP of the advance of a line over the links between these nodes (n,).
 
-    gap: with that line where it is, scaled so that it has the same reach; energy and force: with it
-    half way there from its node.
+    faced: x of a line it faces. Gaps are scaled so that all have the same reach.
     """
-    lattice, g, found = ground.lattice, depth - f, []
-    x, there = lattice.x(nodes), lattice.x(facing.node)
-    for end in (facing.x, (facing.x + there) / 2):
-        links = np.maximum(np.abs(end - x) / lattice.spacing, _CLOSEST)
-        tie, own, _ = lattice.pair(0, links - 1)
-        far, rest, stiffness = first_free(lattice.spring, lattice.link, tie, own)
-        gap = g[:-1] - g[1:] - rest * g[:-1]
-        gap += far * (depth - float(ground.indenter.height(end)) - g[:-1])
-        found.append((gap, rest, stiffness))
-    (own, _, stiffness), (gap, rest, half_way) = found
-    energy = half_way / 2 * gap * gap - lattice.w * lattice.cell
-    return own * np.sqrt(stiffness / lattice.link_over_decay), energy, -half_way * gap * rest
+    lattice, at = row.lattice, row.first + nodes
+    g, at = depth - row.heights(int(at[0]), int(at[-1])), at[:-1]
+    if faced is None:
+        (_, rest, stiffness), felt = lattice.beside(at, side), 0.0
+    else:
+        links = np.maximum(np.abs(faced - lattice.x(at)) / lattice.spacing, _CLOSEST)
+        far, rest, stiffness = lattice.beside(0, 1, links)
+        felt = far * (depth - float(row.indenter.height(faced)) - g[:-1])
+    weight = lattice.bound(at, at + side)
+    gap = g[:-1] - g[1:] - rest * g[:-1] + felt
+    energy = stiffness / 2 * gap * gap - lattice.w * lattice.cell * weight
+    scale = np.sqrt(stiffness / (lattice.link_over_decay * weight))
+    return gap * scale, energy, -stiffness * rest * gap
 
 
-def _line(ground: Ground, end: End, reach: float) -> Line:
+def _line(row: Row, end: End, reach: float) -> Line:
     """The line at this end; a link holds while gap <= reach."""
-    lattice, indenter = ground.lattice, ground.indenter
-    corners = _corners(ground, end.node, end.side)
+    lattice, indenter = row.lattice, row.indenter
+    corners = _corners(row, end.node, end.side)
     excess = {link: gap - reach for link, gap in enumerate(end.gap, end.start)}
     zeta, links, pinned = _locate(lattice, excess, corners)
-    x = lattice.x(end.node + end.side * zeta)
+    x = lattice.x(row.first + end.node + end.side * zeta)
     if pinned:  # the corner itself, not its position rounded on the lattice
         corners_x = np.asarray(indenter.corners, float)
         x = float(corners_x[np.argmin(np.abs(corners_x - x))])
@@ -190,13 +185,13 @@ def _added(start: int, steps: list[float], links: list[int], zeta: float) -> flo
     return _value(_differences(own), zeta - links[0])
 
 
-def _corners(ground: Ground, node: int, side: int) -> list[float]:
+def _corners(row: Row, node: int, side: int) -> list[float]:
     """Corners within the stencil as positions ζ outwards, those on a node exactly there."""
-    lattice, indenter = ground.lattice, ground.indenter
+    lattice, indenter = row.lattice, row.indenter
     if not len(indenter.corners):
         return []
     corners = np.asarray(indenter.corners, float)
-    middle, near = lattice.x(node), 5 * lattice.spacing
+    middle, near = lattice.x(row.first + node), 5 * lattice.spacing
     lo, hi = np.searchsorted(corners, [middle - near, middle + near])
     zeta = sorted((side * (corners[lo:hi] - middle) / lattice.spacing).tolist())
     return [float(round(z)) if abs(z - round(z)) < 1e-9 else z for z in zeta]

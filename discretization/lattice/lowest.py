@@ -43,16 +43,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
-from discretization.lattice import fronts, span
-from discretization.lattice.assembly import Question, of_contacts, of_row
-from discretization.lattice.ground import Ground
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import obstacle, pressed, surface
+from discretization.lattice.assembly import Question, of_contacts
 from discretization.lattice.oracle import Oracle
-from discretization.lattice.radial_spans import ring_spans
-from discretization.lattice.row import Row
-from energy import Indenter, Scene
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import obstacle, pressed, runs, surface
+from discretization.nodes.radial_spans import ring_spans
+from discretization.nodes.row import Row
+from energy import Scene
 
 Array = NDArray[np.float64]
 Logs = NDArray[np.floating]
@@ -60,7 +58,6 @@ Nodes = NDArray[np.int64]
 _TIE = 1e-12  # of wΔx: what more contact may cost
 _FEW = 32  # starts that are all asked; nodes after which it is looked again which are needed
 _FAR = 300.0  # decay lengths after which it is, too: exp(-2·300) is a number
-MOST = 10**7  # nodes of a window
 
 
 def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
@@ -72,21 +69,21 @@ def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     or not finite.
     """
     if not lattice.gamma1:
-        raise ValueError("gamma1 = 0.0 leaves the springs independent: use `fronts.held`")
+        raise ValueError("gamma1 = 0.0 leaves the springs independent: use method='lattice'")
     g = np.asarray(g, float)
     if g.ndim != 1 or not g.size or not np.isfinite(g).all():
         raise ValueError(f"g of shape {g.shape} must be one row of finite values: pass d - f")
     every, (held, force) = np.arange(g.size), pressed(lattice, g)
-    h = np.maximum(surface(lattice, g, held, every) - g, 0.0)
+    h = np.maximum(surface(lattice, held, g[held], every) - g, 0.0)
     h[held] = 0.0
     chain = _chain(lattice, h)
     least, before = _cheapest(chain, _TIE * lattice.w * lattice.cell)
     contact = h == 0
     contact[chain.node[_path(before)]] = True
-    u = np.where(contact, g, surface(lattice, g, np.flatnonzero(contact), every))
+    u = np.where(contact, g, surface(lattice, np.flatnonzero(contact), g[contact], every))
     terms = np.array([*NodalEnergy(lattice, contact).terms(u).values()])
     proof = Proof(float(force @ g[held]) / 2 + least, float(terms.sum()), float(abs(terms).sum()))
-    return span.runs(contact), proof
+    return runs(contact), proof
 
 
 class Chain(NamedTuple):
@@ -224,38 +221,28 @@ def _path(before: Nodes) -> list[int]:
     return path
 
 
-def window(lattice: Lattice, indenter: Indenter, depth: float) -> tuple[int, Array]:
+def window(row: Row, depth: float) -> tuple[int, Array]:
     """First node, and g = d - f from there on: outside these nodes no minimiser is in contact.
 
     The nodes with f <= d + D (`Lattice.deepest_contact`; h >= f - d), and all between; at least the
-    lowest. ValueError for more than 1e7 nodes to look at.
+    lowest. All nodes around an axis.
     """
-    where, limit = fronts.region(lattice, indenter, depth), depth + lattice.deepest_contact
-    rising = indenter.convex or indenter.apex is not None
-    first, last = fronts.below(lattice, indenter, where, limit) if rising else where[:2]
-    if last - first > MOST:
-        raise ValueError(
-            f"spacing = {lattice.spacing!r} puts more than {MOST} nodes where contact is to be "
-            "looked for; give a larger spacing, or a profile of smaller extent"
-        )
-    f = fronts.heights(lattice, indenter, np.arange(first, last + 1.0))
-    near = np.append(np.flatnonzero(f <= limit), where.lowest - first)
+    if row.lattice.axis == 0:
+        return row.first, depth - row.f
+    near = np.append(np.flatnonzero(row.f <= depth + row.lattice.deepest_contact), row.touch)
     start, stop = int(near.min()), int(near.max()) + 1
-    return first + start, depth - f[start:stop]
+    return row.first + start, depth - row.f[start:stop]
 
 
-def on_lowest(asked: Question, ground: Ground) -> Equilibrium:
+def on_lowest(asked: Question, row: Row) -> Equilibrium:
     """Certified state of lowest energy of all contact sets on these nodes, with its proof.
 
     ValueError for finite slopes, what the method cannot express, and a contact that reaches the end
     of the known profile.
     """
-    nodes, proof = lowest_contacts(asked.scene, asked.depth, ground.lattice, asked.method)
-    if ground.lattice.axis == 0 and nodes.size:
-        row = _around_axis(asked.scene, ground, asked.depth)
-        state = of_row(asked, ground, row, nodes.tolist())
-    else:
-        state = of_contacts(asked, ground, nodes)
+    nodes, proof = _lowest(asked.scene, row, asked.depth, asked.method)
+    contacts = tuple((first, last) for first, last in (nodes - row.first).tolist())
+    state = of_contacts(asked, row, contacts)
     return replace(state, proof=proof, method="shortest_path" if proof else asked.method)
 
 
@@ -268,6 +255,11 @@ def lowest_contacts(
     cvxpy and has no proof, or "lattice": obstacle.py without adhesion, else as "shortest_path".
     ValueError as `on_lowest`.
     """
+    return _lowest(scene, Row.of(scene, lattice, depth), depth, method)
+
+
+def _lowest(scene: Scene, row: Row, depth: float, method: str) -> tuple[Nodes, Proof | None]:
+    lattice = row.lattice
     if scene.slopes != "small":
         raise ValueError(
             f"slopes = {scene.slopes!r} has no search over all contact sets: use slopes='small', "
@@ -277,21 +269,12 @@ def lowest_contacts(
         raise ValueError(
             f"gamma1 = 0 leaves no links to search over: use 'lattice', not {method!r}"
         )
-    if lattice.axis == 0:
-        ground = Ground.of(lattice, scene.indenter, depth)
-        first, g = 0, depth - _around_axis(scene, ground, depth).f
-    else:
-        first, g = window(lattice, scene.indenter, depth)
+    first, g = window(row, depth)
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
-        return span.runs(Oracle(lattice, g.size).solve(g).contact) + first, None
+        return runs(Oracle(lattice, g.size).solve(g).contact) + first, None
     if method == "lattice" and not lattice.w:
         contact = obstacle(lattice, g).contact
-        return span.runs(contact if contact.any() else g == 0) + first, None
+        return runs(contact if contact.any() else g == 0) + first, None
     contacts, proof = global_minimum(lattice, g)
     return contacts + first, proof
-
-
-def _around_axis(scene: Scene, ground: Ground, depth: float) -> Row:
-    """All known nodes; of a convex profile those that a contact reaches which is only touched."""
-    return Row.of(scene, ground, max(depth, ground.lowest))

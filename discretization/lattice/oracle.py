@@ -12,23 +12,21 @@ with y_i = 1 on adhesive links and ω = wΔx/(klG²). M_i is the room above g_i 
 Heights too low to be reached are raised to where a contact costs more than it can ever gain:
 K g²/2 > U(no contact) + wΔx(n-1), K the stiffness of the surface at one node.
 
-Each programme is built once per lattice and size, and re-solved by changing cvxpy Parameters. That
-of w > 0 fixes z; its displacements and multipliers are those of the convex programme with
+That of w > 0 fixes z; its displacements and multipliers are those of the convex programme with
 v_i = g_i/G where z_i = 1. No other module may import cvxpy.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -53,24 +51,6 @@ class OracleSolution:
 
 
 @dataclass(frozen=True)
-class _Programme:
-    """A cvxpy problem, its variables and its parameters by name."""
-
-    problem: Any
-    variables: Mapping[str, Any]
-    parameters: Mapping[str, Any]
-
-    def solve(self, values: Mapping[str, Any], solver: str, **options: Any) -> dict[str, Array]:
-        """Variables at these values of the parameters; RuntimeError if not solved."""
-        for name, value in values.items():
-            self.parameters[name].value = value
-        self.problem.solve(solver=solver, **options)
-        if self.problem.status != "optimal":
-            raise RuntimeError(f"{solver} ended with status {self.problem.status!r}, not 'optimal'")
-        return {name: variable.value for name, variable in self.variables.items()}
-
-
-@dataclass(frozen=True)
 class Oracle:
     """The programme on n nodes of a lattice: convex if w = 0, else with integers.
 
@@ -80,15 +60,9 @@ class Oracle:
 
     lattice: Lattice
     nodes: int
-    _programmes: Mapping[str, _Programme] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        lat, n = self.lattice, self.nodes
-        _check(lat, n)
-        programmes = {"convex": _convex(lat, n)}
-        if lat.w:
-            programmes["integer"] = _integer(lat, n)
-        object.__setattr__(self, "_programmes", programmes)
+        _check(self.lattice, self.nodes)
 
     def solve(self, g: ArrayLike) -> OracleSolution:
         """Minimum for heights g (n,), -inf where there is no obstacle.
@@ -101,36 +75,11 @@ class Oracle:
         lat = self.lattice
         floor = np.maximum(heights, -_deepest(lat, heights))
         scale = float(np.abs(floor).max()) or lat.spacing
-        held = self._integers(floor, scale) if lat.w else np.zeros(shape, bool)
-        u, force = self._pressed(held, floor, scale)
+        held = _integers(lat, floor / scale, scale) if lat.w else np.zeros(shape, bool)
+        v, pull = _pressed(lat, held, floor / scale)
+        u, force = v * scale, pull * math.sqrt(lat.k * lat.gamma1) * scale
         held = held | (force > PRESSES * max(force.max(), lat.spring * scale))
         return OracleSolution(u, held, force, NodalEnergy(lat, held).value(u))
-
-    def _pressed(self, held: Mask, g: Array, scale: float) -> tuple[Array, Array]:
-        """Displacements over g, equal to it where held, and the multipliers of both."""
-        values = {
-            "floor": np.maximum(g / scale, -10.0),
-            "held": held.astype(float),
-            "height": np.where(held, g / scale, 0.0),
-        }
-        programme = self._programmes["convex"]
-        v = programme.solve(values, "CLARABEL", **CLARABEL)["v"]
-        above, equal = (c.dual_value for c in programme.problem.constraints)
-        return v * scale, (above - held * equal) * math.sqrt(
-            self.lattice.k * self.lattice.gamma1
-        ) * scale
-
-    def _integers(self, g: Array, scale: float) -> Mask:
-        """The nodes in contact in the best of all contact sets."""
-        lat = self.lattice
-        floor = g / scale
-        values = {
-            "floor": floor,
-            "room": max(0.0, floor.max()) - floor,
-            "gain": lat.w * lat.spacing / (math.sqrt(lat.k * lat.gamma1) * scale**2),
-        }
-        z = self._programmes["integer"].solve(values, "SCIP", scip_params=SCIP)["z"]
-        return np.asarray(z > 0.5)
 
 
 def _check(lattice: Lattice, n: int) -> None:
@@ -165,26 +114,34 @@ def _elastic(lattice: Lattice, v: Any) -> Any:
     return s / 2 * cp.sum_squares(v) + links / (2 * s)
 
 
-def _convex(lattice: Lattice, n: int) -> _Programme:
-    """v above a floor and, where held = 1, at a height."""
+def _solved(problem: Any, solver: str, **options: Any) -> None:
+    """RuntimeError if it is not solved."""
+    problem.solve(solver=solver, **options)
+    if problem.status != "optimal":
+        raise RuntimeError(f"{solver} ended with status {problem.status!r}, not 'optimal'")
+
+
+def _pressed(lattice: Lattice, held: Mask, floor: Array) -> tuple[Array, Array]:
+    """Displacements above a floor and equal to it where held, and the multipliers of both."""
     import cvxpy as cp
 
-    v, floor, height = cp.Variable(n), cp.Parameter(n), cp.Parameter(n)
-    held = cp.Parameter(n, nonneg=True)
-    problem = cp.Problem(
-        cp.Minimize(_elastic(lattice, v)), [v >= floor, cp.multiply(held, v) == height]
-    )
-    return _Programme(problem, {"v": v}, {"floor": floor, "held": held, "height": height})
+    v, least = cp.Variable(floor.size), np.maximum(floor, -10.0)
+    above, equal = v >= least, cp.multiply(held.astype(float), v) == np.where(held, floor, 0.0)
+    problem = cp.Problem(cp.Minimize(_elastic(lattice, v)), [above, equal])
+    _solved(problem, "CLARABEL", **CLARABEL)
+    return np.asarray(v.value), above.dual_value - held * equal.dual_value
 
 
-def _integer(lattice: Lattice, n: int) -> _Programme:
-    """v above a floor, at it where z = 1; a gain per link between two such nodes."""
+def _integers(lattice: Lattice, floor: Array, scale: float) -> Mask:
+    """The nodes in contact in the best of all contact sets: a gain per link between two of them."""
     import cvxpy as cp
 
+    n, room = floor.size, max(0.0, floor.max()) - floor
+    gain = lattice.w * lattice.spacing / (math.sqrt(lattice.k * lattice.gamma1) * scale**2)
     v, z, y = cp.Variable(n), cp.Variable(n, boolean=True), cp.Variable(n - 1)
-    floor, room, gain = cp.Parameter(n), cp.Parameter(n, nonneg=True), cp.Parameter(nonneg=True)
     problem = cp.Problem(
         cp.Minimize(_elastic(lattice, v) - gain * cp.sum(y)),
         [v >= floor, v <= floor + cp.multiply(room, 1 - z), y <= z[1:], y <= z[:-1]],
     )
-    return _Programme(problem, {"z": z}, {"floor": floor, "room": room, "gain": gain})
+    _solved(problem, "SCIP", scip_params=SCIP)
+    return np.asarray(z.value) > 0.5

@@ -15,19 +15,18 @@ rest of the package knows free surfaces in closed form, is faster, and has the s
 
 from __future__ import annotations
 
+import bisect
 import functools
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.fronts import adhered, mirror_axis
-from discretization.lattice.ground import Ground
 from discretization.lattice.line import End
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import Balance, NodalEnergy
+from discretization.nodes.row import Row
 
 Array = NDArray[np.float64]
 FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
@@ -56,9 +55,9 @@ def turning(lattice: Lattice) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """Contact over this ground at a depth; reach: the gap up to which a line passes a link."""
+    """Contact over a row of nodes at a depth; reach: the gap up to which a line passes a link."""
 
-    ground: Ground
+    row: Row
     depth: float
     reach: float
 
@@ -69,38 +68,39 @@ class Plain:
         The gap is that of small slopes which takes as much energy: ΔE <= 0 up to the critical one.
         Without adhesion that is half the product of the distance moved and the force it takes.
         """
-        lattice = self.ground.lattice
-        (one, u), (other, moved) = (self.beyond(node, side, held) for held in (1, 2))
-        before, after, forces = one.terms(u), other.terms(moved), other.gradient(moved)
-        next_one = 1 if side > 0 else -2
-        distance, place = float((u - moved)[next_one]), lattice.at(node, side)
-        energy, work = sum(after.values()) - sum(before.values()), before["adhesion"]
-        work -= after["adhesion"]
-        squared = abs(distance * float(forces[next_one])) / (place.link_over_decay * place.weight)
+        lattice, ends = self.row.lattice, sorted((node, node + side))
+        (one, beside), (other, _) = (self.beyond(end, side) for end in (node, node + side))
+        g, line = self.depth - self.row.heights(*ends), -(side < 0)
+        passed = NodalEnergy(lattice, [True, True], ends[0], tails=(False, False)).balance(g)
+        distance = beside - float(g[-1 - line])
+        energy, work = other.energy + passed.energy - one.energy, -passed.terms["adhesion"]
+        stiffness = float(lattice.beside(node, side).stiffness)
+        if lattice.gamma1:
+            stiffness = lattice.link_over_decay * float(lattice.bound(node, node + side))
+        squared = abs(distance * float(other.force[line] + passed.force[-1 - line])) / stiffness
         if work > 0 and lattice.gamma1:
             squared = lattice.critical_gap**2 * max(energy + work, 0.0) / work
-        force = forces[other.contact].sum() - one.gradient(u)[one.contact].sum()
+        force = passed.force.sum() + other.force[line] - one.force[line]
         return math.copysign(math.sqrt(squared), distance), energy, float(force)
 
-    def beyond(self, node: int, side: int, held: int) -> tuple[NodalEnergy, Array]:
-        """So many contact nodes from this one outwards, the free ones beyond, and u of all."""
-        lattice, count = self.ground.lattice, 2 + far(self.ground.lattice)
+    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
+    def beyond(self, node: int, side: int) -> tuple[Balance, float]:
+        """What the surface beyond a line at this node takes, from there on; u at its first node."""
+        lattice, count = self.row.lattice, 2 + far(self.row.lattice)
         if side < 0 and lattice.axis == 0:
             count = min(count, node + 1)
-        contact = (np.arange(count) < held)[::side]
+        contact = (np.arange(count) < 1)[::side]
         first = node if side > 0 else node - count + 1
-        ends = sorted((node, node + side * (held - 1)))
-        g = np.zeros(count)
-        g[contact] = self.depth - self.ground.heights(*ends)
-        model = NodalEnergy(lattice, contact, first)
-        return model, model.relaxed(g)
+        model = NodalEnergy(lattice, contact, first, tails=(side < 0, side > 0))
+        u = model.relaxed(np.where(contact, self.depth - self.row.heights(node, node), 0.0))
+        return model.balance(u), float(u[::side][min(1, count - 1)])
 
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""
-        lattice, u = self.ground.lattice, self.depth - float(self.ground.heights(node, node)[0])
+        lattice, u = self.row.lattice, self.depth - float(self.row.heights(node, node)[0])
         if u > turning(lattice):
             return False  # it would turn over, into the indenter
-        if self.ground.indenter.convex and u < -(1 + _TIE) * math.sqrt(2 * lattice.w / lattice.k):
+        if self.row.indenter.convex and u < -(1 + _TIE) * math.sqrt(2 * lattice.w / lattice.k):
             return True  # no flat face would hold, and no link beyond this one
         return self.link(node, side)[0] > self.reach * (1 + _TIE)
 
@@ -110,67 +110,36 @@ class Plain:
         Where the profile is convex the gap grows outwards, so that many links are passed at once.
         Else the line is pressed first, and comes back as the indenter is withdrawn.
         """
-        ground, start = self.ground, self.ground.where.lowest
-        most = abs((ground.where.last if side > 0 else ground.where.first) - start)
+        row, start = self.row, self.row.where.lowest
+        most = abs((row.where.last if side > 0 else row.where.first) - start)
 
         def resists(links: int) -> bool:
             return self.resists(start + side * links, side)
 
-        if ground.indenter.convex:
-            return start + side * _first(resists, most, abs(self._guess(side) - start))
-        if self.depth >= ground.lowest:
+        if row.indenter.convex:
+            return start + side * bisect.bisect_left(range(most), True, key=resists)
+        if self.depth >= row.lowest:
             return start + side * next(filter(resists, range(most)), most)
-        node = Plain(ground, ground.lowest, self.reach).outermost(side)
+        node = Plain(row, row.lowest, self.reach).outermost(side)
         while node != start and self.resists(node - side, side):
             node -= side
         return node
 
-    def _guess(self, side: int) -> int:
-        """Where the line would rest with small slopes, which are known in closed form."""
-        ground, start = self.ground, self.ground.where.lowest
-        if not ground.lattice.gamma1:
-            return start
-        small = replace(ground.lattice, slopes="small")
-        found = adhered(small, ground.indenter, self.depth, ground.where)
-        return start if found is None else found[side > 0]
-
     def contact(self) -> tuple[int, int] | None:
         """First and last node in contact on the path from first touch on; None: detached."""
-        ground, lowest = self.ground, self.ground.where.lowest
-        pulled = ground.lowest - self.depth
-        if pulled > (1 + _TIE) * math.sqrt(2 * ground.lattice.w / ground.lattice.k):
+        row, lowest = self.row, self.row.where.lowest
+        pulled = row.lowest - self.depth
+        if pulled > (1 + _TIE) * math.sqrt(2 * row.lattice.w / row.lattice.k):
             return None
         right = self.outermost(1)
-        left = 2 * lowest - right if self.mirrored else self.outermost(-1)
-        return None if left == right and pulled > 0 and ground.lattice.gamma1 else (left, right)
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether everything is mirrored about the node that touches first."""
-        lowest = self.ground.where.lowest
-        return mirror_axis(self.ground.lattice, self.ground.indenter, lowest, lowest) is not None
+        left = 2 * lowest - right if row.mirrored else self.outermost(-1)
+        return None if left == right and pulled > 0 and row.lattice.gamma1 else (left, right)
 
     def end(self, node: int, side: int) -> End:
         """What links beside the line at a node change, by which it is found between nodes."""
-        first, last, _ = self.ground.where
+        first, last, _ = self.row.where
         before, after = (node - first, last - node)[::side]
         start, stop = -min(before, _INWARDS), min(after, _OUTWARDS)
         links = [self.link(node + side * j, side) for j in range(start, stop)]
-        f = self.ground.heights(node + side * start, node + side * stop)
         gap, energy, force = map(list, zip(*links, strict=True)) if links else ([], [], [])
-        u = self.depth - float(f[-start])
-        return End(node, side, u, start, gap, energy, force, np.diff(f).tolist())
-
-
-def _first(resists: Callable[[int], bool], most: int, guess: int) -> int:
-    """The first of 0, 1, ..., most - 1 for which that is so, as for all after it; else most."""
-    low = high = min(guess, most)
-    step = 1
-    while high < most and not resists(high):
-        low, high, step = high + 1, min(high + step, most), 2 * step
-    while low <= guess and low and resists(low - 1):
-        low, high, step = max(low - 1 - step, 0), low - 1, 2 * step
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if resists(middle) else (middle + 1, high)
-    return low
+        return End(node - self.row.first, side, start, gap, energy, force)

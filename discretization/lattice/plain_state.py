@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium
 from discretization.lattice import line
 from discretization.lattice.assembly import (
@@ -20,68 +20,60 @@ from discretization.lattice.assembly import (
     refuse_unknown,
     without_contact,
 )
-from discretization.lattice.ground import Ground
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
+from discretization.lattice.judge import Move, Part, judge, totals
 from discretization.lattice.plain import Plain, far, turning
-from discretization.lattice.shares import LatticeTail
-from discretization.rounding import EPSILON
+from discretization.nodes.lattice import Lattice, LatticeTail
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.row import Row
 from energy import terms
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
+Nodes = NDArray[np.int64]
 _TURNS = 24  # of Newton's method for single nodes
 
 
-class Sums(NamedTuple):
-    """U and P of a state, and the sums of their terms' absolute values."""
-
-    energy: float
-    force: float
-    energy_scale: float
-    force_scale: float
-
-
-def on_plain(asked: Question, ground: Ground) -> Equilibrium:
+def on_plain(asked: Question, row: Row) -> Equilibrium:
     """The certified state of one contact on the path, or of least energy. Errors as `of_contacts`.
 
     Without tension springs attach where they touch; for the lowest energy, where that pays.
     """
-    lattice, depth = ground.lattice, asked.depth
+    lattice, depth = row.lattice, asked.depth
     reach = lattice.critical_gap
     if not lattice.gamma1 and asked.branch == "adhered":
-        reach = min(reach, max(0.0, ground.lowest - depth))
-    plain = Plain(ground, depth, reach)
+        reach = min(reach, max(0.0, row.lowest - depth))
+    plain = Plain(row, depth, reach)
     found = plain.contact()
     if found is None:
-        return without_contact(asked, ground)
-    refuse_unknown(ground, depth, *found)
-    state = PlainState.of(plain, *found)
-    if asked.branch == "global" and depth <= ground.lowest and state.sums.energy > 0:
-        return without_contact(asked, ground)
+        return without_contact(asked, row)
+    nodes = ((found[0] - row.first, found[1] - row.first),)
+    refuse_unknown(row, depth, nodes)
     ends = [plain.end(found[1], 1)]
-    if not plain.mirrored and found[0] != lattice.axis:
+    if not row.mirrored and found[0] != lattice.axis:
         ends.append(plain.end(found[0], -1))
-    pair = line.outer(ground, reach, ends)
-    for x, node in zip((pair[0].x, pair[1].x), found, strict=True):
-        refuse_overhang(ground, depth, x, node)
     touched = asked.branch == "adhered" and not lattice.gamma1
-    certificate = judged(state, ends, touched)
+    state = PlainState.of(plain, *found, ends, touched=touched)
+    sums = totals(state)
+    if asked.branch == "global" and depth <= row.lowest and sums.energy > 0:
+        return without_contact(asked, row)
+    pair = line.outer(row, reach, ends)
+    for x, node in zip((pair[0].x, pair[1].x), found, strict=True):
+        refuse_overhang(row, depth, x, node)
+    certificate = judge(state, sums)
     if "penetration" in certificate.failures:
         raise ValueError(
             f"depth = {depth!r}: beyond the contact the surface is in the indenter; with slopes = "
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
     tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
-    neutral = is_neutral(lattice, found, ends[0])
-    return certified(asked, ground, [found], [pair], state.sums, certificate, tail, neutral=neutral)
+    neutral = is_neutral(row, nodes, ends[0])
+    return certified(asked, row, nodes, pair, sums, certificate, tail, neutral=neutral)
 
 
-def refuse_overhang(ground: Ground, depth: float, x: float, node: int) -> None:
+def refuse_overhang(row: Row, depth: float, x: float, node: int) -> None:
     """ValueError for a line at which a surface of finite slope would all but turn over."""
-    lattice = ground.lattice
-    limit, u = turning(lattice), depth - float(ground.indenter.height(np.array([x]))[0])
-    own = abs(depth - float(ground.heights(node, node)[0])) - lattice.spacing
+    lattice = row.lattice
+    limit, u = turning(lattice), depth - float(row.indenter.height(np.array([x]))[0])
+    own = abs(depth - float(row.heights(node, node)[0])) - lattice.spacing
     if max(abs(u), own) > limit:
         raise ValueError(overhang(depth, f" x = {x!r}", u, limit))
 
@@ -97,93 +89,77 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PlainState:
-    """The relaxed surface of one contact: its energy, u and f of the nodes (inf: none known)."""
+    """The relaxed surface of one contact: the energy, u and g of nodes (-inf: no profile there).
 
-    ground: Ground
+    ends: of the lines that differ; touched: springs only attach where they touch, not where that
+    pays.
+    """
+
+    row: Row
     depth: float
     model: NodalEnergy
     u: Array
-    f: Array
+    g: Array
+    ends: list[line.End]
+    touched: bool
 
     @classmethod
-    def of(cls, plain: Plain, first: int, last: int) -> PlainState:
+    def of(
+        cls, plain: Plain, first: int, last: int, ends: list[line.End], *, touched: bool
+    ) -> PlainState:
         """Nodes up to where the free surfaces are linear; all, of a profile that is not convex."""
-        ground, lattice, (lo, hi, _) = plain.ground, plain.ground.lattice, plain.ground.where
+        row, lattice, (lo, hi, _) = plain.row, plain.row.lattice, plain.row.where
         start, stop = first - far(lattice), last + far(lattice)
-        if not ground.indenter.convex:
+        if not row.indenter.convex:
             start, stop = min(start, lo), max(stop, hi)
         start = max(start, 0) if lattice.axis == 0 else start
         nodes = np.arange(start, stop + 1)
-        f = np.full(nodes.size, math.inf)
+        g = np.full(nodes.size, -math.inf)
         known = slice(max(lo, start) - start, min(hi, stop) - start + 1)
-        f[known] = ground.heights(max(lo, start), min(hi, stop))
+        g[known] = plain.depth - row.heights(max(lo, start), min(hi, stop))
         model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
-        return cls(ground, plain.depth, model, model.relaxed(plain.depth - f), f)
+        return cls(row, plain.depth, model, model.relaxed(g), g, ends, touched)
 
-    @functools.cached_property
-    def sums(self) -> Sums:
-        """Energy and force, the latter of all springs."""
-        lat, terms = self.model.lattice, self.model.terms(self.u)
-        springs = lat.spring * lat.on_nodes(self.u, self.model.nodes)
-        ends = zip(self.model.ends, self.u[[0, -1]], strict=True)
-        beyond = [float(place.tail_force(u)) for place, u in ends]
-        return Sums(
-            sum(terms.values()),
-            float(springs.sum()) + sum(beyond),
-            sum(map(abs, terms.values())),
-            float(np.abs(springs).sum()) + sum(map(abs, beyond)),
-        )
+    @property
+    def at_lines(self) -> tuple[float, float]:
+        """u of the first and the last contact node."""
+        held = np.flatnonzero(self.model.contact)
+        return float(self.u[held[0]]), float(self.u[held[-1]])
 
-    @functools.cached_property
-    def size(self) -> float:
-        """δ of judge.py: the largest of |d|, |u| at the lines and δ₀."""
-        lat, held = self.model.lattice, self.u[self.model.contact]
-        lift = math.sqrt(2 * lat.w / lat.k)
-        return max(abs(self.depth), abs(float(held[0])), abs(float(held[-1])), lift)
+    @property
+    def mirrored(self) -> bool:
+        """All nodes are looked at."""
+        return False
 
+    def parts(self) -> Iterator[Part]:
+        """All nodes at once."""
+        yield Part(self.model, self.u, self.g)
 
-def judged(state: PlainState, ends: list[line.End], touched: bool) -> Certificate:
-    """The conditions of judge.py, from the energy of all nodes itself.
+    def opening(self, part: Part, i: Nodes, force: Array) -> Array:
+        """The pull per weight on contact nodes that adhesion does not hold.
 
-    touched: springs only attach where they touch, not where that pays.
-    """
-    model, lat, held, sums = state.model, state.model.lattice, state.model.contact, state.sums
-    size = max(state.size, abs(state.depth - state.ground.lowest))
-    if not size:
-        return Certificate.undeformed()
-    delta, noise = state.size or size, 32 * EPSILON * (lat.spring + 4 * lat.link) * size
-    force = model.gradient(state.u)
-    pull = lat.per_weight(force, model.nodes)
-    through = (state.depth - state.f - state.u)[~held]
-    apart = abs(force[held].sum() - sums.force)
-    apart -= 4 * EPSILON * math.sqrt(2 * model.terms(state.u)["surface"] * lat.link * held.size)
-    return Certificate(
-        penetration=max(0.0, float(through.max(initial=0.0))) / delta,
-        stationarity=max(0.0, float(np.abs(pull[~held]).max(initial=0.0)) - noise)
-        / (lat.spring * delta),
-        opening=max(0.0, _opening(state, pull) - noise) / (lat.spring * delta),
-        neighbours=max([0.0, *(_gain(lat, end, touched, 32 * EPSILON * size) for end in ends)]),
-        force=max(0.0, apart) / (sums.force_scale or 1.0),
-    )
+        A node between two links is held if opening it alone raises the energy.
+        """
+        lat, held = self.model.lattice, np.flatnonzero(self.model.contact)
+        pull = -lat.per_weight(force, self.model.nodes[i])
+        if not lat.gamma1:
+            return np.asarray(pull - math.sqrt(2 * lat.spring * lat.w * lat.cell))
+        if held.size == 1:
+            return np.asarray(pull)
+        inner = (i > held[0]) & (i < held[-1])
+        return np.asarray(pull[inner][_opens(self, i[inner])])
+
+    def moves(self, noise: float) -> Iterator[Move]:
+        """Of the lines, one link outwards or inwards; energies over those of a unit gap."""
+        work = self.model.lattice.critical_gap**2
+        for end in self.ends:
+            for link, opening in ((0, False), (-1, True)):
+                i = link - end.start
+                if 0 <= i < len(end.gap) and (opening or not self.touched):
+                    yield Move(opening, end.gap[i], end.gap[i] ** 2, work)
 
 
-def _opening(state: PlainState, pull: Array) -> float:
-    """The largest pull per weight on contact nodes that adhesion does not hold.
-
-    A node between two links is held if opening it alone, the others as they are, raises the energy.
-    """
-    model = state.model
-    held = np.flatnonzero(model.contact)
-    if not model.lattice.gamma1:
-        holds = math.sqrt(2 * model.lattice.spring * model.lattice.w * model.lattice.cell)
-        return max(0.0, float((-pull[held]).max()) - holds)
-    if held.size == 1:
-        return max(0.0, -float(pull[held[0]]))
-    pulled = held[1:-1][pull[held[1:-1]] < 0]
-    return max(0.0, float((-pull[pulled[_opens(state, pulled)]]).max(initial=0.0)))
-
-
-def _opens(state: PlainState, i: Indices) -> NDArray[np.bool_]:
+def _opens(state: PlainState, i: Nodes) -> NDArray[np.bool_]:
     """Whether opening one of these nodes (n,), each between two links, lowers the energy.
 
     Only that node moves, by Newton's method with steps halved while they would raise the energy.
@@ -213,19 +189,6 @@ def _opens(state: PlainState, i: Indices) -> NDArray[np.bool_]:
         arc = np.hypot(1.0, stretch) if lat.slopes == "finite" else np.ones(i.size)
         closed = closed - lat.w * links[own] * arc
     return np.asarray(energy < closed)
-
-
-def _gain(lat: Lattice, end: line.End, touched: bool, noise: float) -> float:
-    """Energy gained by a line that moves by one link, over the terms of that change."""
-    outwards, inwards = -end.start, -end.start - 1
-    gains, reach = [0.0], lat.critical_gap
-    if outwards < len(end.gap) and not touched:
-        gap = abs(end.gap[outwards]) + noise
-        gains.append((reach**2 - gap**2) / ((reach**2 + gap**2) or 1.0))
-    if inwards >= 0:
-        gap = max(0.0, end.gap[inwards] - noise)
-        gains.append((gap**2 - reach**2) / ((reach**2 + gap**2) or 1.0))
-    return max(gains)
 
 
 @dataclass(frozen=True)

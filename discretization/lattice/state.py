@@ -13,27 +13,26 @@ import numpy as np
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import Equilibrium, detached
-from discretization.lattice import fronts
 from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
 from discretization.lattice.assembly import (
     Question,
     of_contacts,
-    of_row,
     refuse_unknown,
     without_contact,
 )
 from discretization.lattice.between import Lines, moved_lines
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.ground import Ground
+from discretization.lattice.judge import totals
 from discretization.lattice.lowest import on_lowest
-from discretization.lattice.nodes import Lattice
 from discretization.lattice.plain import turning
 from discretization.lattice.plain_state import on_plain, overhang
-from discretization.lattice.row import Contacts, Row
-from discretization.lattice.totals import totals
 from discretization.lattice.walk import Walk
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Contacts, Row
 from discretization.routes import question_of, route
 from energy import Plane, Scene
+
+_TIE = 1e-12  # of δ₀: a line stays where both sides cost the same
 
 
 def on_lattice(
@@ -60,8 +59,8 @@ def on_lattice(
             raise ValueError(f"method = {method!r} needs an end to the plane: use 'lattice'")
         return _plane(scene, depth, branch, lattice)
     asked = Question(lattice.seen(scene), depth, branch, method)
-    ground = Ground.of(lattice, asked.scene.indenter, depth)
-    state = _ON_NODES[route(scene, question_of(method, branch), nodes=True)](asked, ground)
+    answer = _ON_NODES[route(scene, question_of(method, branch), nodes=True)]
+    state = answer(asked, Row.of(asked.scene, lattice, depth))
     return replace(state, scene=scene, errors=functools.partial(estimated, on_lattice))
 
 
@@ -102,59 +101,41 @@ def _plane(scene: Scene, depth: float, branch: str, lattice: Lattice) -> Equilib
     )
 
 
-def on_one_contact(asked: Question, ground: Ground) -> Equilibrium:
-    """The certified state of one contact of a convex profile, or none; errors as `of_contacts`."""
-    depth, lattice = asked.depth, ground.lattice
-    found = fronts.adhered(lattice, ground.indenter, depth, ground.where)
-    if found is None:
-        return without_contact(asked, ground)
-    raised = asked.branch == "global" and depth <= ground.lowest
-    if raised and totals(ContactSet(ground, (found,), depth)).energy > 0:
-        return without_contact(asked, ground)
-    return of_contacts(asked, ground, [found])
+def on_path(asked: Question, row: Row) -> Equilibrium:
+    """The certified state of the contacts on this path; of one convex contact, or of least energy.
 
-
-def on_path(asked: Question, ground: Ground) -> Equilibrium:
-    """The certified state of the contacts on this path. NotCertifiedError and ValueError as there.
-
-    With adhesion that differs from link to link, or when a contact is opened, and around an axis
-    lines are those of paths.
+    NotCertifiedError and ValueError as `of_contacts`.
     """
-    scene, lattice = asked.scene, ground.lattice
-    row, nodes, lines = _followed(asked, ground)
-    if not nodes:
-        return without_contact(asked, ground)
-    same = scene.pattern is None and scene.opening is None
-    if lattice.axis == 0 or not same:
-        return of_row(asked, ground, row, nodes, lines)
-    return of_contacts(asked, ground, np.array(nodes) + row.first)
+    nodes, lines = _followed(asked, row)
+    raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
+    if raised and totals(ContactSet(row, nodes, asked.depth)).energy > 0:
+        return without_contact(asked, row)
+    return of_contacts(asked, row, nodes, lines)
 
 
-def _followed(asked: Question, ground: Ground) -> tuple[Row, Contacts, Lines | None]:
-    """The nodes there may be in contact, and the contacts among them on this path.
+def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
+    """The contacts on this path, and where their lines are, if that depends on the way.
 
-    Also where their lines are, if that depends on the way. ValueError where the path leads to an
-    end of the known profile.
+    ValueError where the path leads to an end of the known profile.
     """
-    deepest = max(asked.depth, ground.lowest)
-    row = Row.of(asked.scene, ground, deepest)
-    walk = Walk(row)
+    tie = _TIE * asked.scene.opened.critical_separation
+    if row.clear and not asked.scene.hysteretic:
+        return row.alone(asked.depth, tie), None
+    deepest, walk = max(asked.depth, row.lowest), Walk(row)
     nodes = walk.touched(deepest)
-    refuse_unknown(ground, deepest, row.first + nodes[0][0], row.first + nodes[-1][1])
-    moved = functools.partial(moved_lines, row, ground.indenter)
+    refuse_unknown(row, deepest, nodes)
+    moved = functools.partial(moved_lines, row)
     remembers = asked.scene.hysteretic
     lines = moved(nodes, deepest, None) if remembers else None
     if asked.depth < deepest:
         before = None if lines is None else (nodes, lines)
-        nodes = walk.moved(nodes, asked.depth)
+        nodes = walk.moved(nodes, asked.depth + tie)
         lines = moved(nodes, asked.depth, before) if remembers and nodes else None
-    return row, nodes, lines
+    return nodes, lines
 
 
 _ON_NODES = {
-    "one contact": on_one_contact,
     "path": on_path,
     "plain": on_plain,
     "lowest": on_lowest,
-    "rings": on_lowest,
 }

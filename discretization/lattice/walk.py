@@ -21,12 +21,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.outer_lines import Change, run
-from discretization.lattice.row import Contacts, Part, Row
-from discretization.lattice.rules import ordered
-from discretization.lattice.waiting import advances
+from discretization.nodes.row import Contacts, Part, Row
+from discretization.nodes.rules import ordered
 
 Array = NDArray[np.float64]
+
+
+class Change(NamedTuple):
+    """What happens first to a part or contact: those from `start` to `stop` become `parts`.
+
+    start, stop: counted from the part, or from the part on the left of the contact.
+    """
+
+    depth: float
+    start: int
+    stop: int
+    parts: tuple[Part, ...]
 
 
 class Life(NamedTuple):
@@ -99,7 +109,7 @@ class Walk:
                 if last:
                     break
                 before, changes = parts.copy(), 0
-                if i in (0, len(parts) - 1) and (slid := run(self, parts, depth, end, through)):
+                if slid := self._slid(parts, depth, end, through):
                     _move(parts, slid, born, lives, sign)
                     depth = sign * max(sign * float(when[-1]) for when in slid if when.size)
                     before = parts.copy()
@@ -112,6 +122,13 @@ class Walk:
             changes += 1
         lives += [Life(part, since, end) for part, since in born.items()]
         return Way(contacts_of(parts if at is None else before), at, contacts_of(parts), lives)
+
+    def _slid(self, parts: list[Part], depth: float, end: float, through: bool) -> list[Array]:
+        """The many links that the lines of a convex contact pass before anything else happens."""
+        if len(parts) < 2 or not self.closing.clear:
+            return []
+        rules = self.closing if end >= depth else self.opening
+        return rules.slides(contacts_of(parts)[0], depth, end, through=through)
 
     def first(self, parts: Sequence[Part], sign: int) -> tuple[Change, int]:
         """What happens first as the depth changes this way, and to which part or contact."""
@@ -142,7 +159,7 @@ class Walk:
         for side, line, other in ((1, left, right), (-1, right, left)):
             if line is not None and 0 <= line + side < rules.f.size:
                 new = ordered(side, line + side, other)
-                found.append((advances(rules, line, side, other), [new]))
+                found.append((rules.advances(line, side, other), [new]))
         if left is not None and right is not None and right - left > 2:
             found.append((rules.advance_both(left, right), [(left + 1, right - 1)]))
         depth, parts = min(found, key=lambda change: change[0])
@@ -239,11 +256,12 @@ def _move(
         if when.size:
             node, start = parts[i][side < 0], born.pop(parts[i])
             assert node is not None
-            cuts, step = when.tolist(), side * sign
-            own = (ordered(side, node + step * j, None) for j in range(when.size))
-            lives += map(Life, own, [start, *cuts[:-1]], cuts)
+            step, last = side * sign, float(when[-1])
+            if math.isfinite(start):  # else only where it ends is asked
+                own = (ordered(side, node + step * j, None) for j in range(when.size))
+                lives += map(Life, own, [start, *when[:-1].tolist()], when.tolist())
             parts[i] = ordered(side, node + step * when.size, None)
-            born[parts[i]] = cuts[-1]
+            born[parts[i]] = last
 
 
 def _is_free(part: Part) -> bool:

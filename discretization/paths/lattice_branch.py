@@ -2,7 +2,7 @@
 
 A state is a list of contacts, node intervals first..last. As the depth changes, a line passes the
 next link, two lines meet, a free node touches, a node inside a contact is torn open, a lone node
-lets go, each at a depth of its own (../lattice/rules.py). So heights are turned to depths, and
+lets go, each at a depth of its own (../nodes/rules.py). So heights are turned to depths, and
 afterwards a line moves by comparing numbers, without a solve. Every change lowers the
 re-equilibrated energy or leaves it equal; where one calls for others at the same depth, the state
 jumps. A line that moves smoothly releases nothing at any link, hence a branch walked there and back
@@ -28,13 +28,12 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
-from discretization.lattice.between import interpolated, moved_lines
-from discretization.lattice.ground import Ground
-from discretization.lattice.judge import judge
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.row import Contacts, Part, Row
-from discretization.lattice.totals import totals
+from discretization.lattice.between import at_offsets, interpolated, moved_lines
+from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.judge import judge, totals
 from discretization.lattice.walk import Life, Walk, contacts_of, parts_of
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Contacts, Part, Parts, Row
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.routes import route
 from energy import Scene
@@ -82,7 +81,6 @@ class LatticeBranch(Branch):
 
     scene: Scene
     seen: Scene
-    ground: Ground
     row: Row
     walk: Walk
     deepest: float
@@ -97,9 +95,8 @@ class LatticeBranch(Branch):
         route(scene, "path", nodes=True)
         lattice = Lattice.of(scene, spacing)
         seen = lattice.seen(scene)
-        ground = Ground.of(lattice, seen.indenter, deepest)
-        row = Row.of(seen, ground, deepest)
-        return cls(scene, seen, ground, row, Walk(row), deepest)
+        row = Row.of(seen, lattice, deepest)
+        return cls(scene, seen, row, Walk(row), deepest)
 
     @functools.cached_property
     def hidden(self) -> Unseen:
@@ -109,7 +106,7 @@ class LatticeBranch(Branch):
     @functools.cached_property
     def touch(self) -> float:
         """Depth at which contact begins."""
-        return float(self.row.f[self.row.touch])
+        return self.row.lowest
 
     @property
     def resolution(self) -> float:
@@ -123,12 +120,11 @@ class LatticeBranch(Branch):
         """
         if not nodes:
             return Point(depth, None)
-        first = self.row.first
-        refuse_unknown(self.ground, depth, first + nodes[0][0], first + nodes[-1][1])
+        refuse_unknown(self.row, depth, nodes)
         if not self.scene.hysteretic:
             return Point(depth, self._on_nodes(nodes), nodes)
         came = None if before is None else (before.memory, before.lines or ())
-        return Point(depth, moved_lines(self.row, self.seen.indenter, nodes, depth, came), nodes)
+        return Point(depth, moved_lines(self.row, nodes, depth, came), nodes)
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
         (lo, hi), lattice, first = self.seen.indenter.extent, self.row.lattice, self.row.first
@@ -148,7 +144,7 @@ class LatticeBranch(Branch):
         if math.isnan(lines[0]):
             return Point(depth, None)
         lattice, first = self.row.lattice, self.row.first
-        last = self.row.f.size - 1  # a line at an edge may be up to a link beyond
+        last = self.row.size - 1  # a line at an edge may be up to a link beyond
         at = [min(round((x - lattice.origin) / lattice.spacing) - first, last) for x in lines]
         nodes = tuple(zip(at[::2], at[1::2], strict=True))
         return Point(depth, lines if self.scene.hysteretic else self._on_nodes(nodes), nodes)
@@ -186,7 +182,7 @@ class LatticeBranch(Branch):
         if lo in body.walls:
             left[0] = "edge"
         if hi in body.walls:
-            right[row.f.size - 1] = "edge"
+            right[row.size - 1] = "edge"
         if lo == row.lattice.axis:
             left.pop(0, None)
         return left, right
@@ -216,7 +212,7 @@ class LatticeBranch(Branch):
             some = [points[i] for i in own]
             nodes, depths = _arrays(some)
             known = np.array([p.lines for p in some]) if self.scene.hysteretic else None
-            lines, force, energy = interpolated(self.row, self.seen.indenter, nodes, depths, known)
+            lines, force, energy = interpolated(self.row, nodes, depths, known)
             found[:, own] = energy, force, lines[:, 0], lines[:, -1]
         return found
 
@@ -224,7 +220,13 @@ class LatticeBranch(Branch):
         """U of the contact set."""
         if point.lines is None:
             return 0.0
-        return float(self.row.total(self.row.energies, *_arrays([point]))[0])
+        return self.total(self.row.energies, point)
+
+    def total(self, parts: Parts, point: Point) -> float:
+        """P or U of the contact set; parts: `forces` or `energies` of the row."""
+        nodes, depths = _arrays([point])
+        on_nodes = np.zeros(nodes.shape)
+        return float(at_offsets(self.row, nodes, on_nodes, depths, parts)[0])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length of the links that open, weighted with the pattern's factor."""
@@ -264,7 +266,7 @@ class LatticeBranch(Branch):
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        contacts = self.row.contacts(self.ground, nodes, depth)
+        contacts = ContactSet(self.row, nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 

@@ -96,7 +96,6 @@ def routes() -> dict[str, tuple[Route, Route]]:
     coarse: dict[str, Any] = nodes | {"spacing": 10 * fine}
     return {
         "second side, fitted": (partial(solved, own), partial(solved, uneven)),
-        "second side, lattice": (partial(solved, own, **nodes), partial(solved, uneven, **nodes)),
         "line of a punch": (
             partial(solved, flat, pulled),
             partial(solved, scene(blunt(6e-4)), pulled),

@@ -1,19 +1,20 @@
 """Lattices with heights of their nodes, and the least energies on them by brute force."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from discretization.certificate import Proof
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.fronts import Region
-from discretization.lattice.ground import Ground
 from discretization.lattice.lowest import global_minimum
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import surface
-from energy import Profile
+from discretization.lattice.walk import Walk
+from discretization.nodes.ground import Region, heights, region
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import surface
+from discretization.nodes.row import Row
+from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
 
 def lattice(ell, *, k=37.0, spacing=0.03, w=0.0):
@@ -37,22 +38,44 @@ def rough_heights(rng, n, *, hurst=0.8, roll_off=3, offset=-0.3):
 
 
 def of_heights(lattice, g, ends, depth=None, factor=None):
-    """Contacts of nodes 0, 1, ... with these g, nothing beside them, at a depth of their size.
+    """Contacts of nodes 0, 1, ... with these g, at a depth of their size; far off beyond the last.
 
     factor: of a pattern that is the same on all links.
     """
     depth = float(np.abs(g).max()) if depth is None else depth
-    where = Region(0, len(g) - 1, int(np.argmax(g)))
     nothing = Profile(lambda x: 0 * x, lambda x: 0 * x)
-    bonds = None if factor is None else np.full(len(g) - 1, factor * lattice.cell)
-    f, works = depth - np.asarray(g, float), (lattice.w, lattice.w)
-    ground = Ground(lattice, nothing, where, works, f, bonds)
-    return ContactSet(ground, [*map(tuple, ends)], depth)
+    f = depth - np.append(g, [-1e3 * abs(depth)] * 3)
+    return ContactSet(row_of(lattice, nothing, f, factor=factor), [*map(tuple, ends)], depth)
+
+
+def row_of(lattice, indenter, f, first=0, factor=None):
+    """Nodes of these heights."""
+    lattice = lattice if factor is None else replace(lattice, w=factor * lattice.w)
+    surfaces = SurfaceEnergies.from_work(lattice.gamma1, lattice.w)
+    scene = Scene(ElasticLayer(lattice.k, 0.0, 1.0), surfaces, indenter)
+    where = Region(first, first + f.size - 1, first + int(np.argmin(f)))
+    row = Row(lattice, scene, where)
+    vars(row)["f"] = f
+    return row
 
 
 def over(lattice, indenter, depth, *nodes):
     """Contacts between these first and last nodes under an indenter."""
-    return ContactSet(Ground.of(lattice, indenter, depth), nodes, depth)
+    ends = np.array(nodes)
+    where = region(lattice, indenter, depth)
+    start, stop = max(where.first, ends.min() - 5000), min(where.last, ends.max() + 5000)
+    every = np.arange(start, stop + 1)
+    f = heights(lattice, indenter, every.astype(float))
+    own = [(int(one - every[0]), int(other - every[0])) for one, other in nodes]
+    return ContactSet(row_of(lattice, indenter, f, int(every[0])), own, depth)
+
+
+def pressed(lattice, scene, depth):
+    """First and last contact node on the path that touches first, and then moves to this depth."""
+    row = Row.of(scene, lattice, depth)
+    walk = Walk(row)
+    ((first, last),) = walk.moved(walk.touched(max(depth, row.lowest)), depth)
+    return first + row.first, last + row.first
 
 
 def random_lattice(seed, most=14):
@@ -124,7 +147,8 @@ def mask_of(n, contacts):
 
 def displacement(lattice, g, contact):
     """u (n,): g on the contact nodes, the surface they hold elsewhere."""
-    return np.where(contact, g, surface(lattice, g, np.flatnonzero(contact), np.arange(len(g))))
+    held = np.flatnonzero(contact)
+    return np.where(contact, g, surface(lattice, held, np.asarray(g)[held], np.arange(len(g))))
 
 
 def lowest(lattice, g):

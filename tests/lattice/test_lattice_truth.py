@@ -10,7 +10,7 @@ from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
 from discretization.lattice.accuracy import unseen
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
 LEVELS = 4

@@ -9,10 +9,10 @@ import pytest
 from lattices import lattice, lowest, rough_heights
 from scenes import adhesive
 
-from discretization.lattice.nodal_energy import NodalEnergy
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.obstacle import obstacle
-from discretization.lattice.radial import RadialLattice
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import obstacle
+from discretization.nodes.radial import RadialLattice
 from energy import Parabola, cards
 
 SIZES = (3, 16, 17, 300, 16**3 + 1, 20_000)  # blocks of 16 nodes
@@ -59,7 +59,7 @@ def test_no_penetration_no_tension_and_balance(n, ell):
         assert (p[~found.contact] == 0).all(), name
         assert np.abs(energy.gradient(u) - p).max() <= noise, name
         assert found.energy == pytest.approx(energy.value(u), rel=1e-12, abs=0), name
-        force = lat.spring * u.sum() + lat.tail_force(u[0] + u[-1])
+        force = lat.spring * u.sum() + lat.end_stiffness * (u[0] + u[-1])
         assert found.force == pytest.approx(force, rel=1e-12, abs=0), name
 
 

@@ -12,9 +12,9 @@ from test_radial_contacts import Row as Nodes
 from test_radial_contacts import bumps, dimple, on_nodes, relaxed, stiffness, turned
 
 from discretization import minimise
+from discretization.lattice.judge import totals
 from discretization.lattice.lowest import global_minimum
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.totals import totals
+from discretization.nodes.lattice import Lattice
 from energy import FlatPunch, Parabola, Profile, Sampled, Wedge
 
 W = SCENE.work_of_adhesion
@@ -144,8 +144,8 @@ def test_rounding_of_depths_is_relative_to_the_critical_separation():
         work=W
         * row.lattice.on_links(np.full(row.f.size - 1, row.lattice.cell), np.arange(row.f.size)),
     )
-    assert uniform.lift == pytest.approx(DELTA0, rel=1e-12, abs=0)
-    rest = row.lattice.shape(4, 6, 5, 6)[2]
+    assert uniform.delta0 == pytest.approx(DELTA0, rel=1e-12, abs=0)
+    rest = row.lattice.shape(4, 6, np.array([5]))[2]
     assert row.rules.least_rest == pytest.approx(float(rest[0]), rel=1e-12, abs=0)
 
 

@@ -4,14 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from lattices import Found, enumerated, over, random_lattice, unpruned
+from lattices import Found, enumerated, over, pressed, random_lattice, unpruned
 from scenes import adhesive, roughness
 
 from discretization import NodalEnergy
-from discretization.lattice import fronts, lowest
+from discretization.lattice import lowest
+from discretization.lattice.judge import totals
 from discretization.lattice.lowest import global_minimum, window
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.totals import totals
+from discretization.nodes import ground
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import Row
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Wedge
 
 
@@ -156,7 +158,7 @@ def test_flat_punch_leaves_where_its_energy_vanishes():
     scene = adhesive(FlatPunch(0.03))
     ell, delta = scene.elastocapillary_length, scene.critical_separation
     lattice = Lattice.of(scene, ell / 100)
-    links = fronts.region(lattice, scene.indenter, 0.0).last
+    links = ground.region(lattice, scene.indenter, 0.0).last
     pull = lattice.spring * (links + 1) / 2 + lattice.end_stiffness
     leaves = -math.sqrt(lattice.w * lattice.spacing * links / pull)
     assert leaves == pytest.approx(-delta * math.sqrt(0.03 / (0.03 + ell)), rel=1e-2, abs=0)
@@ -178,29 +180,28 @@ def test_of_equal_energies_the_one_with_more_contact(more, contacts):
 def test_a_pressed_convex_indenter_has_the_metastable_contact(indenter, depth):
     scene = adhesive(indenter)
     lattice = Lattice.of(scene, scene.elastocapillary_length / 50)
-    first, g = window(lattice, indenter, depth)
+    first, g = window(Row.of(scene, lattice, depth), depth)
     result = Found.of(lattice, g)
-    where = fronts.region(lattice, indenter, depth)
-    contact = fronts.adhered(lattice, indenter, depth, where)
+    contact = pressed(lattice, scene, depth)
     assert (result.contacts + first).tolist() == [list(contact)]
     sums = totals(over(lattice, indenter, depth, contact))
     assert abs(result.energy - sums.energy) <= 1e-13 * sums.energy_scale
 
 
 def wavy(depth, n=801):
-    """A lattice of spacing 1 in a scene with several contacts, and the indenter."""
+    """A lattice of spacing 1 in a scene with several contacts, and the scene."""
     x = np.arange(n) - n // 2 + 0.0
     f = 1e-4 * x**2 + 1.4 * (1 - np.cos(x / 10)) + 3e-3 * x
     scene = adhesive(Sampled(x, f - f.min()), k=1.3, gamma1=1.3 * 25.0, w=0.4)
-    return Lattice.of(scene, 1.0, origin=0.0), scene.indenter
+    return Lattice.of(scene, 1.0, origin=0.0), scene
 
 
 @pytest.mark.parametrize(("depth", "least"), [(-0.3, 1), (0.3, 3), (2.0, 4)])
 def test_the_window_leaves_nothing_out_and_mirror_images_agree(depth, least):
-    lattice, indenter = wavy(depth)
-    first, g = window(lattice, indenter, depth)
+    lattice, scene = wavy(depth)
+    first, g = window(Row.of(scene, lattice, depth), depth)
     result = Found.of(lattice, g)
-    whole = Found.of(lattice, depth - indenter.z)
+    whole = Found.of(lattice, depth - scene.indenter.z)
     scale = result.proof.scale
     assert g.size < 600
     assert len(result.contacts) >= least

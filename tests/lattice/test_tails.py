@@ -24,10 +24,12 @@ def test_an_advance_changes_energy_and_force_as_two_relaxed_chains_say():
             u = energy.relaxed(depth - f)
             values.append(energy.value(u))
             forces.append(energy.gradient(u)[energy.contact].sum())
-        move = f[i], f[i + 1], depth
-        assert abs(lattice.advance_cost(lattice.critical_gap)) <= 1e-13 * scene.gamma1
+        _, rest, stiffness = lattice.beside(last, 1)
+        gap = f[i + 1] - f[i] - rest * (depth - f[i])
+        work = scene.work_of_adhesion * lattice.spacing
+        assert stiffness / 2 * lattice.critical_gap**2 == pytest.approx(work, rel=1e-13)
         change, size = values[1] - values[0], scene.gamma1 * lattice.spacing
-        _, energy, force = lattice.advance(*move)
+        energy, force = stiffness / 2 * gap**2 - work, -stiffness * rest * gap
         assert energy == pytest.approx(change, rel=0, abs=1e-11 * size)
         expected = forces[1] - forces[0]
         assert force == pytest.approx(expected, rel=0, abs=1e-13 * scene.gamma1)

@@ -98,8 +98,7 @@ def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
         energy, size = model.value(u), sum(map(abs, model.terms(u).values()))
         assert abs(energy - branch.energy(point)) <= 1e-13 * size
         force = model.gradient(u)[held].sum()
-        lines = np.array(nodes).reshape(1, -1)
-        own = branch.row.total(branch.row.forces, lines, np.array([depth]))[0]
+        own = branch.total(branch.row.forces, point)
         assert abs(force - own) <= 1e-10 * size / SPACING
         assert (u - (depth - branch.row.f)).min() >= -1e-12 * abs(depth)
         for i, (first, last) in enumerate(nodes):
@@ -135,12 +134,7 @@ def test_contacts_many_decay_lengths_apart_are_single_ones():
         pairs = list(zip(branches, points, strict=True))
         points = [moved(branch, point, depth) for branch, point in pairs]
         pairs = list(zip(branches, points, strict=True))
-        forces = [
-            branch.row.total(
-                branch.row.forces, np.array(point.memory).reshape(1, -1), np.array([depth])
-            )[0]
-            for branch, point in pairs
-        ]
+        forces = [branch.total(branch.row.forces, point) for branch, point in pairs]
         assert forces[1] == pytest.approx(2 * forces[0], rel=1e-12, abs=0)
         energies = [branch.energy(point) for branch, point in pairs]
         assert energies[1] == pytest.approx(2 * energies[0], rel=1e-10, abs=0)

@@ -131,8 +131,8 @@ def test_many_contacts_know_edges_and_refuse_too_many_nodes():
     branch = LatticeBranch.of(question, 0.05, 1.0)
     assert branch.pinned(branch.contact(0.0, -2.0, -1.0)) == ("edge", "")
     assert branch.pinned(branch.contact(0.0, -1.5, 2.0)) == ("", "edge")
-    with pytest.raises(ValueError, match="puts 4000000 nodes"):
-        LatticeBranch.of(question, 1e-6, 1.0)
+    with pytest.raises(ValueError, match="puts 40000000 nodes"):
+        LatticeBranch.of(question, 1e-7, 1.0)
 
 
 WORDS = {"global", "metastable", "adhered", "neutral", "detached"}

@@ -10,8 +10,8 @@ from scenes import ALPHA, DELTA0, L, adhesive, rough, two
 
 from discretization import NodalEnergy, NotCertifiedError, minimise
 from discretization.equilibrium import QUANTITIES
-from discretization.lattice import fronts
 from discretization.lattice.state import on_lattice
+from discretization.nodes.ground import heights
 from energy import FlatPunch, cards
 from studies.shared.random_cases import SHAPES, random_case
 
@@ -21,7 +21,7 @@ def nodal(state):
     lattice, nodes = nodes_of(state)
     every = np.arange(nodes[0, 0] - 5, nodes[-1, 1] + 6)
     held = ((every >= nodes[:, :1]) & (every <= nodes[:, 1:])).any(axis=0)
-    g = state.depth - fronts.heights(lattice, state.scene.indenter, every.astype(float))
+    g = state.depth - heights(lattice, state.scene.indenter, every.astype(float))
     return lattice, nodes, held, np.where(held, g, -math.inf), replace(state, contacts=state.nodes)
 
 

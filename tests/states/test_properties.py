@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scenes import rescaled
 
 from discretization import NodalEnergy, minimise
-from discretization.lattice.nodes import Lattice
 from discretization.lattice.state import on_lattice
+from discretization.nodes.lattice import Lattice
 from energy import Profile
 from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 

@@ -131,9 +131,7 @@ def on_nodes(scene: Scene, depth: float, spacing: float) -> Judgement:
     lattice, node = Lattice.of(scene, spacing), np.arange(-last, last + 1)
     nodal = NodalEnergy(lattice, np.ones(node.size, bool), -last)
     g = depth - scene.indenter.height(lattice.x(node))
-    tails = sum(
-        end.tail_reaction(u) for end, u in zip(nodal.ends, g[[0, -1]].tolist(), strict=True)
-    )
+    tails = float(nodal.pulls @ g[[0, -1]])
     given = reference.inputs(scene, depth)
     force, energy = reference.on_nodes(given, spacing, last)
     before, beyond = (reference.resistance(given, spacing, last - i) for i in (1, 0))

@@ -28,10 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.place import Place
-from discretization.lattice.radial_spans import Rings, RingSpans, ring_spans, rings
-from discretization.lattice.shares import LatticeTail, Pair
+from discretization.nodes.lattice import Lattice, LatticeTail, Pair
+from discretization.nodes.radial_spans import Rings, RingSpans, ring_spans, rings
 from energy import Scene
 from energy.axis import Radial
 
@@ -71,37 +69,28 @@ class RadialLattice(Lattice):
         """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
         return replace(scene, indenter=Radial(scene.indenter), geometry="line")
 
-    def at(self, nodes: Any, side: int) -> Around:
-        return Around.of(self, np.asarray(nodes, float), side)
-
     def on_nodes(self, values: Any, nodes: Any) -> Any:
         return values * _weights(nodes)
 
     def per_weight(self, values: Any, nodes: Any) -> Any:
         return values / _weights(nodes)
 
-    def on_links(self, values: Array, nodes: Any) -> Array:
+    def on_links(self, values: Any, nodes: Any) -> Any:
         nodes = np.asarray(nodes, float)
         return values * ((nodes[1:] + nodes[:-1]) / 2)
 
-    def bound(self, first: int, last: int) -> float:
-        return (last - first) * (last + first) / 2
+    def bound(self, first: Any, last: Any) -> Any:
+        return np.abs(last - first) * (last + first) / 2
 
-    def alike(self, left: int, right: int) -> tuple[int, int]:
-        return left, right
+    def pull(self, nodes: Any, side: int) -> Any:
+        return self.link * self.surfaces.pull(nodes, side) if self.gamma1 else 0.0
 
     def pair(self, left: Any, right: Any) -> Pair:
         parts = self._rings(right).pair(left, right)
         return Pair(*(self.link * part for part in parts))
 
-    def shape(
-        self, left: int | None, right: int | None, start: int, stop: int
-    ) -> tuple[Array, Array, Array]:
-        return self._rings(stop if right is None else right).shape(left, right, slice(start, stop))
-
-    def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
-        near, far, _ = self._rings(right).shape(left, right, nodes)
-        return np.asarray(near * u_left + far * u_right)
+    def shape(self, left: Any, right: Any, nodes: Any) -> tuple[Array, Array, Array]:
+        return self._rings(np.max(nodes) if right is None else right).shape(left, right, nodes)
 
     def _rings(self, last: Any) -> RingSpans:
         """Tables of so many nodes, in steps, so that few are made."""
@@ -110,45 +99,8 @@ class RadialLattice(Lattice):
 
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Node by node from the line outwards."""
-        if not self.gamma1:
-            return np.where(steps > 0, 0.0, u)
-        decay = self.at(node + side * np.arange(float(steps[-1])), side).decay
-        return u * np.concatenate([[1.0], np.cumprod(decay)])[np.asarray(steps, int)]
-
-
-@dataclass(frozen=True)
-class Around(Place):
-    """Contact lines at some nodes, all facing outwards (side 1) or the axis (-1).
-
-    Gaps are scaled by 1/√λ, so that a line advances where its gap does not exceed the same reach
-    anywhere. tension: of the next links, over the displacement of the line.
-    """
-
-    cell: float
-    w: float
-    link_over_decay: float
-    weight: Array
-    loss: Array
-    decay: Array
-    root: Array
-    end_stiffness: Array
-    tension: Array
-
-    @classmethod
-    def of(cls, lattice: RadialLattice, nodes: Array, side: int) -> Around:
-        same, after = (lattice.cell, lattice.w, lattice.link_over_decay), _weights(nodes + side)
-        if not lattice.gamma1:
-            zero, one = np.zeros_like(after), np.ones_like(after)
-            return cls(*same, after, one, zero, one, zero, zero)
-        weight, surfaces = np.maximum(nodes + side / 2, 0.0), lattice.surfaces  # none at the axis
-        beyond = surfaces.kappa * after + surfaces.pull(nodes + side, side)
-        loss, decay = (part / (weight + beyond) for part in (beyond, weight))
-        pull, tension = lattice.link * surfaces.pull(nodes, side), lattice.link * weight * loss
-        return cls(*same, weight, loss, decay, np.sqrt(decay), pull, tension)
-
-    def tail_force(self, u: Any) -> Any:
-        """The same from the ratio: what is left of a link's tension at its far end."""
-        return self.tension * u
+        decay = 1 - self.beside(node + side * np.arange(float(steps[-1])), side).rest
+        return np.asarray(u * np.concatenate([[1.0], np.cumprod(decay)])[np.asarray(steps, int)])
 
 
 @dataclass(frozen=True)

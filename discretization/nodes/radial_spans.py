@@ -53,7 +53,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.lattice.shares import Pair
+from discretization.nodes.lattice import Pair
 
 Array = NDArray[Any]
 _KNOWN = 1024  # from this node on the expansion is exact to rounding

@@ -6,7 +6,7 @@ With w = 0 the lattice energy is convex and the contact set is a result, not a c
 
 t = γ₁/Δx. Its solution is the smallest majorant of g and 0 that is concave with respect to
 {cosh, sinh}: a hull. Only its corners, the contact nodes, need to be found; the free surfaces
-between and beside them are known in closed form, on a line (shares.py) and around an axis
+between and beside them are known in closed form, on a line (lattice.py) and around an axis
 (radial_spans.py). They pull at their ends with positive stiffnesses, so that nothing cancels
 however large l/Δx is.
 
@@ -27,8 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.lattice import span
-from discretization.lattice.nodes import Lattice
+from discretization.nodes.lattice import Lattice
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
@@ -51,7 +50,7 @@ class ObstacleSolution:
     @property
     def intervals(self) -> Nodes:
         """First and last node of each contact (m, 2)."""
-        return span.runs(self.contact)
+        return runs(self.contact)
 
     @property
     def energy(self) -> float:
@@ -62,6 +61,12 @@ class ObstacleSolution:
     def force(self) -> float:
         """P = Σ p_i [force/length]."""
         return float(self.multipliers.sum())
+
+
+def runs(contact: NDArray[np.bool_]) -> Nodes:
+    """First and last node of each contact (m, 2), of a mask of all nodes."""
+    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
+    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
 
 
 def obstacle(lattice: Lattice, g: ArrayLike) -> ObstacleSolution:
@@ -79,7 +84,7 @@ def obstacle(lattice: Lattice, g: ArrayLike) -> ObstacleSolution:
     contact, multipliers = np.zeros(g.size, bool), np.zeros(g.size)
     contact[held], multipliers[held] = True, force
     free = np.flatnonzero(~contact)
-    u[free] = np.maximum(surface(lattice, g, held, free), g[free])
+    u[free] = np.maximum(surface(lattice, held, g[held], free), g[free])
     return ObstacleSolution(u, contact, multipliers)
 
 
@@ -107,7 +112,7 @@ def pressed(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
     held = np.empty(0, np.int64)
     for nodes in reversed(_pyramid(g)):
         above = nodes[g[nodes] > 0]
-        held = above[g[above] >= _SLACK * surface(lattice, g, held, above)]
+        held = above[g[above] >= _SLACK * surface(lattice, held, g[held], above)]
         while (force := _multipliers(lattice, held, g[held])).min() < 0:
             held = held[force >= 0]
     return held, force
@@ -123,21 +128,21 @@ def _pyramid(g: Array) -> list[Nodes]:
     return levels
 
 
-def surface(lattice: Lattice, g: Array, held: Nodes, at: Nodes) -> Array:
+def surface(lattice: Lattice, held: Nodes, g: Array, at: Nodes) -> Array:
     """Displacements at some nodes, increasing, of the surface held at g on others, or at 0."""
     u = np.zeros(at.size)
     if not held.size:
         return u
     ends = np.searchsorted(at, held)
     gap, between = np.repeat(np.arange(held.size - 1), np.diff(ends)), slice(ends[0], ends[-1])
-    a, b = held[gap], held[gap + 1]
-    u[between] = lattice.free(a, b, g[a], g[b], at[between])
+    near, far, _ = lattice.shape(held[gap], held[gap + 1], at[between])
+    u[between] = near * g[gap] + far * g[gap + 1]
     if ends[0]:
         inwards, first = slice(ends[0] - 1, None, -1), held[0]
-        u[inwards] = lattice.beyond(first, -1, first - at[inwards], g[first])
+        u[inwards] = lattice.beyond(first, -1, first - at[inwards], g[0])
     if ends[-1] < at.size:
         outwards, last = slice(ends[-1], None), held[-1]
-        u[outwards] = lattice.beyond(last, 1, at[outwards] - last, g[last])
+        u[outwards] = lattice.beyond(last, 1, at[outwards] - last, g[-1])
     return u
 
 
@@ -153,6 +158,6 @@ def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
     force[1:] -= flow
     force[wide] += one * a
     force[wide + 1] += other * b
-    force[0] += lattice.at(nodes[0], -1).tail_reaction(u[0])
-    force[-1] += lattice.at(nodes[-1], 1).tail_reaction(u[-1])
+    force[0] += lattice.pull(nodes[0], -1) * u[0]
+    force[-1] += lattice.pull(nodes[-1], 1) * u[-1]
     return force

@@ -20,28 +20,84 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.place import Place
-from discretization.lattice.shares import (
-    LatticeTail,
-    Pair,
-    displaced,
-    first_free,
-    looked_up,
-    shares,
-)
 from energy import Indenter, Scene
 from energy.checks import positive
 
 Array = NDArray[Any]
 
 
+class Pair(NamedTuple):
+    """Stiffness by which a free surface ties its two ends to each other, and to the ground.
+
+    It pulls at an end displaced by u, the other one by u', with tie·(u - u') + left·u (or right).
+    """
+
+    tie: Any
+    left: Any
+    right: Any
+
+
+def shares(rate: float, p: Any, q: Any) -> tuple[Array, Array, Array]:
+    """a, b and 1 - a - b of the free surface u = a left + b right, p from left and q from right.
+
+    a = sinh(rate·q)/sinh(rate·(p+q)), b = sinh(rate·p)/sinh(rate·(p+q)),
+    1 - a - b = 2 sinh(rate·p/2) sinh(rate·q/2)/cosh(rate·(p+q)/2);
+
+    p and q may be inf. A tail decays by exp(-rate): μ per link, μ/Δx per length on the lattice.
+    """
+    ep, eq, both = np.exp(-rate * p), np.exp(-rate * q), np.expm1(-2 * rate * (p + q))
+    near, far = ep * np.expm1(-2 * rate * q) / both, eq * np.expm1(-2 * rate * p) / both
+    return near, far, np.expm1(-rate * p) * np.expm1(-rate * q) / (1 + ep * eq)
+
+
 @dataclass(frozen=True)
-class Lattice(Place):
+class LatticeTail:
+    """Free nodes beyond a contact: u decays by exp(-rate) per length, Eq. (6) on the lattice."""
+
+    rate: float
+
+    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
+        """u_line exp(-rate·distance)."""
+        return u_line * np.exp(-self.rate * distance)
+
+    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
+        """-rate·u_line."""
+        return -self.rate * u_line
+
+    def between(
+        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
+    ) -> Array:
+        """[left sinh(rate·q) + right sinh(rate·p)]/sinh(rate·width), small slopes only."""
+        near, far, _ = shares(self.rate, p, q)
+        return near * left + far * right
+
+    def slope_between(
+        self, width: Array, own: Array, other: Array, radius: Any = math.inf
+    ) -> Array:
+        """Slope of `between` at a line with u = own towards the next one, `width` away."""
+        once, twice = np.exp(-self.rate * width), np.expm1(-2 * self.rate * width)
+        return self.rate * ((2 + twice) * own - 2 * once * other) / twice
+
+
+class Beside(NamedTuple):
+    """The first free node beside a contact line: A u + B u' displaces it.
+
+    u: at the line, u' at the one it faces, if any; far: B; rest: 1 - A - B; stiffness: S, that of
+    the node with both lines at rest.
+    """
+
+    far: Any
+    rest: Any
+    stiffness: Any
+
+
+@dataclass(frozen=True)
+class Lattice:
     """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
 
     spring: kΔx; link: t; log_decay: -ln λ; decay: λ, the factor by which a free tail decays per
@@ -53,9 +109,13 @@ class Lattice(Place):
 
     slopes: "finite" if U is of finite slopes, for which only `NodalEnergy` knows the free surfaces.
 
+    A line that advances over a link to the free node beside it, with gap v = A u + B u' - g there,
+    changes the re-equilibrated energy by S v²/2 - wΔx, a perfect square, and the force by
+    -S (1 - A - B) v. Where nothing is faced B = 0, A = λ, S = t/λ. So the line stops at
+    v = √(2wΔx/S).
+
     A line contact; its subclass for rotational symmetry (radial.py) answers the same questions.
-    There nodes and links have weights, and a free surface depends on where it is held: `at`,
-    `on_nodes`, `on_links`.
+    There nodes and links have weights, and a free surface depends on where it is held.
     """
 
     axis: ClassVar[float] = math.nan
@@ -73,8 +133,6 @@ class Lattice(Place):
     end_stiffness: float = field(init=False)
     link_over_decay: float = field(init=False)
     cell: float = field(init=False)
-    weight: float = field(init=False, default=1.0)
-    root: float = field(init=False, default=1.0)
 
     @classmethod
     def describes(cls, scene: Scene) -> bool:
@@ -127,10 +185,6 @@ class Lattice(Place):
         """The scene as far as it has nodes."""
         return scene
 
-    def at(self, nodes: Any, side: int) -> Place:
-        """What contact lines need that end at these nodes, facing this side: the same anywhere."""
-        return self
-
     def on_nodes(self, values: Any, nodes: Any) -> Any:
         """Values per node, or of links by their middles, times the weights: 1."""
         return values
@@ -139,68 +193,64 @@ class Lattice(Place):
         """Values per node over the nodes' weights."""
         return values
 
-    def on_links(self, values: Array, nodes: Any) -> Array:
+    def on_links(self, values: Any, nodes: Any) -> Any:
         """Values per link, between successive ones of these nodes, times the links' weights: 1."""
         return values
 
     def bound(self, first: Any, last: Any) -> Any:
-        """Weights of the links in a contact of these nodes."""
-        return last - first
+        """Weights of the links between nodes."""
+        return np.abs(last - first)
 
-    def alike(self, left: int, right: int) -> tuple[int, int]:
-        """Two nodes between which a free surface is as between these: as many links apart."""
-        return 0, right - left
+    def pull(self, nodes: Any, side: int) -> Any:
+        """Force of tails beyond these nodes on them over u, their springs' own being the same."""
+        return self.end_stiffness
 
     def pair(self, left: Any, right: Any) -> Pair:
         """What a free surface between two contact nodes does to them; t(1 - A - B) and tB here."""
-        one = np.ones(np.shape(right - left))
-        _, far, rest = shares(self.log_decay, one, np.asarray(right - left - 1.0))
+        _, far, rest = shares(self.log_decay, 1.0, right - left - 1.0)
         return Pair(self.link * far, self.link * rest, self.link * rest)
 
-    def shape(
-        self, left: int | None, right: int | None, start: int, stop: int
-    ) -> tuple[Array, Array, Array]:
-        """a, b, 1 - a - b of free nodes start..stop-1 between two contacts (None: none there)."""
-        return looked_up(self.log_decay, left, right, start, stop)
-
-    def free(self, left: Any, right: Any, u_left: Any, u_right: Any, nodes: Any) -> Array:
-        """Displacements of free nodes (n,) between these contact nodes, displaced by those (n,)."""
-        return displaced(self.log_decay, nodes - left, right - nodes, u_left, u_right)
-
-    def beside(self, node: Any, side: int, other: Any) -> tuple[Any, Any, Any]:
-        """B, 1 - A - B and S of the free node next to a line that faces another one, `other`."""
+    def beside(self, node: Any, side: int, other: Any = None) -> Beside:
+        """The free node next to lines at these nodes, which face others, or a tail (None)."""
         after = node + side
-        tie, *grounds = self.pair(*(after, other)[::side])
+        if other is None:
+            tie, ground = 0.0, self.pull(after, side)
+        else:
+            tie, *grounds = self.pair(*(after, other)[::side])
+            ground = grounds[side < 0]
         spring, link = self.on_nodes(self.spring, after), self.on_nodes(self.link, node + side / 2)
-        return first_free(spring, link, tie, grounds[side < 0])
+        whole = spring + link + tie + ground
+        return Beside(tie / whole, (spring + ground) / whole, whole)
+
+    def shape(self, left: Any, right: Any, nodes: Any) -> tuple[Array, Array, Array]:
+        """a, b, 1 - a - b of free nodes between two contacts (None: none there)."""
+        nowhere = np.full(np.shape(nodes), math.inf)
+        p = nowhere if left is None else nodes - left
+        q = nowhere if right is None else right - nodes
+        return shares(self.log_decay, p, q)
 
     def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
         """Displacements of a tail so many nodes from the one it is held at, by u."""
-        return self.tail.displacement(self.spacing * steps, u)
+        return u * np.exp(-self.log_decay * steps)
 
     @property
     def critical_gap(self) -> float:
         """Gap at the first free node beyond which the line does not advance: Δx√(2wλ/γ₁).
 
-        Root of `advance_cost`; for independent springs it is δ₀.
+        For independent springs it is δ₀.
         """
         return math.sqrt(2 * self.w * self.cell / self.link_over_decay)
 
     @property
     def deepest_contact(self) -> float:
-        """D [length]: contact deeper below the surface without adhesion never pays; about 1.9 δ₀.
+        """D [length]: contact deeper below the surface without adhesion never pays.
 
         Let v be the drop below that surface, largest in contact node j, and replace it by the free
         span between v_{j-r} and v_{j+r} where that is lower. This loses at most the 2r links there
-        and gains at least t sinh μ coth μr (v_j - s)², s <= v_j/cosh μr the span at j. D is where
-        these are equal, at nearly the best r. For line contacts; γ₁ = 0: δ₀.
+        and gains at least t sinh μ coth μr (v_j - s)², s <= v_j/cosh μr the span at j. With r next
+        to 2.4/μ both are equal at v_j = 1.88 δ₀ at most, whatever μ. For line contacts.
         """
-        if not self.gamma1:
-            return self.critical_gap
-        mu = self.log_decay
-        r = max(1, round(2.4 / mu))
-        rise, unit = 1 - 1 / math.cosh(min(mu * r, 60.0)), self.link * math.sinh(mu)
-        return math.sqrt(2 * r * self.w * self.cell * math.tanh(mu * r) / unit) / rise
+        return 1.9 * math.sqrt(2 * self.w / self.k)
 
     @property
     def edge(self) -> float:
@@ -212,10 +262,6 @@ class Lattice(Place):
         """The free surface beyond a contact line."""
         return LatticeTail(self.log_decay / self.spacing)
 
-    def tail_force(self, u):
-        """Σ_{j>=1} kΔx u_j: force of the tail's springs; the same number in balance."""
-        return self.spring * self.decay / self.loss * u
-
     def gap_force(self, left, right, f, g, depth):
         """Pull of free surfaces between two contact nodes each, at these heights of the profile."""
         _, one, other = self.pair(left, right)
@@ -225,10 +271,6 @@ class Lattice(Place):
         """Energy of the same surfaces."""
         tie, one, other = self.pair(left, right)
         return (one * (depth - f) ** 2 + other * (depth - g) ** 2 + tie * (g - f) ** 2) / 2
-
-    def tension(self, steps):
-        """Vertical force of links over which u changes by `steps`."""
-        return self.link * steps
 
     def x(self, node):
         """Position of a node (or an array of nodes)."""

@@ -14,26 +14,22 @@ the node beside a line (`Pair`), S = c + t + C + G that of this node, by the hei
     a node inside a contact is torn open as a line that opens two links (T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
 
-The energies compared are those of surfaces that stay above the indenter: where another node would
-be penetrated once a line has passed, it is held, too, and the line passes at a larger depth. With
-such energies v = u - g >= 0 falls with the depth and with every further contact node, and so does
-what a contact node costs: the energy is submodular in v, in what is in contact and in -d (Topkis).
-So pressed, contacts only grow, retracted, they only shrink, and neither order nor steps matter.
+Where another node would be penetrated once a line has passed a link, the line is blocked until that
+node touches. With v = u - g >= 0 the energy is submodular in v, in what is in contact and in -d
+(Topkis). So pressed, contacts only grow, retracted, they only shrink.
 """
 
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.nodes import Lattice
-from discretization.lattice.shares import Pair
+from discretization.nodes.lattice import Lattice
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
@@ -46,6 +42,17 @@ TIE = 64 * EPSILON  # of depths at which something happens
 def ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:
     """Left and right contact node of the free part on this side of a node."""
     return (node, other) if side > 0 else (other, node)
+
+
+def rest_depth(
+    lattice: Lattice, nodes: Any, side: int, f: Array, after: Array, work: Array
+) -> Array:
+    """Depths at which outermost lines at these nodes pass their next links, of this adhesion.
+
+    f, after: heights of these nodes, and of the ones they come to.
+    """
+    _, rest, stiffness = lattice.beside(nodes, side)
+    return np.asarray(f + (after - f - np.sqrt(2 * work / stiffness)) / rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,39 +70,23 @@ class Rules:
     first: int = 0
 
     @functools.cached_property
-    def _heights(self) -> list[float]:
-        return self.f.tolist()
-
-    @functools.cached_property
-    def _bonds(self) -> list[float]:
-        return self.work.tolist()
-
-    @functools.cached_property
     def outwards(self) -> dict[int, Array]:
         """Depths at which an outermost line passes each link, in the order it meets them.
 
         By side: +1 right, -1 left. Node i is the i-th of them, or the i-th from the end; beyond the
         last node there is no link to pass (n,).
         """
-        return self._rests(self.work)
-
-    @functools.cached_property
-    def meets(self) -> dict[int, Array]:
-        """The same depths without adhesion: those at which the surface touches the next node."""
-        return self._rests(np.zeros_like(self.work))
-
-    def _rests(self, work: Array) -> dict[int, Array]:
-        f, found = self.f, {}
+        found = {}
         for side in (1, -1):
-            place, near, far = self.nodes[::side][:-1], f[::side][:-1], f[::side][1:]
-            depths = self.lattice.at(place, side).rest_depth(near, far, work[::side])
+            nodes, f, work = self.nodes[::side], self.f[::side], self.work[::side]
+            depths = rest_depth(self.lattice, nodes[:-1], side, f[:-1], f[1:], work)
             found[side] = np.append(depths, math.inf)
         return found
 
     @property
-    def nodes(self) -> range:
+    def nodes(self) -> Nodes:
         """The lattice's numbers of the nodes."""
-        return range(self.first, self.first + self.f.size)
+        return self.first + np.arange(self.f.size)
 
     @functools.cached_property
     def torn(self) -> Array:
@@ -119,68 +110,40 @@ class Rules:
         lat, nodes, one = self.lattice, self.nodes, np.ones(self.f.size)
         return lat.spring * lat.on_nodes(one, nodes), lat.link * lat.on_links(one[1:], nodes)
 
-    @functools.cached_property
-    def _stiffness(self) -> tuple[list[float], list[float]]:
-        spring, link = self.stiffness
-        return spring.tolist(), link.tolist()
-
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _pair(self, left: int, right: int) -> Pair:
-        """`Lattice.pair` of the lattice's nodes."""
-        return Pair(*map(float, self.lattice.pair(left, right)))
-
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
-    def _beside(self, node: int, side: int, other: int) -> tuple[float, float, float]:
-        """`Lattice.beside` of the lattice's nodes."""
-        return tuple(map(float, self.lattice.beside(node, side, other)))  # type: ignore[return-value]
-
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
-        after, f, ends = node + side, self._heights, (node, other)[::side]
-        like = self.lattice.alike(self.first + ends[0], self.first + ends[1])[::side]
-        far, rest, whole = self._beside(like[0], side, like[1])
+        after, f = node + side, self.f
+        far, rest, whole = self.lattice.beside(self.first + node, side, self.first + other)
         work = self.adhesion(node, other if abs(other - node) == 2 else after)
         rise = f[after] - f[node] + far * (f[node] - f[other])
-        return f[node] + (rise - math.sqrt(2 * work / whole)) / rest
-
-    def stored(self, left: int | None, right: int | None, depth: float) -> float:
-        """Energy of the surface between two contact nodes (None: none there), free or one link."""
-        lat, f, first = self.lattice, self._heights, self.first
-        if left is not None and right is not None:
-            return float(lat.gap_energy(first + left, first + right, f[left], f[right], depth))
-        ends = [(end, side) for end, side in ((left, 1), (right, -1)) if end is not None]
-        return sum(
-            float(lat.at(first + end, side).tail_energy(depth - f[end])) for end, side in ends
-        )
-
-    def cost(self, left: int | None, right: int | None, new: Sequence[int], depth: float) -> float:
-        """Energy that contact at new nodes of the surface between two takes, without adhesion."""
-        parts = itertools.pairwise([left, *new, right])
-        springs, f = self._stiffness[0], self._heights
-        squeezed = sum(springs[node] / 2 * (depth - f[node]) ** 2 for node in new)
-        before = self.stored(left, right, depth)
-        return sum(self.stored(*part, depth) for part in parts) + squeezed - before
+        return float(f[node] + (rise - math.sqrt(2 * work / whole)) / rest)
 
     def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""
-        return sum(self._bonds[min(one, other) : max(one, other)])
+        return float(self.work[min(one, other) : max(one, other)].sum())
+
+    def advances(self, node: int, side: int, other: int | None) -> float:
+        """The same if no other node is penetrated then, else inf: the line is blocked."""
+        depth, after = self.passes(node, side, other), node + side
+        closes = other is not None and abs(other - after) < 2
+        clear = closes or self.clears(*ordered(side, after, other), depth)
+        return depth if clear else math.inf
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
         if right - left < 3:
             return math.inf
-        f, (springs, links) = self._heights, self._stiffness
+        f, (springs, links) = self.f, self.stiffness
         one, two = left + 1, right - 1
-        like = self.lattice.alike(self.first + one, self.first + two)
-        tie, *grounds = self._pair(*like)
+        tie, *grounds = self.lattice.pair(self.first + one, self.first + two)
         p = springs[one] + grounds[0], springs[two] + grounds[1]
         own = p[0] + links[left] + tie, p[1] + links[two] + tie
 
-        def product(x: tuple[float, float], y: tuple[float, float]) -> float:
+        def product(x: tuple[Any, Any], y: tuple[Any, Any]) -> Any:
             """x·H⁻¹y."""
             mixed = x[0] * (own[1] * y[0] + tie * y[1]) + x[1] * (tie * y[0] + own[0] * y[1])
             return mixed / (own[0] * own[1] - tie * tie)
@@ -192,11 +155,11 @@ class Rules:
         )
         middle = product(p, q) / product(p, p)
         off = q[0] - p[0] * middle, q[1] - p[1] * middle
-        work = self._bonds[left] + self._bonds[two] - product(off, off) / 2
-        work += self._bonds[one] if right - left == 3 else 0
+        work = self.work[left] + self.work[two] - product(off, off) / 2
+        work += self.work[one] if right - left == 3 else 0.0
         if work < 0:
             return math.inf
-        return level + middle - math.sqrt(2 * work / product(p, p))
+        return float(level + middle - math.sqrt(2 * work / product(p, p)))
 
     def advance_both(self, left: int, right: int) -> float:
         """The same if no other node is penetrated then, else inf."""
@@ -212,25 +175,19 @@ class Rules:
         lo, hi = -1 if left is None else left, self.f.size if right is None else right
         if hi - lo < 2:
             return math.inf, -1
-        return self._first(left, right, lo + 1, hi)
-
-    def _first(
-        self, left: int | None, right: int | None, start: int, stop: int
-    ) -> tuple[float, int]:
-        """The same of the free nodes start..stop-1, at least one."""
-        rest, shape = self._surface(left, right, start, stop)
-        depths = (self.f[start:stop] - shape) / rest
+        rest, shape = self._surface(left, right, lo + 1, hi)
+        depths = (self.f[lo + 1 : hi] - shape) / rest
         best = int(np.argmin(depths))
-        return float(depths[best]), start + best
+        return float(depths[best]), lo + 1 + best
 
     def _surface(
         self, left: int | None, right: int | None, start: int, stop: int
     ) -> tuple[Array, Array]:
         """1 - a - b and a f_i + b f_j at free nodes start..stop-1 between two contacts."""
-        first, f = self.first, self._heights
+        first, f = self.first, self.f
         lo, f_left = (None, 0.0) if left is None else (first + left, f[left])
         hi, f_right = (None, 0.0) if right is None else (first + right, f[right])
-        near, far, rest = self.lattice.shape(lo, hi, first + start, first + stop)
+        near, far, rest = self.lattice.shape(lo, hi, first + np.arange(start, stop))
         return rest, near * f_left + far * f_right
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
@@ -245,21 +202,17 @@ class Rules:
 
         Without adhesion the energy is convex, and nothing is ever released.
         """
-        return _LEAST * self._strongest or math.inf
-
-    def first_touch(self, node: int, side: int) -> float:
-        """Depth at which the surface beyond an outermost line at `node` touches another node."""
-        return self.touches(*ordered(side, node, None))[0]
+        return _LEAST * float(self.work.max(initial=0.0)) or math.inf
 
     def tie(self, one: float, other: float) -> float:
         """What rounding makes of the difference of two depths of events.
 
         The largest difference quotient of heights that enters them is that of a span of two links.
         """
-        return TIE * (abs(one) + abs(other) + self.lift) / self.least_rest
+        return TIE * (abs(one) + abs(other) + self.delta0) / self.least_rest
 
     @functools.cached_property
-    def lift(self) -> float:
+    def delta0(self) -> float:
         """δ₀, of the link that adheres most."""
         cells = self.lattice.on_links(np.full(self.work.size, self.lattice.cell), self.nodes)
         return math.sqrt(2 * float((self.work / cells).max(initial=0.0)) / self.lattice.k)
@@ -269,9 +222,34 @@ class Rules:
         """1 - A - B of a span of two links."""
         return self.lattice.spring / (self.lattice.spring + 2 * self.lattice.link)
 
-    @functools.cached_property
-    def _strongest(self) -> float:
-        return float(self.work.max(initial=0.0))
+    def slides(
+        self, contact: tuple[int, int], depth: float, end: float, *, through: bool
+    ) -> list[Array]:
+        """Depths at which both lines of a convex contact pass links on the way; empty: none does.
+
+        Nothing else happens between. through: also links that are passed late, with one before;
+        else the way ends there. A contact of two links is left to the walk.
+        """
+        (first, last), sign, found, stop = contact, 1 if end >= depth else -1, [], end
+        for side, at in ((-1, self.f.size - 1 - first), (1, last)):
+            ahead = self.outwards[side][at:]
+            if sign < 0:
+                ahead = self.outwards[side][at - (last - first) : at][::-1]
+            own = ahead[: _reached(ahead, end, sign)]
+            if through:
+                further = np.maximum if sign > 0 else np.minimum
+                own = further.accumulate(np.append(depth, own))[1:]
+            elif (late := sign * np.diff(own, prepend=depth) <= 0).any():
+                own = own[: int(late.argmax())]
+                stop = sign * min(sign * stop, sign * float(own[-1] if own.size else depth))
+            found.append(own)
+        if stop != end:
+            found = [own[sign * own < sign * stop] for own in found]
+        if sign < 0:
+            order = np.argsort(-np.concatenate(found), kind="stable")[: max(last - first - 2, 0)]
+            left = int((order < found[0].size).sum())
+            found = [found[0][:left], found[1][: order.size - left]]
+        return found if any(when.size for when in found) else []
 
     def recede_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span open a link at once, none of the nodes pressed."""
@@ -289,7 +267,12 @@ class Rules:
         It is where the node would touch; less what rounding makes of that, so that a node that
         has just touched stays.
         """
-        rest, shape = self._surface(left, right, node, node + 1)
-        height = self._heights[node]
-        rounding = _ROUNDING * (abs(height) + abs(float(shape[0])))
-        return (height - float(shape[0]) - rounding) / float(rest[0])
+        rest, shape = (float(part[0]) for part in self._surface(left, right, node, node + 1))
+        height = float(self.f[node])
+        return (height - shape - _ROUNDING * (abs(height) + abs(shape))) / rest
+
+
+def _reached(depths: Array, end: float, sign: int) -> int:
+    """How many of these depths are reached one after the other on the way to the end."""
+    beyond = depths > end if sign > 0 else depths <= end
+    return int(beyond.argmax()) if beyond.any() else depths.size

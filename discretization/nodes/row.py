@@ -1,0 +1,296 @@
+"""Nodes in a row that may come into contact: their heights, adhesion, and running sums of both.
+
+The energy of contacts is a sum over their nodes and links and over the free surfaces between and
+beside them. With sums from the node that touches first up to every node, that of a whole contact
+is a difference of two numbers, so that force and energy cost O(1) per contact line. Each line
+carries the sums of the contact up to it; those of both lines of a contact differ by its own.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.nodes import ground
+from discretization.nodes.ground import Region
+from discretization.nodes.lattice import Lattice
+from discretization.nodes.rules import Rules, rest_depth
+from energy import Indenter, Scene
+
+Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
+Contacts = tuple[tuple[int, int], ...]  # first and last node of each
+Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
+Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
+_SPARE = 64  # links beyond the last that holds: for interpolation, and to see what is met there
+_SLACK = 1e-9  # of δ₀
+
+
+class Sums(NamedTuple):
+    """From the node that touches first, that one included, up to each of n + 1 node ends.
+
+    Number of nodes, of their heights above it, of the squares of these (n + 1,), with the nodes'
+    weights; from that node to each node, of the energies of the links as free surface, and of their
+    lengths or areas times the pattern's factor on the work of adhesion (n,).
+    """
+
+    nodes: Array
+    heights: Array
+    squares: Array
+    stretch: Array
+    bonds: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """Nodes in a row under an indenter, which is asked for its heights where these are needed.
+
+    scene: as far as it has nodes (`Lattice.seen`); where: the lattice's numbers of the first and
+    the last node, and of the one that touches first; widest: first and last node of the contact
+    when the indenter is pressed to `Row.of`'s depth, of a convex profile.
+    """
+
+    lattice: Lattice
+    scene: Scene
+    where: Region
+    widest: tuple[int, int] | None = None
+
+    @classmethod
+    def of(cls, scene: Scene, lattice: Lattice, depth: float) -> Row:
+        """The nodes that may be in contact at depths up to this one.
+
+        Of a convex profile they end some links beyond the last that holds when the indenter is
+        pressed to this depth, or touches; of others they are all nodes of the region. ValueError if
+        the profile ends before.
+        """
+        where = ground.region(lattice, scene.indenter, depth)
+        if not scene.indenter.convex:
+            return cls(lattice, scene, where)
+        (left, low), (right, high) = (
+            _outwards(scene, lattice, where, way, depth) for way in (-1, 1)
+        )
+        whole = Region(where.lowest - low, where.lowest + high, where.lowest)
+        return cls(lattice, scene, whole, (low - left, low + right))
+
+    @property
+    def indenter(self) -> Indenter:
+        """The indenter."""
+        return self.scene.indenter
+
+    @property
+    def first(self) -> int:
+        """The lattice's number of node 0."""
+        return self.where.first
+
+    @property
+    def touch(self) -> int:
+        """The node that touches first."""
+        return self.where.lowest - self.where.first
+
+    @property
+    def size(self) -> int:
+        """Number of nodes."""
+        return self.where.last - self.where.first + 1
+
+    @property
+    def clear(self) -> bool:
+        """Whether there is one contact, and no outer surface can touch any node but the next."""
+        return self.indenter.convex and self.scene.pattern is None
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the indenter is mirrored about the node that touches first."""
+        at = self.lattice.x(self.where.lowest)
+        return self.indenter.symmetric and at == self.indenter.apex
+
+    @functools.cached_property
+    def works(self) -> tuple[float, float]:
+        """Of adhesion, of a contact that is being closed, and of one that is being opened."""
+        return self.lattice.w, self.scene.opened.work_of_adhesion
+
+    @functools.cached_property
+    def overhang(self) -> float:
+        """Links from the last node to an edge of the body, where nodes cannot be moved to it."""
+        lattice, end = self.lattice, self.indenter.extent[1]
+        if lattice.axis != 0 or end not in self.indenter.walls:
+            return 0.0
+        beyond = float(end - lattice.x(self.where.last)) / lattice.spacing
+        return beyond if beyond < 1 else 0.0
+
+    @functools.cached_property
+    def f(self) -> Array:
+        """Heights of all nodes. ValueError if these are too many."""
+        if self.size > ground.MOST:
+            raise ValueError(
+                f"spacing = {self.lattice.spacing!r} puts more than {ground.MOST} nodes in contact;"
+                " give a larger spacing"
+            )
+        nodes = np.arange(self.first, self.where.last + 1.0)
+        return ground.heights(self.lattice, self.indenter, nodes)
+
+    def heights(self, start: int, stop: int) -> Array:
+        """f from one of the lattice's nodes to another, up or down, without asking for all."""
+        low, high = min(start, stop), max(start, stop)
+        if "f" in vars(self):
+            own = self.f[low - self.first : high - self.first + 1]
+        else:
+            own = ground.heights(self.lattice, self.indenter, np.arange(low, high + 1.0))
+        return own if stop >= start else own[::-1]
+
+    @functools.cached_property
+    def lowest(self) -> float:
+        """f at the node that touches first."""
+        return float(self.heights(self.where.lowest, self.where.lowest)[0])
+
+    @functools.cached_property
+    def bonds(self) -> Array:
+        """Of all links; see `bond`."""
+        return self.bond(np.arange(self.size - 1))
+
+    def bond(self, links: Nodes) -> Array:
+        """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
+        lattice, nodes, pattern = self.lattice, self.first + links, self.scene.pattern
+        own = np.asarray(lattice.cell * lattice.bound(nodes, nodes + 1))
+        if pattern is None:
+            return own
+        return np.asarray(own * pattern.factor((lattice.x(nodes) + lattice.x(nodes + 1)) / 2))
+
+    def alone(self, depth: float, tie: float) -> Contacts:
+        """The contact of a convex profile that has been pressed to `Row.of`'s depth, or touched.
+
+        It has come back from there to this depth, or is still there. tie: what a line that stays
+        where both sides cost the same may be off by. Outwards the depths at which links open
+        fall, but not about an axis.
+        """
+        assert self.widest is not None
+        if depth >= self.lowest:
+            return (self.widest,)
+        ends = []
+        for way, widest in zip((-1, 1), self.widest, strict=True):
+            asked = self.scene, self.lattice, self.where.lowest, way
+            most = abs(widest - self.touch)
+            if self.lattice.axis == 0:
+                own = np.flatnonzero(_holds(*asked, np.arange(most), depth + tie))
+                held = int(np.max(own + 1, initial=0))
+            else:
+                holds = functools.partial(_holds, *asked, depth=depth + tie)
+                held = ground.first_failing(holds, most)
+            ends.append(self.touch + way * held)
+        return ((ends[0], ends[1]),) if ends[1] > ends[0] else ()
+
+    @functools.cached_property
+    def rules(self) -> tuple[Rules, Rules]:
+        """The rules of contacts that are being closed, and of those that are being opened."""
+        closing, opening = self.works
+        first = Rules(self.lattice, self.f, closing * self.bonds, self.clear, self.first)
+        if opening == closing:
+            return first, first
+        return first, replace(first, work=opening * self.bonds)
+
+    @functools.cached_property
+    def sums(self) -> Sums:
+        """The running sums."""
+        h, touch = self.f - self.f[self.touch], self.touch
+        steps, nodes = np.diff(self.f), self.first + np.arange(h.size)
+        stretch = self.lattice.on_links(self.lattice.link / 2 * steps * steps, nodes)
+        parts = (self.lattice.on_nodes(part, nodes) for part in (np.ones_like(h), h, h * h))
+        whole = (_running(part, touch) for part in parts)
+        return Sums(*whole, *(_running(part, touch) for part in (stretch, self.bonds)))
+
+    @property
+    def forces(self) -> Parts:
+        """What the outermost lines add to P, and the gaps."""
+        return self.tail_force, self.gap_force
+
+    @property
+    def energies(self) -> Parts:
+        """What they add to U."""
+        return self.tail_energy, self.gap_energy
+
+    def _springs(self, before: Nodes, depth: Array) -> tuple[Array, Array]:
+        """Force and energy of the springs up to these node ends."""
+        sums, d = self.sums, depth - self.f[self.touch]
+        count, h = sums.nodes[before], sums.heights[before]
+        spring = self.lattice.spring
+        return (
+            spring * (count * d - h),
+            spring / 2 * ((count * d - 2 * h) * d + sums.squares[before]),
+        )
+
+    def _links(self, node: Nodes) -> Array:
+        """Energy of the links up to these nodes."""
+        return self.sums.stretch[node] - self.works[0] * self.sums.bonds[node]
+
+    def tail_force(self, node: Nodes, side: int, depth: Array) -> Array:
+        """What the outermost line at these nodes adds to P, with the surface beyond it."""
+        springs, _ = self._springs(node + (side > 0), depth)
+        return side * springs + self.lattice.pull(self.first + node, side) * (depth - self.f[node])
+
+    def tail_energy(self, node: Nodes, side: int, depth: Array) -> Array:
+        """What the outermost line at these nodes adds to U, with the surface beyond it."""
+        _, springs = self._springs(node + (side > 0), depth)
+        tail = self.lattice.pull(self.first + node, side) / 2 * (depth - self.f[node]) ** 2
+        return np.asarray(side * (springs + self._links(node)) + tail)
+
+    def gap_force(self, left: Nodes, right: Nodes, depth: Array) -> Array:
+        """What the two lines of a free surface between contacts add to P, with that surface."""
+        springs = self._springs(left + 1, depth)[0] - self._springs(right, depth)[0]
+        ends = self.first + left, self.first + right
+        pull = self.lattice.gap_force(*ends, self.f[left], self.f[right], depth)
+        return np.asarray(springs + pull)
+
+    def gap_energy(self, left: Nodes, right: Nodes, depth: Array) -> Array:
+        """What they add to U."""
+        springs = self._springs(left + 1, depth)[1] - self._springs(right, depth)[1]
+        ends = self.first + left, self.first + right
+        stored = self.lattice.gap_energy(*ends, self.f[left], self.f[right], depth)
+        return np.asarray(springs + self._links(left) - self._links(right) + stored)
+
+
+def _outwards(
+    scene: Scene, lattice: Lattice, where: Region, way: int, depth: float
+) -> tuple[int, int]:
+    """Links outwards from the node that touches first up to one that resists, and of the row."""
+    body, start, limit = scene.indenter, where.lowest, (where.last, where.first)[way < 0]
+    most = abs(limit - start)
+    top = max(depth, float(ground.heights(lattice, body, np.array([start]))[0]))
+    held = ground.first_failing(lambda links: _holds(scene, lattice, start, way, links, top), most)
+    if held == most and body.extent[0 if way < 0 else 1] not in body.walls:
+        raise ValueError(ground.unknown(lattice, depth, limit))
+    nodes = start + way * np.arange(held, min(most, held + 1 + _SPARE) + 1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        known = np.isfinite(body.height(ground.positions(lattice, body, nodes)))
+    return held, held - 1 + int(known.size if known.all() else known.argmin())
+
+
+def _holds(
+    scene: Scene, lattice: Lattice, start: int, way: int, links: Nodes, depth: float
+) -> NDArray[np.bool_]:
+    """Whether links outwards may be in contact; with finite slopes while u > -δ₀ beyond them."""
+    nodes = start + way * links
+    strongest = max(scene.pattern.factors) if scene.pattern else 1.0
+    bonds = strongest * lattice.w * lattice.cell * lattice.bound(nodes, nodes + way)
+    with np.errstate(over="ignore", invalid="ignore"):
+        f, after = (
+            scene.indenter.height(ground.positions(lattice, scene.indenter, at))
+            for at in (nodes, nodes + way)
+        )
+        if lattice.slopes == "finite":
+            return np.asarray(after <= depth + scene.critical_separation * (1 + _SLACK))
+        return np.asarray(rest_depth(lattice, nodes, way, f, after, bonds) <= depth)
+
+
+def _running(parts: Array, start: int) -> Array:
+    """Sums (n + 1,) of the n parts from `start` on, those before it counted negative.
+
+    With the digits of long double where there is one: between two contacts the heights may be much
+    larger than in contact, and with them what rounding leaves in the difference of two sums.
+    """
+    parts = parts.astype(np.longdouble)
+    before, after = np.cumsum(parts[:start][::-1])[::-1], np.cumsum(parts[start:])
+    return np.concatenate([-before, np.zeros(1, parts.dtype), after])
