@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from discretization.nodes.row import Contacts, Part, Row
 from discretization.nodes.rules import ordered
+from discretization.nodes.waiting import advances
 
 Array = NDArray[np.float64]
 
@@ -159,7 +160,7 @@ class Walk:
         for side, line, other in ((1, left, right), (-1, right, left)):
             if line is not None and 0 <= line + side < rules.f.size:
                 new = ordered(side, line + side, other)
-                found.append((rules.advances(line, side, other), [new]))
+                found.append((advances(rules, line, side, other), [new]))
         if left is not None and right is not None and right - left > 2:
             found.append((rules.advance_both(left, right), [(left + 1, right - 1)]))
         depth, parts = min(found, key=lambda change: change[0])

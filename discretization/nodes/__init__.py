@@ -8,6 +8,7 @@ nodal_energy.py   U[u] as a function of the displacements of all nodes, with its
 ground.py         which nodes there are under an indenter, and their heights
 row.py            these nodes in a row, with running sums of what contacts on them take
 rules.py          the depths at which something happens to contacts on a row
+waiting.py        of a line that would put another node into the indenter, too
 obstacle.py       the surface over heights that it must not be below, without adhesion
 
 What is in contact at a depth is found and judged by ../lattice, which asks these.

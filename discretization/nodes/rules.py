@@ -14,9 +14,12 @@ the node beside a line (`Pair`), S = c + t + C + G that of this node, by the hei
     a node inside a contact is torn open as a line that opens two links (T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
 
-Where another node would be penetrated once a line has passed a link, the line is blocked until that
-node touches. With v = u - g >= 0 the energy is submodular in v, in what is in contact and in -d
-(Topkis). So pressed, contacts only grow, retracted, they only shrink.
+The energies compared are those of surfaces that stay above the indenter: where another node would
+be penetrated once a line has passed, it is held, too, and the line passes at a larger depth
+(waiting.py). With such energies v = u - g >= 0 falls with the depth and with every further contact
+node, and so does what a contact node costs: the energy is submodular in v, in what is in contact
+and in -d (Topkis). So pressed, contacts only grow, retracted, they only shrink, and neither order
+nor steps matter.
 """
 
 from __future__ import annotations
@@ -124,13 +127,6 @@ class Rules:
     def adhesion(self, one: int, other: int) -> float:
         """Adhesion of the links between two nodes."""
         return float(self.work[min(one, other) : max(one, other)].sum())
-
-    def advances(self, node: int, side: int, other: int | None) -> float:
-        """The same if no other node is penetrated then, else inf: the line is blocked."""
-        depth, after = self.passes(node, side, other), node + side
-        closes = other is not None and abs(other - after) < 2
-        clear = closes or self.clears(*ordered(side, after, other), depth)
-        return depth if clear else math.inf
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes_both(self, left: int, right: int) -> float:
