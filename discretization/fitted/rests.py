@@ -167,8 +167,8 @@ class Rests:
         paired = inner.all(axis=1)
         h = self._step(x)
         z = x[..., None] + h[..., None, None] * (_STEPS if rates else _STEPS[:1])
-        if rates:
-            z[..., 1:] = np.clip(z[..., 1:], *room[:, :, None, :, None])
+        if rates:  # half-way to a corner at most: which side of it a place is on is not known there
+            z[..., 1:] = np.clip(z[..., 1:], *((x + room[:, :, None]) / 2)[..., None])
         if paired.any():
             own = slice(None) if paired.all() else paired
             found = self._of_gaps(z[own], way)

@@ -31,6 +31,7 @@ from discretization.surfaces import surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]
+_FELT = 1e-9  # of l: lines that jump less far do so by rounding
 _MORE = 2 * DEGREE  # of the rule for ∫P dd
 _KNOWN, _HALVINGS = 1e-14, 6  # of ∫|P dd|: as well as it is known, and halvings at most
 
@@ -84,6 +85,11 @@ class FittedMany(Branch):
     def smoothly(self) -> Smooth:
         """What moves lines between events."""
         return self.events.trials.smooth
+
+    @property
+    def resolution(self) -> float:
+        """The length by which lines may be off, by rounding."""
+        return _FELT * self.scene.elastocapillary_length
 
     @property
     def touch(self) -> float:

@@ -157,7 +157,9 @@ class LatticeBranch(Branch):
         walked = self.walk.way(point.memory, point.depth, goal)
         way, (low, high) = (1 if goal >= point.depth else -1), sorted((point.depth, goal))
         held = [life for life in walked.lives if any(self._holds(life.part))]
-        cuts = [way * depth for life in held for depth in life[1:] if low < depth < high]
+        stop = goal if walked.at is None else walked.at  # where all lives end
+        cuts = [way * at for life in held for at in life[1:] if way * at < way * stop]
+        cuts = [at for at in cuts if at > way * point.depth]
         if cuts:
             depth = way * min(cuts)
             before = [life for life in walked.lives if way * life.start < way * depth]

@@ -213,16 +213,23 @@ class LoadPath:
         value = self._value(peak)
         landed = curve.reaches(np.array([value]), side, top + 1, curve.t.size - 1)
         if np.isnan(landed[0]):
-            self._jump("jump", peak, leg.end if leg.after is None else leg.after, value, side)
-            return
-        (after,) = leg.points(leg.depths(landed))
-        ends = after.lines or (), peak.lines or ()
-        alike = len(ends[0]) == len(ends[1])
-        if not alike or np.abs(np.subtract(*ends)).max() > self.branch.resolution:
+            after = self._landing(leg.end if leg.after is None else leg.after, value, side)
+        else:
+            (after,) = leg.points(leg.depths(landed))
+        if self._alike(peak, after):
+            self._slide(after)
+        elif np.isnan(landed[0]):
+            self._jump("jump", peak, after, value)
+        else:
             self._record("jump", value, peak, after)
             self.point = after
-        else:
-            self._slide(after)
+
+    def _alike(self, one: Point, other: Point) -> bool:
+        """Whether lines are the same as well as they are known."""
+        first, second = one.lines or (), other.lines or ()
+        if not first or len(first) != len(second):
+            return False
+        return bool(np.abs(np.subtract(first, second)).max() <= self.branch.resolution)
 
     def _end(self, leg: Leg, side: int) -> None:
         """What happens at the end of a leg."""
@@ -234,12 +241,11 @@ class LoadPath:
             return
         if not leg.jumps and self.control.stiffness is None:
             self._hold(("", ""))
-        kind = _kind_of_jump(leg.end, leg.after, side > 0)
-        self._jump(kind, leg.end, leg.after, self._value(leg.end), side)
+        kind, value = _kind_of_jump(leg.end, leg.after, side > 0), self._value(leg.end)
+        self._jump(kind, leg.end, self._landing(leg.after, value, side), value)
 
-    def _jump(self, kind: str, before: Point, start: Point, value: float, side: int) -> None:
-        """A jump at a value of the control to the first equilibrium from `start` on."""
-        after = self._landing(start, value, side)
+    def _jump(self, kind: str, before: Point, after: Point, value: float) -> None:
+        """A jump at a value of the control."""
         if after.lines is None and self.control.stiffness is not None:
             kind = "pull-off"
         self._record(kind, value, before, after)

@@ -76,7 +76,7 @@ def _solved(degree: int, side: int, s: Array) -> Array:
     if side > 0:
         end = s + _COVERED
         far = Network(end * far_stiffness(1, end), 0.0, 0.0)
-        return np.asarray(ring(degree, s, end - s).then(far).left / s)
+        return np.asarray(ring(degree, s, np.full_like(s, _COVERED)).then(far).left / s)
     start = np.maximum(s - _COVERED, 0.0)
     found, width = Network(0.0, 0.0, start * far_stiffness(-1, start)), (s - start) / _DISC
     for i in range(_DISC):

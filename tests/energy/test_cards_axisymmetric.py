@@ -62,6 +62,7 @@ shapes, named = (
 )
 
 
+@pytest.mark.slow
 def test_bessel_functions_keep_their_digits():
     for s in [*np.geomspace(1e-8, 1e8, 200).tolist(), 24.9999999, 25.0, 25.0000001]:
         with mp.workdps(60):
@@ -154,6 +155,7 @@ def test_force_and_energy_are_those_of_the_stationary_functional(case):
     check(rise, force * fall, 1e-9, scale * abs(fall) + 1e-4 * abs(terms).sum())
 
 
+@pytest.mark.slow
 @every
 @given(shapes)
 def test_forms_of_the_depth_are_those_of_the_radius(case):
@@ -204,6 +206,7 @@ def test_named_shapes_against_power_laws(case):
         check(axi.sphere.force_without_adhesion(a, **same), twin, 1e-13)
 
 
+@pytest.mark.slow
 @every
 @given(shapes)
 def test_pull_off_and_detachment_are_extremes(case):
@@ -240,6 +243,7 @@ def sphere_at(ratio, k=1.1e7, w=4.3e-3, R=0.013):
     return {"R": R, "k": k, "gamma1": k * ell**2, "w": w}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", OF_SPHERE)
 def test_pull_off_of_a_sphere(ratio):
     args, (pulled, depth) = sphere_at(ratio), OF_SPHERE[ratio]

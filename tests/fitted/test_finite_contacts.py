@@ -141,6 +141,7 @@ def test_states_are_certified_and_have_youngs_angle(states, w):
     assert sum(state.force_parts.values()) == pytest.approx(state.force, rel=1e-10, abs=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("w", [0.0, 0.002])
 def test_the_force_is_the_derivative_of_the_energy(states, w):
     state, step = states[w], 1e-3 * DELTA0

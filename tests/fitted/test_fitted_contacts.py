@@ -67,6 +67,7 @@ def test_the_energy_of_a_gap_changes_with_its_length_by_its_derivative():
             assert change / (12 * step) == pytest.approx(exact, rel=1e-9, abs=size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_twenty_contacts_are_those_of_a_higher_degree(states, case, monkeypatch):
     state = states[case]
@@ -113,6 +114,7 @@ def test_the_global_state_is_never_above_the_adhered_one(states):
     assert compared >= 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_force_is_the_derivative_of_the_energy(states, case):
     state, step = states[case], 1e-3 * DELTA0

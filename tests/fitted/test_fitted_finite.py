@@ -50,6 +50,7 @@ def test_an_overhanging_surface_is_refused_with_an_explanation():
     assert near.angle_deficit == pytest.approx(2 * math.asin(1.41 / 2), rel=1e-10, abs=0)
 
 
+@pytest.mark.slow
 def test_finite_slopes_of_profiles_that_are_not_convex():
     for w, depth in ((0.002, 0.0), (0.02, 5e-3)):
         scene = adhesive(rippled(0.02, 0.004, 2e-5), w=w, slopes="finite")

@@ -139,6 +139,7 @@ def test_flat_faces_let_go_at_the_critical_separation_at_any_slope(links):
         assert minimise(plane, 0.9 * d_c).half_width == math.inf
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("decade", range(-2, 5))
 def test_it_is_stable_for_any_ratio_of_length_to_spacing(decade):
     dx, k, rise = 0.013, 37.0, 0.4

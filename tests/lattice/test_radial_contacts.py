@@ -195,6 +195,7 @@ def test_lines_pass_links_where_the_energy_stays_the_same(seed):
             assert stored == pytest.approx(exact, rel=1e-10, abs=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("body", "depth"), [("dimple", 0.1), ("dimple", 1.2), ("bumps", 0.5)])
 def test_second_order_at_the_worst_of_16_offsets(body, depth):
     scene = turned({"dimple": dimple, "bumps": bumps}[body]())

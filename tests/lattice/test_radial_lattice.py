@@ -133,6 +133,7 @@ def test_energy_and_force_of_a_contact_set_are_sums_over_all_nodes():
             assert force == pytest.approx(rate, rel=0, abs=1e-11 * sums.force_scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 def test_second_order_at_the_worst_of_16_offsets(name):
     scene = turned(BODIES[name])

@@ -76,6 +76,7 @@ def test_without_adhesion_the_path_has_the_states_of_minimise():
     assert path.work() == pytest.approx(0.0, rel=0, abs=1e-11 * size)
 
 
+@pytest.mark.slow
 def test_many_corners_stop_lines_and_nothing_is_lost():
     x = np.linspace(-3, 3, 121) * L
     rng = np.random.default_rng(5)

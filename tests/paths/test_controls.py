@@ -143,6 +143,7 @@ def test_steps_between_two_events_are_read_off_one_way(monkeypatch):
     assert ways[1] <= 1.2 * ways[0]
 
 
+@pytest.mark.slow
 def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
     """It is pressed by nothing, and pulled in to a/R = 0.9946; no depth beyond is asked for."""
     scene = Scene(LAYER, SURFACES(1.0, 0.9), Circle(0.05), "finite", geometry="axisymmetric")

@@ -158,6 +158,7 @@ def worst(scene, depths, exact, spacing):
     return np.max(found, axis=0) / [np.abs(exact.force).max(), exact.half_width.max()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES_HYSTERESIS)
 def test_paths_with_held_lines_are_of_second_order(name):
     scene, depths, cap = SCENES_HYSTERESIS[name]

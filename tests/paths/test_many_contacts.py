@@ -170,6 +170,7 @@ def test_a_path_of_many_contacts_is_saved_and_continued(path, tmp_path):
     assert len(again.events) == len(path.events)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [19, 241, 530, 1861, 1953])
 def test_contacts_on_ripples_a_few_nodes_long_come_to_rest(seed):
     """Where a line that has passed a link would penetrate another node, they once did not."""

@@ -1,6 +1,6 @@
 """`load_path` under dead loads and machines, against the reference of tests/truth.
 
-A random path of each class on both discretisations, eight of them with `-m slow`, and with
+A random path of each class on both discretisations, six of them with `-m slow`, and with
 ELASTOCAP_PATHS=500 as many of each. python -m tests.truth CLASS 1 SEED prints one.
 """
 
@@ -18,9 +18,11 @@ from truth.paths.unique import reading_of
 from discretization import load_path
 from energy import ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies, cards
 
-FEW, MANY = 1, int(os.environ.get("ELASTOCAP_PATHS", "8"))
+FEW, MANY = 1, int(os.environ.get("ELASTOCAP_PATHS", "6"))
 REFUSED, SKIPPED = 0.005, 0.1  # of all paths, or one
 ONCE_WRONG = (  # the path or the reference, or refused
+    ("machine_pattern", 187),  # a line 1e-7 beside a corner, whose side is not known by its heights
+    ("machine_opening", 217),
     ("load_opening", 146),  # a jump so short that the reference steps over it at first
     ("load_pattern", 23),  # a line that jumps over an edge, by little
     ("machine_no_adhesion", 62),  # a narrow gap over a smooth crest, which is felt by its rounding

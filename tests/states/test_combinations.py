@@ -93,6 +93,7 @@ def measured(height=0.05):
     return Sampled(x, height * x * x)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("w", [0.02, 0.0])
 @pytest.mark.parametrize("gamma1", [1.0, 0.0])
 def test_a_measured_profile_under_a_load_stays_on_it(gamma1, w):

@@ -261,7 +261,7 @@ def test_the_verdict_of_a_case_that_is_right():
     assert verdict("small", 0).word == "right"
 
 
-FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "30"))
+FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "20"))
 REFUSED, SKIPPED = 0.02, 0.05  # of all states, or one of a few
 COMPARED = 0.8  # at least
 

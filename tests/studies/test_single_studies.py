@@ -121,6 +121,7 @@ def spheres():
     return sphere.run(SMALL)
 
 
+@pytest.mark.slow
 def test_small_slopes_are_the_closed_forms_and_finite_ones_are_near(spheres):
     assert [s.slopes for s in spheres] == ["small"] * 3 + ["finite"]
     assert max(s.error for s in spheres[:3]) <= 1e-11

@@ -163,6 +163,7 @@ def sparse():
     )
 
 
+@pytest.mark.slow
 def test_no_estimate_of_a_lattice_state_is_below_a_tenth_of_the_error(sparse):
     assert len(sparse) == 100
     assert [state for state in sparse if not state.trusted] == []
@@ -222,6 +223,7 @@ def test_a_state_that_is_detached_on_any_lattice_has_no_error():
         assert set(state.error_estimate.values()) == {0.0}
 
 
+@pytest.mark.slow
 def test_estimates_of_several_contacts_hold_at_any_spacing():
     rng, withheld = np.random.default_rng(4), 0
     for i in range(60):

@@ -72,6 +72,7 @@ def test_what_the_surface_carries_is_what_it_pulls_with(radius, phi):
     check(stored, radius * np.sin(phi) * (rule @ [one.height for one in found]), 1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phi", STEEP)
 def test_both_laws_of_the_meniscus_are_its_limits(phi):
     narrow, wide = np.array([0.1, 0.03, 0.01, 0.003, 0.001]), np.array([10.0, 30, 100, 300, 1e3])
@@ -98,6 +99,7 @@ def scene_of(indenter, w=0.02):
     return Scene(layer, surfaces, indenter, slopes="finite", geometry="axisymmetric")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "indenter",
     [Circle(3e-5), Parabola(1e-5), Wedge(0.5), PowerLaw(6e8, 3.0), Circle(3e-7)],
@@ -126,6 +128,7 @@ def test_small_slopes_are_the_limit_of_small_works_of_adhesion():
     assert errors[2] < 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("w", [0.007, 0.07, 0.1])
 def test_a_small_sphere_is_pulled_off_a_liquid(w):
     """F_A = πRw at R/l = 1e-2; at R/l = 1 the springs are felt."""

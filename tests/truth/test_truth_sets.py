@@ -239,6 +239,7 @@ def closure(case):
         held = grown
 
 
+@pytest.mark.slow
 def test_the_walk_ends_in_the_smallest_contact_that_does_not_grow():
     compared = several = 0
     for seed in range(45):

@@ -45,6 +45,7 @@ def in_millimetres(scene):
     )
 
 
+@pytest.mark.slow
 def test_the_intervals_hold_the_truth():
     record = fit_trials.run(FEW)
     for i, name in enumerate(FEW.names):
@@ -109,6 +110,7 @@ PUNCH = Scene(
 )
 
 
+@pytest.mark.slow
 def test_a_pinned_line_does_not_feel_w_without_the_letting_go():
     depth, force = curve_of(PUNCH, share=0.005)
     pressed = depth > -0.5 * PUNCH.critical_separation  # cut before the letting go
@@ -122,6 +124,7 @@ def test_a_pinned_line_does_not_feel_w_without_the_letting_go():
     assert str(found).count("WARNING") == 2
 
 
+@pytest.mark.slow
 def test_the_letting_go_of_a_punch_tells_w():
     found = fit(PUNCH, curve_of(PUNCH, share=0.005), ENERGIES)
     w, gamma1 = found.estimates
@@ -130,6 +133,7 @@ def test_the_letting_go_of_a_punch_tells_w():
         assert estimate.profile[0] < true < estimate.profile[1]
 
 
+@pytest.mark.slow
 def test_a_tension_that_is_not_felt_is_not_identifiable():
     wide = replace(SCENE, indenter=Parabola(500.0))  # a = 300 l
     found = fit(wide, curve_of(wide, share=0.02), ("w", "gamma1"))
@@ -245,6 +249,7 @@ R = 0.05
 """
 
 
+@pytest.mark.slow
 def test_a_file_is_fitted_from_the_command_line(tmp_path, capsys):
     scene, data = tmp_path / "scene.toml", tmp_path / "curve.csv"
     scene.write_text(SCENE_FILE)

@@ -104,6 +104,7 @@ def test_an_estimate_on_a_bound_is_called_so():
     assert "bound of the search J/m²" in str(found)
 
 
+@pytest.mark.slow
 def test_a_loop_has_two_works_of_adhesion():
     names = ("w", "opening", "offset")
     true = with_opening(SCENE, 3.0)
@@ -147,6 +148,7 @@ def test_turning_points_are_found_through_noise():
     assert loading(way).tolist() == [True] * 21 + [False] * 30 + [True] * 9
 
 
+@pytest.mark.slow
 def test_a_contact_that_is_lost_begins_anew():
     turns = [-0.3, 1.0, -1.2, 0.7, 0.2, 0.9, -1.2]
     curve = measured(SCENE, turns, 0.005, steps=30)
@@ -205,6 +207,7 @@ def test_residuals_below_what_the_simulation_tells_are_no_misfit():
     assert fit(SCENE, wrong, ("w",), profiles=False).quality.fits
 
 
+@pytest.mark.slow
 def test_the_self_test_fails_where_a_failure_is_not_called(tmp_path, capsys, monkeypatch):
     params = fit_trials.Parameters(SCENE, ("w", "gamma1"), 1, steps=14, profile=False)
     few = fit_failures.Parameters(SCENE, 1, steps=(20, 21))
