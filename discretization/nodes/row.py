@@ -111,7 +111,8 @@ class Row:
     @functools.cached_property
     def works(self) -> tuple[float, float]:
         """Of adhesion, of a contact that is being closed, and of one that is being opened."""
-        return self.lattice.w, self.scene.opened.work_of_adhesion
+        opening, w = self.scene.opening, self.lattice.w
+        return w, w if opening is None else opening.work_of_adhesion
 
     @functools.cached_property
     def overhang(self) -> float:
