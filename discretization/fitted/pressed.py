@@ -138,6 +138,9 @@ class Pressed:
     def _creeping(self, q: float, p: float, depth: float) -> Lines:
         """Both lines of a free surface advance from sample to sample, until it touches."""
         end = self.resting.together(q, p, depth)
+        if end == (q, p):  # nothing moves: it has touched a little before
+            place = self.least(end, depth)[1]
+            return q, place, place, p
         goal = end or (p, q)
         while (q, p) != end:
             step = (self._next(q, goal[0], 1), self._next(p, goal[1], -1))
