@@ -86,14 +86,15 @@ def refined_minima(function, x, values, below, ends=(math.inf, math.inf)):
     """Local minima (x, value) of a function sampled at x that may be less than `below`, refined.
 
     A dip between three nodes is left out where it would have to be deeper below its least sample
-    than its neighbours are above. ends: what to take for the values beyond the first and last node.
+    than the steps to these and the next ones are high, as nodes are not evenly spaced. ends: what to take for the values beyond the first and last node.
     """
     padded = np.concatenate([ends[:1], values, ends[1:]])
     dips = np.flatnonzero((padded[1:-1] <= padded[:-2]) & (padded[1:-1] <= padded[2:]))
     with np.errstate(invalid="ignore"):
         rise = np.diff(padded)
     steps = np.where(np.isfinite(rise), np.abs(rise), 0.0)
-    depth = np.maximum(steps[dips], steps[dips + 1])
+    steps = np.pad(steps, 1)
+    depth = np.max([steps[dips + i] for i in range(4)], axis=0)
     for i, lower in zip(dips.tolist(), depth.tolist(), strict=True):
         if values[i] - lower <= below:
             yield refined(function, x[max(i - 1, 0)], x[i], x[min(i + 1, x.size - 1)], values[i])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from .ground import refined_minima
+from .ground import refined, refined_minima
 
 MET = 1e-9  # of the feature: lines closer than that have met
 BESIDE = 1e-5  # of the feature: nearer to a line, it is the line that moves
@@ -131,14 +131,11 @@ def _hump(drive, x, values):
     middle = values[1:-1]
     tops = np.flatnonzero((middle >= values[:-2]) & (middle >= values[2:])) + 1
     for j in tops.tolist():
-        rise = values[j] - min(values[j - 1], values[j + 1])
+        rise = np.abs(np.diff(values[max(j - 2, 0) : j + 3])).max()  # places are not evenly spaced
         if values[j] + rise < 0 or x[j - 1] == x[j] or x[j + 1] == x[j]:
             continue
-        near, order = x[j - 1 : j + 2], slice(None, None, 1 if x[j + 1] > x[j] else -1)
-        found = refined_minima(
-            lambda at: -drive(at, -1), near[order], -values[j - 1 : j + 2][order], 0.0
-        )
-        for at, value in found:
-            if value <= 0:
-                return _root(drive, float(near[0]), at)
+        low, top, high = sorted(x[j - 1 : j + 2].tolist())
+        at, value = refined(lambda at: -drive(at, -1), low, top, high, -values[j])
+        if value <= 0:
+            return _root(drive, float(x[j - 1]), at)
     return None
