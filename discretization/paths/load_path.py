@@ -93,7 +93,8 @@ class LoadPath:
     def _touch(self) -> None:
         """The indenter touches, and is pulled in by adhesion."""
         after = self.branch.first
-        if self.control.stiffness is not None and self.branch.force(after) < 0:
+        pulled = self.branch.lift > 0 and self.branch.force(after) < 0
+        if self.control.stiffness is not None and pulled:
             after = self._landing(after, self._free, 1)
         self._record("touch", self._free, Point(self.branch.touch, None), after)
         self.point, self.pinned = after, self.branch.pinned(after)

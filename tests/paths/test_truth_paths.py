@@ -26,6 +26,7 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_opening", 217),
     ("load_opening", 146),  # a jump so short that the reference steps over it at first
     ("load_pattern", 23),  # a line that jumps over an edge, by little
+    ("load_no_adhesion", 24),  # pulled by rounding at first touch
     ("machine_no_adhesion", 62),  # a narrow gap over a smooth crest, which is felt by its rounding
     ("machine_no_adhesion", 42),  # pressed as deep as the profile is known
     ("machine_no_adhesion", 30),  # a narrow gap at a corner that points inwards
