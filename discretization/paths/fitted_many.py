@@ -21,7 +21,6 @@ from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
 from discretization.following.events import Events
-from discretization.following.pieces import DEGREE
 from discretization.following.smooth import Smooth
 from discretization.following.track import Track
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
@@ -32,8 +31,6 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
-_MORE = 2 * DEGREE  # of the rule for ∫P dd
-_KNOWN, _HALVINGS = 1e-14, 6  # of ∫|P dd|: as well as it is known, and halvings at most
 
 
 @dataclass(eq=False)
