@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,13 +13,16 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.paths.events import Snapshot
+from discretization.surfaces.spectral import rounded
 from energy import Scene
 
 Array = NDArray[np.float64]
 Pinned = tuple[str, str]
 CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
 CREEPING = 100  # and so many in a row are not followed any further
+_ORDER = 24  # of the rule for ∫P dd
 _ROUNDING = 2e-16  # of the sum of what P is made of
+_KNOWN, _HALVINGS = 1e-14, 20  # of ∫|P dd|: as well as it is known, and halvings at most
 
 
 class Point(NamedTuple):
@@ -66,18 +70,24 @@ class Leg:
         (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
         return self.branch.pinned(between)
 
+    @functools.cached_property
+    def _known(self) -> dict[float, Point]:
+        return {point.depth: point for point in (self.end, self.start)}
+
     def points(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        ends = {point.depth: point for point in (self.end, self.start)}
-        between = self.between(depths) if depths.size else []
-        return [ends.get(point.depth) or point for point in between]
+        asked = depths.tolist()
+        new = np.array([depth for depth in asked if depth not in self._known])
+        if new.size:
+            self._known.update(zip(new.tolist(), self.between(new), strict=True))
+        return [self._known[depth] for depth in asked]
 
     def between(self, depths: Array) -> list[Point]:
         """The same, where that is not known."""
         raise NotImplementedError
 
-    def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P at depths on the way (n,); roughly: good to draw it."""
+    def forces(self, depths: Array) -> Array:
+        """P at depths on the way (n,)."""
         return np.asarray(self.branch.totals(self.points(depths))[1])
 
     def depths(self, t: Array) -> Array:
@@ -96,8 +106,29 @@ class Leg:
         return _ROUNDING * scene.stiffness * lift * (width**2 if scene.axisymmetric else width)
 
     def work(self) -> float:
-        """∫P dd from the start to the end, where P is not smooth."""
-        raise NotImplementedError
+        """∫P dd from the start to the end, on parts halved until that changes it no more."""
+        lo, hi, done = np.zeros(1), np.ones(1), 0.0
+        whole, size = self._integrals(lo, hi)
+        for _ in range(_HALVINGS):
+            middle = (lo + hi) / 2
+            lo, hi = np.append(lo, middle), np.append(middle, hi)
+            halves = self._integrals(lo, hi)[0]
+            apart = np.abs(halves.reshape(2, -1).sum(axis=0) - whole)
+            rough = np.tile(apart > _KNOWN * size, 2)
+            done += float(halves[~rough].sum())
+            lo, hi, whole = lo[rough], hi[rough], halves[rough]
+            if not lo.size:
+                break
+        return done + float(whole.sum())
+
+    def _integrals(self, lo: Array, hi: Array) -> tuple[Array, float]:
+        """∫P dd over parts of t (n,), and ∫|P| |dd| over all of them."""
+        points, weights, _ = rounded(_ORDER)
+        width = (hi - lo)[:, None]
+        t = lo[:, None] + width * ((1 + points) / 2)
+        steps = (self.end.depth - self.start.depth) * 3 * t * (1 - t) * width * weights
+        parts = steps * self.forces(self.depths(t.ravel())).reshape(t.shape)
+        return parts.sum(axis=1), float(np.abs(parts).sum())
 
 
 class Branch:

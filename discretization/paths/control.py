@@ -24,10 +24,10 @@ from discretization.surfaces.spectral import coefficients, rounded
 
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn
-DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
+_DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
 _FINEST = 1 / 256  # of a leg: parts that short are not halved again
 _PARTS = 8  # of a leg where P is only known between nodes
-_RESOLVED = 1e-12  # of the range of C around a peak, as DRAWN
+_RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
 _NEWTON = 5  # steps to a guess
 _ZOOMS = 40  # rounds, each of which narrows a peak to a quarter or finds it
 _WIDER = 1e-9  # of the distance of two samples: a zero may lie so far beyond one
@@ -74,7 +74,7 @@ class Curve(NamedTuple):
     rounding: float
 
     @classmethod
-    def of(cls, leg: Leg, control: Control, off: float = DRAWN, *, roughly: bool = True) -> Curve:
+    def of(cls, leg: Leg, control: Control) -> Curve:
         """Drawn by polynomials on parts of the leg, halved until they represent C."""
         smooth, deepest = leg.branch.smooth, max(abs(leg.start.depth), abs(leg.end.depth))
         rounding = float(control.value(_EPSILON * deepest, leg.rounding))
@@ -83,15 +83,15 @@ class Curve(NamedTuple):
         t, value, series = np.empty(0), np.empty(0), list[Legendre]()
         while todo:
             low, high = todo.pop()
-            at, drawn, fit = _drawn(leg, control, low, high, roughly=roughly)
-            if smooth and high - low > _FINEST and not _represents(fit, off):
+            at, drawn, fit = _drawn(leg, control, low, high)
+            if smooth and high - low > _FINEST and not _represents(fit, _DRAWN):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
                 continue
             if smooth:
                 series.append(fit)
             if smooth and (turns := _turns(fit)).size:
                 at = np.append(at, turns)
-                drawn = np.append(drawn, _values(leg, control, turns, roughly=roughly))
+                drawn = np.append(drawn, _values(leg, control, turns))
             order = np.argsort(at, kind="stable")[t.size > 0 :]
             t, value = np.append(t, at[order]), np.append(value, drawn[order])
         return cls(leg, control, t, value, series, rounding)
@@ -181,18 +181,16 @@ def _guessed(
     return t, slope(t)
 
 
-def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:
+def _values(leg: Leg, control: Control, t: Array) -> Array:
     depths = leg.depths(t)
-    return np.asarray(control.value(depths, leg.forces(depths, roughly=roughly)), float)
+    return np.asarray(control.value(depths, leg.forces(depths)), float)
 
 
-def _drawn(
-    leg: Leg, control: Control, low: float, high: float, *, roughly: bool = False
-) -> tuple[Array, Array, Legendre]:
+def _drawn(leg: Leg, control: Control, low: float, high: float) -> tuple[Array, Array, Legendre]:
     """t at Gauss-Lobatto points of a part, C there, and the polynomial."""
     t = low + (high - low) * ((rounded(_DEGREE)[0] + 1) / 2)
     t[-1] = high
-    value = _values(leg, control, t, roughly=roughly)
+    value = _values(leg, control, t)
     return t, value, Legendre(coefficients(_DEGREE, value), domain=[low, high])
 
 

@@ -6,6 +6,7 @@ import functools
 import json
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import display, plots
-from discretization.paths import balance
-from discretization.paths.branch import Branch, Point
+from discretization.paths.branch import Branch, Leg, Point, legs
 from discretization.paths.branches import branch_of
-from discretization.paths.control import Control
+from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, PullOff, Snapshot
 from energy import Scene
 from energy.description import alike, described, rebuilt
 
 Array = NDArray[np.float64]
+_NOISE = 1e-13  # of the largest force: a force is no less than another by less
 _TITLE = "elastocap load path"
 _NOTES = (
     "in the units of the scene, of a line contact per its unit length: control [length or force],",
@@ -34,8 +35,8 @@ _HEADER = ("control", "machine_stiffness", "rtol", "spacing", "friction")
 _COLUMNS = ("control", "depth", "force", "energy", "left", "right", "inner")
 
 
-def _column(index: Any, meaning: str) -> property:
-    return property(lambda path: path.table[:, index], doc=meaning)
+def _column(index: Any) -> functools.cached_property[Array]:
+    return functools.cached_property(lambda path: path.table[:, index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,9 +46,11 @@ class History:
     With rotational symmetry force and energy are those of the whole contact, and lines are radii.
 
     control: "depth", "force" or "drive"; machine_stiffness K of a drive. spacing: of the nodes,
-    None on the fitted mesh. table (n, 6): the columns below. inner (n,): the lines between the
-    outermost ones, where there are several contacts. friction: lost by lines that moved without a
-    jump under adhesion hysteresis.
+    None on the fitted mesh. table (n, 6), of which values (the programme), depth d, force P > 0
+    compressive and energy U (n,) are columns, and contacts (n, 2), the outermost lines, nan when
+    detached; an indenter that a tensile dead load has pulled away is at depth -inf. inner (n,): the
+    lines between the outermost ones, where there are several contacts. friction: lost by lines that
+    moved without a jump under adhesion hysteresis.
     """
 
     scene: Scene
@@ -60,11 +63,11 @@ class History:
     events: tuple[Event, ...] = ()
     friction: float = 0.0
 
-    values = _column(0, "The programme (n,).")
-    depth = _column(1, "d (n,); -inf of an indenter that a tensile dead load has pulled away.")
-    force = _column(2, "P (n,), > 0 compressive.")
-    energy = _column(3, "U (n,).")
-    contacts = _column(slice(4, 6), "The outermost lines (n, 2), nan when detached.")
+    values = _column(0)
+    depth = _column(1)
+    force = _column(2)
+    energy = _column(3)
+    contacts = _column(slice(4, 6))
 
     def extended(
         self,
@@ -127,7 +130,10 @@ class History:
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
         hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
-        return balance.work(self._branch, hold, self.parts)
+        jumps = (
+            hold.work(event.before.depth, event.after.depth, event.control) for event in self.events
+        )
+        return sum(leg.work() for run in self._runs for leg in self._legs(run)) + sum(jumps)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -179,7 +185,34 @@ class History:
 
         ValueError for a path without tension.
         """
-        return balance.most_tensile(self._branch, self.parts)
+        found = [state for run in self._runs for state in (*run, *self._turns(run))]
+        state = min(found, key=lambda state: state.force, default=None)
+        if state is None or state.force >= 0:
+            least = math.inf if state is None else state.force
+            raise ValueError(
+                f"least force = {least!r} of this path is not tensile; retract the indenter further"
+            )
+        return PullOff(state.force, state.depth, state.half_width)
+
+    @property
+    def _runs(self) -> list[list[Snapshot]]:
+        """The states of each part that goes one way, as far as they are in contact."""
+        runs = [part for part in self.parts if isinstance(part, list)]
+        return [run for part in runs if (run := [s for s in part if not math.isnan(s.left)])]
+
+    def _legs(self, run: list[Snapshot]) -> Iterator[Leg]:
+        """The legs from the first state of a run to the last."""
+        start = self._branch.contact(run[0].depth, *run[0].lines)
+        return legs(self._branch, start, run[-1].depth)
+
+    def _turns(self, run: list[Snapshot]) -> Iterator[Snapshot]:
+        """The states of a run at which P is least, between those recorded."""
+        for leg in self._legs(run) if self._branch.smooth else ():
+            curve = Curve.of(leg, Control(0.0))
+            least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
+            if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
+                (point,) = leg.points(leg.depths(np.array([curve.refined(least, -1)])))
+                yield self._branch.snapshot(point)
 
     plot = plots.plot_path
     to_dict = display.path_columns
