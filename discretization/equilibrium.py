@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,18 +41,20 @@ class Equilibrium:
 
     scene: Scene
     depth: float
-    contacts: Array
-    nodes: Array
-    pinned: NDArray[np.bool_]
-    force: float
-    energy: float
+    branch: str
+    method: str
     certificate: Certificate
     tail: Tail
-    scales: dict[str, float]
-    errors: dict[str, float] | Callable[[Equilibrium], dict[str, float]]
-    method: str
-    branch: str
-    spacing: float
+    spacing: float = math.nan
+    contacts: Array = field(default_factory=lambda: np.empty((0, 2)))
+    nodes: Array = field(default_factory=lambda: np.empty((0, 2)))
+    pinned: NDArray[np.bool_] = field(default_factory=lambda: np.empty((0, 2), bool))
+    force: float = 0.0
+    energy: float = 0.0
+    scales: dict[str, float] = field(default_factory=lambda: {"force": 0.0, "energy": 0.0})
+    errors: dict[str, float] | Callable[[Equilibrium], dict[str, float]] = field(
+        default_factory=lambda: dict.fromkeys(QUANTITIES, 0.0)
+    )
     proof: Proof | None = None
     neutral: bool = False
 
@@ -263,20 +265,5 @@ def detached(
     spacing: float = math.nan,
 ) -> Equilibrium:
     """The flat surface without contact."""
-    none = np.empty((0, 2))
-    return Equilibrium(
-        scene=scene,
-        depth=depth,
-        contacts=none,
-        nodes=none,
-        pinned=none.astype(bool),
-        force=0.0,
-        energy=0.0,
-        certificate=certificate,
-        tail=tail,
-        scales={"force": 0.0, "energy": 0.0},
-        errors=dict.fromkeys(QUANTITIES, 0.0),
-        method="fitted" if math.isnan(spacing) else "lattice",
-        branch=branch,
-        spacing=spacing,
-    )
+    method = "fitted" if math.isnan(spacing) else "lattice"
+    return Equilibrium(scene, depth, branch, method, certificate, tail, spacing)

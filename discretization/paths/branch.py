@@ -11,15 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
 from discretization.paths.events import Snapshot
 from discretization.surfaces.spectral import rounded
 from energy import Scene
 
 Array = NDArray[np.float64]
 Pinned = tuple[str, str]
-CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
-CREEPING = 100  # and so many in a row are not followed any further
 _ORDER = 24  # of the rule for ∫P dd
 _ROUNDING = 2e-16  # of the sum of what P is made of
 _KNOWN, _HALVINGS = 1e-14, 20  # of ∫|P dd|: as well as it is known, and halvings at most
@@ -64,8 +61,7 @@ class Leg:
     @property
     def pinned(self) -> Pinned:
         """What holds the outermost lines on the way."""
-        first, last = self.branch.pinned(self.start), self.branch.pinned(self.end)
-        if first == last:
+        if self.branch.pinned(self.start) == self.branch.pinned(self.end):
             return self.branch.pinned(self.start)
         (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
         return self.branch.pinned(between)
@@ -213,22 +209,11 @@ class Branch:
 
 
 def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
-    """The legs from a point to a depth, whatever happens on the way, while in contact."""
-    least, creeping = CREEPS * (abs(depth - branch.touch) + branch.lift), 0
+    """The legs from a point to a depth where a path has passed, while in contact."""
     while here.depth != depth and here.lines is not None:
         leg = branch.leg(here, depth)
         yield leg
-        creeping = creeping + 1 if abs(leg.end.depth - here.depth) <= least else 0
-        if creeping > CREEPING:
-            raise NotCertifiedError(f"the contacts near depth = {depth!r} do not come to rest")
         here = leg.end if leg.after is None else leg.after
-
-
-def moved(branch: Branch, point: Point, depth: float) -> Point:
-    """The point to which one comes at another depth."""
-    for leg in legs(branch, point, depth):
-        point = leg.end if leg.after is None else leg.after
-    return Point(depth, None) if point.lines is None else point
 
 
 def alike(points: Sequence[Point]) -> Iterator[list[int]]:

@@ -42,10 +42,6 @@ class Control:
 
     stiffness: float | None
 
-    def load(self, depth: float, value: float) -> float:
-        """The force on an indenter at this depth while the control has this value."""
-        return self.stiffness * (value - depth) if self.stiffness else value
-
     def value(self, depth: Any, force: Any) -> Any:
         """C: the value at which this force balances; numbers or arrays."""
         if self.stiffness is None:
@@ -56,7 +52,8 @@ class Control:
         """What the load does on an indenter that moves at this value: 0, F Δd or ∫K (D - d) dd."""
         if self.stiffness is None or start == end:
             return 0.0
-        return (self.load(start, value) + self.load(end, value)) / 2 * (end - start)
+        load = self.stiffness * (value - (start + end) / 2) if self.stiffness else value
+        return load * (end - start)
 
 
 class Curve(NamedTuple):

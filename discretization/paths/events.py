@@ -3,13 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
-
-
-def half_length(lines: Sequence[float]) -> float:
-    """Half the total length of contacts with these lines."""
-    return sum(right - left for left, right in zip(lines[::2], lines[1::2], strict=True)) / 2
 
 
 class Snapshot(NamedTuple):
@@ -38,7 +32,9 @@ class Snapshot(NamedTuple):
         """Half the total contact length a, or the radius of the outermost line; 0 if detached."""
         if math.isnan(self.left):
             return 0.0
-        return self.right if self.axisymmetric else half_length(self.lines)
+        lines = self.lines
+        widths = [right - left for left, right in zip(lines[::2], lines[1::2], strict=True)]
+        return self.right if self.axisymmetric else sum(widths) / 2
 
 
 class Event(NamedTuple):

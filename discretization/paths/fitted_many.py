@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contacts import Contacts
-from discretization.fitted.motion import Lines, Motion, free
+from discretization.fitted.motion import Motion, free
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
 from discretization.following.events import Events
@@ -41,7 +41,7 @@ class Tracked(Leg):
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
         rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
-        return [_point(d, tuple(row)) for d, row in zip(depths.tolist(), rows, strict=True)]
+        return [Point(d, tuple(row) or None) for d, row in zip(depths.tolist(), rows, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +81,9 @@ class FittedMany(Branch):
     def leg(self, point: Point, goal: float) -> Tracked:
         """The way from a point towards another depth, up to the first event or free line."""
         part = self.events.part(point.lines or (), point.depth, goal)
-        end, after = _point(part.depth, part.lines), None
+        end, after = Point(part.depth, part.lines or None), None
         if part.after is not None:
-            after = _point(part.depth, part.after)
+            after = Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
         track = Track(self.events.trials.smooth, np.array(free(point.lines or ())), part.pieces)
         return Tracked(self, point, end, after, jumps, track)
@@ -141,7 +141,3 @@ class FittedMany(Branch):
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"
             ) from None
-
-
-def _point(depth: float, lines: Lines) -> Point:
-    return Point(depth, lines or None)

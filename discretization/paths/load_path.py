@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.paths.branch import CREEPING, CREEPS, Branch, Leg, Pinned, Point
+from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.paths.control import Control, Curve
 from discretization.paths.events import Event, Snapshot
 
 Array = NDArray[np.float64]
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
-_SHORTEST = 40  # halvings of a leg that is refused: beyond the known profile there is none
+_CREEPS = 1e-11  # of the same: legs that short, of lines that come free by roundings,
+_CREEPING = 100  # and so many in a row are not followed any further
 
 
 @dataclass(eq=False)
@@ -138,19 +139,19 @@ class LoadPath:
         least: the length of which a refusal counts.
         """
         size = self._size(point)
-        least = max(least, _CLOSE * size)
-        for turn in range(_SHORTEST):
-            goal = point.depth + way * 0.5**turn
+        least = max(least, _CLOSE * max(size, abs(way)))
+        while True:
             try:
-                leg = self.branch.leg(point, goal)
+                leg = self.branch.leg(point, point.depth + way)
                 break
             except (ValueError, NotCertifiedError):
-                if abs(way) * 0.5**turn <= least or turn == _SHORTEST - 1:
+                if abs(way) <= least:
                     raise
+                way /= 2
         done = abs(leg.end.depth - point.depth)
-        slow = done <= min(CREEPS * size, least / 2) and not leg.jumps
+        slow = done <= min(_CREEPS * size, least / 2) and not leg.jumps
         self.creeping = self.creeping + 1 if slow else 0
-        if self.creeping > CREEPING:
+        if self.creeping > _CREEPING:
             self.branch.certify(leg.end)
             raise NotCertifiedError(
                 f"the contacts at depth = {point.depth!r} do not come to rest; try other depths"
@@ -174,13 +175,14 @@ class LoadPath:
 
     def _hold(self, pinned: Pinned) -> None:
         """Events of lines that leave or reach a corner where the path is."""
-        if pinned == self.pinned:
-            return
-        value, changes = self._value(self.point), list(zip(self.pinned, pinned, strict=True))
-        for place in dict.fromkeys(was for was, now in changes if was and was != now):
-            self._record(f"{place} depinning", value, self.point, self.point)
-        for place in dict.fromkeys(now for was, now in changes if now and was != now):
-            self._record(f"{place} pinning", value, self.point, self.point)
+        for gone, new, what in (
+            (self.pinned, pinned, "depinning"),
+            (pinned, self.pinned, "pinning"),
+        ):
+            places = [one for one, other in zip(gone, new, strict=True) if one and one != other]
+            for place in dict.fromkeys(places):
+                value = self._value(self.point)
+                self._record(f"{place} {what}", value, self.point, self.point)
         self.pinned = pinned
 
     def _add(self, points: list[Point]) -> None:
