@@ -29,7 +29,7 @@ from discretization.loading import load_path
 from discretization.minimise import minimise
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
-from discretization.paths.events import Event, PullOff, Snapshot
+from discretization.paths.branch import Event, PullOff, Snapshot
 from discretization.paths.history import History
 
 __all__ = [

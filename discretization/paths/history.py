@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import display, plots
-from discretization.paths.branch import Branch, Leg, Point, legs
-from discretization.paths.branches import branch_of
+from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot, legs
 from discretization.paths.control import Control, Curve
-from discretization.paths.events import Event, PullOff, Snapshot
+from discretization.paths.fitted_many import FittedMany
+from discretization.paths.lattice_branch import LatticeBranch
+from discretization.paths.springs_branch import SpringsBranch
+from discretization.routes import route
 from energy import Scene
 from energy.description import alike, described, rebuilt
 
@@ -243,3 +245,12 @@ def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapsh
         parts.append(run)
     run.append(there)
     return run
+
+
+def branch_of(scene: Scene, rtol: float, spacing: float | None, deepest: float) -> Branch:
+    """The branch for depths up to the deepest, on nodes if there is a spacing."""
+    if spacing is not None:
+        return LatticeBranch.of(scene, spacing, deepest)
+    if route(scene, "path", nodes=False) == "springs":
+        return SpringsBranch.of(scene, rtol, deepest)
+    return FittedMany.of(scene, deepest)

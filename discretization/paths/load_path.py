@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.paths.branch import Branch, Leg, Pinned, Point
+from discretization.paths.branch import Branch, Event, Leg, Pinned, Point, Snapshot
 from discretization.paths.control import Control, Curve
-from discretization.paths.events import Event, Snapshot
 
 Array = NDArray[np.float64]
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
