@@ -129,14 +129,14 @@ def _programme(**given: ArrayLike | None) -> tuple[str, Array]:
 
 
 def _control(name: str, machine_stiffness: float | None) -> Control:
-    if name == "drives" and machine_stiffness is not None:
-        return Control(positive("machine_stiffness", machine_stiffness))
-    if name == "drives" or machine_stiffness is not None:
+    if (name == "drives") != (machine_stiffness is not None):
         raise ValueError(
             f"machine_stiffness = {machine_stiffness!r} with {name}: drives need a machine "
             "stiffness K > 0 [force/length per unit length of contact], other controls have none"
         )
-    return Control(None) if name == "depths" else Control(0.0)
+    if machine_stiffness is not None:
+        return Control(positive("machine_stiffness", machine_stiffness))
+    return Control(None if name == "depths" else 0.0)
 
 
 def _branch_for(
@@ -167,16 +167,12 @@ def _least_force(scene: Scene, depth: float) -> float:
     outermost contact lines or beside them, where it decays over l. By the trapezoidal rule, as the
     depth is only a bound.
     """
-    profile, reach, length = (
-        resolve(scene, depth),
-        scene.opened.critical_separation,
-        scene.elastocapillary_length,
-    )
-    x, g = profile.x, depth - profile.f
+    profile, length = resolve(scene, depth), scene.elastocapillary_length
+    reach, x, g = scene.opened.critical_separation, profile.x, depth - profile.f
     inside = np.flatnonzero(g >= -reach)
     own = slice(inside[0], inside[-1] + 1)
     u = np.maximum(g[own], -reach) * scene.measure(x[own])
-    ends = x[own][[0, -1]] + (-length, length)
+    ends = np.abs(x[own][[0, -1]]) + length
     pressed = float((u[1:] + u[:-1]) @ np.diff(x[own])) / 2
     pulled = reach * length * float(scene.measure(ends).sum())
     return scene.stiffness * (pressed - pulled) / 2

@@ -115,9 +115,8 @@ class Curve(NamedTuple):
                 if found or _represents(series, 0.0):  # closer by, rounding moves the peak
                     break
             low, high, found = max(top - reach, low), min(top + reach, high), known
-        value = side * _values(
-            self.leg, self.control, np.append(ends, top)
-        )  # next to the ends d hardly changes with t
+        ends_and_top = _values(self.leg, self.control, np.append(ends, top))
+        value = side * ends_and_top  # next to the ends d hardly changes with t
         as_high = value[:-1] >= value[-1] - _ROUNDING * abs(value[-1])
         return float(ends[as_high][0]) if as_high.any() else top
 

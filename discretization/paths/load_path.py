@@ -174,10 +174,8 @@ class LoadPath:
 
     def _hold(self, pinned: Pinned) -> None:
         """Events of lines that leave or reach a corner where the path is."""
-        for gone, new, what in (
-            (self.pinned, pinned, "depinning"),
-            (pinned, self.pinned, "pinning"),
-        ):
+        changes = ((self.pinned, pinned, "depinning"), (pinned, self.pinned, "pinning"))
+        for gone, new, what in changes:
             places = [one for one, other in zip(gone, new, strict=True) if one and one != other]
             for place in dict.fromkeys(places):
                 value = self._value(self.point)
