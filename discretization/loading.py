@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 METHODS = ("fitted", "lattice")
 _SHALLOW = 1e-12  # of the thickness: the first depth that is tried where nothing adheres
 _DEEPER = 4.0  # times as deep: the next one
-_LESS, _TURNS = 0.95, 60  # of the depth: what is tried where the profile is not known so far
+_LESS, _TURNS = 0.95, 40  # of the depth: what is tried where the profile is not known so far
 
 
 def load_path(
@@ -154,10 +154,13 @@ def _branch_for(
     with contextlib.suppress(ValueError):
         while control.value(touch + below, _least_force(scene, touch + below)) < deepest:
             below *= _DEEPER
-    for turn in range(_TURNS):
+    below *= 2
+    for _ in range(_TURNS):
         with contextlib.suppress(ValueError):
-            return branch_of(scene, rtol, spacing, touch + 2 * below * _LESS**turn)
-    return branch_of(scene, rtol, spacing, touch + 2 * below * _LESS**_TURNS)
+            resolve(scene, touch + below)
+            break
+        below *= _LESS
+    return branch_of(scene, rtol, spacing, touch + below)
 
 
 def _least_force(scene: Scene, depth: float) -> float:

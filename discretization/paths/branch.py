@@ -153,8 +153,8 @@ class Leg:
         """The same, where that is not known."""
         raise NotImplementedError
 
-    def forces(self, depths: Array) -> Array:
-        """P at depths on the way (n,)."""
+    def forces(self, depths: Array, *, roughly: bool = False) -> Array:
+        """P at depths on the way (n,); roughly: good to draw it, where rounding moves no line."""
         return np.asarray(self.branch.totals(self.points(depths))[1])
 
     def depths(self, t: Array) -> Array:

@@ -80,7 +80,7 @@ class Curve(NamedTuple):
         t, value, series = np.empty(0), np.empty(0), list[Legendre]()
         while todo:
             low, high = todo.pop()
-            at, drawn, fit = _drawn(leg, control, low, high)
+            at, drawn, fit = _drawn(leg, control, low, high, roughly=True)
             if smooth and high - low > _FINEST and not _represents(fit, _DRAWN):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
                 continue
@@ -88,7 +88,7 @@ class Curve(NamedTuple):
                 series.append(fit)
             if smooth and (turns := _turns(fit)).size:
                 at = np.append(at, turns)
-                drawn = np.append(drawn, _values(leg, control, turns))
+                drawn = np.append(drawn, _values(leg, control, turns, roughly=True))
             order = np.argsort(at, kind="stable")[t.size > 0 :]
             t, value = np.append(t, at[order]), np.append(value, drawn[order])
         return cls(leg, control, t, value, series, rounding)
@@ -177,16 +177,18 @@ def _guessed(
     return t, slope(t)
 
 
-def _values(leg: Leg, control: Control, t: Array) -> Array:
+def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:
     depths = leg.depths(t)
-    return np.asarray(control.value(depths, leg.forces(depths)), float)
+    return np.asarray(control.value(depths, leg.forces(depths, roughly=roughly)), float)
 
 
-def _drawn(leg: Leg, control: Control, low: float, high: float) -> tuple[Array, Array, Legendre]:
+def _drawn(
+    leg: Leg, control: Control, low: float, high: float, *, roughly: bool = False
+) -> tuple[Array, Array, Legendre]:
     """t at Gauss-Lobatto points of a part, C there, and the polynomial."""
     t = low + (high - low) * ((rounded(_DEGREE)[0] + 1) / 2)
     t[-1] = high
-    value = _values(leg, control, t)
+    value = _values(leg, control, t, roughly=roughly)
     return t, value, Legendre(coefficients(_DEGREE, value), domain=[low, high])
 
 

@@ -43,6 +43,13 @@ class Tracked(Leg):
         rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
         return [Point(d, tuple(row) or None) for d, row in zip(depths.tolist(), rows, strict=True)]
 
+    def forces(self, depths: Array, *, roughly: bool = False) -> Array:
+        """P at depths on the way (n,); roughly: from the polynomials of the lines."""
+        if not roughly:
+            return super().forces(depths)
+        lines = self.track.lines(depths, roughly=True)
+        return np.asarray(self.branch.events.trials.smooth.many(lines, depths)[1])
+
 
 @dataclass(frozen=True, eq=False)
 class FittedMany(Branch):

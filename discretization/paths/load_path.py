@@ -15,7 +15,8 @@ from discretization.paths.control import Control, Curve
 Array = NDArray[np.float64]
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
-_CREEPS = 1e-11  # of the same: legs that short, of lines that come free by roundings,
+_SHORTEST = 2.0**-39  # of a leg that is refused: beyond the known profile there is none
+_CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
 _CREEPING = 100  # and so many in a row are not followed any further
 
 
@@ -138,7 +139,7 @@ class LoadPath:
         least: the length of which a refusal counts.
         """
         size = self._size(point)
-        least = max(least, _CLOSE * max(size, abs(way)))
+        least = max(least, _CLOSE * size, _SHORTEST * abs(way))
         while True:
             try:
                 leg = self.branch.leg(point, point.depth + way)
@@ -196,11 +197,15 @@ class LoadPath:
 
     def _turn(self, curve: Curve, top: int, side: int) -> None:
         """A jump from a peak of C."""
-        t = np.array([curve.refined(top, side), curve.t[top + 1]])
-        peak, fallen = curve.leg.points(curve.leg.depths(t))
+        leg = curve.leg
+        (peak,) = leg.points(leg.depths(np.array([curve.refined(top, side)])))
         self._slide(peak)
         value = self._value(peak)
-        after = self._landing(fallen, value, side)
+        landed = curve.reaches(np.array([value]), side, top + 1, curve.t.size - 1)
+        if np.isfinite(landed[0]):
+            (after,) = leg.points(leg.depths(landed))
+        else:
+            after = self._landing(leg.end if leg.after is None else leg.after, value, side)
         if self._alike(peak, after):
             self._slide(after)
         else:
