@@ -6,7 +6,6 @@ in energy at once. Every step is cut at the events it meets, each located by roo
 
 from __future__ import annotations
 
-import contextlib
 import math
 from pathlib import Path
 
@@ -26,8 +25,6 @@ from energy.description import alike, described
 Array = NDArray[np.float64]
 METHODS = ("fitted", "lattice")
 _SHALLOW = 1e-12  # of the thickness: the first depth that is tried where nothing adheres
-_DEEPER = 4.0  # times as deep: the next one
-_LESS, _TURNS = 0.95, 40  # of the depth: what is tried where the profile is not known so far
 
 
 def load_path(
@@ -144,22 +141,18 @@ def _branch_for(
 ) -> Branch:
     """The branch for values of the control up to `deepest`.
 
-    Of a load or a machine it is that for depths down to twice one at which the force is certainly
-    enough, or, where the profile is not known so far, as deep as it is.
+    Of a load or a machine it is that for depths down to one at which the force is certainly enough,
+    or to the last one tried at which the profile is known.
     """
     if control.stiffness is None:
         return branch_of(scene, rtol, spacing, deepest)
-    touch, below = resolve(scene, 0.0).touch, scene.opened.critical_separation
-    below = below or _SHALLOW * scene.layer.h
-    with contextlib.suppress(ValueError):
+    touch, lift = resolve(scene, 0.0).touch, scene.opened.critical_separation
+    below, deeper = (lift, 2.0) if lift else (_SHALLOW * scene.layer.h, 4.0)
+    try:
         while control.value(touch + below, _least_force(scene, touch + below)) < deepest:
-            below *= _DEEPER
-    below *= 2
-    for _ in range(_TURNS):
-        with contextlib.suppress(ValueError):
-            resolve(scene, touch + below)
-            break
-        below *= _LESS
+            below *= deeper
+    except ValueError:
+        below /= deeper
     return branch_of(scene, rtol, spacing, touch + below)
 
 
