@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from discretization.paths.branch import Point, legs
 from energy import (
     ElasticLayer,
     FlatPunch,
@@ -27,6 +28,13 @@ def adhesive(indenter, *, k=130.0, gamma1=0.07, w=0.002, opening=None, slopes="s
         ElasticLayer(k * 0.03, 0.0, 0.03), SurfaceEnergies.from_work(gamma1, w), indenter, slopes
     )
     return replace(scene, opening=opening and SurfaceEnergies.from_work(gamma1, opening))
+
+
+def moved(branch, point, depth):
+    """The point to which a branch of load paths comes at another depth."""
+    for leg in legs(branch, point, depth):
+        point = leg.end if leg.after is None else leg.after
+    return Point(depth, None) if point.lines is None else point
 
 
 def check(value, expected, rel, scale=0.0):

@@ -153,3 +153,16 @@ def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
     assert depths.force[1] == pytest.approx(-0.01, rel=1e-12, abs=0)
     assert path.half_width[0] / 0.05 > 0.99
     assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)
+
+
+def test_a_wavy_profile_without_adhesion_turned_about_an_axis_is_pressed_from_touching():
+    """C next to touching is all rounding: drawn from lines that are solved for, it has peaks."""
+    layer, surfaces = ElasticLayer(1.3, 0.0, 1.0), SurfaceEnergies.from_work(1.1, 0.0)
+    wavy = Profile(
+        lambda x: 0.05 * x * x + 0.05 * (1 - np.cos(3 * x)),
+        lambda x: 0.1 * x + 0.15 * np.sin(3 * x),
+    )
+    scene = Scene(layer, surfaces, wavy, geometry="axisymmetric")
+    path = load_path(scene, drives=[0.0, 0.01, -0.005], machine_stiffness=2.0)
+    assert [event.kind for event in path.events] == ["touch", "pull-off"]
+    assert path.force[1] == pytest.approx(2.0 * (0.01 - path.depth[1]), rel=1e-12, abs=0)

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import adhesive, rippled, steep
+from scenes import adhesive, moved, rippled, steep
 
 from discretization import History, NotCertifiedError, load_path, minimise
 from discretization.lattice.state import on_lattice
-from discretization.paths.branch import moved
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import (
     ElasticLayer,

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from scenes import adhesive
+from scenes import adhesive, moved
 from truth.scenes import case_of
 
 from discretization import History, NodalEnergy, load_path
-from discretization.paths.branch import moved
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import Parabola, Sampled
 

@@ -66,7 +66,7 @@ def test_a_path_is_told_with_its_events(path):
 def test_a_path_without_tension_or_steps_is_told_too():
     pressed = load_path(SCENE, depths=[-LIFT, -0.5 * LIFT])
     assert "most tensile" not in str(pressed) and "0 events" in str(pressed)
-    empty = discretization.History.empty(SCENE, "depth", None, 1e-8, None)
+    empty = discretization.History(SCENE, "depth", None, 1e-8, None)
     assert len(empty) == 0 and empty and "0 steps" in repr(empty)
 
 
