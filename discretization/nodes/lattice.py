@@ -185,21 +185,9 @@ class Lattice:
         """The scene as far as it has nodes."""
         return scene
 
-    def on_nodes(self, values: Any, nodes: Any) -> Any:
-        """Values per node, or of links by their middles, times the weights: 1."""
-        return values
-
-    def per_weight(self, values: Any, nodes: Any) -> Any:
-        """Values per node over the nodes' weights."""
-        return values
-
-    def on_links(self, values: Any, nodes: Any) -> Any:
-        """Values per link, between successive ones of these nodes, times the links' weights: 1."""
-        return values
-
-    def bound(self, first: Any, last: Any) -> Any:
-        """Weights of the links between nodes."""
-        return np.abs(last - first)
+    def weight(self, at: Any) -> Any:
+        """Weights of nodes, or of links by their middles: 1."""
+        return 1.0
 
     def pull(self, nodes: Any, side: int) -> Any:
         """Force of tails beyond these nodes on them over u, their springs' own being the same."""
@@ -218,7 +206,7 @@ class Lattice:
         else:
             tie, *grounds = self.pair(*(after, other)[::side])
             ground = grounds[side < 0]
-        spring, link = self.on_nodes(self.spring, after), self.on_nodes(self.link, node + side / 2)
+        spring, link = self.spring * self.weight(after), self.link * self.weight(node + side / 2)
         whole = spring + link + tie + ground
         return Beside(tie / whole, (spring + ground) / whole, whole)
 
@@ -262,17 +250,13 @@ class Lattice:
         """The free surface beyond a contact line."""
         return LatticeTail(self.log_decay / self.spacing)
 
-    def gap_force(self, left, right, f, g, depth):
-        """Pull of free surfaces between two contact nodes each, at these heights of the profile."""
-        _, one, other = self.pair(left, right)
-        return one * (depth - f) + other * (depth - g)
-
-    def gap_energy(self, left, right, f, g, depth):
-        """Energy of the same surfaces."""
+    def gap(self, left: Any, right: Any, u: Any, v: Any) -> Array:
+        """Energy, and pull together, of surfaces between contact nodes displaced by u and v."""
         tie, one, other = self.pair(left, right)
-        return (one * (depth - f) ** 2 + other * (depth - g) ** 2 + tie * (g - f) ** 2) / 2
+        energy = (one * u**2 + other * v**2 + tie * (u - v) ** 2) / 2
+        return np.array([energy, one * u + other * v])
 
-    def x(self, node):
+    def x(self, node: Any) -> Any:
         """Position of a node (or an array of nodes)."""
         return self.origin + self.spacing * node
 
