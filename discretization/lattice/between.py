@@ -26,7 +26,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +103,7 @@ def ends_of(
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """n lines that face one way, with their nodes and what they are found by.
+    """n lines, with their nodes, the way they face (one, or n), and what they are found by.
 
     fixed: those that stay on their nodes; felt: `ends` with the lines they face one link nearer to
     their contacts than in `ends`, and one further away.
@@ -111,7 +111,7 @@ class Side:
 
     row: Row
     node: Nodes
-    side: int
+    side: Any
     fixed: Mask
     ends: Ends
     felt: tuple[Ends, Ends] | None = None
@@ -196,21 +196,25 @@ def lines_between(
     and lines two links apart, stay on their nodes.
     """
     x, pinned = np.empty(nodes.shape), np.zeros(nodes.shape, bool)
-    total, several = np.zeros((2, depth.size)), nodes.shape[1] > 2
+    several, found = nodes.shape[1] > 2, dict(ends or {})
     for i, side in ((0, -1), (-1, 1)):
-        node, partner = nodes[:, i], nodes[:, i - side]
-        room = [np.zeros_like(node), np.full_like(node, row.size - 1)]
+        room = [np.zeros_like(nodes[:, i]), np.full_like(nodes[:, i], row.size - 1)]
         if several:
-            room[side < 0] = partner
-        fixed = (row.first + node == 0) if side < 0 and row.lattice.axis == 0 else node < 0
-        fixed = fixed | (several & (node == partner))
-        own = ends_of(row, depth, node, side, room) if ends is None else ends[side]
-        lines = Side(row, node, side, fixed, own)
-        came = None if before is None else before[:, i]
-        zeta = lines.places(0.0, came) if known is None else lines.given(known[:, i])
-        x[:, i], pinned[:, i] = lines.positions(zeta)
-        if before is None:
-            total += lines.added(zeta)
+            room[side < 0] = nodes[:, i - side]
+        if not ends:
+            found[side] = ends_of(row, depth, nodes[:, i], side, room)
+    node, facing = nodes[:, [0, -1]].T.ravel(), np.repeat([-1, 1], depth.size)
+    fixed = (row.first + node == 0) & (facing < 0) & (row.lattice.axis == 0)
+    fixed |= several & (node == nodes[:, [1, -2]].T.ravel())
+    both = (np.concatenate(pair) for pair in zip(found[-1], found[1], strict=True))
+    lines = Side(row, node, facing, fixed, Ends(*both))
+    came, given = (None if one is None else one[:, [0, -1]].T.ravel() for one in (before, known))
+    zeta = lines.places(0.0, came) if given is None else lines.given(given)
+    outer = [part.reshape(2, -1).T for part in lines.positions(zeta)]
+    x[:, [0, -1]], pinned[:, [0, -1]] = outer
+    total = np.zeros((2, depth.size))
+    if before is None:
+        total += lines.added(zeta).reshape(2, 2, -1).sum(axis=1)
     if several:
         four = [nodes[:, j : nodes.shape[1] - 3 + j : 2].ravel() for j in range(4)]
         gaps = nodes.shape[1] // 2 - 1

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +90,7 @@ class Stencil:
     outer: Window
 
     @classmethod
-    def of(cls, row: Row, node: Nodes, side: int, known: Mask) -> Stencil:
+    def of(cls, row: Row, node: Nodes, side: Any, known: Mask) -> Stencil:
         """Of lines at these nodes. Beside two corners only the links next to the node count."""
         corner, below, above, dense = _corners(row, node, side)
         zero, at = INWARDS, np.nan_to_num(corner)
@@ -108,14 +108,15 @@ class Stencil:
 
     def places(self, excess: Array) -> Array:
         """ζ where the excess vanishes, or of the corner that pins the line."""
-        free = np.isnan(self.corner)
-        found = np.where(free, _zero(excess, self.inner), self.corner)
-        if free.all():
-            return found
-        at = np.nan_to_num(self.corner)
-        for window, sign in ((self.outer, -1), (self.inner, 1)):
-            rests = ~free & (sign * Polynomial.through(excess, _MIDDLE, window).at(at) > 0)
-            found = np.where(rests, _zero(excess, window), found)
+        free, found = np.isnan(self.corner), self.corner.copy()
+        at, curves = np.nan_to_num(self.corner), [(self.inner, free)]
+        if not free.all():
+            for window, sign in ((self.outer, -1), (self.inner, 1)):
+                beside = Polynomial.through(excess, _MIDDLE, window).at(at)
+                curves.append((window, ~free & (sign * beside > 0)))
+        for window, own in curves:
+            if own.any():
+                found[own] = _zero(excess[own], Window(*(part[own] for part in window)))
         return found
 
     def added(self, steps: Array, places: Array) -> Array:
@@ -132,7 +133,7 @@ class Stencil:
         return Polynomial.through(whole, float(LINKS[0]), nodes).at(places)
 
 
-def _corners(row: Row, node: Nodes, side: int) -> tuple[Array, Nodes, Nodes, Mask]:
+def _corners(row: Row, node: Nodes, side: Any) -> tuple[Array, Nodes, Nodes, Mask]:
     """The corner less than a link from each line, nan if there is none; the first links beyond
     those that are further away, inwards and outwards; whether there are several so near.
 
@@ -151,7 +152,7 @@ def _corners(row: Row, node: Nodes, side: int) -> tuple[Array, Nodes, Nodes, Mas
     first, last = np.searchsorted(place, node - 1, "right"), np.searchsorted(place, node + 1)
     padded = np.concatenate([[-math.inf], place, [math.inf]])
     ends = side * (padded[first] - node), side * (padded[last + 1] - node)
-    below, above = (np.clip(end, -far, far) for end in ends[::side])
+    below, above = np.clip(np.minimum(*ends), -far, far), np.clip(np.maximum(*ends), -far, far)
     near = np.where(
         last - first == 1, side * (padded[np.minimum(first + 1, place.size)] - node), math.nan
     )
