@@ -5,7 +5,7 @@ import pytest
 from scenes import adhesive
 from truth.scenes import case_of
 
-from discretization import History, NodalEnergy, load_path
+from discretization import History, NodalEnergy, load_path, minimise
 from discretization.paths.branch import moved
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import Parabola, Sampled
@@ -206,3 +206,16 @@ def test_pressed_contacts_do_not_depend_on_the_steps():
         for depth in np.linspace(branch.touch, top, 40):
             point = moved(branch, point, float(depth))
         assert moved(branch, branch.first, top) == point
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_state_has_the_lines_force_and_energy_of_its_path(name):
+    scene = SCENES[name]
+    for share in (2.5, 0.4):
+        depth = share * scene.critical_separation
+        state = minimise(scene, depth, method="lattice", spacing=SPACING)
+        end = load_path(scene, depths=[0.0, depth], method="lattice", spacing=SPACING)
+        assert state.contacts[[0, -1], [0, 1]] == pytest.approx(end.contacts[-1], rel=1e-12, abs=0)
+        for quantity, scale in state.scales.items():
+            off = getattr(state, quantity) - getattr(end, quantity)[-1]
+            assert abs(off) <= 1e-11 * scale, quantity
