@@ -100,9 +100,9 @@ class Beside(NamedTuple):
 class Lattice:
     """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
 
-    spring: kΔx; link: t; log_decay: -ln λ; decay: λ, the factor by which a free tail decays per
-    node; loss: 1 - λ without cancellation; end_stiffness: t(1-λ), what a half-infinite free tail
-    does to its first node; link_over_decay: t/λ; cell: Δx, what a link covers.
+    spring: kΔx; link: t; log_decay: -ln λ, by which a free tail decays per node; end_stiffness:
+    t(1-λ), what a half-infinite free tail does to its first node; link_over_decay: t/λ; cell: Δx,
+    what a link covers.
 
     Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
     shape; energies [energy/length] and forces [force/length] per length of the contact line.
@@ -128,8 +128,6 @@ class Lattice:
     spring: float = field(init=False)
     link: float = field(init=False)
     log_decay: float = field(init=False)
-    decay: float = field(init=False)
-    loss: float = field(init=False)
     end_stiffness: float = field(init=False)
     link_over_decay: float = field(init=False)
     cell: float = field(init=False)
@@ -167,16 +165,13 @@ class Lattice:
         spring, link = k * dx, gamma1 / dx
         half = spring / 2
         log_decay = 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf
-        loss = -math.expm1(-log_decay)
         # t/λ without dividing by a λ that may underflow or vanish
         link_over_decay = link + half + math.sqrt(half) * math.sqrt(half + 2 * link)
         vars(self).update(
             spring=spring,
             link=link,
             log_decay=log_decay,
-            decay=math.exp(-log_decay),
-            loss=loss,
-            end_stiffness=link * loss,
+            end_stiffness=-link * math.expm1(-log_decay),
             link_over_decay=link_over_decay,
             cell=dx,
         )

@@ -158,7 +158,7 @@ def test_a_lone_node_carries_two_tails():
     g[100] = 0.02
     found = obstacle(lat, g)
     assert found.intervals.tolist() == [[100, 100]]
-    expected = 0.02 * lat.decay ** np.abs(np.arange(301) - 100)
+    expected = 0.02 * np.exp(-lat.log_decay * np.abs(np.arange(301) - 100))
     assert np.allclose(found.u, expected, rtol=1e-13, atol=0)
     force = 0.02 * (lat.spring + 2 * lat.end_stiffness)
     assert found.force == pytest.approx(force, rel=1e-14, abs=0)
