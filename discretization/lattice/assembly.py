@@ -57,7 +57,7 @@ def of_contacts(
     contacts, depth = ContactSet(row, nodes, asked.depth), np.array([asked.depth])
     sums, held = totals(contacts), None if known is None else np.array([known])
     certificate = judge(contacts, sums)
-    lines = lines_between(row, np.reshape(nodes, (1, -1)), depth, known=held)
+    lines = lines_between(row, np.reshape(nodes, (1, -1)), depth, known=held, lone=held is None)
     neutral = False
     if len(nodes) == 1 and asked.depth < row.lowest and not asked.scene.hysteretic:
         first, last, end = np.array([[*nodes[0], row.size - 1]]).T

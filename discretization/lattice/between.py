@@ -187,13 +187,15 @@ def lines_between(
     before: Array | None = None,
     known: Array | None = None,
     ends: dict[int, Ends] | None = None,
+    *,
+    lone: bool = False,
 ) -> Lines:
     """Lines of s states with m contacts each at these nodes (s, 2m) of a row and depths (s,).
 
     before: ζ of lines (s, 2m) before they came here, where they resist both ways, whose energies
     are not asked for; known: x of lines
-    (s, 2m); ends: of one contact by side, if not those of small slopes. Lone nodes among several,
-    and lines two links apart, stay on their nodes.
+    (s, 2m); ends: of one contact by side, if not those of small slopes. Lines of lone nodes stay
+    there, but of a single one if `lone`, and so do lines two links apart.
     """
     x, pinned = np.empty(nodes.shape), np.zeros(nodes.shape, bool)
     several, found = nodes.shape[1] > 2, dict(ends or {})
@@ -205,7 +207,8 @@ def lines_between(
             found[side] = ends_of(row, depth, nodes[:, i], side, room)
     node, facing = nodes[:, [0, -1]].T.ravel(), np.repeat([-1, 1], depth.size)
     fixed = (row.first + node == 0) & (facing < 0) & (row.lattice.axis == 0)
-    fixed |= several & (node == nodes[:, [1, -2]].T.ravel())
+    if several or not lone:
+        fixed |= node == nodes[:, [1, -2]].T.ravel()
     both = (np.concatenate(pair) for pair in zip(found[-1], found[1], strict=True))
     lines = Side(row, node, facing, fixed, Ends(*both))
     came, given = (None if one is None else one[:, [0, -1]].T.ravel() for one in (before, known))

@@ -50,7 +50,7 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
     sums = totals(state)
     if asked.branch == "global" and depth <= row.lowest and sums.energy > 0:
         return without_contact(asked, row)
-    lines = lines_between(row, np.array(nodes), np.array([depth]), ends=state.ends)
+    lines = lines_between(row, np.array(nodes), np.array([depth]), ends=state.ends, lone=True)
     for x, node in zip(lines.x[0].tolist(), found, strict=True):
         refuse_overhang(row, depth, x, node)
     certificate = judge(state, sums)
