@@ -193,9 +193,9 @@ def lines_between(
     """Lines of s states with m contacts each at these nodes (s, 2m) of a row and depths (s,).
 
     before: ζ of lines (s, 2m) before they came here, where they resist both ways, whose energies
-    are not asked for; known: x of lines
-    (s, 2m); ends: of one contact by side, if not those of small slopes. Lines of lone nodes stay
-    there, but of a single one if `lone`, and so do lines two links apart.
+    are not asked for; known: x of lines (s, 2m); ends: of one contact by side, if not those of
+    small slopes. Lines two links apart stay on their nodes, and lines of lone nodes, but of a
+    single one if `lone`.
     """
     x, pinned = np.empty(nodes.shape), np.zeros(nodes.shape, bool)
     several, found = nodes.shape[1] > 2, dict(ends or {})
