@@ -204,7 +204,7 @@ def test_exact_tail_equals_a_long_chain_of_nodes():
     far = np.zeros(2001, bool)
     far[0] = True
     u = NodalEnergy(lattice, far).relaxed(np.full(2001, 0.7))
-    expected = 0.7 * lattice.decay ** np.arange(2001)
+    expected = 0.7 * np.exp(-lattice.log_decay * np.arange(2001))
     assert np.abs(u - expected).max() <= 1e-12
     chain = NodalEnergy(lattice, far)
     short = NodalEnergy(lattice, far[:1])

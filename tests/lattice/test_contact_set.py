@@ -22,7 +22,6 @@ from discretization.lattice.judge import judge, totals
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.state import on_lattice
 from discretization.nodes import ground
-from discretization.nodes.obstacle import obstacle
 from energy import Profile
 
 
@@ -140,12 +139,6 @@ def test_one_node_relaxes():
     lattice = Lattice.of(SCENE, L / 3)
     assert NodalEnergy(lattice, [True]).relaxed([0.3]).tolist() == [0.3]
     assert NodalEnergy(lattice, [False]).relaxed([0.3]).tolist() == [0.0]
-
-
-def test_finite_slopes_are_no_obstacle_problem():
-    scene = adhesive(SCENE.indenter, w=0.0, slopes="finite")
-    with pytest.raises(ValueError, match="slopes = 'finite'"):
-        obstacle(Lattice.of(scene, L / 10), [1e-3])
 
 
 def test_the_searched_window_leaves_room_for_every_contact():

@@ -8,13 +8,12 @@ import os
 
 import numpy as np
 import pytest
-from lattices import lattice, lowest, rough_heights
+from lattices import lattice, lowest, obstacle, rough_heights
 from scenes import adhesive
 
 from discretization.lattice.oracle import CLARABEL, Oracle
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
-from discretization.nodes.obstacle import obstacle
 from energy import Parabola
 
 GAP = CLARABEL["tol_gap_rel"]

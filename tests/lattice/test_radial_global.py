@@ -33,7 +33,7 @@ def random_row(seed, n=9):
 
 def bonds(lattice, n):
     """Work of adhesion of each link."""
-    return lattice.w * lattice.on_links(np.full(n - 1, lattice.cell), np.arange(n))
+    return lattice.w * lattice.cell * lattice.weight(np.arange(n - 1) + 0.5)
 
 
 def enumerated(lattice, g):
@@ -141,8 +141,7 @@ def test_rounding_of_depths_is_relative_to_the_critical_separation():
     row = Nodes(3)
     uniform = replace(
         row.rules,
-        work=W
-        * row.lattice.on_links(np.full(row.f.size - 1, row.lattice.cell), np.arange(row.f.size)),
+        work=W * row.lattice.cell * row.lattice.weight(np.arange(row.f.size - 1) + 0.5),
     )
     assert uniform.delta0 == pytest.approx(DELTA0, rel=1e-12, abs=0)
     rest = row.lattice.shape(4, 6, np.array([5]))[2]

@@ -180,10 +180,11 @@ def test_of_equal_energies_the_one_with_more_contact(more, contacts):
 def test_a_pressed_convex_indenter_has_the_metastable_contact(indenter, depth):
     scene = adhesive(indenter)
     lattice = Lattice.of(scene, scene.elastocapillary_length / 50)
-    first, g = window(Row.of(scene, lattice, depth), depth)
+    row = Row.of(scene, lattice, depth)
+    start, g = window(row, depth)
     result = Found.of(lattice, g)
     contact = pressed(lattice, scene, depth)
-    assert (result.contacts + first).tolist() == [list(contact)]
+    assert (result.contacts + row.first + start).tolist() == [list(contact)]
     sums = totals(over(lattice, indenter, depth, contact))
     assert abs(result.energy - sums.energy) <= 1e-13 * sums.energy_scale
 
@@ -199,13 +200,14 @@ def wavy(depth, n=801):
 @pytest.mark.parametrize(("depth", "least"), [(-0.3, 1), (0.3, 3), (2.0, 4)])
 def test_the_window_leaves_nothing_out_and_mirror_images_agree(depth, least):
     lattice, scene = wavy(depth)
-    first, g = window(Row.of(scene, lattice, depth), depth)
+    row = Row.of(scene, lattice, depth)
+    start, g = window(row, depth)
     result = Found.of(lattice, g)
     whole = Found.of(lattice, depth - scene.indenter.z)
     scale = result.proof.scale
     assert g.size < 600
     assert len(result.contacts) >= least
-    assert (whole.contacts - 400).tolist() == (result.contacts + first).tolist()
+    assert (whole.contacts - 400).tolist() == (result.contacts + row.first + start).tolist()
     assert abs(whole.energy - result.energy) <= 1e-13 * scale
     mirrored = Found.of(lattice, g[::-1])
     assert mirrored.contacts.tolist() == (g.size - 1 - result.contacts[::-1, ::-1]).tolist()

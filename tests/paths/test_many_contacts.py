@@ -2,14 +2,21 @@
 
 import numpy as np
 import pytest
-from scenes import adhesive, moved
+from scenes import adhesive
 from truth.scenes import case_of
 
-from discretization import History, NodalEnergy, load_path
+from discretization import History, NodalEnergy, load_path, minimise
+from discretization.paths.branch import moved
 from discretization.paths.lattice_branch import LatticeBranch
 from energy import Parabola, Sampled
 
 SPACING = 4e-5
+
+
+def force_of(branch, point):
+    """P of the contact set."""
+    nodes = np.reshape(point.memory, (1, -1))
+    return branch.row.totals(nodes, np.array([point.depth]))[1, 0]
 
 
 def bumps(heights, wavelength=0.008, amplitude=1e-3, bowl=2.0):
@@ -97,7 +104,7 @@ def test_every_state_is_an_equilibrium_of_the_nodal_energy(path):
         energy, size = model.value(u), sum(map(abs, model.terms(u).values()))
         assert abs(energy - branch.energy(point)) <= 1e-13 * size
         force = model.gradient(u)[held].sum()
-        own = branch.total(branch.row.forces, point)
+        own = force_of(branch, point)
         assert abs(force - own) <= 1e-10 * size / SPACING
         assert (u - (depth - branch.row.f)).min() >= -1e-12 * abs(depth)
         for i, (first, last) in enumerate(nodes):
@@ -133,7 +140,7 @@ def test_contacts_many_decay_lengths_apart_are_single_ones():
         pairs = list(zip(branches, points, strict=True))
         points = [moved(branch, point, depth) for branch, point in pairs]
         pairs = list(zip(branches, points, strict=True))
-        forces = [branch.total(branch.row.forces, point) for branch, point in pairs]
+        forces = [force_of(branch, point) for branch, point in pairs]
         assert forces[1] == pytest.approx(2 * forces[0], rel=1e-12, abs=0)
         energies = [branch.energy(point) for branch, point in pairs]
         assert energies[1] == pytest.approx(2 * energies[0], rel=1e-10, abs=0)
@@ -199,3 +206,16 @@ def test_pressed_contacts_do_not_depend_on_the_steps():
         for depth in np.linspace(branch.touch, top, 40):
             point = moved(branch, point, float(depth))
         assert moved(branch, branch.first, top) == point
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_state_has_the_lines_force_and_energy_of_its_path(name):
+    scene = SCENES[name]
+    for share in (2.5, 0.4):
+        depth = share * scene.critical_separation
+        state = minimise(scene, depth, method="lattice", spacing=SPACING)
+        end = load_path(scene, depths=[0.0, depth], method="lattice", spacing=SPACING)
+        assert state.contacts[[0, -1], [0, 1]] == pytest.approx(end.contacts[-1], rel=1e-12, abs=0)
+        for quantity, scale in state.scales.items():
+            off = getattr(state, quantity) - getattr(end, quantity)[-1]
+            assert abs(off) <= 1e-11 * scale, quantity
