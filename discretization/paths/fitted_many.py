@@ -8,7 +8,6 @@ jumps over a part of the profile where it has no rest; see ../following.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -141,7 +140,7 @@ class FittedMany(Branch):
         pulls, area = contacts.pulls, sum(each.area for each in contacts.free)
         press = force - float(pulls.sum())
         scale = abs(press) + float(np.abs(pulls).sum())
-        found = Interval(energy, force, press + area, abs(energy), scale, math.nan)
+        found = Interval(energy, force, press + area, abs(energy), scale)
         try:
             certified(contacts, found, {}, "adhered")
         except NotCertifiedError as problem:
