@@ -10,7 +10,7 @@ import pytest
 from scenes import plain
 
 from discretization import minimise
-from energy import ElasticLayer, Parabola, PowerLaw, Scene, SurfaceEnergies, cards
+from energy import Parabola
 from studies.benchmarks import runtime_report as report
 from studies.benchmarks import runtime_vs_error as study
 from studies.benchmarks.rivals import problem
@@ -20,7 +20,6 @@ from studies.benchmarks.stress import reference as stress_reference
 from studies.benchmarks.stress import study as stress
 from studies.shared.random_cases import random_case, random_steep_case
 
-SLOW = ((10**3, 0.01), (10**4, 10.0))
 TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
 WIDTH = {  # relative error of a that each rival must reach with 400 nodes
     "ours": 1e-4,
@@ -69,15 +68,6 @@ def test_the_default_method_reaches_its_digits(name):
         assert max(task.errors(method.make(task, rtol)[0]())) <= 1e-10
 
 
-def test_a_nested_active_set_is_of_second_order():
-    task = TASKS["nonadhesive"](1)
-    (method,) = (m for m in task.methods if m.name == "active set, nested grids")
-    errors = [task.errors(method.make(task, n)[0]())[0] for n in (500, 1000, 2000, 4000, 8000)]
-    slope = np.polyfit(np.log([500, 1000, 2000, 4000, 8000]), np.log(errors), 1)[0]
-    assert -2.6 < slope < -1.4
-    assert errors[-1] < 2e-6
-
-
 def test_absent_packages_are_skipped_with_a_word(monkeypatch):
     monkeypatch.setattr(study, "installed", lambda name: name != "pyscipopt")
     found = study.run(TINY, ["rough"])
@@ -88,10 +78,11 @@ def test_absent_packages_are_skipped_with_a_word(monkeypatch):
 
 
 def test_a_size_that_would_take_for_ever_is_left_out():
-    made = [study.Point.failed("t", "m", 0, "")._replace(size=n, seconds=t) for n, t in SLOW]
-    assert study.expected(made[:1], 10**4) == pytest.approx(100 * SLOW[0][1], rel=1e-13, abs=0)
-    assert study.expected(made, 10**5) == pytest.approx(1e3 * SLOW[1][1], rel=1e-12, abs=0)
-    assert study.expected(made, 1e-8) == SLOW[1][1]  # a tolerance
+    blank, slow = study.Point.failed("t", "m", 0, ""), ((10**3, 0.01), (10**4, 10.0))
+    made = [blank._replace(size=n, seconds=t) for n, t in slow]
+    assert study.expected(made[:1], 10**4) == pytest.approx(1.0, rel=1e-13, abs=0)
+    assert study.expected(made, 10**5) == pytest.approx(1e4, rel=1e-12, abs=0)
+    assert study.expected(made, 1e-8) == 10.0  # a tolerance
     sizes = []
 
     def prepare(task, size):
@@ -153,19 +144,6 @@ def test_the_reference_agrees_with_the_cards(draw, shape):
         assert float(exact.half_width) == pytest.approx(case.half_width, rel=1e-10, abs=0)
         size = abs(case.force) + case.scene.stiffness * abs(case.depth) * case.half_width
         assert float(exact.force) == pytest.approx(case.force, rel=0, abs=1e-10 * size)
-
-
-@pytest.mark.parametrize("n", [1, 2, 3, 4])
-def test_power_laws_of_the_reference(n):
-    surfaces = SurfaceEnergies.from_work(0.7, 0.02)
-    scene = Scene(ElasticLayer(1.3, 0.2, 0.9), surfaces, PowerLaw(0.11, n))
-    m = {"c": 0.11, "n": n, "k": scene.stiffness, "gamma1": 0.7, "w": 0.02}
-    with localcontext(prec=stress_reference.DIGITS):
-        exact = stress_reference.answer(stress_reference.inputs(scene, 0.3), "small")
-    assert exact is not None
-    card = cards.power_law
-    expected = [f(0.3, **m) for f in (card.half_width, card.force, card.energy)]
-    assert [float(v) for v in exact] == pytest.approx(expected, rel=1e-13, abs=0)
 
 
 def test_the_condition_is_that_of_the_formula():

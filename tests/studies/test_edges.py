@@ -13,13 +13,12 @@ from pathlib import Path
 import pytest
 from project import PLACES
 from scene_files import DEPTH, SURFACES, writer
-from sweep_points import HELD_FROM, Workers, cheap, gone
+from sweep_points import HELD_FROM, gone
 
 from discretization import History, minimise
 from energy import ElasticLayer, Parabola, Patches, Scene, SurfaceEnergies, Wedge
 from studies import __main__ as command_line
 from studies.scenes.sweep.store import Store
-from studies.scenes.sweep.study import scattered, sweep
 from studies.shared import batches
 from studies.shared.batches import Clock
 
@@ -124,30 +123,6 @@ def test_what_the_start_costs_is_not_taken_for_the_cost_of_a_point(monkeypatch):
     assert str(early[0]) == "1 of 200 points"
     for one in seen[9:]:
         assert one.remaining == pytest.approx(1.5 * (200 - one.done))
-
-
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_the_time_to_go_is_known_within_a_factor_of_two_after_a_twentieth(
-    tmp_path, monkeypatch, jobs
-):
-    """Points at the end of the grid cost thirty times those at its beginning."""
-    told = []
-    workers = Workers(monkeypatch, jobs, lambda point: 1e-3 + 1e-4 * point["x"])
-    monkeypatch.setattr(batches, "PAUSE", 0.1)
-    show = lambda progress: told.append((workers.now, progress))  # noqa: E731
-    axes = {"x": list(range(300)), "y": [1.0]}
-    sweep(cheap, axes, tmp_path / "a", executor=workers, jobs=jobs, show=show)
-    known = [(workers.now - at, p.remaining) for at, p in told if 15 <= p.done < p.total]
-    assert len(known) >= 5
-    for true, estimated in known:
-        assert true / 2 < estimated < 2 * true
-
-
-def test_the_points_of_a_sweep_come_in_an_order_in_which_all_are_among_the_first():
-    assert sorted(scattered(1000)) == list(range(1000))
-    first = scattered(1000)[:50]
-    for tenth in range(10):
-        assert 3 <= sum(tenth * 100 <= at < tenth * 100 + 100 for at in first) <= 7
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")

@@ -16,7 +16,7 @@ from energy import Parabola, Wedge
 from studies.benchmarks import speed, tolerance
 from studies.scenes import run
 from studies.shared import timing
-from studies.shared.random_cases import SHAPES, random_case, random_steep_case
+from studies.shared.random_cases import random_case
 from studies.shared.table import read
 
 TINY = speed.Parameters(1, (10**4,), 40, 400, (("lattice", 10),), 1, 1)
@@ -111,24 +111,6 @@ def test_a_missed_limit_of_time_decides_only_when_asked(few, tmp_path, capsys):
     few[0] = few[0]._replace(error=1e-9)
     assert speed.main(given) == 1
     assert "FAIL" in speed.line(few[0])
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_random_cases_obey_the_ranges_they_state(shape):
-    rng = np.random.default_rng(5)
-    for _ in range(50):
-        for case, lo, hi in (
-            (random_case(rng, shape), 10**-1.5, 10**1.5),
-            (random_steep_case(rng, shape), 0.1, 10),
-        ):
-            ell = case.scene.elastocapillary_length
-            assert lo * (1 - 1e-9) <= case.half_width / ell <= hi * (1 + 1e-9)
-            assert ell * (1 + 1e-9) >= 1e-4 and ell <= 1e4 * (1 + 1e-9)
-        ratio = case.scene.work_of_adhesion / case.scene.gamma1
-        assert 1e-3 * (1 - 1e-9) <= ratio <= 0.8 * (1 + 1e-9)
-        if shape != "flat":
-            slope = float(case.scene.indenter.slope(case.half_width))
-            assert 0.02 * (1 - 1e-9) <= slope <= 1 + 1e-9
 
 
 @pytest.fixture(scope="module")

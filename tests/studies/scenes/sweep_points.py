@@ -4,13 +4,9 @@ import json
 import math
 import os
 import time
-from concurrent.futures import Executor, Future
 from pathlib import Path
-from types import SimpleNamespace
 
 from studies.scenes.grid import SolvedScene
-from studies.scenes.sweep import batches
-from studies.shared import batches as told
 
 HELD_FROM = 30  # lines
 
@@ -53,33 +49,6 @@ class HeldScene(SolvedScene):
     def __call__(self, point):
         hold(Path("results", f"{self.path.stem}_sweep.jsonl"), HELD_FROM)
         return super().__call__(point)
-
-
-class Workers(Executor):
-    """Workers in a time of their own, in which a point takes its cost and all else nothing."""
-
-    def __init__(self, monkeypatch, count, cost):
-        self.now, self.busy, self.cost = 0.0, 0.0, cost
-        self.free, self.ends = [0.0] * count, {}
-        monkeypatch.setattr(batches, "wait", self.wait)
-        monkeypatch.setattr(told, "time", SimpleNamespace(monotonic=lambda: self.now))
-
-    def submit(self, solve, function, points):
-        """A batch, begun as soon as a worker is free."""
-        seconds, first = sum(self.cost(point) for _, point in points), min(self.free)
-        self.free.remove(first)
-        self.free.append(max(first, self.now) + seconds)
-        self.busy += seconds
-        future = Future()
-        future.set_result(solve(function, points)._replace(seconds=seconds))
-        self.ends[future] = self.free[-1]
-        return future
-
-    def wait(self, pending, return_when):
-        """The batch that ends first, at its end."""
-        first = min(pending, key=self.ends.get)
-        self.now = self.ends[first]
-        return {first}, pending - {first}
 
 
 def gone(group):

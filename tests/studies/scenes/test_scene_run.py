@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from project import ROOT
-from scene_files import DEPTH, SURFACES, by_hand, refused, writer
+from scene_files import DEPTH, by_hand, refused, writer
 
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, SurfaceEnergies, Wedge
@@ -53,16 +53,6 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
     assert "validity     h/a" in said
 
 
-def test_tables_say_the_surface_energies_that_the_file_gives(written, tmp_path):
-    for change, told, kept in (
-        ((SURFACES, "w = 1e-4"), "SurfaceEnergies.from_work(gamma1=0.05, w=0.0001)", "gamma12"),
-        ((SURFACES, SURFACES), "SurfaceEnergies(gamma1=0.05, gamma2=0.03, gamma12=0.0791)", "w="),
-    ):
-        assert study.main([str(written(change)), "--out", str(tmp_path)]) == 0
-        text = (tmp_path / "tiny.csv").read_text("utf-8")
-        assert told in text and kept not in text
-
-
 def test_one_depth_is_told_in_full(written, tmp_path, capsys):
     path = written((DEPTH, "depth = 2e-6"))
     assert study.main([str(path), "--out", str(tmp_path)]) == 0
@@ -103,24 +93,6 @@ def drawn():
         return figure
 
     return draw
-
-
-def test_the_figure_of_one_depth(drawn):
-    figure = drawn(Parabola(0.4), [2e-6])
-    whole, line = figure.axes
-    assert figure.get_suptitle() == "drawn"
-    assert whole.get_title().startswith("surface at d = 2 µm")
-    assert (whole.get_xlabel(), line.get_xlabel()) == (
-        "position x in mm",
-        "distance from the contact line in µm",
-    )
-    assert whole.get_ylabel() == "displacement u, downwards, in µm"
-    assert whole.yaxis_inverted()
-    assert figure.get_supxlabel() == ""
-    x, u = whole.lines[0].get_data()
-    assert u[np.argmin(np.abs(x))] == pytest.approx(2.0, rel=1e-3, abs=0)
-    angle = math.degrees(math.sqrt(4e-3))  # √(2w/γ₁), Eq. (15)
-    assert line.get_title().startswith(f"right contact line: π − θ = {angle:.3g}°")
 
 
 def test_the_figure_of_several_depths(drawn):

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from project import PLACES
-from sweep_points import Workers, cheap, gone, lines, slow
+from sweep_points import cheap, gone, lines, slow
 
 from studies.scenes.grid import Axis
 from studies.scenes.sweep.batches import SECONDS, Batch, BatchClock
@@ -151,14 +151,6 @@ def test_a_batch_takes_about_its_time_and_the_last_ones_are_small():
     for _ in range(20):
         clock.count(Batch(["{}"] * 10, 0, 10 * 1.0))
     assert clock.size(10**6, 2) == 1
-
-
-def test_no_worker_waits_for_work(tmp_path, monkeypatch):
-    """Both workers are busy for 85 % of the time: 1.7 times as fast as one."""
-    workers = Workers(monkeypatch, 2, lambda point: 4e-3)
-    sweep(cheap, {"x": list(range(400)), "y": [1.0]}, tmp_path / "a", executor=workers, jobs=2)
-    assert workers.busy == pytest.approx(1.6, rel=1e-12, abs=0)
-    assert workers.busy > 1.7 * workers.now
 
 
 def test_results_are_flushed_as_they_come(tmp_path):
