@@ -119,22 +119,6 @@ def test_energy_is_the_functional_and_force_its_slope_and_the_integral_of_the_sp
 
 @every
 @given(of_paper)
-def test_shapes_against_power_law(case):
-    a, same = case("half_width", case.d), {"c": case.c, "n": case.n, **case.layer}
-    size = abs(case.d) + case.delta0 + case.ell * case.slope(a)
-    force = 2 * same["k"] * (a + case.ell) * size
-    scales = {"half_width": size / case.c if case.n == 1 else 0, "force": force}
-    for name, scale in {**scales, "energy": abs(case.parts(a)).sum()}.items():
-        twin = getattr(cards.power_law, name)(case.d, w=case.args["w"], **same)
-        check(twin, case(name, case.d), 1e-13, scale)
-    twin = cards.power_law.detachment_depth(w=case.args["w"], **same)
-    check(twin, case.least, 1e-14, size)
-    if a > 0:  # Eq. (29) against (25) and (27)
-        check(case("force_of_width", a), case("force", case.d), 1e-13, force)
-
-
-@every
-@given(of_paper)
 def test_pull_off_is_the_minimum_of_the_force(case):
     force_min, d_min, a_min = case("pull_off")
     top = 4 * (a_min + case.ell)

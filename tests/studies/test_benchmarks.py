@@ -56,7 +56,7 @@ def test_rivals_solve_the_same_problem(points):
                 lone = 3e-3 if p.task.endswith("loop") else 0.0
                 assert p.errors[0] <= max(bar, rtol, lone), p
                 checked += 1
-    assert checked > 20
+    assert checked > 12
 
 
 @pytest.mark.parametrize("name", ["nonadhesive", "adhesive", "finite"])
