@@ -156,20 +156,6 @@ def test_force_and_energy_are_those_of_the_stationary_functional(case):
 
 
 @every
-@given(shapes)
-def test_work_along_the_branch_is_the_difference_of_energies(case):
-    ends = float(case.least.half_width), case.a
-    a, da = ends[0] + (ends[1] - ends[0]) * T, (ends[1] - ends[0]) * DT
-    h = 1e-3 * a
-    slope = np.dot(
-        EIGHTH_ORDER, [axi.power_law.depth(a + i * h, **case.power) for i in range(-4, 5)]
-    )
-    work = (axi.power_law.force_of_radius(a, **case.power) * slope / h * da).sum()
-    end, start = (axi.power_law.energy_of_radius(r, **case.power) for r in ends[::-1])
-    check(work, end - start, 1e-7, abs(case.parts(case.d, case.a)).sum())
-
-
-@every
 @given(named)
 def test_named_shapes_against_power_laws(case):
     force = abs(case("force_of_radius", case.a)) + case.k * case.a**2 * case.delta0

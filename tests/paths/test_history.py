@@ -8,8 +8,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from project import PLACES, ROOT
-from scenes import adhesive
+from scenes import PLACES, ROOT, adhesive
 
 from discretization import History, load_path
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
@@ -109,16 +108,6 @@ def test_every_control_continues():
         whole = load_path(scene, **{name: values}, **more)
         first = load_path(scene, **{name: values[:2]}, **more)
         assert alike(whole, load_path(scene, **{name: values[2:]}, **more, after=first))
-
-
-def test_adhesion_hysteresis_continues():
-    scene = adhesive(Parabola(0.02), w=0.001, opening=0.003)
-    whole = load_path(scene, depths=PROGRAMME)
-    first = load_path(scene, depths=PROGRAMME[:70])
-    again = load_path(scene, depths=PROGRAMME[70:], after=first)
-    assert again.friction == pytest.approx(whole.friction, rel=1e-14, abs=0)
-    assert whole.friction > 0
-    assert alike(whole, again)
 
 
 KILLED = """

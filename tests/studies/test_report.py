@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from project import ROOT
 from scene_files import writer
+from scenes import ROOT
 
 from studies import MODULES, REPORTED, STUDIES, report, template
 from studies import __main__ as command_line
@@ -116,15 +116,6 @@ def test_the_verification_table_shows_a_failure(tmp_path):
     assert "<td class=text>&lt;angle&gt;</td>" in shown and "<td>—</td>" in shown
     assert "<td class=text>exact</td>" in shown and "<td>1.235e-09</td>" in shown
     assert shown.count("<tr class=bad>") == 1 and "<details open>" in shown
-
-
-def test_printed_tables_in_markdown_become_tables():
-    text = "before\n| a | b |\n| --- | --: |\n| x & y | 1.50000 |\nafter | not\n"
-    assert page.printed(text) == (
-        "<pre>before\n</pre><div class=wide><table><thead><tr><th class=text>a</th><th>b</th></tr>"
-        "</thead><tr><td class=text>x &amp; y</td><td>1.5</td></tr></table></div>"
-        "<pre>after | not\n</pre>"
-    )
 
 
 @pytest.mark.parametrize("title", ["Error of a", "Größe γ₁ < 1"])

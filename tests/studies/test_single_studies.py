@@ -6,8 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from discretization.plots import legs
-from discretization.plots import plot_path as figure
 from energy import Parabola, Wedge
 from studies import __main__ as studies
 from studies import rough, sphere
@@ -186,11 +184,6 @@ def pulls():
     return pull_off.run(FEW)
 
 
-@pytest.fixture(scope="module")
-def featured(looped):
-    return hysteresis.featured(looped)
-
-
 def test_every_loop_agrees_with_the_cards_and_its_energy_balances(looped):
     assert len(looped.loops) == len(INDENTERS) * 2 * 3
     assert {loop.history.control for loop in looped.loops} == {"depth", "force", "drive"}
@@ -235,29 +228,6 @@ def test_all_indenters_have_the_size_they_are_compared_at():
     assert pytest.approx(math.sqrt(2 * WORK / LAYER.stiffness), rel=1e-12, abs=0) == LIFT
 
 
-def test_the_area_between_the_drawn_jumps_is_the_loop(looped):
-    """∮P dd of the polygon that is drawn, by trapezoids: coarse, but a wrong jump shows."""
-    for loop in looped.loops:
-        drawn = sum(
-            float(np.sum((leg.force[1:] + leg.force[:-1]) / 2 * np.diff(leg.depth)))
-            for leg in legs(loop.history)
-        )
-        size = 2 * WORK * SIZE
-        assert drawn == pytest.approx(loop.history.dissipated, rel=0.02, abs=0.02 * size)
-
-
-def test_figures_tell_loading_from_unloading_and_mark_the_events(featured):
-    axes = figure(featured, "a parabola", ([0, 1e-6], [0, 1e-3], [0, 1e-5])).axes
-    labels = [text.get_text() for text in axes[0].get_legend().get_texts()]
-    assert {"closed form", "loading", "unloading", "jump-in", "detachment"} <= set(labels)
-    assert axes[0].get_xlabel() == "depth d in µm"
-    assert axes[0].get_ylabel() == "force P in mN/m"
-    assert axes[1].get_ylabel() == "half-width a in µm"
-    dashed = [line for line in axes[0].lines if line.get_linestyle() == "--"]
-    drawn = [line.get_xydata() for line in dashed if len(line.get_xdata())]
-    assert [data[0, 0] for data in drawn] == pytest.approx([0, -1e6 * LIFT], rel=1e-9, abs=1e-9)
-
-
 def test_the_command_writes_everything(looped, monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: looped)
     assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 0
@@ -295,15 +265,6 @@ def test_tension_helps_the_punch_and_the_parabola_and_weakens_the_wedge(pulls):
     assert "tan δ < α: tension weakens at every step: confirmed" in text
     assert "parabola (paper: open): tension helps at every step" in text
     assert "F_A ~ γ₁^0.500" in text
-
-
-def test_the_conclusions_follow_the_numbers(pulls):
-    flat, wedge, _ = pulls
-    swapped = "\n".join(pull_off.conclusions((flat, replace(flat, shape="wedge"), wedge)))
-    assert "tension helps at every step: NOT confirmed" in swapped
-    assert "parabola (paper: open): tension has no one sign" in swapped
-    assert pull_off.trend(np.array([1.0, 2.0, 1.5])) == 0
-    assert pull_off.trend(np.array([1.0, 2.0, 2.0])) == 0
 
 
 def test_the_global_pull_of_the_punch_is_the_maxwell_point(pulls):

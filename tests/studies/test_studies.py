@@ -12,7 +12,7 @@ from scene_files import DEPTH, SURFACES, writer
 from energy.units import prefixed
 from studies import MODULES, TIMED, sphere
 from studies import __main__ as command_line
-from studies.shared import command, figures, table
+from studies.shared import command, table
 from studies.shared.table import read
 
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
@@ -130,22 +130,6 @@ def test_another_repository_around_the_package_is_not_ours(tmp_path, monkeypatch
     table.commit.cache_clear()
     assert table.commit() == "unknown"
     table.commit.cache_clear()
-
-
-def test_a_logarithmic_axis_has_no_crowded_labels(tmp_path):
-    from matplotlib.figure import Figure
-
-    figure = Figure()
-    axes = figure.subplots()
-    axes.loglog([0.06, 0.6], [1e-5, 2e-3])
-    axes.set_title("ticks")
-    figures.plain_ticks(axes.xaxis)
-    figures.plain_ticks(axes.yaxis, "s", (1.0,))
-    figures.save(figure, tmp_path / "a.png")
-    shown = [t.get_text() for t in axes.get_xticklabels() if 0.06 < t.get_position()[0] < 0.6]
-    assert shown == ["0.1", "0.2", "0.5"]
-    assert not any(t.get_text() for t in axes.get_xticklabels(minor=True))
-    assert {"100 µs", "1 ms"} <= {t.get_text() for t in axes.get_yticklabels()}
 
 
 def test_the_output_folder_is_made_when_something_is_written(tmp_path):

@@ -178,12 +178,6 @@ def test_the_command_fails_with_a_broken_card(monkeypatch, tmp_path, capsys):
     assert "**FAIL**" in (tmp_path / "report.md").read_text("utf-8")
 
 
-def test_the_table_survives_bars_in_the_text(record):
-    table = [row for row in verify.report(record, "").splitlines() if row.startswith("| ")]
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in table} == {14}
-    assert len(table) == len(CHECKS) + 2
-
-
 def test_the_curves_lie_on_their_closed_forms(record):
     data = record.curves
     drawn = data.meniscus
