@@ -1,8 +1,4 @@
-"""Rotational symmetry on nodes: exact ends, the line's rule, and closed forms written here.
-
-d = f(a) - (δ₀ - l f'(a)) q,  P = πk∫₀ᵃ r² f' dr - πk(a²q + 2al)(δ₀ - l f'(a)),
-U = π∫₀ᵃ (k(d-f)² + γ₁f'²) r dr + πγ₁(s/q)(d-f(a))² - wπa²,  s = a/l,  q = K₀(s)/K₁(s).
-"""
+"""Rotational symmetry on nodes: exact ends, the lines' rules, rings, discs and the lowest state."""
 
 import math
 from dataclasses import replace
@@ -13,7 +9,6 @@ import pytest
 from lattices import mask_of, over
 from random_scenes import Dice, depth_of, scene_and_depth, within
 from scenes import ALPHA, DELTA0, SCENE, L, adhesive, dimple, turned
-from scipy.integrate import quad
 from scipy.special import k0e, k1e
 
 from discretization import load_path, minimise
@@ -23,48 +18,16 @@ from discretization.nodes.lattice import Lattice
 from discretization.nodes.radial_spans import ring_spans, rings
 from discretization.nodes.rules import Rules
 from energy import (
-    Circle,
     ElasticLayer,
     FlatPunch,
     Parabola,
-    PowerLaw,
     Profile,
     Sampled,
     Scene,
     SurfaceEnergies,
-    Wedge,
 )
 
 K, GAMMA1, W = SCENE.stiffness, SCENE.gamma1, SCENE.work_of_adhesion
-A = 1.7 * L
-BODIES = {
-    "parabola": Parabola(A / (0.9 * ALPHA)),
-    "cone": Wedge(math.atan(0.6 * ALPHA)),
-    "power": PowerLaw(0.3 * ALPHA / A**2, 3.0),
-    "circle": Circle(A / (0.9 * ALPHA)),
-}
-
-
-def expected(scene, a):
-    """Depth, force and energy of a contact of radius a."""
-    k, gamma1, w, ell = (
-        scene.stiffness,
-        scene.gamma1,
-        scene.work_of_adhesion,
-        scene.elastocapillary_length,
-    )
-    f, slope = scene.indenter.height, scene.indenter.slope
-    q, pull = k0e(a / ell) / k1e(a / ell), scene.critical_separation - ell * float(slope(a))
-    d = float(f(a)) - pull * q
-
-    def integral(density):
-        return quad(density, 0, a, epsabs=0, epsrel=1e-13)[0]
-
-    force = math.pi * k * integral(lambda r: r * r * float(slope(r)))
-    force -= math.pi * k * (a * a * q + 2 * a * ell) * pull
-    inside = integral(lambda r: r * (k * (d - float(f(r))) ** 2 + gamma1 * float(slope(r)) ** 2))
-    tail = gamma1 * a / (ell * q) * (d - float(f(a))) ** 2
-    return d, force, math.pi * (inside + tail - w * a * a)
 
 
 def on_nodes(scene, depth, spacing, **options):
@@ -96,33 +59,9 @@ def test_the_inner_surface_is_that_of_all_nodes_to_the_axis(kappa):
     assert found == pytest.approx(np.array(exact), rel=2e-14, abs=0)
 
 
-def test_random_scenes_stay_within_their_own_estimate():
-    rng, missed = np.random.default_rng(18), []
-    for _ in range(120):
-        rise, a = ALPHA * 10 ** rng.uniform(-1, 0.3), L * 10 ** rng.uniform(-1.5, 1.5)
-        body = (
-            Parabola(a / rise),
-            Circle(max(a / rise, 1.5 * a)),
-            Wedge(math.atan(rise)),
-            PowerLaw(rise / (3 * a * a), 3.0),
-        )[rng.integers(4)]
-        scene = turned(body, w=W if rng.random() < 0.8 else 0.0)
-        d, force, energy = expected(scene, a)
-        state = on_nodes(scene, d, a / 10 ** rng.uniform(1.5, 2.5))
-        if not state.contacts.size:
-            continue  # another, narrower state of this depth, or none
-        off = dict(half_width=state.radius - a, force=state.force - force)
-        off["energy"] = state.energy - energy
-        if abs(off["half_width"]) < 0.1 * a:
-            missed.append(max(abs(off[name]) / state.uncertainty[name] for name in off))
-    assert len(missed) > 60
-    assert np.mean(np.array(missed) <= 1) > 0.95
-    assert max(missed) < 3
-
-
 @pytest.mark.parametrize("moved", [-1, 1])
 def test_a_line_on_another_node_is_not_certified(moved):
-    scene, spacing, depth = turned(BODIES["parabola"]), L / 40, 0.2 * DELTA0
+    scene, spacing, depth = turned(Parabola(1.9 * L / ALPHA)), L / 40, 0.2 * DELTA0
     lattice = Lattice.of(scene, spacing)
     body, last = (
         lattice.seen(scene).indenter,

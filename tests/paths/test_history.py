@@ -75,16 +75,6 @@ def test_a_file_keeps_every_bit(scene, tmp_path):
     assert '"scene"' in text
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda s: type(s.indenter).__name__)
-@pytest.mark.parametrize("cut", [1, 17, 41, 80, 99])
-def test_a_path_continues_as_if_it_had_not_stopped(scene, cut, tmp_path):
-    whole = load_path(scene, depths=PROGRAMME)
-    first = load_path(scene, depths=PROGRAMME[:cut])
-    first.to_csv(tmp_path / "first.csv")
-    read = History.from_csv(tmp_path / "first.csv")
-    assert alike(whole, load_path(scene, depths=PROGRAMME[cut:], after=read))
-
-
 def test_a_scene_given_in_whole_numbers_of_numpy_is_read_again(tmp_path):
     layer = ElasticLayer(np.int64(3), 0.0, np.float32(2.0))
     scene = Scene(layer, SurfaceEnergies.from_work(1.0, 0.01), PowerLaw(1.0, np.int64(2)))

@@ -8,14 +8,13 @@ import os
 
 import numpy as np
 import pytest
-from scenes import adhesive
 from truth.paths.controls import Control, reading_of
-from truth.paths.depth_paths import Adhering, Place, depth_path_of
+from truth.paths.depth_paths import Place, depth_path_of
 from truth.paths.path_compare import answer, path_verdicts
 from truth.paths.path_scenes import PATH_KINDS, path_case, programme
 
 from discretization import load_path
-from energy import ElasticLayer, Parabola, Profile, SurfaceEnergies, cards
+from energy import ElasticLayer, SurfaceEnergies
 
 FEW, MANY = 1, int(os.environ.get("ELASTOCAP_PATHS", "6"))
 REFUSED, SKIPPED = 0.005, 0.1  # of all paths, or one
@@ -60,35 +59,6 @@ def assert_right_or_refused(kind, asked):
 def test_paths_that_were_wrong(kind, seed):
     for method, found in path_verdicts(kind, seed).items():
         assert found.word == "right", f"{method}: {found.why}"
-
-
-def body(R, far):
-    """A parabola that ends."""
-    return Profile(Parabola(R).height, Parabola(R).slope, extent=(-far, far))
-
-
-@pytest.mark.parametrize("R", [0.005, 0.02, 0.3])
-def test_a_dead_load_pulls_a_parabola_off_where_the_closed_form_does(R):
-    """(a + l)² = R δ₀ and F = (4/3) k √R δ₀^(3/2) + (2/3) k l³/R for Λ <= 1, else 2√(2wγ₁)."""
-    scene = adhesive(body(R, 20 * R if R < 0.1 else 2.0))
-    k, length, d0 = scene.stiffness, scene.elastocapillary_length, scene.critical_separation
-    reading = reading_of(Adhering(scene, length), Control(0.0), d0)
-    for force in (0.1 * k * length * d0, -10 * k * (length + np.sqrt(R * d0)) * d0):
-        reading.go(force)
-    touching, lost = reading.jumps
-    small = length / np.sqrt(R * d0) <= 1
-    pull = (
-        4 / 3 * k * np.sqrt(R) * d0**1.5 + 2 / 3 * k * length**3 / R
-        if small
-        else 2 * k * length * d0
-    )
-    assert abs(lost.value + pull) <= 1e-8 * pull
-    a = max(np.sqrt(R * d0) - length, 0.0)
-    assert abs(lost.first.half_width - a) <= 1e-4 * (a + length)
-    given = {"R": R, "k": k, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
-    after = cards.parabola.force(touching.after.depth, **given)
-    assert abs(after) <= 1e-11 * touching.second.force_scale
-    assert abs(lost.after.depth + d0) <= 1e-8 * d0
 
 
 @pytest.mark.parametrize("kind", ["load_small", "load_opening", "load_pattern", "load_no_tension"])

@@ -121,9 +121,6 @@ def test_every_gap_at_re_entrant_corners_is_in_the_lowest_state():
     assert np.diff(gaps) / 2 == pytest.approx(np.full((4, 1), reach), rel=0.25)
 
 
-WORDS = {"global", "metastable", "adhered", "neutral", "detached"}
-
-
 @pytest.mark.parametrize("draw", [random_case, random_steep_case])
 def test_a_convex_state_is_global_where_the_global_search_finds_no_less(draw):
     rng, found = np.random.default_rng(5), []

@@ -14,6 +14,7 @@ from scenes import ALPHA, DELTA0, L, adhesive, dimple, rippled, steep, turned, t
 
 from discretization import load_path, minimise
 from energy import Circle, FlatPunch, Parabola, PowerLaw, Profile, Sampled, Wedge
+from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 
 A = 1.7 * L  # a radius of contacts about an axis
 X = np.linspace(-0.05, 0.06, 4001)
@@ -223,3 +224,22 @@ def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
     assert lowest.energy == pytest.approx(mesh.energy, rel=0, abs=lowest.uncertainty["energy"])
     if not scene.surfaces.work_of_adhesion:
         assert states[name].label == "global" and lowest.nodes.tolist() == adhered.nodes.tolist()
+
+
+@pytest.mark.parametrize("draw", [random_case, random_steep_case, "round"])
+def test_random_states_on_nodes_are_those_of_the_mesh_within_their_estimates(draw):
+    rng, ratios = np.random.default_rng(18), []
+    for i in range(60):
+        case = (random_case if draw == "round" else draw)(rng, SHAPES[i % len(SHAPES)])
+        scene = replace(case.scene, geometry="axisymmetric") if draw == "round" else case.scene
+        exact = minimise(scene, case.depth)
+        spacing = case.resolved / 10 ** rng.uniform(1.3, 2.2)
+        state = minimise(scene, case.depth, method="lattice", spacing=spacing)
+        if state.contacts.shape != exact.contacts.shape or not exact.half_width:
+            continue  # next to detachment, or detached
+        if abs(state.half_width / exact.half_width - 1) < 0.1:  # else another state of this depth
+            for one, size in state.uncertainty.items():
+                ratios.append(abs(getattr(state, one) - getattr(exact, one)) / (size or math.inf))
+    assert len(ratios) > 90
+    assert np.mean(np.array(ratios) <= 1) > 0.95
+    assert max(ratios) < 3
