@@ -1,5 +1,6 @@
 """The certificate must reject what is no equilibrium; sums on nodes against 50-digit arithmetic."""
 
+import contextlib
 import itertools
 import math
 from dataclasses import replace
@@ -17,7 +18,8 @@ from lattices import (
 )
 from scenes import DELTA0, SCENE, L, adhesive, roughness, two
 
-from discretization import Lattice, NodalEnergy
+from discretization import Lattice, NodalEnergy, NotCertifiedError
+from discretization.certificate import Certificate
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.lowest import global_minimum
@@ -46,6 +48,17 @@ def test_the_equilibrium_passes_with_violations_at_rounding():
     assert certificate.ok
     assert certificate.penetration == certificate.opening == certificate.neighbours == 0
     assert certificate.force <= 1e-13
+
+
+@pytest.mark.parametrize("name", Certificate._fields[:-1])
+@pytest.mark.parametrize(
+    ("violation", "ok"), [(0.99e-9, True), (1.01e-9, False), (math.nan, False)]
+)
+def test_a_violation_by_more_than_1e_9_of_its_scale_fails(name, violation, ok):
+    given = Certificate.undeformed()._replace(**{name: violation})
+    assert given.ok == ok and given.failures == (() if ok else (name,))
+    with contextlib.nullcontext() if ok else pytest.raises(NotCertifiedError, match=name):
+        given.demand("a state", "try another")
 
 
 @pytest.mark.parametrize("change", [(0, 1), (0, -1), (1, 0), (-1, 0)])

@@ -155,17 +155,6 @@ def test_without_tension_every_spring_is_by_itself(geometry, body):
             assert state.certificate.ok
 
 
-def test_the_free_surface_between_the_nodes_meets_them():
-    """The cubic through them, beyond a line between two nodes, against nodes ten times finer."""
-    scene = steep(Parabola(0.02), 0.6)
-    x = np.linspace(-0.05, 0.05, 301)
-    coarse, fine = (on_lattice(scene, 1e-3, DX / share) for share in (1, 10))
-    size = np.abs(fine.displacement(x)).max()
-    assert np.abs(coarse.displacement(x) - fine.displacement(x)).max() <= 3e-4 * size
-    small = replace(scene, slopes="small")
-    assert np.abs(on_lattice(small, 1e-3, DX).displacement(x) - fine.displacement(x)).max() > 0
-
-
 def test_a_node_far_out_on_a_steep_flank_is_compared_with_too():
     """Its link is all but vertical, and has hardly a stiffness for Newton's method."""
     lattice = Lattice.of(steep(Parabola(0.02), 1.0), 1e-3)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import adhesive
-from truth.scenes import case_of
 
 from discretization import load_path, minimise
 from energy import (
@@ -73,20 +72,6 @@ def test_the_parts_of_the_energy_know_the_pattern(name):
     assert sum(state.force_parts.values()) == pytest.approx(
         state.force, rel=0, abs=2e-3 * state.scales["force"]
     )
-
-
-def test_a_pattern_of_one_factor_is_another_work_of_adhesion():
-    for seed in range(6):
-        case = case_of("small", seed)
-        plain, w = case.scene, case.scene.work_of_adhesion
-        doubled = SurfaceEnergies.from_work(plain.gamma1, 2 * w)
-        patched = replace(plain, pattern=Patches([0.0], [2.0, 2.0]))
-        given = {"method": "lattice", "spacing": case.feature / 20}
-        ours = minimise(patched, case.depth, **given)
-        theirs = minimise(replace(plain, surfaces=doubled), case.depth, **given)
-        assert ours.nodes == pytest.approx(theirs.nodes, rel=1e-12, abs=0)
-        scale = theirs.scales["energy"] or 1.0
-        assert ours.energy == pytest.approx(theirs.energy, rel=0, abs=0.02 * scale)
 
 
 LEVELS = (0.1, 0.05, 0.025, 0.0125)  # spacings

@@ -119,7 +119,7 @@ def test_lattices_converge_in_second_order_wherever_the_lines_are_between_nodes(
     own = [2, 3] if name in PINNED else [0, 1, 2, 3]
     orders = -np.polyfit(np.log(links), np.log(np.array(worst)[:, own]), 1)[0]
     assert orders == pytest.approx(np.full(len(own), 2.0), rel=0, abs=0.25)
-    assert (worst[-1] <= [1e-4, 1e-3, 1.5e-3, 1e-3]).all()
+    assert (worst[-1] <= [1e-4, 1e-3, 1.5e-3, 2e-3]).all()
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -172,7 +172,7 @@ def test_a_state_is_the_end_of_its_path(states, name):
     path = load_path(scene, depths=depths, method="lattice", spacing=L / 80)
     assert path.at(-1).lines == pytest.approx(state.nodes.ravel(), rel=0, abs=0.51 * L / 80)
     for one in ("force", "energy"):
-        size = 2e-3 * state.scales[one]
+        size = 5e-3 * state.scales[one]
         assert getattr(path, one)[-1] == pytest.approx(getattr(state, one), rel=0, abs=size)
 
 
