@@ -1,5 +1,6 @@
 """The lattice minimiser against the closed forms: errors, orders, special cases."""
 
+import contextlib
 import math
 import warnings
 from dataclasses import replace
@@ -11,12 +12,13 @@ from truth.compare import reference
 from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
-from discretization.lattice.accuracy import unseen
+from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.state import on_lattice
 from discretization.nodes.lattice import Lattice
 from energy import (
     ElasticLayer,
     FlatPunch,
+    Parabola,
     Plane,
     Profile,
     Scene,
@@ -195,3 +197,13 @@ def test_contacts_narrower_than_two_links_are_known_to_their_own_size():
     assert min(state.error_estimate.values()) >= 1
     fine = minimise(scene_of(body, 0.04, 1e-4), 1e-3, method="lattice", spacing=5e-4)
     assert max(fine.error_estimate.values()) <= 0.1
+
+
+@pytest.mark.parametrize(("share", "warned"), [(0.9, False), (1.1, True)])
+def test_a_penetration_by_more_than_1e_9_of_the_depths_is_warned_of(share, warned):
+    scene = scene_of(Parabola(1.0), 1.0, 0.02)
+    state = minimise(scene, -1.5 * scene.critical_separation)
+    height = state.depth * (1 + share * 1e-9)  # of a tip that no node sees
+    hidden = Unseen(np.zeros(1), np.array([height]), np.ones(1))
+    with pytest.warns(AccuracyWarning) if warned else contextlib.nullcontext():
+        looked_at([state], hidden, Lattice.of(scene, 0.1), 1)

@@ -252,12 +252,15 @@ def test_the_loop_on_nodes_is_that_of_the_mesh(paths, name, control):
     """Next to an event either may be on its other side; lines of nodes are told by their links."""
     if name not in ON_NODES:
         return
-    nodes, mesh = paths(name, control, dict(BOTH[::-1])[name]), paths(name, control, {})
+    nodes, mesh = paths(name, control, dict(BOTH)[name]), paths(name, control, {})
     both = ~np.isnan(nodes.contacts[:, 0]) & ~np.isnan(mesh.contacts[:, 0])
     assert both.sum() >= 8
     for one, bound in (("force", 1e-3), ("depth", 1e-3), ("energy", 2e-3), ("half_width", 1e-2)):
         own, exact = getattr(nodes, one)[both], getattr(mesh, one)[both]
         assert np.quantile(np.abs(own - exact), 0.75) <= bound * np.abs(exact).max(), one
+    if name in ("parabola", "tilted", "wedge", "sphere", "cone", "arc"):  # lines between nodes
+        off = np.abs(nodes.half_width - mesh.half_width)[both]
+        assert np.quantile(off, 0.75) <= 0.02 * nodes.spacing
     kept = ("touch", "jump-in", "nucleation", "detachment", "pull-off")
     ours, theirs = ([e for e in path.events if e.kind in kept] for path in (nodes, mesh))
     assert [event.kind for event in ours] == [event.kind for event in theirs]
