@@ -4,7 +4,9 @@ Random scenes with closed forms: studies.shared.random_cases.
 """
 
 import math
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +21,11 @@ from energy import (
     Scene,
     SurfaceEnergies,
     Wedge,
+)
+
+ROOT = Path(__file__).parents[1]
+PLACES = os.pathsep.join(  # where a Python of its own finds modules
+    str(ROOT / place) for place in ("", "tests", "tests/paths", "tests/studies/scenes")
 )
 
 
@@ -47,6 +54,11 @@ def check(value, expected, rel, scale=0.0):
 def steep(indenter, ratio=0.3, gamma1=0.07) -> Scene:
     """The same with finite slopes and w/γ₁ = ratio."""
     return adhesive(indenter, gamma1=gamma1, w=ratio * gamma1, slopes="finite")
+
+
+def turned(indenter, **given) -> Scene:
+    """The same with rotational symmetry."""
+    return replace(adhesive(indenter, **given), geometry="axisymmetric")
 
 
 def plain(indenter, *, w=0.02, gamma1=1.0, length=1.0, stress=1.0, **options) -> Scene:
@@ -110,6 +122,15 @@ def rippled(R, wave, height, extent=(-math.inf, math.inf)):
         lambda x: np.square(x) / (2 * R) + height * (1 - np.cos(q * np.asarray(x))),
         lambda x: np.asarray(x) / R + height * q * np.sin(q * np.asarray(x)),
         extent,
+    )
+
+
+def dimple(c=1.2 * L, h=DELTA0):
+    """Lowest at r = c: about an axis a ring touches first."""
+    return Profile(
+        lambda r: h * ((np.asarray(r) / c) ** 2 - 1) ** 2,
+        lambda r: h * 4 * np.asarray(r) / c**2 * ((np.asarray(r) / c) ** 2 - 1),
+        extent=(0, 4 * c),
     )
 
 

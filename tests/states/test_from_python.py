@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import ROOT
+from scenes import ROOT
 
 import discretization
 import energy
@@ -165,3 +165,17 @@ def test_types_are_known_to_those_who_import():
     for package in ("energy", "discretization", "studies"):
         assert (ROOT / package / "py.typed").is_file()
     assert '"*" = ["py.typed",' in (ROOT / "pyproject.toml").read_text("utf-8")
+
+
+def test_modules_that_are_not_imported():
+    """Beyond those of scipy.linalg, which in some versions imports scipy.sparse."""
+    codes = ("import numpy, scipy.linalg", "import energy, discretization")
+    found = []
+    for code in (*codes, f"{codes[1]}, cvxpy, matplotlib.figure"):
+        command = [sys.executable, "-c", f"{code}, sys; print(*sys.modules)"]
+        loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+        found.append({*loaded})
+    least, plain, everything = found
+    unwanted = {"cvxpy", "matplotlib", "scipy.sparse", "scipy.optimize"}
+    assert not unwanted & (plain - least)
+    assert len(plain) < len(everything) / 2

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from random_scenes import ASKED
 
-from discretization import AccuracyWarning, load_path, minimise, quadrature
+from discretization import AccuracyWarning, minimise, quadrature
 from discretization.integrals import Integrals
 from discretization.profile import resolve
 from discretization.quadrature import NONE, refined
@@ -184,17 +184,6 @@ def test_load_steps_see_jumps_that_are_not_declared(slopes):
         assert np.abs(sums[1] - sums[0]).max() <= 1e-12 * np.abs(sums[0]).max()
 
 
-def test_a_path_over_jumps_that_are_not_declared():
-    body = Bent(*SIMPLE["kink"])
-    depths = np.linspace(0.05, 0.4, 23)
-    known, hidden = (
-        load_path(scene_of(body.profile(True, known)), depths=depths, rtol=1e-9)
-        for known in (True, False)
-    )
-    assert np.allclose(hidden.force, known.force, rtol=1e-9, atol=0)
-    assert np.allclose(hidden.energy, known.energy, rtol=1e-8, atol=0)
-
-
 def test_who_says_where_it_is_smooth():
     own = Profile(np.cosh, np.sinh, knots=(-1.0, 0.5))
     for shape in (
@@ -211,18 +200,6 @@ def test_who_says_where_it_is_smooth():
     assert own.shifted(0.25).knots.tolist() == [-0.75, 0.75]
     assert own.tilted(0.1).knots == own.knots
     assert (own + PowerLaw(1.0, 3.0)).knots.tolist() == [-1.0, 0.0, 0.5]
-
-
-def test_declared_knots_save_the_halving():
-    body, counts = Bent(*SIMPLE["rounded punch"]), []
-    for known in (True, False):
-        points, profile = [], body.profile(True, known)
-        object.__setattr__(
-            profile, "height", lambda x, own=points: own.append(np.size(x)) or body.height(x)
-        )
-        minimise(scene_of(profile), 0.1, rtol=1e-12)
-        counts.append(sum(points))
-    assert 3 * counts[0] < counts[1]
 
 
 def test_a_difference_by_rounding_is_not_halved(monkeypatch):
@@ -289,22 +266,6 @@ def test_digits_that_a_height_loses_are_counted_in_the_errors(slopes):
             lost = max(lost, error)
     assert silent >= 10
     assert lost >= 1e-12  # or the heights lost nothing
-
-
-@pytest.mark.parametrize("gamma1", [1e-6, 0.0])
-def test_digits_that_a_height_loses_are_counted_where_contacts_may_be_several(gamma1):
-    rng, lost = np.random.default_rng(7), 0.0
-    for depth in 10 ** rng.uniform(-5.5, -4, 12):
-        heights = (lambda x: np.cosh(x) - 1, lambda x: 2 * np.sinh(np.asarray(x) / 2) ** 2)
-        own, true = (
-            minimise(scene_of(Profile(height, np.sinh, (-2, 2)), "small", 0.0, gamma1), depth)
-            for height in heights
-        )
-        error = abs(own.half_width - true.half_width) / true.half_width
-        assert error <= 10 * own.error_estimate["half_width"]
-        assert own.error_estimate["half_width"] >= 0.5 * 2.0**-53 / depth / 10
-        lost = max(lost, error)
-    assert lost >= 1e-13
 
 
 @pytest.mark.parametrize("convex", [True, False])
