@@ -291,7 +291,7 @@ def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(paths, name, no
     same = {"rel": 0, "nan_ok": True}
     for one in ("force", "energy", "contacts"):
         ours, theirs = getattr(again, one), getattr(whole, one)
-        size = 0.0 if nodes else 1e-12 * np.nanmax(np.abs(theirs))
+        size = (1e-14 if nodes else 1e-12) * np.nanmax(np.abs(theirs))
         assert ours == pytest.approx(theirs, abs=size, **same), one
     assert [e.kind for e in again.events] == [e.kind for e in whole.events]
     assert list(map(len, again.inner)) == list(map(len, whole.inner))

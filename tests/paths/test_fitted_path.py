@@ -260,7 +260,7 @@ def test_a_line_that_a_corner_would_stop_is_not_at_rest_beside_it():
         return facing - own - 1e-7 * DELTA0
 
     q = brentq(above, 4.4 * L, 5.4 * L)
-    assert motion.resting.moved(q, p, rest_depths(q)[0], -1, (-4 * L, tip))[1] > tip
+    assert motion.resting.apart(q, p, -4 * L, tip, rest_depths(q)[0])[1] > tip
 
 
 def test_a_tip_that_is_pressed_in_stays_in_contact_where_a_line_jumps_to_it():
