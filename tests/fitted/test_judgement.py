@@ -74,6 +74,7 @@ def judged(state, lines):
     return certify(contacts, moved, totals(contacts, 1e-8))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("move", [-1e-6, 1e-6])
 @pytest.mark.parametrize("where", [(0, 0), (4, 0), (4, 1), (-1, 1)])
@@ -102,6 +103,7 @@ def test_only_adhesion_holds_a_gap_closed(states, case):
     assert judgement.failures == (() if case[0] else ("opening",))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "failures"), [(0.9, ()), (1.1, ("opening",))])
 def test_a_corner_is_torn_open_beyond_what_both_its_lines_hold(share, failures):
     """J <= 2√(2w/γ₁)."""

@@ -106,6 +106,7 @@ def test_a_disc_closes_when_it_is_pressed():
     assert minimise(own, 0.2).contacts[0, 0] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_a_cylinder_is_held_up_to_a_rounding_of_where_it_lets_go(slopes):
     own = scene(FlatPunch(0.06), slopes=slopes)
@@ -210,6 +211,7 @@ def test_a_pinned_line_of_a_punch(ratio, degrees):
     assert abs(state.angle_deficit - phi) <= 1e-8
 
 
+@pytest.mark.slow
 def test_a_sphere_is_wetted_up_to_its_equator():
     """Where Young's angle meets a flat surface, d = R (1 - cos δ), the force is that of springs."""
     R, w = 0.05, 0.9

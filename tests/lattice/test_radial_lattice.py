@@ -112,6 +112,7 @@ def test_a_convex_profile_that_may_have_several_stable_lines_is_searched():
         assert state.proof.bound <= min(0.0, sums.energy + 1e-12 * sums.energy_scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [4, 8])
 def test_the_fitted_mesh_finds_the_lowest_rings_too(seed):
     rng = np.random.default_rng(seed)

@@ -136,6 +136,7 @@ def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
     assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)
 
 
+@pytest.mark.slow
 def test_a_wavy_profile_without_adhesion_turned_about_an_axis_is_pressed_from_touching():
     """C next to touching is all rounding: drawn from lines that are solved for, it has peaks."""
     layer, surfaces = ElasticLayer(1.3, 0.0, 1.0), SurfaceEnergies.from_work(1.1, 0.0)
@@ -229,6 +230,7 @@ def lines(state):
     return sum(map(np.isfinite, state.lines))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("control", ["depth", "load", "machine"])
 @pytest.mark.parametrize(("name", "nodes"), BOTH)
 def test_a_loop_loses_what_is_put_in_and_no_contact_between_events(paths, name, control, nodes):
@@ -282,6 +284,7 @@ def test_the_loop_on_nodes_is_that_of_the_mesh(paths, name, control):
     assert nodes.dissipated == pytest.approx(mesh.dissipated, rel=0.1, abs=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "nodes"), BOTH)
 def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(paths, name, nodes, tmp_path):
     whole, cut = paths(name, "depth", nodes), 11

@@ -185,6 +185,7 @@ def profile():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("geometry", "slopes"), [(g, s) for g in ("line", "axisymmetric") for s in ("small", "finite")]
 )

@@ -150,6 +150,7 @@ def test_a_held_line_stays_where_it_is_to_the_last_bit(name):
     assert slopes == pytest.approx(np.full(40, slopes[1]), rel=1e-9, abs=0)
 
 
+@pytest.mark.slow
 def test_errors_of_held_lines_are_known():
     """Over spacings, i.e. over where the lines are between nodes."""
     dice, ratios = np.random.default_rng(5), []

@@ -82,6 +82,7 @@ def test_paths_that_were_wrong(kind, seed):
         assert found.word == "right", f"{method}: {found.why}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["load_small", "load_opening", "load_pattern", "load_no_tension"])
 def test_depth_paths_that_turn(kind):
     """What the readings are read off, against paths under imposed depth."""

@@ -110,7 +110,12 @@ def errors(state, exact):
     return found
 
 
-@pytest.mark.parametrize("name", ON_NODES)
+LONG = {"rippled, steep": pytest.mark.slow}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=LONG.get(name, ())) for name in ON_NODES]
+)
 def test_lattices_converge_in_second_order_wherever_the_lines_are_between_nodes(states, name):
     links, worst = LINKS * FINER.get(name, 1), []
     for number in links:
@@ -226,6 +231,7 @@ def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
         assert states[name].label == "global" and lowest.nodes.tolist() == adhered.nodes.tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("draw", [random_case, random_steep_case, "round"])
 def test_random_states_on_nodes_are_those_of_the_mesh_within_their_estimates(draw):
     rng, ratios = np.random.default_rng(18), []

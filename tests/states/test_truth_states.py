@@ -116,6 +116,7 @@ def test_the_lowest_state_of_fine_ripples():
     assert truth.energy <= adhered_too + 1e-9 * truth.energy_scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 11])
 def test_lattice_paths_of_rough_profiles_come_to_rest(seed):
     """A closed loop on two lattices, the finer one against the walk there and back.
@@ -149,6 +150,7 @@ REFUSED, SKIPPED = 0.02, 0.05  # of all states, or one of a few
 COMPARED = 0.8  # at least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_few_states_are_right_or_refused(kind):
     assert_right_or_refused(kind, range(FEW))

@@ -134,6 +134,7 @@ def test_every_quantity_of_every_shape_has_its_two_borders(monkeypatch):
     assert force == pytest.approx(4 * [0.01, 0.1], rel=2e-3, abs=0)
 
 
+@pytest.mark.slow
 def test_report_table_and_figures_are_written_from_the_record(record, tmp_path):
     text = applicability_report.write(record, Output(tmp_path, "a command"))
     assert "The conjecture holds" in text

@@ -135,6 +135,7 @@ def test_the_reference_agrees_with_the_cards(draw, shape):
         assert float(exact.force) == pytest.approx(case.force, rel=0, abs=1e-10 * size)
 
 
+@pytest.mark.slow
 def test_nothing_is_lost(trials):
     assert not [t for t in trials if t.verdict in stress.BAD]
     assert {t.grid for t in trials} == set(stress.GRIDS)

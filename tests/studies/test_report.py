@@ -37,6 +37,7 @@ def made(folder):
     return (folder / "report.html").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_every_figure_is_in_the_page_and_every_link_leads_to_a_file_beside_it(folder, made):
     sources = re.findall(r"src=\"?([^\"> ]{0,30})", made)
     assert len(sources) == 2 and all(s.startswith("data:image/png;base64,") for s in sources)
@@ -74,6 +75,7 @@ def test_the_page_says_where_it_comes_from_and_what_was_found(made):
     assert "<span class=good>All 2 studies passed.</span>" in made
 
 
+@pytest.mark.slow
 def test_a_failing_study_is_shown_and_counts(tmp_path, monkeypatch, capsys):
     from studies.benchmarks import tolerance
 

@@ -35,6 +35,7 @@ def few(monkeypatch, rows):
     return found
 
 
+@pytest.mark.slow
 def test_every_answer_is_within_its_limit_of_error(rows):
     assert [row.name for row in rows] == [
         *("state, small slopes", "state, finite slopes", "nodes, 1e+04"),
@@ -154,6 +155,7 @@ def test_no_estimate_of_a_lattice_state_is_below_a_tenth_of_the_error(sparse):
     assert all(state.nodes < 50 for state in sparse if state.word == "refused")
 
 
+@pytest.mark.slow
 def test_estimates_are_withheld_only_of_few_links_and_are_not_far_too_large(sparse):
     for state in sparse:
         if state.word == "withheld":

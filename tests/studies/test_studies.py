@@ -70,6 +70,7 @@ def test_no_jobs_are_refused(capsys):
         assert f"{text!r} is not a number of processes" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAST)
 def test_a_quick_study_leaves_a_picture_and_a_table_that_says_how(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -102,6 +103,7 @@ def _few_spheres(monkeypatch):
     monkeypatch.setattr(sphere, "QUICK", sphere.Parameters((0.1, 1.0), (1.0,), (0.1,)))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_few_spheres")
 def test_the_command_of_a_table_makes_it_again(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -128,6 +128,7 @@ def _changed(scene, fault):
     return replace(scene, layer=layer, surfaces=SurfaceEnergies.from_work(gamma1, w))
 
 
+@pytest.mark.slow
 def test_a_fault_of_one_percent_in_the_discrete_energy_is_seen_on_both_discretisations():
     # what the indenter prescribes holds at any k, γ₁, w
     geometry = {"contact_field", "contact_field_by_programme", "continuity", "radius"}

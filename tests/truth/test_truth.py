@@ -117,6 +117,7 @@ def test_gaps_of_finite_slopes_solve_their_equation():
 SLOWLY = pytest.param("finite", marks=pytest.mark.slow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [SLOWLY if kind == "finite" else kind for kind in KINDS])
 def test_force_is_the_derivative_of_the_energy(kind):
     """At three depths next to each other, between events."""
@@ -138,6 +139,7 @@ def test_force_is_the_derivative_of_the_energy(kind):
     assert several >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["small", SLOWLY])
 def test_every_line_rests_and_nothing_penetrates(kind):
     several = 0
@@ -228,6 +230,7 @@ def assert_pressed(scene, feature, depth, found, scale):
         assert (pull + push >= -1e-9 * scene.stiffness * scale * (right - left)).all()
 
 
+@pytest.mark.slow
 def test_the_lowest_state_is_not_above_the_adhered_one():
     below = 0
     for seed in range(8):

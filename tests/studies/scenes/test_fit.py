@@ -56,6 +56,7 @@ def test_the_intervals_hold_the_truth():
     assert "100%" in fit_trials.told(record)
 
 
+@pytest.mark.slow
 def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_nearly_linear():
     scene = SCENE
     found = fit(scene, curve_of(scene, share=0.005), ENERGIES)

@@ -107,6 +107,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_sweep_killed_several_times_loses_nothing_and_leaves_no_process(tmp_path):
     """Each time it stops after 26 lines more, in the midst of its points, until it is killed."""
     script, path, seen = tmp_path / "killed.py", tmp_path / "a.jsonl", [0]
@@ -233,6 +234,7 @@ def test_an_unusable_axis_is_refused_by_file_and_key(written, tmp_path, old, new
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_run_sweeps_a_scene_and_writes_what_minimise_says(scene, tmp_path, capsys):
     assert run_study.main([str(scene), "--out", str(tmp_path)]) == 0
     text, rows = (
