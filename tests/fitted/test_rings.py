@@ -180,6 +180,7 @@ def drawn(rng, shape):
             return scene, a, state
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_state_is_that_of_the_young_laplace_equation(shape):
     rng = np.random.default_rng(300 + list(SHAPES).index(shape))

@@ -245,6 +245,7 @@ def test_without_adhesion_and_without_tension(indenter):
         check(alone.force, force, 1e-11 * max(1.0, DELTA0 / f))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("R", [1e-4, 1e-2, 1.0])
 def test_the_estimate_is_about_what_rounding_does_also_beside_small_spheres(R):
     """The terms of D that cancel are small there; close to the least D it grows slowly."""

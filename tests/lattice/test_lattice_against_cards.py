@@ -79,6 +79,7 @@ def test_a_wedge_contact_smaller_than_the_spacing_is_found_beyond_its_tip():
         assert abs(state.half_width - a) <= 2 * dx**2 / L
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("links", [0.3, 3.0, 1e2, 1e3])
 def test_flat_faces_let_go_at_the_critical_separation_at_any_slope(links):
     for ratio in (1e-3, 0.3, 0.8):
@@ -136,6 +137,7 @@ def test_contacts_that_began_on_the_way_stay():
     assert len(path.inner[-1]) == 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 60, 20)[:2])
 def test_adhered_states_are_those_of_the_walk(first):
     seen = 0

@@ -116,6 +116,7 @@ def returns(path):
     return max(np.abs(q - q[again]).max() / q.max() for q in (path.force, path.energy))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):

@@ -88,6 +88,7 @@ def test_a_change_of_the_load_below_rounding_is_no_instability():
     assert path.half_width[2] == pytest.approx(path.half_width[1], rel=1e-13, abs=0)
 
 
+@pytest.mark.slow
 def test_a_force_that_bends_upwards_with_depth_is_followed_up_again():
     """Finite slopes: P' falls on the way, so that a secant points to where there is no contact."""
     surfaces = SurfaceEnergies.from_work(1.0, 0.3)
@@ -154,6 +155,7 @@ def test_a_gap_opens_at_the_edge_of_a_bare_patch(kind):
     assert found.events[2].depth == pytest.approx(T, rel=0, abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1e-6, 1e-9])
 @pytest.mark.parametrize("kind", [*LINE, "cone"])
 def test_while_it_is_closed_it_is_that_of_a_patch_that_all_but_adheres(kind, factor):
@@ -201,6 +203,7 @@ def test_a_tip_that_does_not_adhere_is_that_of_one_contact(geometry, slopes, giv
     assert [event.kind for event in several.events] == ["touch", "detachment"]
 
 
+@pytest.mark.slow
 def test_a_steep_cone_with_finite_slopes_is_followed_to_its_tip():
     scene, depths = steep(slopes="finite"), [0.0, 1e-7, 1e-6, 1e-3, 1e-5, 1e-8, -1e-3]
     one, several = (

@@ -116,6 +116,7 @@ def test_where_an_equilibrium_disappears_is_solved_for(path):
         assert fold == pytest.approx(-found.fun, rel=0, abs=1e-14 * DELTA0)
 
 
+@pytest.mark.slow
 def test_jumps_are_where_halving_encloses_them(monkeypatch):
     """A gap between contacts on a rough profile: its lines leave at once, pressed and retracted."""
     scene, depths = rough_scene(4), np.r_[-0.1, 1.87, 2.0, 1.9, 0.5]

@@ -25,6 +25,7 @@ def programme(scene, top=3.0, bottom=-2.0):
     return np.r_[np.linspace(-1, top, 40), np.linspace(top, bottom, 60)] * scene.critical_separation
 
 
+@pytest.mark.slow
 def test_stripes_pin_the_line_and_release_it_by_avalanches():
     period, low, high = 0.004, 0.25, 1.0
     plain = adhesive(Parabola(0.05))
@@ -98,6 +99,7 @@ def one_sided(factors=(0.0, 1.0), edges=(0.05,)):
     return Scene(layer, surfaces, Parabola(1.0), pattern=Patches(edges, factors))
 
 
+@pytest.mark.slow
 def test_a_line_crosses_the_apex_where_nothing_holds_it():
     """On the bare side d = f - l |f'|; from x = 0.05 on adhesion holds the line."""
     h = 1e-4

@@ -171,6 +171,7 @@ def test_without_adhesion_every_state_is_global():
         assert state.label == "global"
 
 
+@pytest.mark.slow
 def test_text_table_and_figure_use_the_same_words(tmp_path):
     path = tmp_path / "punch.toml"
     depths = [0.0, -0.95, -1.05]

@@ -100,6 +100,7 @@ def test_a_size_that_would_take_for_ever_is_left_out():
     assert sizes == [10]
 
 
+@pytest.mark.slow
 def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(study, "QUICK", TINY)
     assert study.main(["--quick", "--tasks", "finite", "rough", "--out", str(tmp_path)]) == 0

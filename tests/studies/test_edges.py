@@ -35,6 +35,7 @@ def started(*arguments, cwd, **options):
     return subprocess.Popen(command, cwd=cwd, env=environment, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["ascii", "utf-16"])
 def test_any_encoding_of_the_output_will_do(tmp_path, encoding):
     path = writer(tmp_path / "s.toml")(('"A test"', '"Ärger µ γ₁"'), (DEPTH, "depth = 0.0"))

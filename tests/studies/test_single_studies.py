@@ -132,6 +132,7 @@ def test_small_slopes_are_the_closed_forms_and_finite_ones_are_near(spheres):
         assert 0 < s.depth.force < s.load.force
 
 
+@pytest.mark.slow
 def test_what_is_written_and_said(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sphere, "QUICK", sphere.Parameters((0.1, 1.0), (1.0,), (0.1,)))
     assert main(["sphere", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0

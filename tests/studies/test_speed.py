@@ -164,6 +164,7 @@ def test_estimates_are_withheld_only_of_few_links_and_are_not_far_too_large(spar
     assert 0.3 <= np.median(ratios) <= 1
 
 
+@pytest.mark.slow
 def test_a_lattice_state_that_is_off_fails_the_study(sparse, tmp_path, monkeypatch, capsys):
     state = next(state for state in sparse if state.word == "estimated")
     bold = state._replace(errors=(1e-3, 0.0, 0.0), estimates=(9e-5, 1.0, 1.0))
@@ -178,6 +179,7 @@ def test_a_lattice_state_that_is_off_fails_the_study(sparse, tmp_path, monkeypat
     assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "depth", "cells"),
     [

@@ -171,6 +171,7 @@ def inside(tmp_path, monkeypatch):
             del sys.modules[name]
 
 
+@pytest.mark.slow
 def test_the_template_runs_at_once_in_any_number_of_processes(inside, capsys):
     assert command_line.main(["new", "--study", "mine.py"]) == 0
     assert "python -m studies mine.py" in capsys.readouterr().out

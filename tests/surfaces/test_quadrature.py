@@ -174,6 +174,7 @@ def test_states_of_random_profiles_are_as_good_as_they_say(convex, slopes):
     assert compared >= (ASKED or 40) // 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_load_steps_see_jumps_that_are_not_declared(slopes):
     for cut in np.linspace(0.15, 0.2, 149):

@@ -70,6 +70,7 @@ def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_near
     assert "touch, detachment used" in str(found)
 
 
+@pytest.mark.slow
 def test_the_fit_does_not_depend_on_units():
     scene, wrong = SCENE, fit_trials.wrong_start(FEW)
     depth, force = curve_of(scene, share=0.01)

@@ -27,6 +27,7 @@ def with_opening(scene, times):
     return replace(scene, opening=SurfaceEnergies.from_work(scene.gamma1, w))
 
 
+@pytest.mark.slow
 def test_the_offset_of_the_depth_is_fitted_by_default():
     assert DEFAULT == ("w", "gamma1", "offset")
     curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.005, seed=1)
@@ -48,6 +49,7 @@ def test_failures_are_called_and_good_curves_are_not(kind):
             assert re.search("times the noise.*: check .*zero", outcome.quality.told)
 
 
+@pytest.mark.slow
 def test_a_model_that_does_not_fit_has_no_intervals():
     curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.01)
     found = fit(SCENE, Curve(curve.depth, -curve.force))

@@ -150,6 +150,7 @@ skip = 1
 """
 
 
+@pytest.mark.slow
 def test_scene_files_and_options_say_how_a_curve_is_read(tmp_path, capsys):
     scene, data = tmp_path / "scene.toml", tmp_path / "kurve.csv"
     scene.write_text(SCENE_FILE, "utf-8")

@@ -175,6 +175,7 @@ def test_what_a_new_file_shows_in_comments_can_be_used(tmp_path, control):
 ROUND = (TEXT[TEXT.index("[path]") :], '[options]\ngeometry = "axisymmetric"\n')
 
 
+@pytest.mark.slow
 def test_what_is_told_about_an_axis_is_in_newtons(written, tmp_path, capsys):
     at, out = ("[layer]", "depth = {}\n[layer]"), ["--out", str(tmp_path), "--jobs", "1"]
     for changes, name, told in (

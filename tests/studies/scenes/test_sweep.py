@@ -48,6 +48,7 @@ def test_a_sweep_finds_each_point_and_keeps_its_failure(tmp_path):
     assert str(seen[-1]) == "12 of 12 points, 1 failed"
 
 
+@pytest.mark.slow
 def test_processes_and_threads_give_the_same_file(tmp_path):
     here, there, threads = (tmp_path / name for name in ("1", "2", "3"))
     sweep(cheap, AXES, here, jobs=1)
