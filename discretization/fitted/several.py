@@ -24,7 +24,6 @@ from discretization.fitted.judgement import certify, errors
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Row
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of
@@ -94,8 +93,7 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
         lattice = Lattice.of(scene, max(spacing / 2**i, least))
         found: set[Lines] = {()}
         for at in (depth - beside, depth, depth + beside):
-            row = Row.of(lattice.seen(scene), lattice, at)
-            nodes = row.first + lowest_contacts(row, at, "lattice")[0]
+            nodes, _ = lowest_contacts(lattice.seen(scene), at, lattice, "lattice")
             lines = np.clip(lattice.x(nodes.astype(float).ravel()), *scene.indenter.extent)
             found.add(motion.settled(tuple(lines.tolist()), depth))
         yield found

@@ -10,10 +10,10 @@ import numpy as np
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.lattice.between import Ends, Lines, ends_of, lines_between
+from discretization.lattice import line
+from discretization.lattice.between import interpolated
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import Totals, judge, judge_apart, totals
-from discretization.lattice.stencil import INWARDS
 from discretization.nodes.ground import unknown
 from discretization.nodes.lattice import LatticeTail
 from discretization.nodes.row import Contacts, Row
@@ -54,22 +54,46 @@ def of_contacts(
     if not nodes:
         return without_contact(asked, row)
     refuse_unknown(row, asked.depth, nodes)
-    contacts, depth = ContactSet(row, nodes, asked.depth), np.array([asked.depth])
-    sums, held = totals(contacts), None if known is None else np.array([known])
+    contacts, scene = ContactSet(row, nodes, asked.depth), asked.scene
+    sums, tail, neutral = totals(contacts), row.lattice.tail, False
     certificate = judge(contacts, sums)
-    lines = lines_between(row, np.reshape(nodes, (1, -1)), depth, known=held, lone=held is None)
-    neutral = False
-    if len(nodes) == 1 and asked.depth < row.lowest and not asked.scene.hysteretic:
-        first, last, end = np.array([[*nodes[0], row.size - 1]]).T
-        neutral = is_neutral(row, ends_of(row, depth, last, 1, (first, end)))
-    return certified(asked, row, nodes, lines, sums, certificate, row.lattice.tail, neutral=neutral)
+    round_ring = row.lattice.axis == 0 and not row.indenter.convex
+    if scene.opening is not None or scene.pattern is not None or round_ring:
+        lines, force, energy = _between(row, asked.depth, nodes, known)
+        sums = sums._replace(force=force, energy=energy)
+    elif len(nodes) > 1:
+        lines = line.lines_of(row, asked.depth, nodes)
+    else:
+        ends = _ends(contacts)
+        lines = line.outer(row, row.lattice.critical_gap, ends)
+        neutral = is_neutral(row, nodes, ends[0])
+    return certified(asked, row, nodes, lines, sums, certificate, tail, neutral=neutral)
+
+
+def _between(
+    row: Row, depth: float, nodes: Contacts, known: Sequence[float] | None
+) -> tuple[list[line.Line], float, float]:
+    """Lines of contacts whose adhesion differs, or around an axis, as on paths; P and U."""
+    at, held = np.reshape(nodes, (1, -1)), None if known is None else np.array([known])
+    x, force, energy = interpolated(row, at, np.array([depth]), held)
+    corners = row.indenter.corners
+    lines = [line.Line(at, 0.0, 0.0, at in corners) for at in x[0].tolist()]
+    return lines, float(force[0]), float(energy[0])
+
+
+def _ends(contacts: ContactSet) -> list[line.End]:
+    """The ends of a single contact, the right one first; that one alone if it includes the axis."""
+    row, ((first, last),) = contacts.row, contacts.nodes
+    alone = row.lattice.x(row.first + first) == row.lattice.axis
+    sides = [(last, 1)] if alone or contacts.mirrored else [(last, 1), (first, -1)]
+    return [line.end_of(row, contacts.depth, *side) for side in sides]
 
 
 def certified(
     asked: Question,
     row: Row,
     nodes: Contacts,
-    lines: Lines,
+    lines: list[line.Line],
     sums: Totals,
     certificate: Certificate,
     tail: LatticeTail,
@@ -78,15 +102,15 @@ def certified(
 ) -> Equilibrium:
     """The state with contacts between these nodes, whose lines are there. NotCertifiedError."""
     _demand(asked, certificate)
-    lattice = row.lattice
+    lattice, pairs = row.lattice, list(zip(lines[::2], lines[1::2], strict=True))
     return Equilibrium(
         scene=asked.scene,
         depth=asked.depth,
-        contacts=lines.x.reshape(-1, 2),
+        contacts=np.array([_interval(*pair) for pair in pairs]),
         nodes=lattice.x(row.first + np.array(nodes)),
-        pinned=lines.pinned.reshape(-1, 2),
-        force=sums.force + float(lines.added[1, 0]),
-        energy=sums.energy + float(lines.added[0, 0]),
+        pinned=np.array([[left.pinned, right.pinned] for left, right in pairs]),
+        force=sum((end.force for end in lines), start=sums.force),
+        energy=sum((end.energy for end in lines), start=sums.energy),
         certificate=certificate,
         tail=tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
@@ -98,11 +122,19 @@ def certified(
     )
 
 
-def is_neutral(row: Row, ends: Ends) -> bool:
-    """Whether moving a line inwards by several links costs nothing."""
-    bond = row.lattice.w * row.lattice.cell
-    costless = (np.abs(ends.energy) <= _INDIFFERENT * bond) & (ends.closing > -math.sqrt(bond))
-    return bool(bond and (ends.known & costless)[0, :INWARDS].all())
+def is_neutral(row: Row, nodes: Contacts, end: line.End) -> bool:
+    """Whether moving the line at this end of a single contact by several links costs nothing."""
+    ((first, last),), lattice = nodes, row.lattice
+    if last - first < 3 or not lattice.w:
+        return False
+    most = _INDIFFERENT * lattice.w * lattice.cell
+    inside = zip(end.gap[: -end.start], end.energy, strict=False)
+    return all(gap > 0 and abs(energy) <= most for gap, energy in inside)
+
+
+def _interval(left: line.Line, right: line.Line) -> list[float]:
+    """x of both lines; their middle if the contact is smaller than interpolation resolves."""
+    return [left.x, right.x] if left.x <= right.x else 2 * [(left.x + right.x) / 2]
 
 
 def refuse_unknown(row: Row, depth: float, nodes: Contacts) -> None:

@@ -1,282 +1,82 @@
-"""Contact lines, force and energy between the nodes, from energies of neighbouring contact sets.
+"""Contact lines, force and energy between the nodes, from the depths at which links are passed.
 
-A line at node m passes the next link, outwards, where the gap v there (`Lattice.beside`) falls to
-√(2W/S). Its excess
+A line is where the depth at which it passes a link, taken at the middles of the links, equals d.
+Where opening takes another work of adhesion than closing there are two such positions, and a line
+between them stays where it last moved:
 
-    e = (v √S - √(2W))/√c,      c the weight of the link,
+    x = min(max(x before, x of closing at d), x of opening at d)    (outwards; a play operator)
 
-is known at the middles of the links beside it, and between the nodes the line is where the
-polynomial through up to four of these vanishes, or at a corner of the profile if e changes sign
-there by a jump (a pinned line). Raw lattice values are off by up to Δx/2 in the line; these are off
-by O(Δx²). Force and energy are interpolated there likewise: a link changes them by
-ΔE = S v²/2 - W and ΔP = dΔE/dd. Places ζ are in links outwards from the last contact node, ζ = 0.
-
-Where opening takes another work of adhesion than closing there are two such places, and a line
-between them stays where it last moved, ζ = min(max(ζ before, ζ closing), ζ opening): such a state
-has to remember where its lines are.
-
-Of two lines that face each other each is found with the other one where it is, in turns; of the
-energy of both moves each adds its own with the other one half-way, exact for a quadratic energy.
+so that a state has to remember the positions of its lines, too, not their nodes alone. Force and
+energy are interpolated there between those of neighbouring contact sets: linear in each line, hence
+continuous in d where a link is passed. Raw lattice values are off by up to Δx/2 in the line; these
+are off by O(Δx²).
 """
 
 from __future__ import annotations
 
 import functools
-import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.stencil import LINKS, Stencil
-from discretization.nodes.row import Contacts, Row
+from discretization.nodes.row import Contacts, Parts, Row
+from discretization.nodes.rules import Rules
 from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-Mask = NDArray[np.bool_]
-Room = Sequence[Nodes]
-Positions = tuple[float, ...]  # x of all lines
-_TURNS = 20  # in which two facing lines are found
-_SETTLED = 1e-9  # links
-_KEPT = 0.4999  # links: lines whose place has to be remembered keep the node they belong to
-_SNAP = 1e-6  # links: by less a line is at a corner
+_INTERIOR = 0.4999  # links: an interpolated line keeps the node it belongs to
+_BEYOND = 1e-4  # by which what is further away is shortened
 _ROUNDING = 16 * EPSILON  # of x: by less no line has moved
+Lines = tuple[float, ...]  # x of all lines
+_Pair = tuple[float, float]
+_Row = tuple[float, float, float]
 
 
-class Ends(NamedTuple):
-    """What the advance of n lines over the links beside them takes (n, 7).
+def interpolated(
+    row: Row, nodes: Nodes, depth: Array, lines: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Lines (s, 2m), P and U (s,) of s states with m contacts each, between these nodes (s, 2m).
 
-    known: whether there is such a link; closing, opening: its excess by both works of adhesion;
-    energy, force: what it changes.
+    lines: where they are known, as they have to be where a line resists both ways.
     """
-
-    known: Mask
-    closing: Array
-    opening: Array
-    energy: Array
-    force: Array
-
-
-class Lines(NamedTuple):
-    """Lines of s states with m contacts each: x and whether pinned (s, 2m).
-
-    added (2, s): what their places between the nodes add to U and P of the contact nodes.
-    """
-
-    x: Array
-    pinned: Mask
-    added: Array
-
-
-def ends_of(
-    row: Row, depth: Array, node: Nodes, side: int, room: Room, other: Nodes | None = None
-) -> Ends:
-    """Of lines at these nodes of a row (n,), at these depths; other: nodes of those they face.
-
-    room: first and last nodes that they may be at.
-    """
-    lattice, first, faced = row.lattice, row.first, None
-    at = node[:, None] + side * LINKS
-    (low, high), ahead = room, at + side
-    known = (np.minimum(at, ahead) >= low[:, None]) & (np.maximum(at, ahead) <= high[:, None])
-    at = np.clip(at, max(0, -side), row.size - 1 - max(0, side))
-    after = at + side
-    if other is not None:
-        known &= side * (other[:, None] - after) > 1
-        faced = first + other[:, None]
-    with np.errstate(all="ignore"):  # where there is no such link
-        far, rest, stiffness = lattice.beside(first + at, side, faced)
-        g, beyond = depth[:, None] - row.at(at), depth[:, None] - row.at(after)
-        gap = g - beyond - rest * g
-        if other is not None:
-            gap = gap + far * ((depth - row.at(other))[:, None] - g)
-        bond, weight = row.bond(np.minimum(at, after)), lattice.weight(first + at + side / 2)
-        pull = gap * np.sqrt(stiffness / weight)
-        closing, opening = (pull - np.sqrt(2 * work * bond / weight) for work in row.works)
-        changes = stiffness / 2 * gap * gap - row.works[0] * bond, -stiffness * rest * gap
-    return Ends(known, *(np.where(known, part, 0.0) for part in (closing, opening, *changes)))
-
-
-@dataclass(frozen=True, eq=False)
-class Side:
-    """n lines, with their nodes, the way they face (one, or n), and what they are found by.
-
-    fixed: those that stay on their nodes; felt: `ends` with the lines they face one link nearer to
-    their contacts than in `ends`, and one further away.
-    """
-
-    row: Row
-    node: Nodes
-    side: Any
-    fixed: Mask
-    ends: Ends
-    felt: tuple[Ends, Ends] | None = None
-
-    @classmethod
-    def facing(
-        cls, row: Row, depth: Array, node: Nodes, side: int, room: Room, fixed: Mask, faced: Nodes
-    ) -> Side:
-        """Of lines that may be on the nodes of a room and face others."""
-        less, ends, more = (
-            ends_of(row, depth, node, side, room, np.clip(faced + off, 0, row.size - 1))
-            for off in (side, 0, -side)
-        )
-
-        def where_known(felt: Ends) -> Ends:
-            """Links that are not there if what is faced is nearer do not feel it."""
-            return Ends(*(np.where(more.known, *pair) for pair in zip(felt, ends, strict=True)))
-
-        return cls(row, node, side, fixed, ends, (where_known(less), where_known(more)))
-
-    @functools.cached_property
-    def stencil(self) -> Stencil:
-        """The links that the lines are found by."""
-        return Stencil.of(self.row, self.node, self.side, self.ends.known)
-
-    def at(self, faced: Array | float) -> Ends:
-        """`ends` with the lines they face so many links from their nodes, outwards."""
-        if self.felt is None:
-            return self.ends
-        s = np.reshape(faced, (-1, 1))
-        parts = zip(self.felt[0][1:], self.ends[1:], self.felt[1][1:], strict=True)
-        mixed = (own + s * (b - a) / 2 + s * s * (a + b - 2 * own) / 2 for a, own, b in parts)
-        return Ends(self.ends.known, *mixed)
-
-    def places(self, faced: Array | float, before: Array | None) -> Array:
-        """ζ of the lines; before: what it was, where they resist both ways."""
-        ends, stencil = self.at(faced), self.stencil
-        found = stencil.places(ends.closing)
-        if before is not None:
-            found = np.minimum(np.maximum(before, found), stencil.places(ends.opening))
-            found = np.where(found == stencil.corner, found, np.clip(found, -_KEPT, _KEPT))
-        return np.where(self.fixed, 0.0, found)
-
-    def given(self, x: Array) -> Array:
-        """ζ of lines at these positions."""
-        lattice = self.row.lattice
-        found = self.side * ((x - lattice.origin) / lattice.spacing - self.row.first - self.node)
-        return np.where(np.abs(found - self.stencil.corner) < _SNAP, self.stencil.corner, found)
-
-    def positions(self, zeta: Array) -> tuple[Array, Mask]:
-        """x of lines at these places, and whether a corner of the profile pins them there."""
-        lattice, indenter = self.row.lattice, self.row.indenter
-        pinned, corners = zeta == self.stencil.corner, np.asarray(indenter.corners, float)
-        beyond = zeta + np.where(pinned, 0.0, lattice.edge)
-        x = np.clip(lattice.x(self.row.first + self.node + self.side * beyond), *indenter.extent)
-        if not (pinned.any() and corners.size):
-            return x, np.zeros(x.shape, bool)
-        nearest = corners[np.searchsorted((corners[1:] + corners[:-1]) / 2, x)]
-        pinned &= np.abs(nearest - x) < _SNAP * lattice.spacing + _ROUNDING * np.abs(x)
-        return np.where(pinned, nearest, x), pinned
-
-    def added(self, zeta: Array, faced: Array | float = 0.0) -> Array:
-        """Energy and force (2, n) that the lines add at these places; faced: as `at`."""
-        ends, lattice = self.at(np.asarray(faced) / 2), self.row.lattice
-        at = zeta - np.where(zeta == self.stencil.corner, lattice.edge, 0.0)
-        return np.array([self.stencil.added(part, at) for part in (ends.energy, ends.force)])
-
-
-def lines_between(
-    row: Row,
-    nodes: Nodes,
-    depth: Array,
-    before: Array | None = None,
-    known: Array | None = None,
-    ends: dict[int, Ends] | None = None,
-    *,
-    lone: bool = False,
-) -> Lines:
-    """Lines of s states with m contacts each at these nodes (s, 2m) of a row and depths (s,).
-
-    before: ζ of lines (s, 2m) before they came here, where they resist both ways, whose energies
-    are not asked for; known: x of lines (s, 2m); ends: of one contact by side, if not those of
-    small slopes. Lines two links apart stay on their nodes, and lines of lone nodes, but of a
-    single one if `lone`.
-    """
-    x, pinned = np.empty(nodes.shape), np.zeros(nodes.shape, bool)
-    several, found = nodes.shape[1] > 2, dict(ends or {})
-    for i, side in ((0, -1), (-1, 1)):
-        room = [np.zeros_like(nodes[:, i]), np.full_like(nodes[:, i], row.size - 1)]
-        if several:
-            room[side < 0] = nodes[:, i - side]
-        if not ends:
-            found[side] = ends_of(row, depth, nodes[:, i], side, room)
-    node, facing = nodes[:, [0, -1]].T.ravel(), np.repeat([-1, 1], depth.size)
-    fixed = (row.first + node == 0) & (facing < 0) & (row.lattice.axis == 0)
-    if several or not lone:
-        fixed |= node == nodes[:, [1, -2]].T.ravel()
-    both = (np.concatenate(pair) for pair in zip(found[-1], found[1], strict=True))
-    lines = Side(row, node, facing, fixed, Ends(*both))
-    came, given = (None if one is None else one[:, [0, -1]].T.ravel() for one in (before, known))
-    zeta = lines.places(0.0, came) if given is None else lines.given(given)
-    outer = [part.reshape(2, -1).T for part in lines.positions(zeta)]
-    x[:, [0, -1]], pinned[:, [0, -1]] = outer
-    total = np.zeros((2, depth.size))
-    if before is None:
-        total += lines.added(zeta).reshape(2, 2, -1).sum(axis=1)
-    if several:
-        four = [nodes[:, j : nodes.shape[1] - 3 + j : 2].ravel() for j in range(4)]
-        gaps = nodes.shape[1] // 2 - 1
-        parts = (None if one is None else one[:, 1:-1].reshape(-1, 2) for one in (before, known))
-        inner = _gaps(row, four, np.repeat(depth, gaps), *parts)
-        x[:, 1:-1], pinned[:, 1:-1] = (part.reshape(depth.size, -1) for part in inner[:2])
-        total += inner.added.reshape(2, depth.size, gaps).sum(axis=2)
-    left, right = x[:, ::2], x[:, 1::2]
-    crossed = left > right  # a contact smaller than interpolation resolves
-    left[crossed] = right[crossed] = (left[crossed] + right[crossed]) / 2
-    return Lines(x, pinned, total)
-
-
-def _gaps(
-    row: Row, nodes: list[Nodes], depth: Array, before: Array | None, known: Array | None
-) -> Lines:
-    """Both lines of n gaps between contacts of these first and last nodes (n,) each."""
-    (a, b, c, d), close = nodes, nodes[2] - nodes[1] <= 2
-    left = Side.facing(row, depth, b, 1, [a, c], (a == b) | close, c)
-    right = Side.facing(row, depth, c, -1, [b, d], (c == d) | close, b)
-    came = [None, None] if before is None else list(before.T)
-    if known is not None:
-        one, other = left.given(known[:, 0]), right.given(known[:, 1])
+    if lines is None:
+        offset = offsets(row, nodes, depth, np.zeros(nodes.shape))
+        lines = _positions(row, nodes, offset)
     else:
-        one, other = np.zeros((2, depth.size))
-        for _ in range(_TURNS):
-            found = left.places(other, came[0])
-            moved, one = np.abs(found - one).max(initial=0.0), found
-            found = right.places(one, came[1])
-            moved, other = max(moved, np.abs(found - other).max(initial=0.0)), found
-            if moved <= _SETTLED:
-                break
-    at = [left.positions(one), right.positions(other)]
-    x, pinned = (np.transpose(part) for part in zip(*at, strict=True))
-    return Lines(x, pinned, left.added(one, other) + right.added(other, one))
+        offset = offsets_of(row, nodes, lines)
+    force, energy = (
+        at_offsets(row, nodes, offset, depth, part) for part in (row.forces, row.energies)
+    )
+    return lines, force, energy
 
 
 def moved_lines(
-    row: Row, nodes: Contacts, depth: float, before: tuple[Contacts, Positions] | None
-) -> Positions:
+    row: Row,
+    nodes: Contacts,
+    depth: float,
+    before: tuple[Contacts, Lines] | None,
+) -> Lines:
     """Where the lines of contacts with these nodes are that came from others; None: from none.
 
     A line that is still at its node comes from where it was, to the last bit if it has not moved;
     others come from the side on which their contacts were.
     """
-    lattice, facing = row.lattice, _facing(nodes)
-    known, came = {}, [-1.0] * len(facing)
+    at, facing = np.reshape(nodes, (1, -1)), _facing(nodes)
+    came, known = np.full(at.shape, -1.0), {}
     if before is not None:
         known = dict(zip(_facing(before[0]), before[1], strict=True))
-        came = [1.0 if _in_contact(before[0], node) else -1.0 for _, node in facing]
-        for i, (side, node) in enumerate(facing):
-            if (side, node) in known:
-                x = known[side, node]
-                came[i] = side * (x - lattice.x(row.first + node)) / lattice.spacing
-    at = np.reshape(nodes, (1, -1)), np.array([depth])
-    found = zip(facing, lines_between(row, *at, np.array([came])).x[0].tolist(), strict=True)
-    rounding = _ROUNDING * float(np.abs(lattice.x(row.first + np.array([0, row.size]))).max())
+        held = offsets_of(row, np.reshape(before[0], (1, -1)), np.array(before[1]))[0].tolist()
+        there = dict(zip(known, held, strict=True))
+        inside = [1.0 if _in_contact(before[0], node) else -1.0 for _, node in facing]
+        came[0] = [there.get(*each) for each in zip(facing, inside, strict=True)]
+    offset = offsets(row, at, np.array([depth]), came)
+    found = zip(facing, _positions(row, at, offset)[0].tolist(), strict=True)
+    rounding = _ROUNDING * float(np.abs(row.lattice.x(row.first + np.array([0, row.size]))).max())
     return tuple(
-        known[line] if abs(known.get(line, math.inf) - x) <= rounding else x for line, x in found
+        known[line] if abs(known.get(line, np.inf) - x) <= rounding else x for line, x in found
     )
 
 
@@ -289,3 +89,161 @@ def _in_contact(nodes: Contacts, node: int) -> bool:
     i = bisect_right(nodes, (node, node)) - 1
     beside = nodes[max(i, 0) : i + 2]
     return any(first <= node <= last for first, last in beside)
+
+
+def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
+    """How far the lines at these positions are from their nodes, in links outwards."""
+    kept = (
+        (lines - row.lattice.x(row.first + nodes)) * _outwards(nodes.shape[1]) / row.lattice.spacing
+    )
+    beyond = np.maximum(np.abs(kept) - _INTERIOR, 0.0)
+    whole = np.where(beyond > 0, np.copysign(_INTERIOR + beyond / _BEYOND, kept), kept)
+    return np.where(_at_edge(row, nodes), kept, whole)
+
+
+def _positions(row: Row, nodes: Nodes, offset: Array) -> Array:
+    """x of lines that far from their nodes, each less than half a link from its node.
+
+    As two lines that face each other feel each other, one may be somewhat further from its node:
+    that is kept within the last part of the half link.
+    """
+    beyond = np.maximum(np.abs(offset) - _INTERIOR, 0.0)
+    kept = np.where(beyond > 0, np.copysign(_INTERIOR + beyond * _BEYOND, offset), offset)
+    kept = np.where(_at_edge(row, nodes), offset, kept)
+    return np.clip(
+        row.lattice.x(row.first + nodes + _outwards(nodes.shape[1]) * kept), *row.indenter.extent
+    )
+
+
+@functools.lru_cache
+def _outwards(lines: int) -> Nodes:
+    """Which way so many lines face."""
+    return np.resize([-1, 1], lines)
+
+
+def _at_edge(row: Row, nodes: Nodes) -> NDArray[np.bool_]:
+    """Whether lines are at an edge beyond the last node."""
+    return np.asarray((nodes == row.size - 1) & (row.overhang > 0))
+
+
+def offsets(row: Row, nodes: Nodes, depth: Array, before: Array) -> Array:
+    """How far the lines are from their nodes (s, 2m), in links outwards: -1/2..1/2.
+
+    before: how far they were. A line at an edge is there, up to one link beyond the last node.
+    """
+    offset = before.copy()
+    for column, side in ((0, -1), (-1, 1)):
+        node = nodes[:, column]
+        lone = node == nodes[:, column - side]
+        found = _outer_offset(row, node, side, depth, before[:, column])
+        offset[:, column] = np.where(lone, 0.0, found)
+    if nodes.shape[1] > 2:
+        offset[:, 1:-1] = [
+            [
+                zeta
+                for i in range(0, len(ends) - 2, 2)
+                for zeta in _facing_offsets(
+                    *row.rules, ends[i : i + 4], d, (came[i + 1], came[i + 2])
+                )
+            ]
+            for ends, d, came in zip(nodes.tolist(), depth.tolist(), before.tolist(), strict=True)
+        ]
+    return offset
+
+
+def at_offsets(row: Row, nodes: Nodes, offset: Array, depth: Array, parts: Parts) -> Array:
+    """P or U (s,) with lines that far from their nodes: linear in each of them.
+
+    parts: what outermost lines and gaps add, `row.forces` or `row.energies`.
+    """
+    tail, gap = parts
+    total, steps, share = np.zeros(depth.size), np.sign(offset).astype(int), np.abs(offset)
+    for column, side in ((0, -1), (-1, 1)):
+        node = nodes[:, column]
+        own = tail(node, side, depth)
+        beside = node + side * steps[:, column]
+        past = beside > row.size - 1  # as far from the last node as the one before
+        other = tail(np.clip(np.where(past, node - 1, beside), 0, row.size - 1), side, depth)
+        more = share[:, column] * np.where(past, own - other, other - own)
+        total = total + own + more  # with all digits of the sums
+    if nodes.shape[1] == 2:
+        return np.asarray(total, float)
+    left, right, d = nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]
+    inner, inner_steps = share[:, 1:-1], steps[:, 1:-1]
+    near, far = left + inner_steps[:, ::2], right - inner_steps[:, 1::2]
+    whole, one, two = gap(left, right, d), gap(near, right, d), gap(left, far, d)
+    more = inner[:, ::2] * (one - whole) + inner[:, 1::2] * (two - whole)
+    more += inner[:, ::2] * inner[:, 1::2] * (gap(near, far, d) - one - two + whole)
+    return np.asarray(total + (whole + more).sum(axis=1), float)
+
+
+def _outer_offset(row: Row, node: Nodes, side: int, depth: Array, before: Array) -> Array:
+    """How far an outermost line is from its node, in links outwards: -1/2..1/2.
+
+    before: how far it was.
+    """
+    at = node if side > 0 else row.size - 1 - node
+    free = (at > 0) & np.isfinite(row.rules[0].outwards[side][at])
+    lowest = node == row.touch
+    if lowest.any():
+        free &= ~(lowest & np.isin(row.lattice.x(row.first + row.touch), row.indenter.corners))
+    found = np.where(free, before, 0.0)
+    for rules, further in zip(row.rules, (np.maximum, np.minimum), strict=True):
+        outer, inner = rules.outwards[side][at], rules.outwards[side][np.maximum(at - 1, 0)]
+        moves = free & (outer > inner)
+        width = np.where(moves, outer - inner, 1.0)
+        rests = np.where(moves, (depth - inner) / width - 0.5, 0.0)
+        rests = np.minimum(np.maximum(rests, -0.5), 0.5)
+        found = np.where(moves, further(found, rests), found)
+    edge = row.overhang if side > 0 else 0.0
+    return np.where(node == row.size - 1, edge, found) if edge else found
+
+
+def _facing_offsets(
+    closing: Rules, opening: Rules, ends: Sequence[int], depth: float, before: _Pair
+) -> _Pair:
+    """Where both lines of a gap are between the nodes, in links towards each other: -1..1.
+
+    ends: first and last node of the contact on the left, and of the one on the right; before: where
+    the lines were. Where a line moves its depth of passing equals d; that depends on where the
+    other one is, so both are found together: linear in both. Lone nodes, and lines three links
+    apart or less, stay on their nodes.
+    """
+    first, left, right, last = ends
+    if right - left <= 3:
+        return 0.0, 0.0
+    at = (0.0 if first == left else before[0], 0.0 if right == last else before[1])
+    for rules, way in ((closing, 1), (opening, -1)):
+        one = (1.0, 0.0, 0.0) if first == left else _line_row(rules, left, 1, right, depth)
+        two = (1.0, 0.0, 0.0) if right == last else _line_row(rules, right, -1, left, depth)
+        at = _pushed(one, two, way, at)
+    return min(max(at[0], -1.0), 1.0), min(max(at[1], -1.0), 1.0)
+
+
+def _line_row(rules: Rules, node: int, side: int, other: int, depth: float) -> _Row:
+    """By how much the depth of passing grows as this line and the other one advance by a link.
+
+    Also d less the depth of passing with both lines on their nodes.
+    """
+    inner, outer = rules.passes(node - side, side, other), rules.passes(node, side, other)
+    beyond = other + side
+    felt = outer - rules.passes(node, side, beyond) if 0 <= beyond < rules.f.size else 0.0
+    return outer - inner, felt, depth - (outer + inner) / 2
+
+
+def _pushed(one: _Row, two: _Row, way: int, at: _Pair) -> _Pair:
+    """Two lines pushed one way, as far as they must: both, or one of them, or none.
+
+    A line that advances lowers the depth at which the other one does (felt <= 0), so that where
+    not both move that one alone does which would move if the other one stayed.
+    """
+    (own, felt, off), (own2, felt2, off2) = one, two
+    whole = own * own2 - felt * felt2
+    if min(own, own2, whole) <= 0:
+        return at
+    both = (off * own2 - felt * off2) / whole, (off2 * own - felt2 * off) / whole
+    if way * (both[0] - at[0]) >= 0 and way * (both[1] - at[1]) >= 0:
+        return both
+    alone = (off - felt * at[1]) / own, (off2 - felt2 * at[0]) / own2
+    further = max if way > 0 else min
+    return further(at[0], alone[0]), further(at[1], alone[1])

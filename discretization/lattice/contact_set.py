@@ -102,10 +102,10 @@ class ContactSet:
         held, at = self.contact(start - 1, start + part.u.size), start + i
         before, after = held[i], held[i + 2]  # these are in contact
         work = row.works[1] * (before * row.bond(at - 1) + after * row.bond(at))
-        stiffness = lat.spring * np.ones(i.size) * lat.weight(nodes)
-        stiffness += lat.link * lat.weight(nodes - 0.5) * (at > 0)
-        stiffness += lat.link * lat.weight(nodes + 0.5) * (at < row.size - 1)
-        pull = (-force - np.sqrt(2 * stiffness * work)) / lat.weight(nodes)
+        stiffness = lat.on_nodes(np.full(i.size, lat.spring), nodes)
+        stiffness += lat.on_nodes(lat.link, nodes - 0.5) * (at > 0)
+        stiffness += lat.on_nodes(lat.link, nodes + 0.5) * (at < row.size - 1)
+        pull = lat.per_weight(-force - np.sqrt(2 * stiffness * work), nodes)
         return np.asarray(pull[before == after])
 
     def moves(self, noise: float) -> Iterator[Move]:

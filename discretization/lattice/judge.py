@@ -140,7 +140,7 @@ def _at_lines(part: Part) -> float:
     """
     held, lattice, nodes = part.model.contact, part.model.lattice, part.model.nodes
     links = np.flatnonzero(held[1:] != held[:-1])
-    pulls = lattice.link * np.abs(part.u[links + 1]) * lattice.weight(nodes[links] + 0.5)
+    pulls = lattice.on_nodes(lattice.link * np.abs(part.u[links + 1]), nodes[links] + 0.5)
     return float(pulls.sum())
 
 
@@ -150,7 +150,7 @@ def _worst(state: State, part: Part, force: Array, free: Nodes) -> list[float]:
     pulled = np.flatnonzero(held[: force.size] & (force < 0))
     return [
         float((part.g[free] - part.u[free]).max(initial=0.0)),
-        float(np.abs(force[free] / lattice.weight(nodes[free])).max(initial=0.0)),
+        float(np.abs(lattice.per_weight(force[free], nodes[free])).max(initial=0.0)),
         float(state.opening(part, pulled, force[pulled]).max(initial=0.0)) if pulled.size else 0.0,
     ]
 

@@ -47,9 +47,10 @@ from discretization.lattice.assembly import Question, of_contacts
 from discretization.lattice.oracle import Oracle
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
-from discretization.nodes.obstacle import pressed, surface
+from discretization.nodes.obstacle import obstacle, pressed, runs, surface
 from discretization.nodes.radial_spans import ring_spans
 from discretization.nodes.row import Row
+from energy import Scene
 
 Array = NDArray[np.float64]
 Logs = NDArray[np.floating]
@@ -109,11 +110,7 @@ def _chain(lattice: Lattice, h: Array) -> Chain:
     node = np.flatnonzero((h <= deepest) & ~inner)
     before = np.append(node[:1], node[:-1])
     linked = (node - before == 1) | (np.diff(np.cumsum(h > 0)[node], prepend=-1) == 0)
-    bonds = np.where(
-        linked,
-        lattice.w * lattice.cell * (node - before) * lattice.weight((before + node) / 2),
-        0.0,
-    )
+    bonds = np.where(linked, lattice.w * lattice.cell * lattice.bound(before, node), 0.0)
     rate, fall, rise, stiffness = _decays(lattice, node)
     rest = (np.append(part, (0.0, 0.0)) for part in (stiffness, h[node], bonds))
     return Chain(node, fall, rise, rate, *rest)
@@ -224,12 +221,6 @@ def _path(before: Nodes) -> list[int]:
     return path
 
 
-def runs(contact: NDArray[np.bool_]) -> Nodes:
-    """First and last node of each contact (m, 2), of a mask of all nodes."""
-    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
-    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
-
-
 def window(row: Row, depth: float) -> tuple[int, Array]:
     """First node, and g = d - f from there on: outside these nodes no minimiser is in contact.
 
@@ -237,10 +228,10 @@ def window(row: Row, depth: float) -> tuple[int, Array]:
     lowest. All nodes around an axis.
     """
     if row.lattice.axis == 0:
-        return 0, depth - row.f
+        return row.first, depth - row.f
     near = np.append(np.flatnonzero(row.f <= depth + row.lattice.deepest_contact), row.touch)
     start, stop = int(near.min()), int(near.max()) + 1
-    return start, depth - row.f[start:stop]
+    return row.first + start, depth - row.f[start:stop]
 
 
 def on_lowest(asked: Question, row: Row) -> Equilibrium:
@@ -249,18 +240,26 @@ def on_lowest(asked: Question, row: Row) -> Equilibrium:
     ValueError for finite slopes, what the method cannot express, and a contact that reaches the end
     of the known profile.
     """
-    nodes, proof = lowest_contacts(row, asked.depth, asked.method)
-    state = of_contacts(asked, row, tuple((first, last) for first, last in nodes.tolist()))
+    nodes, proof = _lowest(asked.scene, row, asked.depth, asked.method)
+    contacts = tuple((first, last) for first, last in (nodes - row.first).tolist())
+    state = of_contacts(asked, row, contacts)
     return replace(state, proof=proof, method="shortest_path" if proof else asked.method)
 
 
-def lowest_contacts(row: Row, depth: float, method: str) -> tuple[Nodes, Proof | None]:
+def lowest_contacts(
+    scene: Scene, depth: float, lattice: Lattice, method: str
+) -> tuple[Nodes, Proof | None]:
     """First and last nodes (m, 2) of the contacts of lowest energy, and the proof if there is one.
 
-    method: "shortest_path", "oracle", which needs cvxpy and has no proof, or "lattice": without
-    adhesion obstacle.py, else as "shortest_path". ValueError as `on_lowest`.
+    scene: as far as it has nodes (`Lattice.seen`). method: "shortest_path", "oracle", which needs
+    cvxpy and has no proof, or "lattice": obstacle.py without adhesion, else as "shortest_path".
+    ValueError as `on_lowest`.
     """
-    lattice, scene = row.lattice, row.scene
+    return _lowest(scene, Row.of(scene, lattice, depth), depth, method)
+
+
+def _lowest(scene: Scene, row: Row, depth: float, method: str) -> tuple[Nodes, Proof | None]:
+    lattice = row.lattice
     if scene.slopes != "small":
         raise ValueError(
             f"slopes = {scene.slopes!r} has no search over all contact sets: use slopes='small', "
@@ -270,13 +269,12 @@ def lowest_contacts(row: Row, depth: float, method: str) -> tuple[Nodes, Proof |
         raise ValueError(
             f"gamma1 = 0 leaves no links to search over: use 'lattice', not {method!r}"
         )
-    start, g = window(row, depth)
+    first, g = window(row, depth)
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
-        return runs(Oracle(lattice, g.size).solve(g).contact) + start, None
+        return runs(Oracle(lattice, g.size).solve(g).contact) + first, None
     if method == "lattice" and not lattice.w:
-        contact = np.zeros(g.size, bool)
-        contact[pressed(lattice, g)[0]] = True
-        return runs(contact) + start, None
+        contact = obstacle(lattice, g).contact
+        return runs(contact if contact.any() else g == 0) + first, None
     contacts, proof = global_minimum(lattice, g)
-    return contacts + start, proof
+    return contacts + first, proof

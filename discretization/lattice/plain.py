@@ -15,16 +15,15 @@ rest of the package knows free surfaces in closed form, is faster, and has the s
 
 from __future__ import annotations
 
+import bisect
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.between import Ends
-from discretization.lattice.stencil import LINKS
+from discretization.lattice.line import End
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import Balance, NodalEnergy
 from discretization.nodes.row import Row
@@ -34,6 +33,7 @@ FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
 MOST = 400_000  # nodes of a free surface
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
+_INWARDS, _OUTWARDS = 3, 4  # nodes beside a line, for its place between them
 
 
 def far(lattice: Lattice) -> int:
@@ -68,8 +68,6 @@ class Plain:
         The gap is that of small slopes which takes as much energy: ΔE <= 0 up to the critical one.
         Without adhesion that is half the product of the distance moved and the force it takes.
         """
-        if side < 0 and self.row.mirrored:
-            return self.link(2 * self.row.where.lowest - node, 1)
         lattice, ends = self.row.lattice, sorted((node, node + side))
         (one, beside), (other, _) = (self.beyond(end, side) for end in (node, node + side))
         g, line = self.depth - self.row.heights(*ends), -(side < 0)
@@ -78,7 +76,7 @@ class Plain:
         energy, work = other.energy + passed.energy - one.energy, -passed.terms["adhesion"]
         stiffness = float(lattice.beside(node, side).stiffness)
         if lattice.gamma1:
-            stiffness = lattice.link_over_decay * float(lattice.weight(node + side / 2))
+            stiffness = lattice.link_over_decay * float(lattice.bound(node, node + side))
         squared = abs(distance * float(other.force[line] + passed.force[-1 - line])) / stiffness
         if work > 0 and lattice.gamma1:
             squared = lattice.critical_gap**2 * max(energy + work, 0.0) / work
@@ -97,14 +95,14 @@ class Plain:
         u = model.relaxed(np.where(contact, self.depth - self.row.heights(node, node), 0.0))
         return model.balance(u), float(u[::side][min(1, count - 1)])
 
-    def excess(self, node: int, side: int) -> float:
-        """By how much the gap of the next link outwards is too large for a line at this node."""
+    def resists(self, node: int, side: int) -> bool:
+        """Whether a line at this node does not pass the next link outwards."""
         lattice, u = self.row.lattice, self.depth - float(self.row.heights(node, node)[0])
         if u > turning(lattice):
-            return -math.inf  # it would turn over, into the indenter
+            return False  # it would turn over, into the indenter
         if self.row.indenter.convex and u < -(1 + _TIE) * math.sqrt(2 * lattice.w / lattice.k):
-            return math.inf  # no flat face would hold, and no link beyond this one
-        return self.link(node, side)[0] - self.reach * (1 + _TIE)
+            return True  # no flat face would hold, and no link beyond this one
+        return self.link(node, side)[0] > self.reach * (1 + _TIE)
 
     def outermost(self, side: int) -> int:
         """The node at which a line comes to rest that starts at the node that touches first.
@@ -115,15 +113,15 @@ class Plain:
         row, start = self.row, self.row.where.lowest
         most = abs((row.where.last if side > 0 else row.where.first) - start)
 
-        def excess(links: int) -> float:
-            return self.excess(start + side * links, side)
+        def resists(links: int) -> bool:
+            return self.resists(start + side * links, side)
 
         if row.indenter.convex:
-            return start + side * _first_positive(excess, most)
+            return start + side * bisect.bisect_left(range(most), True, key=resists)
         if self.depth >= row.lowest:
-            return start + side * next((i for i in range(most) if excess(i) > 0), most)
+            return start + side * next(filter(resists, range(most)), most)
         node = Plain(row, row.lowest, self.reach).outermost(side)
-        while node != start and self.excess(node - side, side) > 0:
+        while node != start and self.resists(node - side, side):
             node -= side
         return node
 
@@ -137,35 +135,11 @@ class Plain:
         left = 2 * lowest - right if row.mirrored else self.outermost(-1)
         return None if left == right and pulled > 0 and row.lattice.gamma1 else (left, right)
 
-    def ends(self, node: int, side: int) -> Ends:
-        """What passing the links beside a line at this node takes."""
+    def end(self, node: int, side: int) -> End:
+        """What links beside the line at a node change, by which it is found between nodes."""
         first, last, _ = self.row.where
         before, after = (node - first, last - node)[::side]
-        known = (-before <= LINKS) & (after > LINKS)
-        if not len(self.row.indenter.corners):
-            known &= (LINKS >= -2) & (LINKS < 2)  # others are for lines beside corners
-        if self.row.lattice.axis == 0 and side < 0:
-            known[:] = False
-        links = [self.link(node + side * j, side) for j in LINKS[known].tolist()]
-        gap, energy, force = np.zeros((3, 1, LINKS.size))
-        if links:
-            gap[0, known], energy[0, known], force[0, known] = np.transpose(links)
-        excess = (gap - self.reach) * math.sqrt(self.row.lattice.link_over_decay)
-        return Ends(known[None], excess, excess, energy, force)
-
-
-def _first_positive(growing: Callable[[int], float], most: int) -> int:
-    """The first of 0, 1, ..., most - 1 at which a growing function is positive, else most.
-
-    By secants through its last two values, or by halving where these say nothing.
-    """
-    low, high, at, before = 0, most, 0, None
-    while low < high:
-        value = growing(at)
-        low, high = (low, at) if value > 0 else (at + 1, high)
-        guess = (low + high) / 2
-        if before is not None and math.isfinite(value - before[1]) and value != before[1]:
-            guess = at - value * (at - before[0]) / (value - before[1])
-        before = at, value
-        at = min(max(math.ceil(guess), low), max(high - 1, low))
-    return low
+        start, stop = -min(before, _INWARDS), min(after, _OUTWARDS)
+        links = [self.link(node + side * j, side) for j in range(start, stop)]
+        gap, energy, force = map(list, zip(*links, strict=True)) if links else ([], [], [])
+        return End(node - self.row.first, side, start, gap, energy, force)

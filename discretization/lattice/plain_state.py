@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.equilibrium import Equilibrium
+from discretization.lattice import line
 from discretization.lattice.assembly import (
     Question,
     certified,
@@ -19,16 +20,16 @@ from discretization.lattice.assembly import (
     refuse_unknown,
     without_contact,
 )
-from discretization.lattice.between import Ends, lines_between
 from discretization.lattice.judge import Move, Part, judge, totals
 from discretization.lattice.plain import Plain, far, turning
-from discretization.lattice.stencil import INWARDS
 from discretization.nodes.lattice import Lattice, LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
+from energy import terms
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+_TURNS = 24  # of Newton's method for single nodes
 
 
 def on_plain(asked: Question, row: Row) -> Equilibrium:
@@ -46,12 +47,16 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
         return without_contact(asked, row)
     nodes = ((found[0] - row.first, found[1] - row.first),)
     refuse_unknown(row, depth, nodes)
-    state = PlainState.of(plain, *found)
+    ends = [plain.end(found[1], 1)]
+    if not row.mirrored and found[0] != lattice.axis:
+        ends.append(plain.end(found[0], -1))
+    touched = asked.branch == "adhered" and not lattice.gamma1
+    state = PlainState.of(plain, *found, ends, touched=touched)
     sums = totals(state)
     if asked.branch == "global" and depth <= row.lowest and sums.energy > 0:
         return without_contact(asked, row)
-    lines = lines_between(row, np.array(nodes), np.array([depth]), ends=state.ends, lone=True)
-    for x, node in zip(lines.x[0].tolist(), found, strict=True):
+    pair = line.outer(row, reach, ends)
+    for x, node in zip((pair[0].x, pair[1].x), found, strict=True):
         refuse_overhang(row, depth, x, node)
     certificate = judge(state, sums)
     if "penetration" in certificate.failures:
@@ -60,8 +65,8 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
     tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
-    neutral = is_neutral(row, state.ends[1])
-    return certified(asked, row, nodes, lines, sums, certificate, tail, neutral=neutral)
+    neutral = is_neutral(row, nodes, ends[0])
+    return certified(asked, row, nodes, pair, sums, certificate, tail, neutral=neutral)
 
 
 def refuse_overhang(row: Row, depth: float, x: float, node: int) -> None:
@@ -86,18 +91,22 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 class PlainState:
     """The relaxed surface of one contact: the energy, u and g of nodes (-inf: no profile there).
 
-    ends: what passing the links beside its lines takes, by side.
+    ends: of the lines that differ; touched: springs only attach where they touch, not where that
+    pays.
     """
 
-    plain: Plain
+    row: Row
+    depth: float
     model: NodalEnergy
     u: Array
     g: Array
-    ends: dict[int, Ends]
-    mirrored = False
+    ends: list[line.End]
+    touched: bool
 
     @classmethod
-    def of(cls, plain: Plain, first: int, last: int) -> PlainState:
+    def of(
+        cls, plain: Plain, first: int, last: int, ends: list[line.End], *, touched: bool
+    ) -> PlainState:
         """Nodes up to where the free surfaces are linear; all, of a profile that is not convex."""
         row, lattice, (lo, hi, _) = plain.row, plain.row.lattice, plain.row.where
         start, stop = first - far(lattice), last + far(lattice)
@@ -109,18 +118,7 @@ class PlainState:
         known = slice(max(lo, start) - start, min(hi, stop) - start + 1)
         g[known] = plain.depth - row.heights(max(lo, start), min(hi, stop))
         model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
-        ends = {side: plain.ends(node, side) for side, node in ((-1, first), (1, last))}
-        return cls(plain, model, model.relaxed(g), g, ends)
-
-    @property
-    def row(self) -> Row:
-        """The row of nodes."""
-        return self.plain.row
-
-    @property
-    def depth(self) -> float:
-        """The depth."""
-        return self.plain.depth
+        return cls(row, plain.depth, model, model.relaxed(g), g, ends, touched)
 
     @property
     def at_lines(self) -> tuple[float, float]:
@@ -128,65 +126,106 @@ class PlainState:
         held = np.flatnonzero(self.model.contact)
         return float(self.u[held[0]]), float(self.u[held[-1]])
 
+    @property
+    def mirrored(self) -> bool:
+        """All nodes are looked at."""
+        return False
+
     def parts(self) -> Iterator[Part]:
         """All nodes at once."""
         yield Part(self.model, self.u, self.g)
 
     def opening(self, part: Part, i: Nodes, force: Array) -> Array:
-        """The pull per weight on contact nodes whose opening alone lowers the energy.
+        """The pull per weight on contact nodes that adhesion does not hold.
 
-        Every second node is let go at once: between two that are held it moves alone. The outermost
-        ones are not opened here, as these are moves of a line; a lone node has no adhesion.
+        A node between two links is held if opening it alone raises the energy.
         """
-        model, held = self.model, np.flatnonzero(self.model.contact)
-        pull = -force / model.lattice.weight(model.nodes[i])
-        if held.size == 1 and model.lattice.gamma1:
+        lat, held = self.model.lattice, np.flatnonzero(self.model.contact)
+        pull = -lat.per_weight(force, self.model.nodes[i])
+        if not lat.gamma1:
+            return np.asarray(pull - math.sqrt(2 * lat.spring * lat.w * lat.cell))
+        if held.size == 1:
             return np.asarray(pull)
-        opens = np.zeros(self.u.size, bool)
-        for every in held[1:-1:2], held[2:-1:2]:
-            contact = model.contact.copy()
-            contact[every] = False
-            less = NodalEnergy(model.lattice, contact, int(model.nodes[0]))
-            gain = model.around(self.u) - less.around(less.relaxed(self.u))
-            opens[every] = gain[every] > 0
-        return np.asarray(pull[opens[i]])
+        inner = (i > held[0]) & (i < held[-1])
+        return np.asarray(pull[inner][_opens(self, i[inner])])
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of the lines, one link outwards or inwards; energies over those of a unit gap."""
-        lattice, reach = self.model.lattice, self.plain.reach
-        critical, unit = lattice.critical_gap, math.sqrt(lattice.link_over_decay)
-        for end in self.ends.values():
-            for i, opening in ((INWARDS, False), (INWARDS - 1, True)):
-                if end.known[0, i] and (opening or reach == critical):
-                    gap = float(end.closing[0, i]) / unit + reach
-                    yield Move(opening, gap, gap**2, critical**2)
+        work = self.model.lattice.critical_gap**2
+        for end in self.ends:
+            for link, opening in ((0, False), (-1, True)):
+                i = link - end.start
+                if 0 <= i < len(end.gap) and (opening or not self.touched):
+                    yield Move(opening, end.gap[i], end.gap[i] ** 2, work)
+
+
+def _opens(state: PlainState, i: Nodes) -> NDArray[np.bool_]:
+    """Whether opening one of these nodes (n,), each between two links, lowers the energy.
+
+    Only that node moves, by Newton's method with steps halved while they would raise the energy.
+    """
+    lat, nodes, u = state.model.lattice, state.model.nodes, state.u
+    weight = lat.on_nodes(np.ones(u.size), nodes)[i]
+    links, sides = lat.on_links(np.ones(u.size - 1), nodes), (i - 1, i)
+
+    def terms_at(v: Array) -> tuple[Array, Array, Array]:
+        """Energy without adhesion, and its derivatives, over Δx."""
+        found = weight * np.array(terms.spring(v, k=lat.k))
+        for own, beside in zip(sides, (u[i - 1], u[i + 1]), strict=True):
+            slope = (v - beside) / lat.spacing
+            link = np.array(terms.surface(slope, gamma1=lat.gamma1, slopes=lat.slopes))
+            found += links[own] * link / lat.spacing ** np.arange(3)[:, None]
+        return found[0], found[1], found[2]
+
+    v, (closed, first, second) = u[i], terms_at(u[i])
+    energy = closed
+    for _ in range(_TURNS):
+        step = -first / second
+        better = terms_at(v + step)[0] <= energy
+        v = v + np.where(better, step, step / 2)
+        energy, first, second = terms_at(v)
+    for own, beside in zip(sides, (u[i - 1], u[i + 1]), strict=True):
+        stretch = (u[i] - beside) / lat.spacing
+        arc = np.hypot(1.0, stretch) if lat.slopes == "finite" else np.ones(i.size)
+        closed = closed - lat.w * links[own] * arc
+    return np.asarray(energy < closed)
 
 
 @dataclass(frozen=True)
 class SteepTail(LatticeTail):
-    """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line."""
+    """Free surfaces beyond a contact line with finite slopes, from nodes that begin at the line.
+
+    Between the nodes u is a cubic, with u'' = k u (1 + u'²)^{3/2}/γ₁ linear from node to node.
+    """
 
     lattice: Lattice
 
     @functools.lru_cache(maxsize=64)  # noqa: B019
-    def _nodes(self, u_line: float) -> Array:
-        """u outwards."""
-        model = NodalEnergy(self.lattice, np.arange(far(self.lattice) + 1) == 0)
-        return model.relaxed(np.full(model.contact.size, u_line))
+    def _nodes(self, u_line: float) -> tuple[Array, Array]:
+        """u and u' outwards."""
+        lat = self.lattice
+        model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
+        u = model.relaxed(np.full(model.contact.size, u_line))
+        u = np.append(u, lat.decay * u[-1])
+        bend = lat.k / lat.gamma1 * u * (1 + np.gradient(u, lat.spacing, edge_order=2) ** 2) ** 1.5
+        chord = np.diff(u) / lat.spacing
+        return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
 
     def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
-        """u at these distances from the line, linear between nodes."""
-        u = self._nodes(float(u_line))
-        at = self.lattice.spacing * np.arange(u.size)
-        beyond = np.exp(-self.rate * np.maximum(distance - at[-1], 0.0))
-        return np.asarray(np.interp(distance, at, u) * beyond)
+        """u at these distances from the line."""
+        (u, slope), dx = self._nodes(float(u_line)), self.lattice.spacing
+        i = np.minimum((distance / dx).astype(int), u.size - 2)
+        t, last = distance / dx - i, dx * (u.size - 1)
+        chord, one, other = u[i + 1] - u[i], dx * slope[i], dx * slope[i + 1]
+        bend = t * (1 - t) * ((1 - t) * (one - chord) - t * (other - chord))
+        beyond = u[-1] * np.exp(-self.rate * np.maximum(distance - last, 0.0))
+        return np.where(distance <= last, u[i] + t * chord + bend, beyond)
 
     def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
-        """u' outwards at lines, of a surface that bends by k u (1 + u'²)^{3/2}/γ₁ beside them."""
-        lat, found = self.lattice, np.zeros_like(u_line)
-        for i, own in np.ndenumerate(u_line):
-            u = self._nodes(float(own))[:4]
-            steep = np.gradient(u, lat.spacing, edge_order=2)[:2]
-            bend = lat.k / lat.gamma1 * u[:2] * (1 + steep**2) ** 1.5
-            found[i] = (u[1] - u[0]) / lat.spacing - lat.spacing / 6 * (2 * bend[0] + bend[1])
-        return found
+        """u' outwards where the surface is displaced by these: it is the same from there on."""
+        most = float(np.abs(u_line).max(initial=0.0))
+        if not most:
+            return np.zeros_like(u_line)
+        u, slope = self._nodes(most)
+        u, slope = np.append(0.0, u[::-1]), np.append(0.0, slope[::-1])
+        return np.asarray(np.sign(u_line) * np.interp(np.abs(u_line), u, slope))

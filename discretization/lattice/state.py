@@ -20,7 +20,7 @@ from discretization.lattice.assembly import (
     refuse_unknown,
     without_contact,
 )
-from discretization.lattice.between import Positions, moved_lines
+from discretization.lattice.between import Lines, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import totals
 from discretization.lattice.lowest import on_lowest
@@ -113,7 +113,7 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
     return of_contacts(asked, row, nodes, lines)
 
 
-def _followed(asked: Question, row: Row) -> tuple[Contacts, Positions | None]:
+def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
     """The contacts on this path, and where their lines are, if that depends on the way.
 
     ValueError where the path leads to an end of the known profile.

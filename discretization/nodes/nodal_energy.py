@@ -76,8 +76,8 @@ class NodalEnergy:
         ]
         self.pulls = np.array(pulls)  # of the tails, over u
         self.bound = self.contact[1:] & self.contact[:-1]
-        self.cells = lattice.cell * lattice.weight(self.nodes)
-        self.link_cells = lattice.cell * lattice.weight(self.nodes[:-1] + 0.5)
+        self.cells = lattice.on_nodes(lattice.cell, self.nodes)
+        self.link_cells = lattice.on_links(lattice.cell, self.nodes)
         self.adhesion = lattice.w * self.link_cells if adhesion is None else np.asarray(adhesion)
 
     def balance(self, u: ArrayLike) -> Balance:
@@ -109,21 +109,8 @@ class NodalEnergy:
         lat = self.lattice
         if not lat.gamma1:
             return lat.w * _sum(self.cells, self.contact, self.own)
-        return _sum(self.adhesion, self._bonds(slopes))
-
-    def _bonds(self, slopes: Array) -> Any:
-        """Of each link the length in contact over the spacing."""
-        return self.bound * np.hypot(1, slopes) if self.lattice.slopes == "finite" else self.bound
-
-    def around(self, u: Array) -> Array:
-        """Energy of each node's spring and of the links on both of its sides (n,)."""
-        lat, slopes = self.lattice, np.diff(u) / self.lattice.spacing
-        stretched = lat.gamma1 * self.link_cells * self._stretch(slopes).value
-        links = stretched - self.adhesion * self._bonds(slopes)
-        springs = self.cells * terms.spring(u, k=lat.k).value
-        if not lat.gamma1:
-            return np.asarray(springs - lat.w * self.cells * self.contact)
-        return np.asarray(springs + np.append(links, 0.0) + np.append(0.0, links))
+        bonds = self.bound * np.hypot(1, slopes) if lat.slopes == "finite" else self.bound
+        return _sum(self.adhesion, bonds)
 
     def _stretch(self, slopes: Array) -> terms.Density:
         """Of links whose surface tension is 1."""

@@ -21,8 +21,11 @@ free (ties are decided by rounding). The cost is some passes over the nodes, wha
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from discretization.nodes.lattice import Lattice
 
@@ -30,6 +33,72 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _BLOCK = 16  # nodes of a block, blocks of a larger one
 _SLACK = 1 - 1e-12  # on bounds: rounding drops no node, the sign of its multiplier decides
+
+
+@dataclass(frozen=True)
+class ObstacleSolution:
+    """The surface over an obstacle, per unit length of the line contact.
+
+    u: displacements (n,). contact: (n,) bool, the nodes that hold the surface. multipliers: (n,)
+    forces [force/length] of the indenter on the nodes, >= 0, zero where free.
+    """
+
+    u: Array
+    contact: NDArray[np.bool_]
+    multipliers: Array
+
+    @property
+    def intervals(self) -> Nodes:
+        """First and last node of each contact (m, 2)."""
+        return runs(self.contact)
+
+    @property
+    def energy(self) -> float:
+        """U = Σ p_i u_i / 2 [energy/length]: the work of the multipliers p."""
+        return float(self.multipliers @ self.u) / 2
+
+    @property
+    def force(self) -> float:
+        """P = Σ p_i [force/length]."""
+        return float(self.multipliers.sum())
+
+
+def runs(contact: NDArray[np.bool_]) -> Nodes:
+    """First and last node of each contact (m, 2), of a mask of all nodes."""
+    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
+    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
+
+
+def obstacle(lattice: Lattice, g: ArrayLike) -> ObstacleSolution:
+    """Global minimum of the lattice energy for w = 0 with u_i >= g_i.
+
+    g: (n,) heights d - f(x_i) of the obstacle; -inf where there is none, as beyond both ends. Of
+    nodes around an axis the first one is on it. ValueError if the lattice has adhesion or g is not
+    such an array.
+    """
+    g = _checked(lattice, g)
+    nodes, u = np.arange(g.size), np.maximum(g, 0.0)
+    if not lattice.gamma1 or g.max() <= 0:
+        return ObstacleSolution(u, g > 0, lattice.on_nodes(lattice.spring * u, nodes))
+    held, force = pressed(lattice, g)
+    contact, multipliers = np.zeros(g.size, bool), np.zeros(g.size)
+    contact[held], multipliers[held] = True, force
+    free = np.flatnonzero(~contact)
+    u[free] = np.maximum(surface(lattice, held, g[held], free), g[free])
+    return ObstacleSolution(u, contact, multipliers)
+
+
+def _checked(lattice: Lattice, g: ArrayLike) -> Array:
+    g = np.asarray(g, float)
+    if lattice.slopes != "small":
+        raise ValueError(f"slopes = {lattice.slopes!r} is no obstacle problem: use slopes='small'")
+    if lattice.w:
+        raise ValueError(f"w = {lattice.w!r} must be 0 for an obstacle: use minimise")
+    if g.ndim != 1 or not g.size:
+        raise ValueError(f"g has shape {g.shape}, must be (n,): give one height per node")
+    if not g.max() < math.inf:
+        raise ValueError("g = nan or inf is no height: give finite numbers, -inf for no obstacle")
+    return g
 
 
 def pressed(lattice: Lattice, g: Array) -> tuple[Nodes, Array]:
@@ -79,8 +148,8 @@ def surface(lattice: Lattice, held: Nodes, g: Array, at: Nodes) -> Array:
 
 def _multipliers(lattice: Lattice, nodes: Nodes, u: Array) -> Array:
     """Forces p_i that hold these nodes at u; most are neighbours."""
-    flow = lattice.link * (u[:-1] - u[1:]) * lattice.weight((nodes[:-1] + nodes[1:]) / 2)
-    force = lattice.spring * u * lattice.weight(nodes)
+    flow = lattice.on_links(lattice.link * (u[:-1] - u[1:]), nodes)
+    force = np.array(lattice.on_nodes(lattice.spring * u, nodes))
     wide = np.flatnonzero(np.diff(nodes) > 1)
     a, b = u[wide], u[wide + 1]
     tie, one, other = lattice.pair(nodes[wide], nodes[wide + 1])

@@ -69,8 +69,18 @@ class RadialLattice(Lattice):
         """The scene with r >= 0 only, as if it were a line contact that ends at the axis."""
         return replace(scene, indenter=Radial(scene.indenter), geometry="line")
 
-    def weight(self, at: Any) -> Any:
-        return np.where(np.asarray(at) > 0, at, _AXIS)
+    def on_nodes(self, values: Any, nodes: Any) -> Any:
+        return values * _weights(nodes)
+
+    def per_weight(self, values: Any, nodes: Any) -> Any:
+        return values / _weights(nodes)
+
+    def on_links(self, values: Any, nodes: Any) -> Any:
+        nodes = np.asarray(nodes, float)
+        return values * ((nodes[1:] + nodes[:-1]) / 2)
+
+    def bound(self, first: Any, last: Any) -> Any:
+        return np.abs(last - first) * (last + first) / 2
 
     def pull(self, nodes: Any, side: int) -> Any:
         return self.link * self.surfaces.pull(nodes, side) if self.gamma1 else 0.0
@@ -141,3 +151,9 @@ class RadialTail(LatticeTail):
 def _parted(s: Any, t: Any) -> Array:
     """e^{s-t} (K₀(s) I₀(t) - I₀(s) K₀(t)), s <= t."""
     return np.asarray(k0e(s) * i0e(t) - i0e(s) * k0e(t) * np.exp(-2 * (t - s)))
+
+
+def _weights(nodes: Any) -> Array:
+    """Weights of nodes."""
+    nodes = np.asarray(nodes, float)
+    return np.where(nodes > 0, nodes, _AXIS)

@@ -111,8 +111,7 @@ class Rules:
     def stiffness(self) -> tuple[Array, Array]:
         """Of the springs (n,) and links (n - 1,)."""
         lat, nodes, one = self.lattice, self.nodes, np.ones(self.f.size)
-        springs = lat.spring * one * lat.weight(nodes)
-        return springs, lat.link * one[1:] * lat.weight(nodes[:-1] + 0.5)
+        return lat.spring * lat.on_nodes(one, nodes), lat.link * lat.on_links(one[1:], nodes)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
@@ -211,7 +210,7 @@ class Rules:
     @functools.cached_property
     def delta0(self) -> float:
         """δ₀, of the link that adheres most."""
-        cells = self.lattice.cell * self.lattice.weight(self.nodes[:-1] + 0.5)
+        cells = self.lattice.on_links(np.full(self.work.size, self.lattice.cell), self.nodes)
         return math.sqrt(2 * float((self.work / cells).max(initial=0.0)) / self.lattice.k)
 
     @functools.cached_property
@@ -219,11 +218,13 @@ class Rules:
         """1 - A - B of a span of two links."""
         return self.lattice.spring / (self.lattice.spring + 2 * self.lattice.link)
 
-    def slides(self, contact: tuple[int, int], depth: float, end: float) -> list[Array]:
+    def slides(
+        self, contact: tuple[int, int], depth: float, end: float, *, through: bool
+    ) -> list[Array]:
         """Depths at which both lines of a convex contact pass links on the way; empty: none does.
 
-        Up to the first link that is passed late, with one before. A contact of two links is left to
-        the walk.
+        Nothing else happens between. through: also links that are passed late, with one before;
+        else the way ends there. A contact of two links is left to the walk.
         """
         (first, last), sign, found, stop = contact, 1 if end >= depth else -1, [], end
         for side, at in ((-1, self.f.size - 1 - first), (1, last)):
@@ -231,8 +232,10 @@ class Rules:
             if sign < 0:
                 ahead = self.outwards[side][at - (last - first) : at][::-1]
             own = ahead[: _reached(ahead, end, sign)]
-            late = sign * np.diff(own, prepend=depth) <= 0
-            if late.any():
+            if through:
+                further = np.maximum if sign > 0 else np.minimum
+                own = further.accumulate(np.append(depth, own))[1:]
+            elif (late := sign * np.diff(own, prepend=depth) <= 0).any():
                 own = own[: int(late.argmax())]
                 stop = sign * min(sign * stop, sign * float(own[-1] if own.size else depth))
             found.append(own)

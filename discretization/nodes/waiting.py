@@ -63,8 +63,8 @@ def _stored(rules: Rules, left: int | None, right: int | None, depth: float) -> 
     """Energy of the surface between two contact nodes (None: none there), free or one link."""
     lattice, f, first = rules.lattice, rules.f, rules.first
     if left is not None and right is not None:
-        u, v = depth - f[left], depth - f[right]
-        return float(lattice.gap(first + left, first + right, u, v)[0])
+        energy = lattice.gap_energy(first + left, first + right, f[left], f[right], depth)
+        return float(energy)
     ends = [(end, side) for end, side in ((left, 1), (right, -1)) if end is not None]
     return sum(float(lattice.pull(first + i, way)) / 2 * (depth - f[i]) ** 2 for i, way in ends)
 

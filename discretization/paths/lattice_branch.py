@@ -8,9 +8,10 @@ re-equilibrated energy or leaves it equal; where one calls for others at the sam
 jumps. A line that moves smoothly releases nothing at any link, hence a branch walked there and back
 has no loop area.
 
-Lines, force and energy reported for a step are interpolated between the nodes
-(../lattice/between.py). Where closing and opening differ a line stays where it last moved. States,
-events and the energy balance are those of the contact sets.
+Between the nodes the outermost lines are where the depth at which a link is passed, taken at the
+middles of the links, equals d; force and energy reported for a step are interpolated there. Where
+closing and opening differ a line stays where it last moved. States, events and the energy balance
+are those of the contact sets.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
-from discretization.lattice.between import lines_between, moved_lines
+from discretization.lattice.between import at_offsets, interpolated, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.walk import Life, Walk, contacts_of, parts_of
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Contacts, Part, Row
+from discretization.nodes.row import Contacts, Part, Parts, Row
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.routes import route
 from energy import Scene
@@ -143,9 +144,8 @@ class LatticeBranch(Branch):
         if math.isnan(lines[0]):
             return Point(depth, None)
         lattice, first = self.row.lattice, self.row.first
-        ends = 0, self.row.size - 1  # a line at an edge may be up to a link beyond
-        at = [round((x - lattice.origin) / lattice.spacing) - first for x in lines]
-        at = np.clip(at, *ends).tolist()
+        last = self.row.size - 1  # a line at an edge may be up to a link beyond
+        at = [min(round((x - lattice.origin) / lattice.spacing) - first, last) for x in lines]
         nodes = tuple(zip(at[::2], at[1::2], strict=True))
         return Point(depth, lines if self.scene.hysteretic else self._on_nodes(nodes), nodes)
 
@@ -214,16 +214,21 @@ class LatticeBranch(Branch):
             some = [points[i] for i in own]
             nodes, depths = _arrays(some)
             known = np.array([p.lines for p in some]) if self.scene.hysteretic else None
-            lines = lines_between(self.row, nodes, depths, known=known)
-            found[:2, own] = self.row.totals(nodes, depths) + lines.added
-            found[2:, own] = lines.x[:, 0], lines.x[:, -1]
+            lines, force, energy = interpolated(self.row, nodes, depths, known)
+            found[:, own] = energy, force, lines[:, 0], lines[:, -1]
         return found
 
     def energy(self, point: Point) -> float:
         """U of the contact set."""
         if point.lines is None:
             return 0.0
-        return float(self.row.totals(*_arrays([point]))[0, 0])
+        return self.total(self.row.energies, point)
+
+    def total(self, parts: Parts, point: Point) -> float:
+        """P or U of the contact set; parts: `forces` or `energies` of the row."""
+        nodes, depths = _arrays([point])
+        on_nodes = np.zeros(nodes.shape)
+        return float(at_offsets(self.row, nodes, on_nodes, depths, parts)[0])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length of the links that open, weighted with the pattern's factor."""

@@ -7,11 +7,12 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from lattices import lattice, lowest, obstacle, rough_heights
+from lattices import lattice, lowest, rough_heights
 
 from discretization.lattice.oracle import CLARABEL, Oracle
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import obstacle
 from discretization.nodes.radial import RadialLattice
 
 SIZES = (3, 16, 17, 300, 16**3 + 1, 20_000)  # blocks of 16 nodes
@@ -116,6 +117,21 @@ def test_without_tension_or_contact():
     detached = obstacle(lattice(3.0), g - 0.5)
     assert not detached.u.any() and not detached.contact.any() and detached.force == 0
     assert detached.intervals.shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("lat", "g", "message"),
+    [
+        (lattice(3.0, w=1e-3), [1.0], "w = 0.001 must be 0"),
+        (lattice(3.0), [], "shape"),
+        (lattice(3.0), [[1.0]], "shape"),
+        (lattice(3.0), [1.0, math.nan], "nan"),
+        (lattice(3.0), [1.0, math.inf], "inf"),
+    ],
+)
+def test_refuses(lat, g, message):
+    with pytest.raises(ValueError, match=message):
+        obstacle(lat, g)
 
 
 GAP = CLARABEL["tol_gap_rel"]
