@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization import display, plots
 from discretization.certificate import Certificate, Proof
-from discretization.parts import parts_of
+from discretization.parts import Parts, parts_of
 from discretization.routes import one_contact
 from discretization.tail import FreeSurfaces, Tail
 from energy import Assumption, Scene
@@ -125,15 +125,19 @@ class Equilibrium:
         steepest, narrowest = float(np.abs(slopes).max()), float(widths.min())
         return Deformation(float(u.max()), float(np.abs(u).max()), narrowest, steepest)
 
+    @functools.cached_property
+    def _parts(self) -> Parts:
+        return parts_of(self)
+
     @property
     def energy_parts(self) -> dict[str, float]:
         """Energy [energy/length] of springs, surface and adhesion; see discretization.parts."""
-        return parts_of(self).energy
+        return dict(self._parts.energy)
 
     @property
     def force_parts(self) -> dict[str, float]:
         """Force [force/length] of the pressure (9) and of the lines (10); likewise."""
-        return parts_of(self).force
+        return dict(self._parts.force)
 
     @property
     def half_width(self) -> float:

@@ -377,3 +377,10 @@ def test_refusals_of_every_card(name):
 def test_refusals_of_one_card(name, overrides, message):
     with pytest.raises(ValueError, match=message):
         call(FUNCTIONS[name], **overrides)
+
+
+def test_a_punch_of_finite_slopes_is_pulled_by_what_is_inclined_as_young_says():
+    """γ₁ sin φ on both sides, 1 - cos φ = w/γ₁, at any slope."""
+    gamma1, ratio = 0.07, np.array([1e-3, 0.3, 0.9, 0.99])
+    pull = cards.finite.punch_surface_force_at_detachment(gamma1=gamma1, w=ratio * gamma1)
+    check(pull, 2 * gamma1 * np.sqrt(1 - (1 - ratio) ** 2), 1e-12)

@@ -354,3 +354,16 @@ def test_a_small_true_sphere_in_a_liquid():
             options={"xatol": 1e-10},
         )
         check(axi.finite.adhesion_force_small_sphere(R=R, w=w), -found.fun, 1e-12)
+
+
+def test_a_cone_without_tension_and_with_little():
+    k, w, delta = 1.1e7, 4.3e-3, 0.2
+    delta0, t = np.sqrt(2 * w / k), np.tan(delta)
+    bare = 4 / 3 * np.pi * k * delta0**3 / t**2
+    same = {"delta": delta, "k": k, "w": w}
+    check(axi.cone.adhesion_force(gamma1=0.0, **same), bare, 1e-13)
+    small = np.array([1e-2, 5e-3, 2.5e-3, 1.25e-3])
+    tension = {"gamma1": k * (small * delta0 / t) ** 2, **same}
+    off = axi.cone.adhesion_force_stiff(**tension) / axi.cone.adhesion_force(**tension) - 1
+    assert 1.8 < np.polyfit(np.log(small), np.log(abs(off)), 1)[0] < 2.2
+    assert abs(off[-1]) < 1e-5

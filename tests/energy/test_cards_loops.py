@@ -309,3 +309,38 @@ def test_at_the_sharpest_wedge_that_pulls_everything_vanishes():
             check(jump.half_width, 0.0, 1e-7, 3e-4)
             check(jump.energy_released, 0.0, 1e-14, 0.19 * 3e-4)
             assert jump.energy_released >= 0
+
+
+def test_forms_quoted_for_the_paper_s_shapes():
+    layer = {"k": 2.7e6, "gamma1": 0.19, "w": 2.3e-3}
+    k, gamma1, w = layer.values()
+    ell, delta0 = np.sqrt(gamma1 / k), np.sqrt(2 * w / k)
+    t = np.tan(0.05)
+    a0, q = delta0 / t - ell, ell * t - delta0
+    wedge = {"delta": 0.05, **layer}
+    pull = 2 * w / t - gamma1 * t  # Eq. (30)
+    check(fixed.wedge_jump_in(**wedge).force, -pull, 1e-13)
+    check(fixed.wedge_loop_area(**wedge), 2 * k * q**2 * (a0 / 3 + ell), 1e-13)
+    m = np.sqrt(a0 * (a0 + 2 * ell))
+    load = k * t**2 * (a0**2 * (a0 + 2 * ell) + 2 * m**3 / 3)
+    check(dead.wedge_loop_area(**wedge), load, 1e-13)
+    lets_go = machine.wedge_detachment(**wedge, K=0.3 * k * a0)
+    check(lets_go.force, -pull + 0.09 * k * a0**2 * t / 4, 1e-12)
+    for R in (0.9, 2e-4):  # Λ < 1 and > 1
+        parabola, reach = {"R": R, **layer}, np.sqrt(R * delta0)
+        a = np.sqrt(ell**2 + 2 * reach**2) - ell
+        area = k * a**3 / R**2 * (a**2 / 5 + 3 * a * ell / 4 + 2 * ell**2 / 3)
+        check(fixed.parabola_loop_area(**parabola), 2 * w * ell + area, 1e-12)
+        x = (ell / reach) ** 3 / 2
+        y = np.cos(np.arccos(x) / 3) if x < 1 else np.cosh(np.arccosh(x) / 3)
+        jump = dead.parabola_jump_in(**parabola)
+        check(jump.half_width, 2 * reach * y - ell, 1e-12, ell)  # the cubic, by Cardano
+        a = jump.half_width
+        shape = np.polyval([4, 23, 54, 60, 30], a / ell) * ell**4
+        check(jump.energy_released, k * a**3 * shape / (45 * R**2 * (a + ell) ** 2), 1e-13)
+        pull = 4 / 3 * k * np.sqrt(R) * delta0**1.5 + 2 / 3 * k * ell**3 / R
+        pull = pull if reach > ell else 2 * np.sqrt(2 * w * gamma1)
+        check(dead.parabola_detachment(**parabola).force, -pull, 1e-13)
+    assert machine.parabola_critical_stiffness(R=0.9, k=k, gamma1=0.0, w=w) == np.inf
+    assert machine.parabola_critical_stiffness(R=2e-4, **layer) == 0
+    assert machine.parabola_critical_stiffness(R=0.9, k=k, gamma1=0.0, w=0.0) == 0
