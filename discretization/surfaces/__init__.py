@@ -7,8 +7,7 @@ and pull, their shape. One module answers for each geometry and energy:
     finite         line                finite_surfaces.py on finite_range.py, finite_gap.py
                    axisymmetric        meniscus_surfaces.py on menisci.py
 
-They are solved on spectral elements (spectral.py) whose errors are rounding. tail.py answers for
-them what an equilibrium asks.
+They are solved on spectral elements (spectral.py) whose errors are rounding.
 """
 
 from __future__ import annotations
