@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from discretization import display, plots
 from discretization.certificate import Certificate, Proof
 from discretization.parts import Parts, parts_of
+from discretization.profile import breaks
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At, Shape
 from energy import Assumption, Scene
@@ -115,8 +116,7 @@ class Equilibrium:
         indenter, ends, x = self.scene.indenter, self.contacts, np.zeros(1)
         bounded = bool(np.isfinite(ends).all())
         if bounded:
-            apex = [] if indenter.apex is None else [indenter.apex]
-            kinks = np.array([*indenter.corners, *indenter.knots, *apex], float)
+            kinks = breaks(indenter)
             even = np.linspace(ends[:, 0], ends[:, 1], _SAMPLES).ravel()
             x = np.concatenate([even, kinks[self.inside(kinks)]])
         u = self.depth - indenter.height(x)

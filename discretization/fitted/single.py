@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from discretization.certificate import Certificate
+from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import equilibrium, estimated, push
 from discretization.fitted.single_lines import Line, Single, ends_of, lines_of
 from discretization.quadrature import Interval, refined
-from discretization.rounding import ROUNDING
 from discretization.surfaces.protocol import Free
 from energy import Scene
 

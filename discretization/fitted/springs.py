@@ -14,13 +14,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate
+from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import equilibrium, estimated
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import NONE, Interval, refined
 from discretization.roots import crossings
-from discretization.rounding import ROUNDING
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 

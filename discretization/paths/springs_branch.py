@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.springs import at_level, lines_below
-from discretization.integrals import Integrals
 from discretization.paths.branch import Branch, Leg, Point, alike
 from discretization.profile import Resolved, resolve
+from discretization.quadrature import Integrals
 from energy import Scene
 
 Array = NDArray[np.float64]
