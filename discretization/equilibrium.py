@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization import display, plots
 from discretization.certificate import Certificate, Proof
-from discretization.parts import Parts, parts_of
+from discretization.parts import ACTING, STORED, parts_of
 from discretization.profile import breaks
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At, Shape
@@ -126,18 +126,18 @@ class Equilibrium:
         return Deformation(float(u.max()), float(np.abs(u).max()), narrowest, steepest)
 
     @functools.cached_property
-    def _parts(self) -> Parts:
+    def _parts(self) -> dict[str, float]:
         return parts_of(self)
 
     @property
     def energy_parts(self) -> dict[str, float]:
         """Energy [energy/length] of springs, surface and adhesion; see discretization.parts."""
-        return dict(self._parts.energy)
+        return {name: self._parts[name] for name in STORED}
 
     @property
     def force_parts(self) -> dict[str, float]:
         """Force [force/length] of the pressure (9) and of the lines (10); likewise."""
-        return dict(self._parts.force)
+        return {name: self._parts[name] for name in ACTING}
 
     @property
     def half_width(self) -> float:
@@ -162,7 +162,7 @@ class Equilibrium:
         return 2 * self.half_width
 
     @functools.cached_property
-    def _free(self) -> list[tuple[At | None, At | None]]:
+    def free(self) -> list[tuple[At | None, At | None]]:
         """The lines of every free surface from left to right, None infinitely far away."""
         x = self.contacts.ravel()
         f = np.asarray(self.scene.indenter.height(x), float)
@@ -181,8 +181,8 @@ class Equilibrium:
         f1 = self.scene.indenter.slope_beside(self.contacts, own)
         if not self.scene.gamma1:
             return sides * f1, np.zeros_like(f1)
-        at = [np.array([line.x for line in pair if line]) for pair in self._free]
-        parts = zip(at, self._free, strict=True)
+        at = [np.array([line.x for line in pair if line]) for pair in self.free]
+        parts = zip(at, self.free, strict=True)
         u1 = [self.surfaces.shape(x, *pair, self.depth)[1] for x, pair in parts]
         return sides * f1, sides * np.concatenate(u1).reshape(-1, 2)
 
@@ -226,7 +226,7 @@ class Equilibrium:
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
         free = ~inside & ~np.isnan(x)
         part = np.searchsorted(self.contacts[:, 0], x)
-        for i, pair in enumerate(self._free if self.scene.gamma1 and self.contacts.size else ()):
+        for i, pair in enumerate(self.free if self.scene.gamma1 and self.contacts.size else ()):
             own = free & (part == i)
             if own.any():
                 u[own] = self.surfaces.shape(x[own], *pair, self.depth)[0]

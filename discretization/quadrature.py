@@ -70,12 +70,22 @@ def over(density: Density, ends: Array, *, few: bool = False) -> tuple[Array, Ar
     return (values @ weights) * width, (np.abs(values) @ weights) * width
 
 
-def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: bool) -> Sums:
+def summed(
+    density: Density,
+    ends: Array,
+    part: float,
+    lost: Array,
+    *,
+    smooth: bool,
+    few: bool | None = None,
+) -> Sums:
     """Integrals over panels, those halved that are off by more than a part of the whole's size.
 
-    lost (m, 1): what they are off by however often they are halved; smooth: on each panel.
+    lost (m, 1): what they are off by however often they are halved; smooth: on each
+    panel; few: whether panels get many points, by default if they are few.
     """
-    few, n = ends.shape[1] < _FEW_PANELS, ends.shape[1]
+    n = ends.shape[1]
+    few = n < _FEW_PANELS if few is None else few
     left, done = Sums(ends, *over(density, ends, few=few), np.zeros((len(lost), n))), []
     limit = part * left.sizes.sum(axis=1, keepdims=True) + lost
     for _ in range(_HALVINGS):

@@ -15,19 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.rests import TIE
-from discretization.fitted.several import certified
+from discretization.fitted.several import state_of
 from discretization.following.events import Events
 from discretization.following.track import Track
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.profile import resolve
-from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]
+_RTOL = 1e-8  # of the energy and the force of a state that is certified
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
 
@@ -135,14 +134,8 @@ class FittedMany(Branch):
         """NotCertifiedError unless the contacts are in equilibrium."""
         if not point.lines:
             return
-        contacts = Contacts(self.motion, point.lines, point.depth)
-        energy, force = self.totals([point])[:, 0].tolist()
-        pulls, area = contacts.pulls, sum(each.area for each in contacts.free)
-        press = force - float(pulls.sum())
-        scale = abs(press) + float(np.abs(pulls).sum())
-        found = Interval(energy, force, press + area, abs(energy), scale)
         try:
-            certified(contacts, found, {}, "adhered")
+            state_of(self.motion, point.lines, point.depth, "adhered", _RTOL)
         except NotCertifiedError as problem:
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"
