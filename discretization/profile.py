@@ -152,8 +152,8 @@ def _window(scene: Scene, indenter: Indenter, depth: float) -> tuple[float, floa
         x = np.linspace(*ends, 2 * _FIRST + 1)
         f = heights(indenter, x)
         low, touch = float(x[int(np.argmin(f))]), float(f.min())
-        top, lift = max(depth, touch), scene.opened.critical_separation  # none is held any higher
-        level = top + lift + _MARGIN * (lift + top - touch)
+        top, reach = max(depth, touch), scene.opened.critical_separation  # none is held any higher
+        level = top + reach + _MARGIN * (reach + top - touch)
         clear = (f[0] > level or ends[0] == lo) and (f[-1] > level or ends[1] == hi)
         if clear and abs(low - start) <= half / 2:
             return ends

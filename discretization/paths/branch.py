@@ -168,8 +168,9 @@ class Leg:
         branch, scene = self.branch, self.branch.scene
         widths = [point.ends[1] - point.ends[0] for point in (self.start, self.end) if point.lines]
         width = max(widths, default=0.0) + scene.elastocapillary_length
-        lift = max(abs(self.start.depth), abs(self.end.depth)) + 2 * abs(branch.touch) + branch.lift
-        return _ROUNDING * scene.stiffness * lift * (width**2 if scene.axisymmetric else width)
+        size = max(abs(self.start.depth), abs(self.end.depth)) + 2 * abs(branch.touch)
+        pushed = scene.stiffness * (size + branch.holding_range)
+        return _ROUNDING * pushed * (width**2 if scene.axisymmetric else width)
 
     def work(self) -> float:
         """∫P dd from the start to the end, on parts halved until that changes it no more."""
@@ -205,7 +206,7 @@ class Branch:
         raise NotImplementedError
 
     @property
-    def lift(self) -> float:
+    def holding_range(self) -> float:
         """How far below touching a contact can be held: δ₀ of opening."""
         return self.scene.opened.critical_separation
 
@@ -230,6 +231,13 @@ class Branch:
 
     def totals(self, points: Sequence[Point]) -> Array:
         """U, with the work of adhesion of closing, and P (2, n) of points in contact."""
+        found = np.empty((2, len(points)))
+        for own in alike(points):
+            found[:, own] = self.many([points[i] for i in own])
+        return found
+
+    def many(self, points: Sequence[Point]) -> Array:
+        """The same of points with as many lines as each other."""
         raise NotImplementedError
 
     def force(self, point: Point) -> float:

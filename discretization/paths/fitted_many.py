@@ -20,7 +20,7 @@ from discretization.fitted.rests import TIE
 from discretization.fitted.several import state_of
 from discretization.following.events import Events
 from discretization.following.track import Track
-from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
+from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of
 from energy import Scene
@@ -111,15 +111,10 @@ class FittedMany(Branch):
         noise = TIE * self.motion.rests.size * float(np.abs(force).sum())
         return self.events.happens(before.lines, after.lines) and energy[0] - energy[1] > noise
 
-    def totals(self, points: Sequence[Point]) -> Array:
-        """U and P (2, n) of points in contact."""
-        found = np.empty((2, len(points)))
-        for own in alike(points):
-            lines = np.array([free(points[i].lines or ()) for i in own])
-            found[:, own] = self.events.trials.smooth.many(
-                lines, np.array([points[i].depth for i in own])
-            )
-        return found
+    def many(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n) of points with as many lines as each other."""
+        lines = np.array([free(point.lines or ()) for point in points])
+        return self.events.trials.smooth.many(lines, np.array([point.depth for point in points]))
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, weighted with the pattern's factor."""
