@@ -33,7 +33,6 @@ from discretization.surfaces.finite_range import (
     OVERHANG,
     STEEPEST,
     UPRIGHT,
-    Lines,
     Mesh,
     mesh_of,
     range_of,
@@ -67,7 +66,7 @@ class FiniteGap:
     @property
     def upright(self) -> bool:
         """Whether the surface turns over."""
-        return bool((rate(self.p)[0] <= 3 * UPRIGHT).any())
+        return bool((rate(self.p) <= 3 * UPRIGHT).any())
 
     @property
     def reactions(self) -> tuple[float, float]:
@@ -82,7 +81,7 @@ class FiniteGap:
     @property
     def area(self) -> float:
         """∫u dx."""
-        return float(np.sum(self._weights * rate(self.p)[0] * (self.left + self.rises)))
+        return float(np.sum(self._weights * rate(self.p) * (self.left + self.rises)))
 
     @property
     def _weights(self) -> Array:
@@ -95,7 +94,7 @@ class FiniteGap:
 
         The imbalance of a free node, of a reaction, of the constancy of u²/2 + cos φ.
         """
-        d, h, u = rounded(DEGREE)[2], rate(self.p)[0], self.left + self.rises
+        d, h, u = rounded(DEGREE)[2], rate(self.p), self.left + self.rises
         inclined = self.rises @ d.T / self.half
         pull = self._weights * inclined / np.sqrt(h * h + inclined * inclined) / self.half
         pull = self._weights * h * u + pull @ d
@@ -129,7 +128,7 @@ class FiniteGap:
     @functools.cached_property
     def _series(self) -> Array:
         """Legendre coefficients (4, elements, degree + 1) of x, h, u - left and du/dτ."""
-        return coefficients(DEGREE, np.array([self.x, rate(self.p)[0], self.rises, self.p]))
+        return coefficients(DEGREE, np.array([self.x, rate(self.p), self.rises, self.p]))
 
 
 def sine(p: Any) -> Any:
@@ -161,7 +160,7 @@ def _laid(T: float, left: float, p: Array, rises: Array) -> FiniteGap:
     """The surface of a range T on its mesh."""
     half = T * mesh_of(T).half[:, None]
     p, rises = (part.reshape(half.size, -1) for part in (p, rises))
-    x = half * (rate(p)[0] @ _integrals().T)
+    x = half * (rate(p) @ _integrals().T)
     x[1:] += np.cumsum(x[:-1, -1:], axis=0)
     return FiniteGap(half, x, p, left, rises)
 
@@ -175,7 +174,7 @@ def tails(u0: Array) -> tuple[Array, Array]:
 
 def _density(u: Array, p: Array) -> Array:
     """dF/dτ."""
-    h = rate(p)[0]
+    h = rate(p)
     return np.asarray(h * u * u / 2 + p * p / (np.sqrt(h * h + p * p) + h))
 
 
@@ -193,13 +192,14 @@ def _exponentials(left: Array, rise: Array, length: Array) -> tuple[Array, Mesh,
     And p and u - left at its nodes.
     """
 
-    def ends(T: Array) -> Lines:
-        steep, tanh = rise / np.sinh(T), np.tanh(T / 2)
-        end = steep + (left + rise) * tanh
-        return Lines(steep - left * tanh, end, left, -end)
+    def ends(T: Array, own: NDArray[np.int64]) -> tuple[Array, Array]:
+        steep, tanh = rise[own] / np.sinh(T), np.tanh(T / 2)
+        return steep - left[own] * tanh, steep + (left[own] + rise[own]) * tanh
 
-    T = range_of(length, ends)
-    mesh, (start, end, *_) = mesh_of(float(T.max())), ends(T)
+    left, rise, length = np.broadcast_arrays(left, rise, length)
+    steepest = 1 + np.abs(left[:, 0]) + 2 * np.abs(rise[:, 0])
+    T = range_of(length, ends, steepest)
+    mesh, (start, end) = mesh_of(float(T.max())), ends(T, np.arange(len(T)))
     tau = T * mesh.nodes
     grown = np.sinh(tau) / np.sinh(T)
     back = np.sinh(tau / 2) * np.sinh(tau[:, ::-1] / 2) / np.cosh(T / 2)
