@@ -179,7 +179,7 @@ class Equilibrium:
         wide = self.contacts[:, 1:] > self.contacts[:, :1]
         own = np.where(self.pinned, np.where(wide, -sides, sides), 0.0)
         f1 = self.scene.indenter.slope_beside(self.contacts, own)
-        if not self.scene.gamma1:
+        if not (self.scene.gamma1 and self.contacts.size):
             return sides * f1, np.zeros_like(f1)
         at = [np.array([line.x for line in pair if line]) for pair in self.free]
         parts = zip(at, self.free, strict=True)
