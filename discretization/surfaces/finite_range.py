@@ -27,6 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.roots import crossings
 from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]
@@ -35,11 +36,9 @@ _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 OVERHANG = math.sqrt(2)  # l: displacement at which a tail is upright
 UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
-_UPRIGHT = OVERHANG * (1 - UPRIGHT)
-_STEEPEST = _UPRIGHT**2
-_LEAST = 1e-8  # of dx/dT: what keeps Newton's method going where x does not grow
-_CLOSE = 2e-16  # of T: a step cubed over the one before squared, which is about what is left
-_STEPS = 80  # of halving, to the spacing of floating-point numbers
+STEEPEST = OVERHANG * (1 - UPRIGHT)  # p, and the displacement of a tail, at most
+_MOST = STEEPEST**2
+_CLOSE = 8e-16  # of T: what x and L may differ by
 
 
 class Mesh(NamedTuple):
@@ -65,64 +64,36 @@ def _meshes(count: int) -> Mesh:
     return Mesh(nodes.ravel(), (half[:, None] * weights).ravel(), half)
 
 
-def rate(p: Any) -> tuple[Any, Any]:
-    """h(p) and h'(p)."""
-    square = p * p
-    top = square.max()
-    if top > _STEEPEST:
-        square = np.minimum(square, _STEEPEST)
-    root = np.sqrt(1 - square / 4)
-    change = p * (square / 8 - 0.75) / (root * root * root)
-    if top > _STEEPEST:
-        change = np.where(square < _STEEPEST, change, 0.0)
-    return (1 - square / 2) / root, change
+def rate(p: Any) -> Any:
+    """h(p)."""
+    square = np.minimum(p * p, _MOST)
+    return (1 - square / 2) / np.sqrt(1 - square / 4)
 
 
-class Lines(NamedTuple):
-    """p at both lines of ranges T, and A or B of ∂p/∂T = A sinh τ/sinh T or B cosh τ/sinh T."""
-
-    start: Array
-    end: Array
-    a: Array
-    b: Array | None = None
+# p at both lines of gaps with these numbers (k,) and ranges T (k, 1)
+Ends = Callable[[Array, NDArray[np.int64]], tuple[Array, Array]]
 
 
-Ends = Callable[[Array], Lines]
+def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
+    """T with x(T) = L (n, 1), by a guess from x ≈ T - 3/8 ∫p² dτ.
 
+    steepest: |p| at both lines is no more from T = 1 on. As 1 - h <= p²/2 and |p| decays by e^-τ
+    from either line, L <= T <= L + 1 + 2 ln(steepest).
+    """
 
-def _crossed(T: Array, lines: Lines) -> tuple[Array, Array]:
-    """x(T) and its derivative."""
-    mesh, whole = mesh_of(float(T.max())), np.sinh(T)
-    weights, tau = mesh.weights[:, None], T * mesh.nodes
-    grown = np.sinh(tau) / whole
-    h, h1 = rate(lines.start * grown[:, ::-1] + lines.end * grown)
-    if lines.b is None:
-        change = lines.a * ((h1 * grown) @ weights)
-    else:
-        change = lines.b * ((h1 * np.cosh(tau)) @ weights) / whole
-    return T * (h @ weights), h[:, -1:] + T * change
+    def off(T: Array, own: NDArray[np.int64]) -> Array:
+        """(x - L)/T."""
+        mesh, (start, end) = mesh_of(float(T.max())), ends(T[:, None], own)
+        grown = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
+        return np.asarray(rate(start * grown[:, ::-1] + end * grown) @ mesh.weights - low[own] / T)
 
-
-def range_of(length: Array, ends: Ends) -> Array:
-    """T with x(T) = L (n, 1), by Newton's method between bounds from x ≈ T - 3/8 ∫p² dτ, L <= T."""
-    (start, end, *_), whole, cosh = ends(length), np.sinh(length), np.cosh(length)
+    every, low, whole, cosh = np.arange(len(length)), length[:, 0], np.sinh(length), np.cosh(length)
+    start, end = ends(length, every)
     square = (start * start + end * end) * (cosh - length / whole) / whole / 2
     square = square + start * end * (length * cosh / whole - 1) / whole
-    T = length + np.clip(0.375 * square, 0.0, length)
-    low, high, before = length, np.full_like(length, math.inf), np.zeros_like(length)
-    for _ in range(_STEPS):
-        x, slope = _crossed(T, ends(T))
-        low, high = np.where(x < length, T, low), np.where(x < length, high, T)
-        step = (x - length) / np.maximum(slope, _LEAST)
-        new, still = T - step, np.abs(step) ** 3 <= _CLOSE * slope * T * before * before
-        still |= (np.abs(step) * slope <= 2 * _CLOSE * T) | (high - low <= _CLOSE * T)
-        most = np.minimum(high, 2 * T + 1)
-        halved = np.where(most < high, most, (low + high) / 2)
-        T = np.where(still | ((new > low) & (new < most)), new, halved)
-        if still.all():
-            break
-        before = np.abs(step)
-    return T
+    guess = low + np.clip(0.375 * square[:, 0], 0.0, np.minimum(low, 1.0))
+    high = low + 1 + 2 * np.log(steepest)
+    return crossings(off, low, high, guess, 1 / guess, _CLOSE)[:, None]
 
 
 def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
@@ -132,17 +103,12 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
     """
     one = not (np.ndim(p) or np.ndim(rise) or np.ndim(length))
     p, rise, length = (np.reshape(part, (-1, 1)) for part in (p, rise, length))
-    length = np.minimum(length, FAR) + 0 * (p + rise)
+    p, rise, length = np.broadcast_arrays(p, rise, np.minimum(length, FAR))
 
-    def far_end(T: Array) -> Array:
-        """p there, at most upright: a surface that would turn over falls short of the line."""
-        return np.clip(rise / np.tanh(T / 2) - p, -_UPRIGHT, _UPRIGHT)
+    def ends(T: Array, own: NDArray[np.int64]) -> tuple[Array, Array]:
+        """At the other line at most upright: what would turn over falls short of it."""
+        return p[own], np.clip(rise[own] / np.tanh(T / 2) - p[own], -STEEPEST, STEEPEST)
 
-    def ends(T: Array) -> Lines:
-        end, half = far_end(T), np.sinh(T / 2)
-        u = (end * np.cosh(T) - p) / np.sinh(T)
-        return Lines(p, end, -u - (np.abs(end) < _UPRIGHT) * rise / (2 * half * half))
-
-    T = range_of(length, ends)
-    u = (far_end(T) - p * np.cosh(T)) / np.sinh(T)
+    T = range_of(length, ends, 2.0)
+    u = (ends(T, np.arange(len(T)))[1] - p * np.cosh(T)) / np.sinh(T)
     return float(u[0, 0]) if one else u[:, 0]

@@ -150,6 +150,15 @@ def test_the_parts_without_tension_without_contact_and_without_end():
     assert endless.force_parts == {"pressure": -math.inf, "lines": 0.0}
 
 
+@pytest.mark.parametrize("options", [{}, {"method": "lattice", "spacing": L / 4}])
+@pytest.mark.parametrize("kind", [{}, {"slopes": "finite"}, {"geometry": "axisymmetric"}])
+def test_a_surface_without_contact_has_no_angle_and_is_flat(kind, options):
+    state = minimise(replace(adhesive(Parabola(0.02)), **kind), -2 * DELTA0, **options)
+    assert state.contact_angles.shape == state.line_slopes[1].shape == (0, 2)
+    assert math.isnan(state.contact_angle)
+    assert not state.displacement(np.linspace(0, L, 5)).any()
+
+
 def test_a_contact_of_a_point_is_carried_by_its_lines():
     pinned = minimise(adhesive(Wedge(0.5)), 0.5 * L * math.tan(0.5))
     assert pinned.half_width == 0
