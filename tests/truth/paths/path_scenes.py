@@ -57,20 +57,23 @@ def tips(rng):
     at = np.cumsum(rng.uniform(1.0, 5.0, n))
     at -= at.mean()
     top = rng.uniform(0, 1.5, n)
-    corners = _corners(R, at, top)
+    reach = float((np.abs(at) + np.sqrt(2 * R * (HIGH + 2))).max())
+    height, slope, corners = envelope(R, at, top)
+    return Shape(height, slope, reach, corners, 1.0)
 
-    def height(x):
-        x = np.asarray(x, float)
-        return np.min([(x - a) ** 2 / (2 * r) + t for a, r, t in zip(at, R, top, strict=True)], 0)
+
+def envelope(R, at, top):
+    """Height, slope and corners of the lowest of parabolas of these radii, places and heights."""
+    R, at, top = np.broadcast_arrays(R, np.asarray(at, float), top)
+
+    def every(x):
+        return (np.asarray(x, float)[..., None] - at) ** 2 / (2 * R) + top
 
     def slope(x):
-        x = np.asarray(x, float)
-        every = [(x - a) ** 2 / (2 * r) + t for a, r, t in zip(at, R, top, strict=True)]
-        own = np.argmin(every, axis=0)
-        return (x - at[own]) / R[own]
+        own = every(x).argmin(axis=-1)
+        return (np.asarray(x, float) - at[own]) / R[own]
 
-    reach = float((np.abs(at) + np.sqrt(2 * R * (HIGH + 2))).max())
-    return Shape(height, slope, reach, corners, 1.0)
+    return lambda x: every(x).min(axis=-1), slope, _corners(R, at, top)
 
 
 def _corners(R, at, top):
