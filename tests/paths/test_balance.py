@@ -1,6 +1,5 @@
 """Paths without adhesion against the obstacle problem; random closed loops balance their energy."""
 
-import os
 import warnings
 from dataclasses import replace
 
@@ -140,7 +139,6 @@ def test_a_gap_opens_and_closes_over_a_smooth_crest(crest):
     assert {len(path.at(i).lines) for i in (1, 2, 3)} & {4}
 
 
-GIVEN = os.environ.get("ELASTOCAP_LOOPS")
 KINDS_BALANCE = ("plain", "opening", "pattern", "both", "finite")
 UNBALANCED = 1e-9  # of the loop's size
 REFUSED = 0.03  # of all loops: next to an event two may be too close for a certificate
@@ -192,7 +190,6 @@ def test_lines_pass_where_an_equilibrium_has_just_disappeared(seed):
     ("spacing", "asked"), [pytest.param(None, 3, marks=pytest.mark.slow), (1 / 40, 8)]
 )
 def test_random_loops_balance(spacing, asked):
-    asked = int(GIVEN or asked)
     found = [loop(spacing, seed) for seed in range(asked)]
     done = {seed: error for seed, (word, error, _) in enumerate(found) if word == "done"}
     off = {seed: error for seed, error in done.items() if not error <= UNBALANCED}

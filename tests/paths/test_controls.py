@@ -174,15 +174,15 @@ MORE = {  # lines after an event less those before it; a jump keeps them or join
     "coalescence": (-2, -4),
     "edge depinning": (0,),
 }
-ON_NODES = [name for name in SCENES if name[:5] != "steep"]
+ON_NODES = {  # with the options of nodes: a tip lets go while links are as wide as its contact
+    name: {"method": "lattice", "spacing": L / (60 if scene.axisymmetric else 240)}
+    for name, scene in SCENES.items()
+    if name[:5] != "steep"
+}
 LOADED = ("parabola", "opening", "crests", "ripples, both", "sphere", "rings", "dimple")
 LOADED = [(name, control) for name in LOADED for control in ("load", "machine")]
 LOADED += [(name, "depth") for name in SCENES]
-BOTH = [(name, {}) for name in SCENES]  # with the options of nodes: a tip lets go while links are
-BOTH += [  # as wide as its contact
-    (name, {"method": "lattice", "spacing": L / (60 if SCENES[name].axisymmetric else 240)})
-    for name in ON_NODES
-]
+BOTH = [*((name, {}) for name in SCENES), *ON_NODES.items()]
 
 
 def programme(scene, control):
@@ -195,59 +195,21 @@ def programme(scene, control):
     return {"forces": K * DELTA0 * np.r_[np.linspace(0, 3, 7), np.linspace(3, -60, 15)]}
 
 
-@pytest.fixture(scope="module")
-def paths():
-    known = {}
-
-    def path(name, control, nodes):
-        key = name, control, len(nodes)
-        if key not in known:
-            known[key] = load_path(SCENES[name], **programme(SCENES[name], control), **nodes)
-        return known[key]
-
-    return path
-
-
 def lines(state):
     """How many contact lines a state has."""
     return sum(map(np.isfinite, state.lines))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("control", ["depth", "load", "machine"])
-@pytest.mark.parametrize(("name", "nodes"), BOTH)
-def test_a_loop_loses_what_is_put_in_and_no_contact_between_events(paths, name, control, nodes):
-    if (name, control) not in LOADED:
-        return
-    path, number = paths(name, control, nodes), 0
-    assert np.isnan(path.contacts[-1, 0]) and path.force[-1] == 0
-    size = np.abs(path.energy).max()
-    assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=1e-11 * size)
-    assert min(event.energy_released for event in path.events) >= -1e-11 * size
-    assert (path.friction > 0) == ("opening" in name or "both" in name)
-    if control != "depth":
-        held, load = ~np.isnan(path.contacts[:, 0]), path.values
-        if control == "machine":
-            load = path.machine_stiffness * (path.values - path.depth)
-        assert np.abs(path.force - load)[held].max() <= 1e-9 * np.abs(load[held]).max()
-    for step in range(len(path)):
-        for event in path.events:
-            if event.step == step:
-                before, after = lines(event.before), lines(event.after)
-                assert before == number, event.kind
-                assert after == 0 if event.kind in ("detachment", "pull-off") else True
-                if after:
-                    assert after - before in MORE[event.kind], event.kind
-                number = after
-        assert lines(path.at(step)) == number, step
-
-
 @pytest.mark.parametrize(("name", "control"), LOADED)
-def test_the_loop_on_nodes_is_that_of_the_mesh(paths, name, control):
+def test_a_loop_loses_what_is_put_in_and_is_the_same_on_nodes(name, control):
     """Next to an event either may be on its other side; lines of nodes are told by their links."""
+    scene, given = SCENES[name], programme(SCENES[name], control)
+    mesh = load_path(scene, **given)
+    assert_balanced(mesh, name, control)
     if name not in ON_NODES:
         return
-    nodes, mesh = paths(name, control, dict(BOTH)[name]), paths(name, control, {})
+    nodes = load_path(scene, **given, **ON_NODES[name])
+    assert_balanced(nodes, name, control)
     both = ~np.isnan(nodes.contacts[:, 0]) & ~np.isnan(mesh.contacts[:, 0])
     assert both.sum() >= 8
     for one, bound in (("force", 1e-3), ("depth", 1e-3), ("energy", 2e-3), ("half_width", 1e-2)):
@@ -264,18 +226,43 @@ def test_the_loop_on_nodes_is_that_of_the_mesh(paths, name, control):
     assert nodes.dissipated == pytest.approx(mesh.dissipated, rel=0.1, abs=0)
 
 
+def assert_balanced(path, name, control):
+    """A loop loses what is put in, and no contact between events."""
+    assert np.isnan(path.contacts[-1, 0]) and path.force[-1] == 0
+    size, number = np.abs(path.energy).max(), 0
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=1e-11 * size)
+    assert min(event.energy_released for event in path.events) >= -1e-11 * size
+    assert (path.friction > 0) == ("opening" in name or "both" in name)
+    if control != "depth":
+        held, load = ~np.isnan(path.contacts[:, 0]), path.values
+        if control == "machine":
+            load = path.machine_stiffness * (path.values - path.depth)
+        assert np.abs(path.force - load)[held].max() <= 1e-9 * np.abs(load[held]).max()
+    for step in range(len(path)):
+        for event in (event for event in path.events if event.step == step):
+            before, after = lines(event.before), lines(event.after)
+            assert before == number, event.kind
+            gone = event.kind in ("detachment", "pull-off")
+            assert after == 0 if gone else not after or after - before in MORE[event.kind]
+            number = after
+        assert lines(path.at(step)) == number, step
+
+
+ONE_OF_A_KIND = ("parabola", "punch", "crests", "ripples, both", "sphere, opening", "cylinder")
+ONE_OF_A_KIND += ("rings", "rings of a pattern", "dimple", "steep crests")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "nodes"), BOTH)
-def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(paths, name, nodes, tmp_path):
-    whole, cut = paths(name, "depth", nodes), 11
+@pytest.mark.parametrize(("name", "nodes"), [both for both in BOTH if both[0] in ONE_OF_A_KIND])
+def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(name, nodes, tmp_path):
+    whole, cut = load_path(SCENES[name], depths=LOOP, **nodes), 11
     load_path(SCENES[name], depths=LOOP[:cut], **nodes).to_csv(tmp_path / "path.csv")
     first = History.from_csv(tmp_path / "path.csv", SCENES[name])
     again = load_path(SCENES[name], depths=LOOP[cut:], after=first, **nodes)
-    same = {"rel": 0, "nan_ok": True}
     for one in ("force", "energy", "contacts"):
         ours, theirs = getattr(again, one), getattr(whole, one)
         size = (1e-14 if nodes else 1e-12) * np.nanmax(np.abs(theirs))
-        assert ours == pytest.approx(theirs, abs=size, **same), one
+        assert ours == pytest.approx(theirs, abs=size, rel=0, nan_ok=True), one
     assert [e.kind for e in again.events] == [e.kind for e in whole.events]
     assert list(map(len, again.inner)) == list(map(len, whole.inner))
 

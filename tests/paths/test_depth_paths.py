@@ -49,16 +49,16 @@ def scene_of(body, surfaces):
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("stiffness", [0.0, 0.6])
 def test_every_step_balances_its_load_and_is_a_state_of_the_depth_path(body, surfaces, stiffness):
-    scene, values = scene_of(body, surfaces), np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
+    scene, load = scene_of(body, surfaces), np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
     if stiffness:
-        path = load_path(scene, drives=values, machine_stiffness=stiffness)
-        load = stiffness * (values - path.depth)
+        path = load_path(scene, drives=load, machine_stiffness=stiffness)
+        load = stiffness * (load - path.depth)
     else:
-        path, load = load_path(scene, forces=values), values
-    assert path.force == pytest.approx(load, rel=0, abs=1e-11 * np.abs(load).max())
-    again = load_path(scene, depths=path.depth)
+        path = load_path(scene, forces=load)
+    again, size = load_path(scene, depths=path.depth), np.abs(load).max()
+    assert path.force == pytest.approx(load, rel=0, abs=1e-11 * size)
     assert again.half_width == pytest.approx(path.half_width, rel=1e-13, abs=0)
-    assert again.force == pytest.approx(path.force, rel=0, abs=1e-12 * np.abs(load).max())
+    assert again.force == pytest.approx(path.force, rel=0, abs=1e-12 * size)
 
 
 @pytest.mark.parametrize("body", BODIES)
@@ -151,15 +151,14 @@ def test_a_gap_opens_at_the_edge_of_a_bare_patch(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor", [1e-6, 1e-9])
 @pytest.mark.parametrize("kind", [*LINE, "cone"])
-def test_while_it_is_closed_it_is_that_of_a_patch_that_all_but_adheres(kind, factor):
+def test_while_it_is_closed_it_is_that_of_a_patch_that_all_but_adheres(kind):
     geometry, pattern = "axisymmetric" if kind == "cone" else "line", LINE.get(kind, LINE["one"])
-    nearly = Patches(pattern.edges, np.maximum(pattern.factors, factor))
+    nearly = Patches(pattern.edges, np.maximum(pattern.factors, 1e-9))
     bare, other = (
         load_path(wedge(geometry=geometry, pattern=one), depths=DEPTHS) for one in (pattern, nearly)
     )
-    closed, scale = [0, 1, 2, 3, 4, -1], 10 * math.sqrt(factor)
+    closed, scale = [0, 1, 2, 3, 4, -1], 10 * math.sqrt(1e-9)
     assert bare.force[closed] == pytest.approx(other.force[closed], rel=0, abs=scale)
     assert bare.events[1].depth == pytest.approx(other.events[1].depth, rel=0, abs=scale)
 

@@ -133,25 +133,24 @@ def test_after_pull_off_the_indenter_can_touch_again():
     assert found == pytest.approx(before, rel=1e-14, abs=0)
 
 
-def test_a_path_does_not_continue_from_a_wrong_state(monkeypatch):
+@pytest.mark.parametrize(
+    ("opening", "factor"), [(None, 0.999), (None, 1.001), (0.003, 0.999), (0.003, 3.0)]
+)
+def test_a_path_does_not_continue_from_a_wrong_state(monkeypatch, opening, factor):
     """A line out of place is noticed, with one work of adhesion and with two."""
-    plain = adhesive(Parabola(0.02), w=0.001)
-    hysteretic = adhesive(Parabola(0.02), w=0.001, opening=0.003)
-    part = Events.part
-    for scene, factor in ((plain, 0.999), (plain, 1.001), (hysteretic, 0.999), (hysteretic, 3.0)):
+    scene, part = adhesive(Parabola(0.02), w=0.001, opening=opening), Events.part
 
-        def wrong(self, lines, start, end, factor=factor):
-            moved = part(self, lines, start, end)
-            pieces = [piece._replace(lines=factor * piece.lines) for piece in moved.pieces]
-            lines = tuple(factor * x for x in moved.lines)
-            return moved._replace(lines=lines, pieces=tuple(pieces))
+    def wrong(self, lines, start, end):
+        moved = part(self, lines, start, end)
+        pieces = tuple(piece._replace(lines=factor * piece.lines) for piece in moved.pieces)
+        return moved._replace(lines=tuple(factor * x for x in moved.lines), pieces=pieces)
 
-        touched = load_path(scene, depths=[0.001])
-        monkeypatch.setattr(Events, "part", wrong)
+    touched = load_path(scene, depths=[0.001])
+    with monkeypatch.context() as patch:
+        patch.setattr(Events, "part", wrong)
         with pytest.raises(NotCertifiedError, match="neighbours"):
             load_path(scene, depths=[0.0012], after=touched)  # no event on the way
-        monkeypatch.setattr(Events, "part", part)
-        assert load_path(scene, depths=[0.001, -0.001]).half_width[1] > 0  # pinned if hysteretic
+    assert load_path(scene, depths=[0.001, -0.001]).half_width[1] > 0  # pinned if hysteretic
 
 
 BARS = 1e-10
@@ -206,23 +205,20 @@ def test_events_and_loop_areas_are_those_of_the_cards(shape, control):
 
 
 def test_adhesion_hysteresis_pins_the_line_and_dissipates():
-    k, gamma1, closing, opening, R = 130.0, 0.07, 0.001, 0.003, 0.02
-    scene = adhesive(Parabola(R), w=closing, opening=opening)
-    works = {"c": 1 / (2 * R), "n": 2.0, "k": k, "gamma1": gamma1, "w_closing": closing}
-    top = 2 * scene.critical_separation
-    down = cards.two_works.half_widths(0.0, **works, w=opening)
+    scene = adhesive(Parabola(0.02), w=0.001, opening=0.003)
+    given = {"c": 25.0, "n": 2.0, "k": scene.stiffness, "gamma1": scene.gamma1}
+    given |= {"w_closing": 0.001, "w": 0.003}
+    top, bottom = 2 * scene.critical_separation, -0.96 * scene.opened.critical_separation
+    up, down = (cards.two_works.half_widths(d, **given) for d in (top, 0.0))
     path = load_path(scene, depths=[top, 0.0, top])
-    up = cards.two_works.half_widths(top, **works, w=opening)
     assert path.half_width[0] == pytest.approx(up[0], rel=1e-13, abs=0)
     assert path.half_width[1] == pytest.approx(min(up[0], down[1]), rel=1e-13, abs=0)
-    bottom = -0.96 * scene.opened.critical_separation
-    cycles = load_path(scene, depths=[top, bottom, top, bottom, top])
-    area = cards.two_works.cycle_area(**works, w=opening, d_min=bottom, d_max=top)
-    once = load_path(scene, depths=[top, bottom, top])
-    assert cycles.friction - once.friction == pytest.approx(float(area), rel=1e-13, abs=0)
+    once, twice = (load_path(scene, depths=[top, *[bottom, top] * n]) for n in (1, 2))
+    area = float(cards.two_works.cycle_area(**given, d_min=bottom, d_max=top))
+    assert twice.friction - once.friction == pytest.approx(area, rel=1e-13, abs=0)
     assert area > 0
     whole = load_path(scene, depths=[top, -4 * top])
-    loop = cards.two_works.loop_area(**works, w=opening, d_max=top)
+    loop = cards.two_works.loop_area(**given, d_max=top)
     assert whole.dissipated == pytest.approx(float(loop), rel=1e-13, abs=0)
     assert whole.work() == pytest.approx(whole.dissipated, rel=1e-11, abs=0)
 
