@@ -129,7 +129,7 @@ def test_a_new_file_runs_unchanged_and_is_not_overwritten(tmp_path, capsys):
     path = tmp_path / "folder" / "mine.toml"
     assert command_line.main(["new", str(path)]) == 0
     assert command_line.main(["run", str(path), "--out", str(tmp_path)]) == 0
-    assert "all assumptions hold in" in capsys.readouterr().out
+    assert "all assumptions hold in 33 of 33 states in contact" in capsys.readouterr().out
     assert command_line.main(["new", str(path)]) == 2
     assert "exists; give another name" in capsys.readouterr().err
     assert command_line.main(["new", str(tmp_path / "mine.txt")]) == 2

@@ -21,7 +21,6 @@ from studies.scenes.file import built, read
 from studies.scenes.grid import SolvedScene, axes, placed
 from studies.scenes.sweep import figure as sweep_figure
 from studies.scenes.sweep import study
-from studies.scenes.sweep.batches import SECONDS, Batch, BatchClock
 from studies.scenes.sweep.study import sweep
 from studies.shared import table
 
@@ -135,18 +134,6 @@ def test_a_sweep_killed_several_times_loses_nothing_and_leaves_no_process(tmp_pa
     assert record.failed == 1
     found = [result["found"]["sum"] for result in record.results if "found" in result]
     assert found == [cheap(record.grid.point(i))["sum"] for i in range(80) if i != 10]
-
-
-def test_a_batch_takes_about_its_time_and_the_last_ones_are_small():
-    clock = BatchClock(0, 10**6, 0, lambda progress: None)
-    assert clock.size(10**6, 2) == 1  # nothing is known yet
-    clock.count(Batch(["{}"], 0, 1e-3))
-    assert clock.size(10**6, 2) == int(SECONDS / 1e-3)
-    assert clock.size(80, 2) == 10
-    assert clock.size(3, 2) == 1
-    for _ in range(20):
-        clock.count(Batch(["{}"] * 10, 0, 10 * 1.0))
-    assert clock.size(10**6, 2) == 1
 
 
 WORKS = 'w = { from = 1e-4, to = 1e-2, steps = 3, spacing = "log" }'
