@@ -36,28 +36,25 @@ def branch_work(case, start, top, stop):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_loop_areas_by_quadrature_of_both_branches(seed):
+    """And what a dead load does on to the end of the branch, or a machine along its spring."""
     rng = np.random.default_rng(seed)
     kind = ("wedge", "parabola", "1.5", "3.7")[seed % 4]
     ell, k, ratio, alpha = 10.0 ** rng.uniform([-4, -4, -0.7, -1], [4, 4, 0.2, 1])
     case = Case(kind, ell, alpha * ell, k, ratio, 1.0)
-    name = case.name
-    top = case.delta0 * rng.uniform(0.2, 2)
-    area = getattr(fixed, f"{name}_loop_area")(**case.args)
-    work, scale = branch_work(case, 0.0, top, case.least)
-    check(area, work, 1e-9, scale)
-    if case.n not in (1, 2) or name == "power_law":
-        return
-    start, stop = (getattr(dead, f"{name}_{x}")(**case.args) for x in ("jump_in", "detachment"))
-    work, scale = branch_work(case, start.depth, start.depth + top, stop.depth)
-    work += stop.force * (case.least - stop.depth)  # the load falls on to the end of the branch
-    check(getattr(dead, f"{name}_loop_area")(**case.args), work, 1e-9, scale)
-    K = case.stiffness(10 ** rng.uniform(-1, 1))
-    start, stop = (
-        getattr(machine, f"{name}_{x}")(**case.args, K=K) for x in ("jump_in", "detachment")
-    )
-    work, scale = branch_work(case, start.depth, start.depth + top, stop.depth)
-    work += stop.force**2 / (2 * K) - K * start.depth**2 / 2  # along the lines of the spring
-    check(getattr(machine, f"{name}_loop_area")(**case.args, K=K), work, 1e-9, scale)
+    top, K = case.delta0 * rng.uniform(0.2, 2), case.stiffness(10 ** rng.uniform(-1, 1))
+    ways = [(fixed, {}, lambda start, stop: 0.0)]
+    if case.name != "power_law":
+        ways.append((dead, {}, lambda start, stop: stop.force * (case.least - stop.depth)))
+        spring = lambda start, stop: stop.force**2 / (2 * K) - K * start.depth**2 / 2  # noqa: E731
+        ways.append((machine, {"K": K}, spring))
+    for control, more, beside in ways:
+        start, stop, area = (
+            getattr(control, f"{case.name}_{what}")(**case.args, **more)
+            for what in ("jump_in", "detachment", "loop_area")
+        )
+        work, scale = branch_work(case, start.depth, start.depth + top, stop.depth)
+        check(area, work + beside(start, stop), 1e-9, scale)
+        check(area, start.energy_released + stop.energy_released, 1e-12)
 
 
 @pytest.mark.parametrize(("a", "ell"), [(2.5e-3, 4e-5), (3e-5, 7e-4), (0.3, 0.0)])
@@ -136,6 +133,10 @@ def test_a_sharp_wedge_has_no_loop_and_no_adhesion_no_jump():
     sharp = {"delta": 0.31, "k": 2.7e6, "gamma1": 0.19, "w": 2.3e-3}
     assert machine.wedge_critical_stiffness(**sharp) == 0
     dry = {"k": 2.7e6, "gamma1": 0.19, "w": 0.0}
+    critical = machine.parabola_critical_stiffness
+    assert critical(R=0.9, k=2.7e6, gamma1=0.0, w=2.3e-3) == np.inf
+    assert critical(R=2e-4, k=2.7e6, gamma1=0.19, w=2.3e-3) == 0
+    assert critical(R=0.9, k=2.7e6, gamma1=0.0, w=0.0) == 0
     for control, more in ((fixed, {}), (dead, {}), (machine, {"K": 3.3e3})):
         for event in ("jump_in", "detachment"):
             assert tuple(getattr(control, f"wedge_{event}")(**sharp, **more)) == (0, 0, 0, 0)
@@ -229,38 +230,3 @@ def test_at_the_sharpest_wedge_that_pulls_everything_vanishes(control, more):
             check(jump.half_width, 0.0, 1e-7, 3e-4)
             check(jump.energy_released, 0.0, 1e-14, 0.19 * 3e-4)
             assert jump.energy_released >= 0
-
-
-def test_forms_quoted_for_the_paper_s_shapes():
-    layer = {"k": 2.7e6, "gamma1": 0.19, "w": 2.3e-3}
-    k, gamma1, w = layer.values()
-    ell, delta0 = np.sqrt(gamma1 / k), np.sqrt(2 * w / k)
-    t = np.tan(0.05)
-    a0, q = delta0 / t - ell, ell * t - delta0
-    wedge = {"delta": 0.05, **layer}
-    pull = 2 * w / t - gamma1 * t  # Eq. (30)
-    check(fixed.wedge_jump_in(**wedge).force, -pull, 1e-13)
-    check(fixed.wedge_loop_area(**wedge), 2 * k * q**2 * (a0 / 3 + ell), 1e-13)
-    m = np.sqrt(a0 * (a0 + 2 * ell))
-    load = k * t**2 * (a0**2 * (a0 + 2 * ell) + 2 * m**3 / 3)
-    check(dead.wedge_loop_area(**wedge), load, 1e-13)
-    lets_go = machine.wedge_detachment(**wedge, K=0.3 * k * a0)
-    check(lets_go.force, -pull + 0.09 * k * a0**2 * t / 4, 1e-12)
-    for R in (0.9, 2e-4):  # Λ < 1 and > 1
-        parabola, reach = {"R": R, **layer}, np.sqrt(R * delta0)
-        a = np.sqrt(ell**2 + 2 * reach**2) - ell
-        area = k * a**3 / R**2 * (a**2 / 5 + 3 * a * ell / 4 + 2 * ell**2 / 3)
-        check(fixed.parabola_loop_area(**parabola), 2 * w * ell + area, 1e-12)
-        x = (ell / reach) ** 3 / 2
-        y = np.cos(np.arccos(x) / 3) if x < 1 else np.cosh(np.arccosh(x) / 3)
-        jump = dead.parabola_jump_in(**parabola)
-        check(jump.half_width, 2 * reach * y - ell, 1e-12, ell)  # the cubic, by Cardano
-        a = jump.half_width
-        shape = np.polyval([4, 23, 54, 60, 30], a / ell) * ell**4
-        check(jump.energy_released, k * a**3 * shape / (45 * R**2 * (a + ell) ** 2), 1e-13)
-        pull = 4 / 3 * k * np.sqrt(R) * delta0**1.5 + 2 / 3 * k * ell**3 / R
-        pull = pull if reach > ell else 2 * np.sqrt(2 * w * gamma1)
-        check(dead.parabola_detachment(**parabola).force, -pull, 1e-13)
-    assert machine.parabola_critical_stiffness(R=0.9, k=k, gamma1=0.0, w=w) == np.inf
-    assert machine.parabola_critical_stiffness(R=2e-4, **layer) == 0
-    assert machine.parabola_critical_stiffness(R=0.9, k=k, gamma1=0.0, w=0.0) == 0

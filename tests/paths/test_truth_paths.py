@@ -82,7 +82,7 @@ def test_paths_that_were_wrong(kind, seed):
 @pytest.mark.parametrize("kind", ["load_small", "load_opening", "load_pattern", "load_no_tension"])
 def test_depth_paths_that_turn(kind):
     """What the readings are read off, against paths under imposed depth."""
-    for seed in range(4):
+    for seed in range(2):
         case = path_case(kind, seed)
         path = depth_path_of(case.scene, case.feature)
         depths = path.touch + case.scale * np.array([0.05, 0.6, 1.4, 0.3, -0.3, 0.2, 0.9, -0.6])

@@ -205,12 +205,13 @@ class Reading:
     def _root(self, start, end, height, way):
         """The place between two where C has a value, times way."""
 
-        known = [start]
+        known = {start.depth: start, end.depth: end}
 
         def to(depth):
-            before = [p for p in known if way * (depth - p.depth) >= 0]
-            known.append(self.path.moved(max(before, key=lambda p: way * p.depth), depth))
-            return known[-1]
+            if depth not in known:
+                before = [d for d in known if way * (depth - d) >= 0]
+                known[depth] = self.path.moved(known[max(before, key=lambda d: way * d)], depth)
+            return known[depth]
 
         if way * self.reached(start) >= height:
             return start
