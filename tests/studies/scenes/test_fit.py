@@ -174,6 +174,8 @@ def test_the_self_test_reports_and_fails_where_intervals_miss(tmp_path, capsys, 
     assert fit_trials.report(params, out) == 0
     assert "2 of 2 points" in capsys.readouterr().err
     assert (tmp_path / "fit_self_test.csv").exists()
+    with pytest.raises(ValueError, match="trials = 0 must be at least 1"):
+        study.main(["--self-test", "--trials", "0", "--out", str(tmp_path)])
     record = fit_trials.run(params)
     missed = tuple(tuple(t._replace(holds=False) for t in trial) for trial in record.trials)
     missed = replace(record, trials=missed)
@@ -190,8 +192,6 @@ def test_the_self_test_reports_and_fails_where_intervals_miss(tmp_path, capsys, 
         assert fit_trials.report(params, out) == 1
     assert "hysteresis       0   needed: all" in capsys.readouterr().out
     assert "kind,curve,residual" in (tmp_path / "fit_self_test_failures.csv").read_text("utf-8")
-    with pytest.raises(ValueError, match="trials = 0 must be at least 1"):
-        study.main(["--self-test", "--trials", "0", "--out", str(tmp_path)])
 
 
 def test_clean_data_in_contact_give_the_parameters_back():
