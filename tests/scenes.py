@@ -74,22 +74,16 @@ ALPHA = SCENE.surfaces.small_slope_deficit
 
 def rescaled(scene: Scene, length: float, stress: float) -> Scene:
     """The same scene with `length` and `stress` as the new units' inverse sizes."""
-    layer, s, body = scene.layer, scene.surfaces, scene.indenter
-    if isinstance(body, FlatPunch):
-        body = FlatPunch(body.half_width * length)
-    elif isinstance(body, Parabola):
-        body = Parabola(body.R * length)
-    elif isinstance(body, PowerLaw):
-        body = PowerLaw(body.c * length ** (1 - body.n), body.n)
-    else:
-        assert isinstance(body, Wedge)
-    tension = stress * length
-    return Scene(
-        ElasticLayer(layer.E * stress, layer.nu, layer.h * length),
-        SurfaceEnergies.from_work(s.gamma1 * tension, s.work_of_adhesion * tension),
-        body,
-        scene.slopes,
-    )
+    layer, s, body, tension = scene.layer, scene.surfaces, scene.indenter, stress * length
+    new = {
+        FlatPunch: lambda: FlatPunch(body.half_width * length),
+        Parabola: lambda: Parabola(body.R * length),
+        PowerLaw: lambda: PowerLaw(body.c * length ** (1 - body.n), body.n),
+        Wedge: lambda: body,
+    }[type(body)]()
+    layer = ElasticLayer(layer.E * stress, layer.nu, layer.h * length)
+    surfaces = SurfaceEnergies.from_work(s.gamma1 * tension, s.work_of_adhesion * tension)
+    return replace(scene, layer=layer, surfaces=surfaces, indenter=new)
 
 
 def roughness(n, longest, shortest, seed=0):

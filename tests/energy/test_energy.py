@@ -35,22 +35,24 @@ def test_layer_and_surface_formulas():
     assert LAYER.stiffness == pytest.approx((lame + 2 * shear) / h, rel=1e-14, abs=0)
     w = SURFACES.work_of_adhesion
     assert w == pytest.approx(0.005, rel=1e-12, abs=0)
-    balance = 0.065 + 0.04 * math.cos(SURFACES.contact_angle) - 0.03  # Eq. (8)
-    assert abs(balance) <= 1e-16
+    assert abs(0.065 + 0.04 * math.cos(SURFACES.contact_angle) - 0.03) <= 1e-16  # Eq. (8)
     assert SURFACES.small_slope_deficit == pytest.approx(math.sqrt(2 * w / 0.04), rel=1e-14, abs=0)
+    scene, given = Scene(LAYER, SURFACES, Parabola(0.01)), {"rel": 1e-14, "abs": 0}
+    length = cards.tail.elastocapillary_length(LAYER.stiffness, 0.04)
+    assert scene.elastocapillary_length == pytest.approx(length, **given)
+    delta0 = cards.plane.critical_separation(LAYER.stiffness, w)
+    assert scene.critical_separation == pytest.approx(delta0, **given)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        scene.slopes = "finite"
 
 
-def test_the_exact_angle_keeps_its_digits_for_a_vanishing_work_of_adhesion():
+def test_no_adhesion_means_a_smooth_surface_and_little_keeps_its_digits():
+    s = SurfaceEnergies(0.07, 0.03, 0.1)  # Eq. (34), a sum that vanishes to rounding only
+    assert (s.work_of_adhesion, s.contact_angle) == (0, math.pi)
+    assert SurfaceEnergies.from_work(0.07, 1e-30).work_of_adhesion == 1e-30
     s = SurfaceEnergies.from_work(0.3, 3e-19)
     assert s.angle_deficit == pytest.approx(math.sqrt(2e-18), rel=1e-13, abs=0)
     assert SurfaceEnergies.from_work(0.3, 0.6).contact_angle == pytest.approx(0, abs=1e-7)
-
-
-def test_no_adhesion_means_a_smooth_surface():
-    s = SurfaceEnergies(0.07, 0.03, 0.1)  # Eq. (34), a sum that vanishes to rounding only
-    assert s.work_of_adhesion == 0
-    assert s.contact_angle == math.pi
-    assert SurfaceEnergies.from_work(0.07, 1e-30).work_of_adhesion == 1e-30
 
 
 SHAPES = [
@@ -75,33 +77,24 @@ def test_slope_is_the_derivative_of_height(indenter):
 
 
 def test_smooth_samples_converge_to_the_function():
-    errors = []
-    for n in (41, 81, 161, 321):
+    counts, at, errors = (41, 81, 161, 321), np.linspace(-1, 2, 5001), []
+    for n in counts:
         x = np.linspace(-1, 2, n)
         s = Sampled(x, np.sin(3 * x), kind="smooth")
-        at = np.linspace(-1, 2, 5001)
         errors.append(np.abs(s.height(at) - np.sin(3 * at)).max())
         assert np.array_equal(s.height(x[1:-1]), s.z[1:-1])
-    order = -np.polyfit(np.log([41, 81, 161, 321]), np.log(errors), 1)[0]
-    assert order >= 3.8
+    assert np.polyfit(np.log(counts), np.log(errors), 1)[0] <= -3.8
     assert errors[-1] <= 1e-7
 
 
 def test_composition_keeps_track_of_apex_corners_and_walls():
-    punch = FlatPunch(2.0).shifted(0.5)
-    assert punch.extent == (-1.5, 2.5)
-    assert punch.walls == (-1.5, 2.5)
+    punch, both = FlatPunch(2.0).shifted(0.5), Wedge(0.1) + Parabola(2.0)
+    assert punch.extent == punch.walls == (-1.5, 2.5)
     assert punch.tilted(0.1).apex is None
-    assert np.isinf(punch.height(2.6))
-    assert np.isnan(punch.slope(2.6))
-    assert punch.height(2.5) == 0
-    both = Wedge(0.1) + Parabola(2.0)
-    assert both.apex == 0
-    assert both.symmetric
-    assert list(both.corners) == [0.0]
+    assert np.isinf(punch.height(2.6)) and np.isnan(punch.slope(2.6)) and punch.height(2.5) == 0
+    assert both.apex == 0 and both.symmetric and list(both.corners) == [0.0]
     rough = Sampled([-3.0, 0.0, 3.0], [0.1, 0.0, 0.1]) + FlatPunch(2.0)
-    assert rough.extent == (-2.0, 2.0)
-    assert rough.walls == (-2.0, 2.0)
+    assert rough.extent == rough.walls == (-2.0, 2.0)
     assert Wedge(0.1).shifted(0.4).apex == 0.4
     assert (FlatPunch(2.0) + FlatPunch(1.0)).walls == (-1.0, 1.0)
     lopsided = Sampled([-1.0, 0.0, 2.0], [1.0, 0.0, 1.0])
@@ -124,36 +117,20 @@ def test_densities_and_their_derivatives():
     assert flat == terms.contact(0.0, gamma1=0.3, w=0.1, slopes="finite") == -0.1
 
 
-def test_scene_lengths():
-    scene = Scene(LAYER, SURFACES, Parabola(0.01))
-    k, w = LAYER.stiffness, SURFACES.work_of_adhesion
-    assert scene.elastocapillary_length == pytest.approx(
-        cards.tail.elastocapillary_length(k, 0.04), rel=1e-14, abs=0
-    )
-    assert scene.critical_separation == pytest.approx(
-        cards.plane.critical_separation(k, w), rel=1e-14, abs=0
-    )
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        scene.slopes = "finite"
-
-
 def test_the_assumptions_that_a_state_makes():
-    scene = Scene(LAYER, SURFACES, Parabola(0.01))
-
-    def report(*deformed, given=scene):
-        return {a.name: a for a in assumptions(given, Deformation(*deformed))}
+    def report(*deformed, surfaces=SURFACES):
+        found = assumptions(Scene(LAYER, surfaces, Parabola(0.01)), Deformation(*deformed))
+        return {a.name: a for a in found}
 
     found = report(1e-6, 1e-6, 1e-2, 0.05)
-    assert found["d/h"].holds
-    assert found["h/a"].holds
+    assert found["d/h"].holds and found["h/a"].holds
     assert found["h/a"].value == pytest.approx(0.03, rel=1e-14, abs=0)
-    assert not found["2w/γ₁"].holds
-    assert "VIOLATED" in str(found["2w/γ₁"])
+    assert not found["2w/γ₁"].holds and "VIOLATED" in str(found["2w/γ₁"])
     assert not report(1e-6, 1e-6, 1e-4, 0.5)["slope"].holds
     assert report(0.0, 0.0, 0.0, 0.0)["h/a"].value == math.inf
     assert found["(h/a)²/(1-2ν)"].value == pytest.approx(0.03**2 / 0.18, rel=1e-12, abs=0)
-    dry = Scene(LAYER, SurfaceEnergies.from_work(0.0, 0.0), Parabola(0.01))
-    assert report(1e-6, 1e-6, 1e-2, 0.05, given=dry)["2w/γ₁"].value == 0
+    dry = SurfaceEnergies.from_work(0.0, 0.0)
+    assert report(1e-6, 1e-6, 1e-2, 0.05, surfaces=dry)["2w/γ₁"].value == 0
 
 
 X = [0.0, 1.0, 2.0, 3.0]
@@ -192,6 +169,7 @@ REFUSED = [
     (lambda: Scene(LAYER, SURFACES, "sphere"), "indenter = 'sphere'"),
     (lambda: Scene(SURFACES, LAYER, Plane()), "layer"),
     (lambda: Scene(LAYER, SURFACES, Plane(), slopes="large"), "'small', 'finite'"),
+    (lambda: Scene(LAYER, SURFACES, Plane(), geometry="round"), "'round' is unknown; choose one"),
     (lambda: adhesive(Plane(), gamma1=1.0, w=2.1, slopes="finite"), "exceeds 2 gamma1"),
     (lambda: adhesive(Plane(), gamma1=1.0, opening=2.1, slopes="finite"), "w = 2.1 exceeds 2 gam"),
 ]
@@ -242,7 +220,7 @@ def test_a_sampled_profile_knows_whether_it_is_convex_and_where_it_is_lowest():
 def test_stripes_are_as_wide_as_they_say_with_the_strong_one_in_the_middle():
     stripes = Patches.stripes(2.0, 0.3, 0.9, 7.0)
     assert stripes.factor([-1.4, -0.6, -0.4, 0.0, 0.4, 0.6, 1.4, 1.6]).tolist() == [
-        *(0.3, 0.3, 0.9, 0.9, 0.9, 0.3, 0.3, 0.9),
+        *(0.3, 0.3, 0.9, 0.9, 0.9, 0.3, 0.3, 0.9)
     ]
     assert max(np.abs(stripes.edges)) >= 5.5
 

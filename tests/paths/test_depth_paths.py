@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, SCENE, L, adhesive, turned
+from scenes import ALPHA, DELTA0, SCENE, L, adhesive, plain, rescaled, turned
 from scipy.optimize import brentq
+from test_controls import SCENES, A
 
 from discretization import load_path
 from discretization.surfaces import menisci
 from energy import (
-    Circle,
     ElasticLayer,
     FlatPunch,
     Parabola,
@@ -49,16 +49,16 @@ def scene_of(body, surfaces):
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("stiffness", [0.0, 0.6])
 def test_every_step_balances_its_load_and_is_a_state_of_the_depth_path(body, surfaces, stiffness):
-    scene, values = scene_of(body, surfaces), np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
+    scene, load = scene_of(body, surfaces), np.array([0.05, 0.1, 0.2, 0.07, 0.3, 0.01])
     if stiffness:
-        path = load_path(scene, drives=values, machine_stiffness=stiffness)
-        load = stiffness * (values - path.depth)
+        path = load_path(scene, drives=load, machine_stiffness=stiffness)
+        load = stiffness * (load - path.depth)
     else:
-        path, load = load_path(scene, forces=values), values
-    assert path.force == pytest.approx(load, rel=0, abs=1e-11 * np.abs(load).max())
-    again = load_path(scene, depths=path.depth)
+        path = load_path(scene, forces=load)
+    again, size = load_path(scene, depths=path.depth), np.abs(load).max()
+    assert path.force == pytest.approx(load, rel=0, abs=1e-11 * size)
     assert again.half_width == pytest.approx(path.half_width, rel=1e-13, abs=0)
-    assert again.force == pytest.approx(path.force, rel=0, abs=1e-12 * np.abs(load).max())
+    assert again.force == pytest.approx(path.force, rel=0, abs=1e-12 * size)
 
 
 @pytest.mark.parametrize("body", BODIES)
@@ -73,8 +73,7 @@ def test_a_profile_whose_knots_nobody_told_is_loaded_as_exactly():
     x = np.array([-24.0, -22.0, -15.0, -14.0, -7.0, 2.0, 6.0, 16.0])
     spline = Sampled(x, np.abs(x) ** 2.3 / 6, kind="smooth")
     told = Profile(spline.height, spline.slope, extent=spline.extent, convex=True)
-    scene = scene_of("parabola", "adhesion")
-    force = load_path(replace(scene, indenter=told), forces=[40.0]).force[0]
+    force = load_path(adhesive(told, k=1.9, gamma1=1.3, w=0.02), forces=[40.0]).force[0]
     assert force == pytest.approx(40.0, rel=1e-13, abs=0)
 
 
@@ -91,9 +90,7 @@ def test_a_change_of_the_load_below_rounding_is_no_instability():
 @pytest.mark.slow
 def test_a_force_that_bends_upwards_with_depth_is_followed_up_again():
     """Finite slopes: P' falls on the way, so that a secant points to where there is no contact."""
-    surfaces = SurfaceEnergies.from_work(1.0, 0.3)
-    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, PowerLaw(3e4, 4), slopes="finite")
-    loads = np.array([11.5, -0.545, 0.88, -0.7])
+    scene, loads = plain(PowerLaw(3e4, 4), w=0.3, slopes="finite"), [11.5, -0.545, 0.88, -0.7]
     path = load_path(scene, forces=loads)
     assert [event.kind for event in path.events] == ["jump-in"]
     assert np.allclose(path.force, loads, rtol=5e-14, atol=0)
@@ -111,15 +108,13 @@ def test_a_trial_line_far_from_its_contact_overflows_no_height():
 
 
 T, KINK = math.tan(0.05), math.sqrt(0.02)
-DEPTHS = np.array([0.0, 0.05, 0.2, 0.3, 0.06, 0.045, 0.03, 0.01, 0.0, -0.1])
 LINE = {"one": Patches([1.0], [0.0, 1.0]), "both": Patches([-1.0, 1.0], [1.0, 0.0, 1.0])}
+DEPTHS = np.array([0.0, 0.05, 0.2, 0.3, 0.06, 0.045, 0.03, 0.01, 0.0, -0.1])
 
 
-def path(pattern, geometry, **how):
-    """A depth path with l = 1, k = 1."""
-    layer, surfaces = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, 0.01)
-    scene = Scene(layer, surfaces, Wedge(0.05), pattern=pattern, geometry=geometry)
-    return load_path(scene, depths=DEPTHS, **how)
+def wedge(delta=0.05, **options):
+    """With k = l = 1."""
+    return replace(plain(Wedge(delta), w=0.01), **options)
 
 
 def half(d):
@@ -146,7 +141,7 @@ def gap(d):
 
 @pytest.mark.parametrize("kind", LINE)
 def test_a_gap_opens_at_the_edge_of_a_bare_patch(kind):
-    found = path(LINE[kind], "line")
+    found = load_path(wedge(pattern=LINE[kind]), depths=DEPTHS)
     for step in (5, 6, 7, 8):
         d = float(DEPTHS[step])
         beside = half(d) if kind == "both" else d
@@ -156,61 +151,40 @@ def test_a_gap_opens_at_the_edge_of_a_bare_patch(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor", [1e-6, 1e-9])
 @pytest.mark.parametrize("kind", [*LINE, "cone"])
-def test_while_it_is_closed_it_is_that_of_a_patch_that_all_but_adheres(kind, factor):
-    geometry = "axisymmetric" if kind == "cone" else "line"
-    bare = path(LINE.get(kind, LINE["one"]), geometry)
-    inside = [1.0, factor, 1.0] if kind == "both" else [factor, 1.0]
-    nearly = path(Patches([-1.0, 1.0] if kind == "both" else [1.0], inside), geometry)
-    closed = [0, 1, 2, 3, 4, -1]
-    scale = 10 * math.sqrt(factor)
-    assert bare.force[closed] == pytest.approx(nearly.force[closed], rel=0, abs=scale)
-    assert bare.events[1].depth == pytest.approx(nearly.events[1].depth, rel=0, abs=scale)
-
-
-DEPTHS_TIPS = [0.0, 0.1, 0.03, -0.1]
-
-
-def steep(geometry="axisymmetric", slopes="small"):
-    """A wedge or a cone of an angle above √(2w/γ₁)."""
-    surfaces = SurfaceEnergies.from_work(1.0, 0.01)
-    layer = ElasticLayer(1.0, 0.0, 1.0)
-    return Scene(layer, surfaces, Wedge(0.2), slopes=slopes, geometry=geometry)
-
-
-def profile():
-    """The same as a profile that may have several contacts."""
-    t = math.tan(0.2)
-    return Profile(
-        lambda x: t * np.abs(x), lambda x: t * np.sign(x), extent=(-20, 20), corners=[0.0]
+def test_while_it_is_closed_it_is_that_of_a_patch_that_all_but_adheres(kind):
+    geometry, pattern = "axisymmetric" if kind == "cone" else "line", LINE.get(kind, LINE["one"])
+    nearly = Patches(pattern.edges, np.maximum(pattern.factors, 1e-9))
+    bare, other = (
+        load_path(wedge(geometry=geometry, pattern=one), depths=DEPTHS) for one in (pattern, nearly)
     )
+    closed, scale = [0, 1, 2, 3, 4, -1], 10 * math.sqrt(1e-9)
+    assert bare.force[closed] == pytest.approx(other.force[closed], rel=0, abs=scale)
+    assert bare.events[1].depth == pytest.approx(other.events[1].depth, rel=0, abs=scale)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("geometry", "slopes"), [(g, s) for g in ("line", "axisymmetric") for s in ("small", "finite")]
+STEEP = math.tan(0.2)
+TIP = Profile(lambda x: STEEP * np.abs(x), lambda x: STEEP * np.sign(x), (-20, 20), [0.0])
+OVER = (
+    ("line", "small"),
+    ("line", "finite"),
+    ("axisymmetric", "small"),
+    ("axisymmetric", "finite"),
 )
-@pytest.mark.parametrize("given", ["pattern", "profile"])
-def test_a_tip_that_does_not_adhere_is_that_of_one_contact(geometry, slopes, given):
-    scene = steep(geometry, slopes)
-    more = {"pattern": Patches([1.0], [1.0, 1.0])}
-    if given == "profile":
-        more = {"indenter": profile()}
-    one, several = (load_path(s, depths=DEPTHS_TIPS) for s in (scene, replace(scene, **more)))
-    assert several.force == pytest.approx(one.force, rel=1e-9, abs=1e-12)
-    assert several.energy == pytest.approx(one.energy, rel=1e-9, abs=1e-12)
-    assert [event.kind for event in several.events] == ["touch", "detachment"]
+NEAR = [0.0, 1e-7, 0.1, 1e-5, -0.1]
 
 
 @pytest.mark.slow
-def test_a_steep_cone_with_finite_slopes_is_followed_to_its_tip():
-    scene, depths = steep(slopes="finite"), [0.0, 1e-7, 1e-6, 1e-3, 1e-5, 1e-8, -1e-3]
-    one, several = (
-        load_path(each, depths=depths)
-        for each in (scene, replace(scene, pattern=Patches([1.0], [1.0, 1.0])))
-    )
+@pytest.mark.parametrize(("geometry", "slopes"), OVER)
+@pytest.mark.parametrize(
+    "more", [{"pattern": Patches([1.0], [1.0, 1.0])}, {"indenter": TIP}], ids=["pattern", "profile"]
+)
+def test_a_tip_that_does_not_adhere_is_that_of_one_contact(geometry, slopes, more):
+    """Of an angle above √(2w/γ₁), and as a profile or over a pattern that may have several."""
+    scene = wedge(0.2, geometry=geometry, slopes=slopes)
+    one, several = (load_path(s, depths=NEAR) for s in (scene, replace(scene, **more)))
     assert several.force == pytest.approx(one.force, rel=1e-9, abs=1e-18)
+    assert several.energy == pytest.approx(one.energy, rel=1e-9, abs=1e-18)
     assert [event.kind for event in several.events] == ["touch", "detachment"]
 
 
@@ -224,63 +198,35 @@ def test_beside_tiny_radii_the_surface_is_that_of_the_mesh(s, phi):
     assert energy == pytest.approx(solved.energy, rel=2e-11)
 
 
-K, GAMMA1, W = SCENE.stiffness, SCENE.gamma1, SCENE.work_of_adhesion
-A = 1.7 * L
-ROUND_BODIES = {
-    "parabola": Parabola(A / (0.9 * ALPHA)),
-    "cone": Wedge(math.atan(0.6 * ALPHA)),
-    "power": PowerLaw(0.3 * ALPHA / A**2, 3.0),
-    "circle": Circle(A / (0.9 * ALPHA)),
-    "cylinder": FlatPunch(A),
-}
-
-
-def on_nodes(scene, per_length=60.0, **programme):
-    spacing = L / per_length
-    return load_path(scene, method="lattice", spacing=spacing, **programme)
-
-
-@pytest.mark.parametrize("name", ["parabola", "cone", "circle", "power"])
+@pytest.mark.parametrize("name", ["sphere", "cone", "arc", "cubic"])
 def test_forces_and_radii_along_a_path_are_of_second_order(name):
-    scene, depths = turned(ROUND_BODIES[name]), np.linspace(0.1, 1, 37) * DELTA0
-    fitted, worst = load_path(scene, depths=depths), []
-    for per_length in (20, 40, 80, 160):
-        path = on_nodes(scene, per_length, depths=depths)
+    scene = SCENES.get(name) or turned(PowerLaw(0.3 * ALPHA / A**2, 3.0))
+    depths, links, worst = np.linspace(0.1, 1, 37) * DELTA0, (20, 40, 80, 160), []
+    fitted = load_path(scene, depths=depths)
+    for n in links:
+        path = load_path(scene, depths=depths, method="lattice", spacing=L / n)
         off = path.force - fitted.force, path.half_width - fitted.half_width
         worst.append([np.abs(part).max() for part in off])
-    orders = np.polyfit(np.log([20, 40, 80, 160]), np.log(worst), 1)[0]
+    orders = np.polyfit(np.log(links), np.log(worst), 1)[0]
     assert orders == pytest.approx(np.array([-2, -2]), rel=0, abs=0.25)
     assert worst[-1][0] <= 1e-4 * np.abs(fitted.force).max()
     assert worst[-1][1] <= 1e-4 * A
 
 
 def test_a_load_is_followed_however_small_its_number_is():
-    scene = adhesive(Parabola(0.02))  # a line contact, its force far below any depth as a number
-    small = replace(
-        scene,
-        layer=replace(scene.layer, E=scene.layer.E * 1e-9),
-        surfaces=SurfaceEnergies.from_work(GAMMA1 * 1e-9, W * 1e-9),
+    """A line contact, its force far below any depth as a number."""
+    one, other = (
+        load_path(scene, forces=[0.0, load], method="lattice", spacing=L / 60)
+        for scene, load in ((SCENE, 0.1), (rescaled(SCENE, 1.0, 1e-9), 0.1e-9))
     )
-    one = load_path(scene, forces=[0.0, 0.1], method="lattice", spacing=L / 60)
-    other = load_path(small, forces=[0.0, 0.1e-9], method="lattice", spacing=L / 60)
     assert other.half_width == pytest.approx(one.half_width, rel=1e-9, abs=0)
-
-
-GAMMA1_PATHS, WORK = 0.04, 2e-4
-
-
-def scene(indenter, opening=None, slopes="small"):
-    surfaces = SurfaceEnergies.from_work(GAMMA1_PATHS, WORK)
-    opened = None if opening is None else SurfaceEnergies.from_work(GAMMA1_PATHS, opening * WORK)
-    layer = ElasticLayer(1.0, 0.0, 1.0)
-    return Scene(layer, surfaces, indenter, slopes, opened, geometry="axisymmetric")
 
 
 def test_a_path_does_not_go_on_beyond_the_steepest_surface():
     """Also where it comes back before it ends: what is asked for in between is judged, too."""
-    own = scene(FlatPunch(0.3), slopes="finite")
+    own = plain(FlatPunch(0.3), w=2e-4, gamma1=0.04, slopes="finite")
+    own = replace(own, geometry="axisymmetric")
     assert load_path(own, depths=[0.0, 0.2, 0.0]).force[1] > 0
-    with pytest.raises(
-        ValueError, match=r"at the contact line r = 0\.3 .* inclined by more than 86"
-    ):
+    told = r"at the contact line r = 0\.3 .* inclined by more than 86"
+    with pytest.raises(ValueError, match=told):
         load_path(own, depths=[0.0, 0.3, 0.0])

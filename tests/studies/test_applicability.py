@@ -46,8 +46,7 @@ def points(record):
 
 def test_every_simulated_state_obeys_young_s_law(record):
     young = [abs(x.errors.young) for x in points(record) if math.isfinite(x.errors.young)]
-    assert len(young) >= 25
-    assert max(young) < 1e-9
+    assert len(young) >= 25 and max(young) < 1e-9
 
 
 def test_a_flat_face_lets_go_at_the_critical_separation_at_any_slope(record):
@@ -59,40 +58,39 @@ def test_a_flat_face_lets_go_at_the_critical_separation_at_any_slope(record):
 
 def test_the_punch_s_force_is_off_by_its_surface_term(record):
     for x in record.maps["flat punch"]:
+        assert x.errors.exists == (x.ratio < 1)
         if x.ratio < 1:
             elastic, tension = x.width * math.sqrt(2 * x.ratio), math.sqrt(2 * x.ratio)
             true = elastic + math.sqrt(x.ratio * (2 - x.ratio))
             expected = (true - elastic - tension) / max(true, tension)
             assert x.errors.force == pytest.approx(expected, rel=1e-7, abs=1e-12)
-        else:
-            assert not x.errors.exists
 
 
 @pytest.mark.parametrize(("shape", "stiffer"), [("wedge", 1), ("parabola", 2)])
 def test_the_error_vanishes_in_first_order_of_w_and_with_the_expected_factor(shape, stiffer):
-    ratios = np.geomspace(1e-4, 1e-2, 4)
+    ratios, power = np.geomspace(1e-4, 1e-2, 4), applicability_report.power
     steepness = 0.5 * np.sqrt(2 * ratios)
-    found = [at_unit_width(shape, s, r).half_width for s, r in zip(steepness, ratios, strict=True)]
-    assert applicability_report.power(ratios, np.abs(found)) == pytest.approx(1, rel=0.02, abs=0)
+    found = [at_unit_width(shape, s, r) for s, r in zip(steepness, ratios, strict=True)]
+    width, angle = (np.abs([getattr(x, name) for x in found]) for name in ("half_width", "angle"))
+    assert power(ratios, width) == pytest.approx(1, rel=0.02, abs=0)
     expected = -leading(steepness[0], ratios[0]) / stiffer
-    assert found[0] == pytest.approx(expected, rel=1e-3, abs=0)
-    angle = [abs(at_unit_width(shape, s, r).angle) for s, r in zip(steepness, ratios, strict=True)]
-    assert applicability_report.power(ratios, np.array(angle)) == pytest.approx(1, rel=0.01, abs=0)
+    assert found[0].half_width == pytest.approx(expected, rel=1e-3, abs=0)
+    assert power(ratios, angle) == pytest.approx(1, rel=0.01, abs=0)
     assert angle[0] == pytest.approx(ratios[0] / 12, rel=1e-3, abs=0)
 
 
 def test_borders_are_where_the_error_has_the_tolerance(record):
-    def error(shape):
-        return lambda ratio: at_unit_width(shape, 0.1, ratio).half_width
-
-    border = applicability.border(error("wedge"), (1e-4, 0.02, 0.1), 0.01)
-    assert abs(error("wedge")(border)) == pytest.approx(0.01, rel=2e-3, abs=0)
+    wedge, parabola = (
+        lambda ratio, shape=shape: at_unit_width(shape, 0.1, ratio).half_width
+        for shape in ("wedge", "parabola")
+    )
+    border = applicability.border(wedge, (1e-4, 0.02, 0.1), 0.01)
+    assert abs(wedge(border)) == pytest.approx(0.01, rel=2e-3, abs=0)
     assert leading(0.1, border) == pytest.approx(0.01, rel=0.05, abs=0)
-    assert applicability.border(error("parabola"), (0.02, 0.2), 0.01) > 1.8 * border
-    found = {(b.shape, b.quantity, b.tolerance): b.ratio for b in record.borders}
-    angle = [found["any", "π - θ", tolerance] for tolerance in (0.01, 0.1)]
-    for ratio, tolerance in zip(angle, (0.01, 0.1), strict=True):
-        alpha = math.sqrt(2 * ratio)
+    assert applicability.border(parabola, (0.02, 0.2), 0.01) > 1.8 * border
+    found = {b.tolerance: b.ratio for b in record.borders if b.quantity == "π - θ"}
+    for tolerance in (0.01, 0.1):
+        alpha = math.sqrt(2 * found[tolerance])
         assert 1 - alpha / (2 * math.asin(alpha / 2)) == pytest.approx(tolerance, rel=5e-3, abs=0)
 
 
@@ -138,16 +136,13 @@ def test_every_quantity_of_every_shape_has_its_two_borders(monkeypatch):
 def test_report_table_and_figures_are_written_from_the_record(record, tmp_path):
     text = applicability_report.write(record, Output(tmp_path, "a command"))
     assert "The conjecture holds" in text
-    tense, _ = record.small_slopes
-    assert f"differs from (16) by at most {tense:.0e}" in text
     one, ten = (b.ratio for b in record.borders)
     assert f"| any | any | π - θ | below {one:.2g} | below {ten:.2g} |" in text
     rows = read(tmp_path / "applicability.csv")
     assert len(rows) == len(points(record))
     assert float(rows[0]["error_half_width"]) == record.maps["wedge"][0].errors.half_width
     for name in ("applicability.png", "conjecture.png"):
-        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
-        assert f"]({name})" in (tmp_path / "applicability.md").read_text("utf-8")
+        assert (tmp_path / name).exists() and f"]({name})" in text
 
 
 def test_the_answer_follows_the_numbers(record):
@@ -155,9 +150,11 @@ def test_the_answer_follows_the_numbers(record):
         return x._replace(errors=x.errors._replace(half_width=0.3))
 
     paths = {shape: tuple(map(spoilt, row)) for shape, row in record.paths.items()}
-    text = applicability_report.answer(replace(record, paths=paths))
+    flat = (("flat punch", 0.1, 1e-9), ("flat punch", 0.2, -4e-7), ("flat punch", 0.3, 2e-8))
+    text = applicability_report.answer(replace(record, paths=paths, flat=flat))
     assert "The conjecture fails" in text
     assert "within 1 % for all γ₁ if f'(a₀) is below all tried" in text
+    assert "the flat punch detaches at d = -√(2w/k) within 4e-07 for w/γ₁ from 0.1 to 0.3" in text
 
 
 def test_forces_around_an_axis_are_compared_in_units_of_its_line():
@@ -174,24 +171,15 @@ def test_forces_around_an_axis_are_compared_in_units_of_its_line():
 
 def test_the_short_answer_tells_the_largest_error_of_any_shape_and_quantity(record):
     def path(*errors):
-        """(steepness, |error| of a, |error| of P) of points at two γ₁."""
-        worst = [(s, a, force) for s, a, force in errors]
+        """Points at two γ₁ with these steepness and |error| of a and of P."""
         return tuple(
             Point("wedge", ratio, s, 1.0, Errors(-part * a, part * force, 0.0, 0.0))
-            for s, a, force in worst
+            for s, a, force in errors
             for ratio, part in ((0.1, 1.0), (0.2, 0.5))
         )
 
-    wedge, parabola = (
-        path((0.1, 0.02, 0.01), (1.0, 0.3, 0.6)),
-        path((0.1, 0.01, 0.04), (1.0, 0.5, 0.2)),
-    )
+    wedge = path((0.1, 0.02, 0.01), (1.0, 0.3, 0.6))
+    parabola = path((0.1, 0.01, 0.04), (1.0, 0.5, 0.2))
     for paths in ({"wedge": wedge, "parabola": parabola}, {"parabola": parabola, "wedge": wedge}):
         told = applicability_report.short(replace(record, paths=paths))
         assert "4.0% where f'(a₀) = 0.1 and 60.0% where f'(a₀) = 1." in told
-
-
-def test_the_report_tells_the_worst_flat_face(record):
-    flat = (("flat punch", 0.1, 1e-9), ("flat punch", 0.2, -4e-7), ("flat punch", 0.3, 2e-8))
-    told = applicability_report.answer(replace(record, flat=flat))
-    assert "the flat punch detaches at d = -√(2w/k) within 4e-07 for w/γ₁ from 0.1 to 0.3" in told

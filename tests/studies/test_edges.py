@@ -16,23 +16,21 @@ from scenes import PLACES
 from discretization import History, minimise
 from energy import ElasticLayer, Parabola, Patches, Scene, SurfaceEnergies, Wedge
 from studies import __main__ as command_line
+from studies.scenes import run
 from studies.scenes.sweep.store import Store
 
 LAYER, SURFACE = ElasticLayer(2e3, 0.3, 1e-5), SurfaceEnergies.from_work(0.05, 1e-4)
 
 
-def studies(*arguments, **options):
-    """`python -m studies`, started in a process group of its own."""
-    return started("-m", "studies", *arguments, **options)
-
-
 def started(*arguments, cwd, **options):
     """Python with this package and these tests on its path, in a process group of its own."""
-    places = PLACES
-    environment = {**os.environ, "PYTHONPATH": places, **options.pop("env", {})}
+    environment = {**os.environ, "PYTHONPATH": PLACES, **options.pop("env", {})}
     command = [sys.executable, "-W", "error", *map(str, arguments)]
     options = {"stderr": subprocess.PIPE, "start_new_session": True, **options}
     return subprocess.Popen(command, cwd=cwd, env=environment, **options)
+
+
+STUDIES = ("-m", "studies")
 
 
 @pytest.mark.slow
@@ -40,12 +38,12 @@ def started(*arguments, cwd, **options):
 def test_any_encoding_of_the_output_will_do(tmp_path, encoding):
     path = writer(tmp_path / "s.toml")(('"A test"', '"Ärger µ γ₁"'), (DEPTH, "depth = 0.0"))
     given = {"cwd": tmp_path, "env": {"PYTHONIOENCODING": encoding}, "stdout": subprocess.PIPE}
-    child = studies("run", path, **given)
+    child = started(*STUDIES, "run", path, **given)
     out, err = child.communicate()
     assert (child.returncode, err) == (0, b"")
     said = out.decode(encoding)
     assert "force        P" in said and ("γ₁" in said) == encoding.startswith("utf")
-    child = studies("Ω.py", **given)
+    child = started(*STUDIES, "Ω.py", **given)
     assert "no such file" in child.communicate()[1].decode(encoding) and child.returncode == 2
 
 
@@ -58,7 +56,7 @@ def test_a_closed_pipe_ends_a_study_quietly(tmp_path, arguments, closed):
     reading, writing = os.pipe()
     os.close(reading)
     pipes = {"stdout": subprocess.PIPE, closed: writing}
-    child = studies(*arguments, cwd=tmp_path, **pipes)
+    child = started(*STUDIES, *arguments, cwd=tmp_path, **pipes)
     os.close(writing)
     assert b"".join(filter(None, child.communicate())) == b""
     assert child.returncode == (2 if arguments == ["new"] else 141)  # argparse ends that by itself
@@ -100,23 +98,20 @@ def test_ctrl_c_elsewhere_is_one_line(monkeypatch, capsys):
     def stopped(argv):
         raise KeyboardInterrupt
 
-    from studies.scenes import run
-
     monkeypatch.setattr(run, "main", stopped)
     assert command_line.main(["run", "any.toml"]) == 130
     assert capsys.readouterr().err == "\nrun: stopped\n"
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+
+
+@needs_full
 @pytest.mark.parametrize(
-    ("study", "name"),
-    [
-        (["mine.py", "--jobs", "1"], "half_width.csv"),
-        (["mine.py", "--jobs", "1"], "half_width.png"),
-        (["mine.py", "--preset", "full", "--jobs", "1"], "half_width.pdf"),
-    ],
+    ("preset", "name"),
+    [([], "half_width.csv"), ([], "half_width.png"), (["--preset", "full"], "half_width.pdf")],
 )
-def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch, capsys, study, name):
+def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch, capsys, preset, name):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [*sys.path])
     command_line.main(["new", "--study", "mine.py"])
@@ -124,24 +119,25 @@ def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch, capsys, study,
     out.mkdir()
     (out / name).symlink_to("/dev/full")
     capsys.readouterr()
-    assert command_line.main([study[0], "--preset", "quick", *study[1:], "--out", str(out)]) == 2
+    arguments = ["mine.py", "--preset", "quick", "--jobs", "1", *preset, "--out", str(out)]
+    assert command_line.main(arguments) == 2
     said = capsys.readouterr().err.splitlines()
-    assert said[-1] == f"{study[0]}: {out / name}: No space left on device"
+    assert said[-1] == f"mine.py: {out / name}: No space left on device"
     sys.modules.pop("mine", None)
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@needs_full
 def test_a_full_disk_in_a_sweep_is_told_with_the_file(tmp_path):
     store = Store(tmp_path / "a.jsonl", {})
+
+    def added():
+        with store:
+            store.file.close()
+            store.file = open("/dev/full", "w")  # noqa: SIM115
+            store.add(["{}"])
+
     with pytest.raises(OSError, match=re.escape(f"No space left on device: '{store.path}'")):
-        _added(store, "/dev/full")
-
-
-def _added(store, other):
-    with store:
-        store.file.close()
-        store.file = open(other, "w")  # noqa: SIM115
-        store.add(["{}"])
+        added()
 
 
 def test_a_full_disk_under_a_load_path_is_told_with_the_file(tmp_path, monkeypatch, capsys):
@@ -157,13 +153,14 @@ def test_a_full_disk_under_a_load_path_is_told_with_the_file(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize(
-    ("wrong", "meant"), [("pulloff", "pull_off"), ("hysterisis", "hysteresis"), ("ruff", None)]
+    ("wrong", "meant"), [("pulloff", "pull_off"), ("hysterisis", "hysteresis"), ("dance", None)]
 )
 def test_a_misspelt_study_is_understood(capsys, wrong, meant):
     assert command_line.main([wrong]) == 2
     said = capsys.readouterr().err
     assert (f"study {wrong!r} is unknown: did you mean {meant!r}?" in said) == (meant is not None)
-    assert said.count("\n") == 1
+    assert said.count("\n") == 1 and repr(wrong) in said
+    assert meant or all(name in said for name in command_line.STUDIES)
 
 
 def test_a_misspelt_option_is_understood():
@@ -175,18 +172,19 @@ def test_a_misspelt_option_is_understood():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "name", "kind"),
+    ("name", "kind"),
     [
-        ({"layer": ElasticLayer}, "layer", "ElasticLayer"),
-        ({"surfaces": SurfaceEnergies}, "surfaces", "SurfaceEnergies"),
-        ({"indenter": Parabola}, "indenter", "Parabola"),
-        ({"opening": SurfaceEnergies}, "opening", "SurfaceEnergies"),
-        ({"pattern": Patches}, "pattern", "Patches"),
+        ("layer", ElasticLayer),
+        ("surfaces", SurfaceEnergies),
+        ("indenter", Parabola),
+        ("opening", SurfaceEnergies),
+        ("pattern", Patches),
     ],
 )
-def test_a_class_in_place_of_an_object_is_told(wrong, name, kind):
-    given = {"layer": LAYER, "surfaces": SURFACE, "indenter": Parabola(0.01), **wrong}
-    with pytest.raises(ValueError, match=rf"^{name} = {kind} is a class; make one: {kind}\(\.\.\."):
+def test_a_class_in_place_of_an_object_is_told(name, kind):
+    given = {"layer": LAYER, "surfaces": SURFACE, "indenter": Parabola(0.01), name: kind}
+    told = rf"^{name} = {kind.__name__} is a class; make one: {kind.__name__}\(\.\.\."
+    with pytest.raises(ValueError, match=told):
         Scene(**given)
     with pytest.raises(ValueError, match="indenter = Wedge is a class"):
         Parabola(0.01) + Wedge

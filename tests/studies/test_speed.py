@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,14 +28,6 @@ def rows():
     return speed.run(TINY)
 
 
-@pytest.fixture
-def few(monkeypatch, rows):
-    """The command with these rows, whatever they took."""
-    found = [row._replace(ratio=0.5 * row.limit) for row in rows]
-    monkeypatch.setattr(speed, "run", lambda p, show: found)
-    return found
-
-
 @pytest.mark.slow
 def test_every_answer_is_within_its_limit_of_error(rows):
     assert [row.name for row in rows] == [
@@ -45,7 +38,6 @@ def test_every_answer_is_within_its_limit_of_error(rows):
     # 400 nodes leave the last link earlier than the 10⁵ for which the limit is
     assert [speed.line(row) for row in rows if not row.accurate and row.name != "loop, nodes"] == []
     assert all(row.seconds > 0 and row.ratio > 0 for row in rows)
-    assert speed.STATE == {"small": (1.0, 1e-10), "finite": (10.0, 1e-9)}
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
@@ -74,21 +66,17 @@ def test_a_contact_that_is_not_found_and_a_refusal_are_infinite_errors(monkeypat
     assert speed.solved(case) == (math.inf, math.inf)
 
 
-def test_a_wrong_area_and_a_wrong_balance_miss_the_limit(monkeypatch):
+@pytest.mark.parametrize(("area", "balance"), [(1 + 3e-8, 1.0), (1.0, 1 + 3e-9)])
+def test_a_wrong_area_and_a_wrong_balance_miss_the_limit(monkeypatch, area, balance):
     right = speed.load_path
 
-    class Off:
-        def __init__(self, path, area=1.0, balance=1.0):
-            self.dissipated, self.held = path.dissipated * area, path
-            self.factor = area * balance
+    def wrong(*given, **more):
+        path = right(*given, **more)
+        work = path.work() * area * balance
+        return SimpleNamespace(dissipated=path.dissipated * area, work=lambda: work)
 
-        def work(self):
-            return self.held.work() * self.factor
-
-    for fault in ({"area": 1 + 3e-8}, {"balance": 1 + 3e-9}):
-        wrong = lambda *a, fault=fault, **k: Off(right(*a, **k), **fault)  # noqa: E731
-        monkeypatch.setattr(speed, "load_path", wrong)
-        assert not speed.loop("loop, depth", TINY).accurate
+    monkeypatch.setattr(speed, "load_path", wrong)
+    assert not speed.loop("loop, depth", TINY).accurate
 
 
 def test_times_are_ratios_to_what_is_measured_beside_them(monkeypatch):
@@ -98,9 +86,10 @@ def test_times_are_ratios_to_what_is_measured_beside_them(monkeypatch):
     assert speed.paired(len, partial(float, "2"), 3) == (4.0, 2.0, 1.0)
 
 
-@pytest.mark.usefixtures("few")
-def test_a_missed_limit_of_time_decides_only_when_asked(few, tmp_path, capsys):
-    given = ["--quick", "--out", str(tmp_path)]
+def test_a_missed_limit_of_time_decides_only_when_asked(rows, tmp_path, capsys, monkeypatch):
+    few, given = [row._replace(ratio=0.5 * row.limit) for row in rows], ["--quick", "--out"]
+    monkeypatch.setattr(speed, "run", lambda p, show: few)
+    given.append(str(tmp_path))
     few[6] = few[6]._replace(error=0.0)
     assert speed.main([*given, "--strict"]) == 0
     few[0] = few[0]._replace(ratio=1.1)
@@ -114,69 +103,44 @@ def test_a_missed_limit_of_time_decides_only_when_asked(few, tmp_path, capsys):
     assert "FAIL" in speed.line(few[0])
 
 
-@pytest.fixture(scope="module")
-def trials():
-    return tolerance.run(tolerance.Parameters(lattices=0))
-
-
-def test_rtol_is_honoured_in_99_of_100_scenes(trials):
+def test_rtol_is_honoured_in_99_of_100_scenes_and_no_estimate_is_below_a_tenth_of_the_error():
+    trials = tolerance.run(tolerance.Parameters(lattices=0))
     assert len(trials) == 500
     assert sum(trial.honoured for trial in trials) >= 495
-
-
-def test_no_estimate_is_below_a_tenth_of_the_error(trials):
     assert [trial for trial in trials if not trial.trusted] == []
-
-
-def test_the_study_fails_when_an_estimate_or_an_error_is_off(trials):
     assert tolerance.passed(trials)
     first = trials[0]
     bold = first._replace(errors=(1e-8, 0.0, 0.0), estimates=(9e-10, 1.0, 1.0))
-    assert not bold.trusted
-    assert not tolerance.passed([bold, *trials])
+    assert not bold.trusted and not tolerance.passed([bold, *trials])
     wrong = first._replace(errors=(2 * first.rtol + 1e-11,) * 3, estimates=(1.0,) * 3)
     assert wrong.trusted and not wrong.honoured
     assert not tolerance.passed([*trials, *[wrong] * 7])
 
 
-@pytest.fixture(scope="module")
-def sparse():
-    return tolerance.run(
-        tolerance.Parameters(scenes=0, lattices=100, seed=5), lambda progress: None
-    )
-
-
 @pytest.mark.slow
-def test_no_estimate_of_a_lattice_state_is_below_a_tenth_of_the_error(sparse):
+def test_estimates_of_lattice_states_are_trusted_and_seldom_withheld(tmp_path, monkeypatch, capsys):
+    """None is below a tenth of the error or far too large; one that is off fails the study."""
+    given = tolerance.Parameters(scenes=0, lattices=100, seed=5)
+    sparse = tolerance.run(given, lambda progress: None)
     assert len(sparse) == 100
     assert [state for state in sparse if not state.trusted] == []
     words = Counter(state.word for state in sparse)
     assert words["estimated"] >= 80 and words["withheld"] >= 3
     assert all(state.nodes < 50 for state in sparse if state.word == "refused")
-
-
-@pytest.mark.slow
-def test_estimates_are_withheld_only_of_few_links_and_are_not_far_too_large(sparse):
-    for state in sparse:
-        if state.word == "withheld":
-            assert state.links < 8
+    assert all(state.links < 8 for state in sparse if state.word == "withheld")
     ratios = [state.worst for state in sparse if state.word == "estimated"]
     assert 0.3 <= np.median(ratios) <= 1
-
-
-@pytest.mark.slow
-def test_a_lattice_state_that_is_off_fails_the_study(sparse, tmp_path, monkeypatch, capsys):
     state = next(state for state in sparse if state.word == "estimated")
     bold = state._replace(errors=(1e-3, 0.0, 0.0), estimates=(9e-5, 1.0, 1.0))
-    assert not bold.trusted
-    assert bold._replace(word="withheld").trusted
+    assert not bold.trusted and bold._replace(word="withheld").trusted
     few = tolerance.Parameters(scenes=8, lattices=8)
     monkeypatch.setattr(tolerance, "Parameters", lambda **_: few)
-    assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    command = ["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]
+    assert tolerance.main(command) == 0
     assert "withheld" in capsys.readouterr().out
     found = tolerance.run(few)
     monkeypatch.setattr(tolerance, "run", lambda *_, **__: [*found, bold])
-    assert tolerance.main(["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]) == 1
+    assert tolerance.main(command) == 1
 
 
 @pytest.mark.slow

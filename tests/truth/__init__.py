@@ -2,9 +2,8 @@
 
 They know the scene and nothing of `discretization`. Slow, and meant to be obviously right:
 
-ground.py       the profile: fine nodes, one-sided slopes, refined extremes
-surfaces.py     free surfaces of small and finite slopes
-rests.py        what holds a line, where it first rests on its way, where a free surface touches
+ground.py       the profile with fine nodes; where a line rests on its way, and a surface touches
+surfaces.py     free surfaces of small and finite slopes, and what holds a line
 walk.py         the adhered state: a quasi-static walk in depth from first touch
 obstacle.py     w = 0: the only state, as a hull; γ₁ = 0: every spring by itself
 sets.py         the state of least energy, by a dynamic programme over contact nodes

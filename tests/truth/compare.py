@@ -50,11 +50,11 @@ REFERENCE = {
 
 
 class Verdict(NamedTuple):
-    """right, wrong, refused, warned or skipped; why, and the seconds of both."""
+    """right, wrong, refused, warned or skipped; why; the answer, and the seconds of both."""
 
     word: str
     why: str
-    state: object
+    answer: object
     truth: object
     seconds: float
     reference_seconds: float
@@ -62,18 +62,18 @@ class Verdict(NamedTuple):
 
 def verdict(kind, seed):
     """What `minimise` says about a random case, judged by the reference."""
-    case = case_of(kind, seed)
-    start = time.perf_counter()
+    case, start = case_of(kind, seed), time.process_time()
     truth, why = reference(case)
-    middle = time.perf_counter()
+    middle = time.process_time()
     if truth is None:
         return Verdict("skipped", why, None, None, 0.0, middle - start)
-    middle = time.perf_counter()
-    state, word, why = answer(case)
-    seconds = time.perf_counter() - middle
-    if word == "right":
-        faults = differences(case, state, truth)
-        word, why = ("wrong", "; ".join(faults)) if faults else ("right", "")
+    branch = "global" if kind == "global" else "adhered"
+    state, word, why = asked(minimise, case.scene, case.depth, branch=branch)
+    seconds = time.process_time() - middle
+    if word == "refused" and IN_WORDS not in why:
+        word = "wrong"
+    if word == "right" and (faults := differences(case, state, truth)):
+        word, why = "wrong", "; ".join(faults)
     return Verdict(word, why, state, truth, seconds, middle - start)
 
 
@@ -92,18 +92,16 @@ def reference(case):
     return near[1], ""
 
 
-def answer(case):
-    """The state of `minimise`, one word and its explanation."""
-    branch = "global" if case.kind == "global" else "adhered"
+def asked(solve, *given, **options):
+    """An answer, one word and its explanation."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            return minimise(case.scene, case.depth, branch=branch), "right", ""
+            return solve(*given, **options), "right", ""
         except AccuracyWarning as warning:
             return None, "warned", str(warning)
         except (ValueError, NotCertifiedError) as problem:
-            word = "refused" if IN_WORDS in str(problem) else "wrong"
-            return None, word, f"{type(problem).__name__}: {problem}"
+            return None, "refused", f"{type(problem).__name__}: {problem}"
         except Exception as problem:  # whatever else is not an answer
             return None, "wrong", f"{type(problem).__name__}: {problem}"
 
@@ -113,8 +111,8 @@ def differences(case, state, truth):
     deep = penetration(state, case.feature)
     if deep > LEAST * (case.scale + abs(case.depth)):
         return [f"penetrates by {deep / case.scale:.2g} of the depth scale"]
-    if case.kind == "global" and _as_low(state, truth):
-        return []
+    if case.kind == "global" and state.energy < truth.energy - LEAST * truth.energy_scale:
+        return []  # the reference has not found the lowest
     contacts, length = state.contacts, case.scene.elastocapillary_length or case.feature
     if case.kind == "no_tension":  # single springs count for nothing
         contacts = contacts[contacts[:, 1] - contacts[:, 0] > LEAST * case.feature]
@@ -124,10 +122,10 @@ def differences(case, state, truth):
             f"force {state.force:.9g} instead of {truth.force:.9g}"
         ]
     width = truth.half_width + 1e-3 * length
+    scales = (width, truth.force_scale or 1.0, truth.energy_scale or 1.0)
     found = [
-        ("half_width", abs(state.half_width - truth.half_width) / width, "half_width"),
-        ("force", abs(state.force - truth.force) / (truth.force_scale or 1.0), "force"),
-        ("energy", abs(state.energy - truth.energy) / (truth.energy_scale or 1.0), "energy"),
+        (name, abs(getattr(state, name) - getattr(truth, name)) / scale, name)
+        for name, scale in zip(("half_width", "force", "energy"), scales, strict=True)
     ]
     if truth.contacts.size:
         off = np.abs(contacts - truth.contacts).max() / width
@@ -137,11 +135,6 @@ def differences(case, state, truth):
         for name, error, estimate in found
         if not error <= max(TIMES * state.error_estimate[estimate], LEAST)
     ]
-
-
-def _as_low(state, truth):
-    """Whether a state that does not penetrate has less energy than the reference found."""
-    return state.energy < truth.energy - LEAST * truth.energy_scale
 
 
 def penetration(state, feature):

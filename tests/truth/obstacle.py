@@ -13,8 +13,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from .ground import Ground, Outside, refined_minima
-from .rests import Surfaces
+from .ground import Ground, Outside, Surfaces, refined_minima
 from .surfaces import surface_of
 from .totals import NOTHING, State, points, polished, state_of
 
@@ -33,21 +32,12 @@ def obstacle(scene, feature, depth):
     free, extra = Surfaces(ground, surface, tie), ground.lowest(tie)[1]
     inside = ground.corners[(ground.corners > ground.lo) & (ground.corners < ground.hi)]
     beside = JOINED * ground.feature  # a gap opens at every corner that points inwards
-    extra = [
-        *extra,
-        *_stretched(ground, surface.length, depth),
-        *(inside - beside),
-        *(inside + beside),
-    ]
+    extra += [*_stretched(ground, surface.length, depth), *(inside - beside), *(inside + beside)]
     for _ in range(MOST):
         lines = _lines(ground, surface, depth, extra)
         ends = [-math.inf, *lines, math.inf]
-        dips = [
-            x
-            for left, right in zip(ends[::2], ends[1::2], strict=True)
-            for v, x in free.dips(left, right, depth)
-            if v < -tie
-        ]
+        pairs = zip(ends[::2], ends[1::2], strict=True)
+        dips = [x for pair in pairs for v, x in free.dips(*pair, depth) if v < -tie]
         if not dips:
             return state_of(lines, depth, ground, surface, scene)
         extra = [*extra, *dips]

@@ -60,18 +60,16 @@ def _waves(R, waves, shift=0.0):
     return Shape(height, slope, reach, (), float(m.min()))
 
 
-def ripples(rng):
+def ripples(rng, low=0.1, high=1.5):
     """Moderate ripples on a parabola, half of them mirror-symmetric about its lowest point."""
     m = 10 ** rng.uniform(-0.8, 0.5)
     phase = 0.0 if rng.random() < 0.5 else rng.uniform(0, 2 * np.pi)
-    return _waves(_bowl(rng, 0.0, 1.0), [(rng.uniform(0.1, 1.5) * m / (2 * np.pi), m, phase)])
+    return _waves(_bowl(rng, 0.0, 1.0), [(rng.uniform(low, high) * m / (2 * np.pi), m, phase)])
 
 
 def strong_ripples(rng):
     """Ripples several times steeper than the contact angle."""
-    m = 10 ** rng.uniform(-0.8, 0.5)
-    phase = 0.0 if rng.random() < 0.5 else rng.uniform(0, 2 * np.pi)
-    return _waves(_bowl(rng, 0.0, 1.0), [(rng.uniform(1.5, 6.0) * m / (2 * np.pi), m, phase)])
+    return ripples(rng, 1.5, 6.0)
 
 
 def fine_ripples(rng):
@@ -129,16 +127,21 @@ def cup(rng):
     return Shape(height, slope, reach, (), c / 2)
 
 
-def tiny(rng):
-    """A sharp or a blunt tip off the origin, in a long body: contacts from 1e-6 l on."""
-    R, shift = 10 ** rng.uniform(-6, 0), rng.uniform(-1, 1)
+def tip(R, shift, reach, feature):
+    """One parabola off the origin."""
     return Shape(
         lambda x: (np.asarray(x, float) - shift) ** 2 / (2 * R),
         lambda x: (np.asarray(x, float) - shift) / R,
-        abs(shift) + 10 ** rng.uniform(0, 1),
+        reach,
         (),
-        0.3,
+        feature,
     )
+
+
+def tiny(rng):
+    """A sharp or a blunt tip off the origin, in a long body: contacts from 1e-6 l on."""
+    R, shift = 10 ** rng.uniform(-6, 0), rng.uniform(-1, 1)
+    return tip(R, shift, abs(shift) + 10 ** rng.uniform(0, 1), 0.3)
 
 
 def wedge(rng):

@@ -11,8 +11,7 @@ import math
 
 import numpy as np
 
-from .ground import Ground, Outside, refined_minima
-from .rests import Surfaces
+from .ground import Ground, Outside, Surfaces, refined_minima
 from .surfaces import surface_of
 from .totals import NOTHING, polished, state_of
 
@@ -35,13 +34,9 @@ def lowest(scene, feature, depth):
     if dips(lines, depth, ground, surface, scene):
         raise Outside("the lowest contact set on nodes misses a tip between them")
     found = state_of(lines, depth, ground, surface, scene)
-    return found if found.energy < 0 or penetrated(scene, ground, depth) else NOTHING
-
-
-def penetrated(scene, ground, depth):
-    """Whether the flat surface would penetrate."""
     tie = TIE * scene.critical_separation
-    return depth > ground.lowest(tie)[0] + tie
+    penetrates = depth > ground.lowest(tie)[0] + tie  # a flat surface
+    return found if found.energy < 0 or penetrates else NOTHING
 
 
 def best_lines(scene, ground, surface, depth):

@@ -122,6 +122,19 @@ def by_hand(indenter, **options):
     return Scene(ElasticLayer(2e3, 0.31, 60e-6), surfaces, indenter, **options)
 
 
+FIT_SCENE = """
+depth = 0
+[layer]
+E = 50.0
+nu = 0.45
+h = 5e-6
+[surfaces]
+gamma1 = 0.1
+w = 1.5e-6
+[indenter]
+shape = "parabola"
+R = 0.05
+"""
 LIFT = SCENE.critical_separation
 
 

@@ -9,15 +9,21 @@ from energy.text_table import Layout, read_table
 from studies.scenes.curve_file import Reading, read_curve
 
 DEPTH = np.array([-0.125, 0.25, 1.5, 0.75]) * 1e-6
-
-
 FORCE = np.array([0.0615, -0.25, 1000.5, 1e-3]) * 1e-3
 
 
-RIGHT = [  # name, text, encoding: DEPTH in µm and FORCE in mN/m
+def rows(between, mark=".", end="\n"):
+    """DEPTH in µm and FORCE in mN/m, as columns."""
+    columns = zip((-0.125, 0.25, 1.5, 0.75), (0.0615, -0.25, 1000.5, 0.001), strict=True)
+    lines = [f"{depth:g}{between}{force:g}" for depth, force in columns]
+    return end.join(lines).replace(".", mark) + end
+
+
+HEAD = "depth [µm];force [mN/m]\n"
+RIGHT = [  # name, text, encoding
     (
         "semicolons and decimal commas",
-        "depth [µm];force [mN/m]\n-0,1250;0,06150\n0,25;-0,25\n1,5;1000,5\n0,75;1,0E-03\n",
+        HEAD + "-0,1250;0,06150\n0,25;-0,25\n1,5;1000,5\n0,75;1,0E-03\n",
         "utf-8",
     ),
     (
@@ -27,36 +33,29 @@ RIGHT = [  # name, text, encoding: DEPTH in µm and FORCE in mN/m
     ),
     (
         "tabs and decimal commas in UTF-16, as Excel saves Unicode text",
-        "depth [µm]\tforce [mN/m]\r\n-0,125\t0,0615\r\n0,25\t-0,25\r\n1,5\t1000,5\r\n"
-        "0,75\t0,001\r\n",
+        "depth [µm]\tforce [mN/m]\r\n" + rows("\t", ",", "\r\n"),
         "utf-16",
     ),
-    (
-        "UTF-16 without a mark",
-        "depth [µm],force [mN/m]\n-0.125,0.0615\n0.25,-0.25\n1.5,1000.5\n0.75,0.001\n",
-        "utf-16-le",
-    ),
+    ("UTF-16 without a mark", HEAD.replace(";", ",") + rows(","), "utf-16-le"),
     (
         "quoted decimal commas between commas",
-        '"depth [µm]","force [mN/m]"\n"-0,125","0,0615"\n'
-        '"0,25","-0,25"\n"1,5","1000,5"\n"0,75","0,001"\n',
+        '"depth [µm]","force [mN/m]"\n"'
+        + rows(";", ",").replace(";", '","').replace("\n", '"\n"')[:-1],
         "utf-8-sig",
     ),
     (
         "a preamble of words and numbers",
-        "Instrument: 7;\nDate;12.03.2024\nPoints;4\n\ndepth [µm];force [mN/m]\n"
-        "-0.125;0.0615\n0.25;-0.25\n1.5;1000.5\n0.75;0.001\n",
+        f"Instrument: 7;\nDate;12.03.2024\nPoints;4\n\n{HEAD}{rows(';')}",
         "latin-1",
     ),
     (
         "units in a second row",
-        "Time;Depth;Force\ns;µm;mN/m\n0;-0,125;0,0615\n1;0,25;-0,25\n2;1,5;1000,5\n3;0,75;0,001\n",
+        "Time;Depth;Force\ns;µm;mN/m\n0;" + rows(";", ",").replace("\n", "\n0;")[:-2],
         "cp1252",
     ),
     (
         "units in brackets in a second row, blanks in columns",
-        "  depth      force\n  [µm]      [mN/m]\n -0.125     0.0615\n  0.25     -0.25\n"
-        "  1.5    1000.5\n  0.75      0.001\n",
+        "  depth      force\n  [µm]      [mN/m]\n" + rows("     "),
         "utf-8",
     ),
     (
@@ -67,7 +66,7 @@ RIGHT = [  # name, text, encoding: DEPTH in µm and FORCE in mN/m
     ),
     (
         "a delimiter behind the last cell",
-        "depth [µm];force [mN/m];\n-0.125;0.0615;\n0.25;-0.25;\n1.5;1000.5;\n0.75;0.001;\n;;\n",
+        HEAD[:-1] + ";\n" + rows(";", end=";\n") + ";;\n",
         "utf-8",
     ),
     (
@@ -78,81 +77,33 @@ RIGHT = [  # name, text, encoding: DEPTH in µm and FORCE in mN/m
     ),
     (
         "a spreadsheet's note of its delimiter, a true minus",
-        "sep=;\r\ndepth / µm;force / mN/m\r\n\u22120,125;0,0615\r\n0,25;\u22120,25\r\n"
-        "1,5;1000,5\r\n0,75;0,001\r\n",
+        "sep=;\r\ndepth / µm;force / mN/m\r\n" + rows(";", ",", "\r\n").replace("-", "\u2212"),
         "utf-8",
     ),
-    (
-        "old Macintosh line ends",
-        "depth in µm,force in mN/m\r-0.125,0.0615\r0.25,-0.25\r1.5,1000.5\r0.75,0.001",
-        "utf-8",
-    ),
+    ("old Macintosh line ends", "depth in µm,force in mN/m\r" + rows(",", end="\r")[:-1], "utf-8"),
 ]
 
 
-WRONG = [  # name, bytes, what is said
-    ("empty", b" \r\n", "is empty; give a file with columns of numbers"),
-    ("binary", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\1\2\3", "is no text"),
-    ("words", b"depth [m], force [N/m]\nsee the other file\n", "no line has two numbers"),
-    (
-        "ragged",
-        b"depth [m];force [N/m]\n1,5;2\n2,5;3;4\n3,5;4\n",
-        "line 3: 3 cells where line 1 has 2; .*'2,5;3;4'",
-    ),
-    (
-        "a decimal comma between commas",
-        b"depth [m],force [N/m]\n1,5,2,5\n2,5,3,5\n",
-        "line 1: 2 cells where line 2 has 4",
-    ),
-    (
-        "first row ragged",
-        b"depth [m];force [N/m]\n1\n2;3\n3;4\n",
-        "line 2: 1 cell where line 3 has 2",
-    ),
-    (
-        "both decimal marks",
-        b"no;depth [m];force [N/m]\n1;1,5;2.5\n2;2,5;3.5\n",
-        "line 2: '.*' has the mark '.', other cells have",
-    ),
-    (
-        "thousands or decimals",
-        b"depth [nm];force [N/m]\n-1,250;2,500\n-2,250;3,500\n",
-        "line 2: '-1,250' may be a number with three decimals or one in thousands",
-    ),
-    (
-        "thousands and decimals",
-        b"depth [nm];force [N/m]\n1.234,5;2,5\n2,5;3,5\n3,5;4,5\n",
-        "line 2: '1.234,5' must be a number with the decimal mark ','",
-    ),
-    (
-        "a word among the numbers",
-        b"depth [m]\tforce [N/m]\n1\t2\n2\toverload\n3\t4\n",
-        "line 3: force = 'overload' must be a finite number",
-    ),
-    (
-        "a missing cell",
-        b"depth [m]\tforce [N/m]\n1\t2\n2\t\n3\t4\n",
-        "line 3: force = '' must be a finite number",
-    ),
-    (
-        "not finite",
-        b"depth [m]\tforce [N/m]\n1\t2\n2\t1e999\n3\t4\n",
-        "line 3: force = '1e999' must be a finite number",
-    ),
-    (
-        "two blocks",
-        b"depth [m];force [N/m]\n1;2\n2;3\nunloading\n1;1\n0;0\n",
-        "line 4: 1 cell where line 1 has 2; .*'unloading'",
-    ),
-    (
-        "two forces",
-        b"depth [m];force [N/m];force [N/m]\n1;2;3\n2;3;4\n",
-        "2 columns 'force': its line 1 names 3 columns",
-    ),
-    ("no names", b"1;2\n2;3\n", "no column 'depth': it has 2 columns without names"),
-    ("no units", b"depth;force\n1;2\n2;3\n", "column 'depth' has no unit"),
-    ("megametres", b"depth [Mm];force [N/m]\n1;2\n2;3\n", "the unit 'Mm' of the depth"),
-    ("newtons", b"depth [m];force [N]\n1;2\n2;3\n", "the force is in newtons.*--width"),
+D, N = b"depth [m];force [N/m]\n", b"depth [m]\tforce [N/m]\n"
+WRONG = [  # bytes, what is said
+    (b" \r\n", "is empty; give a file with columns of numbers"),
+    (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\1\2\3", "is no text"),
+    (b"depth [m], force [N/m]\nsee the other file\n", "no line has two numbers"),
+    (D + b"1,5;2\n2,5;3;4\n3,5;4\n", "line 3: 3 cells where line 1 has 2; .*'2,5;3;4'"),
+    (b"depth [m],force [N/m]\n1,5,2,5\n2,5,3,5\n", "line 1: 2 cells where line 2 has 4"),
+    (D + b"1\n2;3\n3;4\n", "line 2: 1 cell where line 3 has 2"),
+    (b"no;" + D + b"1;1,5;2.5\n2;2,5;3.5\n", "line 2: '.*' has the mark '.', other cells have"),
+    (D + b"-1,250;2,500\n-2,250;3,500\n", "line 2: '-1,250' may be .* decimals or .*thousands"),
+    (D + b"1.234,5;2,5\n2,5;3,5\n3,5;4,5\n", "line 2: '1.234,5' must be .* the decimal mark ','"),
+    (N + b"1\t2\n2\toverload\n3\t4\n", "line 3: force = 'overload' must be a finite number"),
+    (N + b"1\t2\n2\t\n3\t4\n", "line 3: force = '' must be a finite number"),
+    (N + b"1\t2\n2\t1e999\n3\t4\n", "line 3: force = '1e999' must be a finite number"),
+    (D + b"1;2\n2;3\nunloading\n1;1\n0;0\n", "line 4: 1 cell where line 1 has 2; .*'unloading'"),
+    (D[:-1] + b";force [N/m]\n1;2;3\n2;3;4\n", "2 columns 'force': its line 1 names 3 columns"),
+    (b"1;2\n2;3\n", "no column 'depth': it has 2 columns without names"),
+    (b"depth;force\n1;2\n2;3\n", "column 'depth' has no unit"),
+    (b"depth [Mm];force [N/m]\n1;2\n2;3\n", "the unit 'Mm' of the depth"),
+    (b"depth [m];force [N]\n1;2\n2;3\n", "the force is in newtons.*--width"),
 ]
 
 
@@ -165,7 +116,7 @@ def test_what_instruments_and_spreadsheets_write_is_read(tmp_path, text, encodin
     assert found.force == pytest.approx(FORCE, rel=1e-14, abs=0)
 
 
-@pytest.mark.parametrize(("data", "told"), [c[1:] for c in WRONG], ids=[c[0] for c in WRONG])
+@pytest.mark.parametrize(("data", "told"), WRONG, ids=[told for _, told in WRONG])
 def test_what_is_not_clear_is_refused(tmp_path, data, told):
     path = tmp_path / "curve.csv"
     path.write_bytes(data)
@@ -177,12 +128,10 @@ def test_damaged_files_are_never_read_wrong(tmp_path):
     """A character of the numbers deleted, doubled or replaced: the other rows stay as they are."""
     rng, path = np.random.default_rng(8), tmp_path / "curve.csv"
     depth, force = np.linspace(-2, 2, 9) + 0.25, np.linspace(-1, 3, 9) - 0.125
-    rows = [f"{d:.4f};{p:.4f}".replace(".", ",") for d, p in zip(depth, force, strict=True)]
-    head = "depth [m];force [N/m]\n"
-    text = head + "\n".join(rows) + "\n"
-    refusals = 0
+    whole = [f"{d:.4f};{p:.4f}\n" for d, p in zip(depth, force, strict=True)]
+    text, refusals = D.decode() + "".join(whole).replace(".", ","), 0
     for _ in range(300):
-        at = int(rng.integers(len(head), len(text)))
+        at = int(rng.integers(len(D), len(text)))
         new = ["", text[at] * 2, *"; \t.,x\n"][rng.integers(9)]
         path.write_text(text[:at] + new + text[at + 1 :], "utf-8")
         try:
@@ -190,11 +139,9 @@ def test_damaged_files_are_never_read_wrong(tmp_path):
         except ValueError:
             refusals += 1
             continue
-        same = [
-            abs(found.depth - d).min() < 1e-12 and abs(found.force - p).min() < 1e-12
-            for d, p in zip(depth, force, strict=True)
-        ]
-        assert sum(same) >= 8 - (new == "\n"), text[at - 5 : at + 5]
+        off = np.abs(np.subtract.outer(depth, found.depth)).min(axis=1)
+        off = np.maximum(off, np.abs(np.subtract.outer(force, found.force)).min(axis=1))
+        assert (off < 1e-12).sum() >= 8 - (new == "\n"), text[at - 5 : at + 5]
         assert 9 <= found.depth.size <= 10
     assert 100 < refusals < 300
 
@@ -263,18 +210,13 @@ def test_profiles_are_read_by_the_same_reader(tmp_path, text, given):
     [
         ("-1,25;0,5;3\n2,5;3,5;4\n", {}, "3 columns without names; give a file with two"),
         ("1 2\n2 three\n", {}, "line 2: column 2 = 'three' must be a finite number"),
-        ("0 0\n1 nan\n", {}, "line 2: column 2 = 'nan' must be a finite number"),
-        ("x z\n", {}, "no line has two numbers"),
         ("1 2\n", {}, "at least 2 samples"),
         ("2 0\n1 0\n", {}, r"scan.txt'?: x\[1\] = 1.0 does not exceed"),
-        ("x;z\n0,5;1,25;3\n1,5;2,25;4\n", {}, "line 2: 3 cells|line 1: 2 cells"),
         ("z [m];x [m]\n1;2\n2;3\n", {"columns": (1,)}, "columns = .* must be two"),
         ("x [mm];z [mm]\n1;2\n2;3\n", {"unit": 1e-6}, "unit = 1e-06 contradicts the file's own"),
         ("x [px];z [m]\n1;2\n2;3\n", {}, "the unit 'px' of column 'x' is no length"),
         ("height (inch);way (inch)\n1;2\n2;3\n", {}, "the unit 'inch' .* is no length"),
         ("way\tx\n1\t2\n2\t3\n", {}, "give a file with two columns, x and z, or their names"),
-        ("z\tway\n1\t2\n2\t3\n", {}, "give a file with two columns, x and z, or their names"),
-        ("x;z\n1,5\n2,5\n", {}, "line 1: 1 cell where line 2 has 2"),
         ("1,5,2,5\n2,5,3,5\n", {"columns": (1, 2)}, "the commas may separate columns or decimals"),
         ("# x z\n1 2 3\n4 5\n5 6\n", {}, "line 2: 3 cells where line 3 has 2"),
     ],

@@ -20,6 +20,7 @@ from energy import (
     SurfaceEnergies,
     Wedge,
 )
+from energy.description import described
 from studies.scenes import run as study
 from studies.scenes.file import load
 from studies.shared.table import read
@@ -32,41 +33,29 @@ def written(tmp_path):
     return writer(tmp_path / "tiny.toml")
 
 
-COLUMNS = ("depth", "half_width", "force", "energy", "contact_angle")
-
-
 def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
     out, path = tmp_path / "new" / "folder", written()
     assert study.main([str(path), "--out", str(out)]) == 0
     text, rows = (out / "tiny.csv").read_text("utf-8"), read(out / "tiny.csv")
-    header = [line[2:] for line in text.splitlines() if line.startswith("# ")]
-    assert len(rows) == 3
     for row, depth in zip(rows, (2e-6, 0.0, -4e-5), strict=True):
         state = minimise(by_hand(Parabola(0.017)), depth, rtol=1e-6)
         assert row.pop("label") == state.label
-        wanted = {name: getattr(state, name) for name in COLUMNS[:5]}
-        wanted |= {f"error_{name}": state.uncertainty[name] for name in COLUMNS[1:4]}
+        names = ("depth", "half_width", "force", "energy", "contact_angle")
+        wanted = {name: getattr(state, name) for name in names}
+        wanted |= {f"error_{name}": state.uncertainty[name] for name in names[1:4]}
         assert list(row) == list(wanted)
         for name, value in wanted.items():
             assert float(row[name]) == value or (math.isnan(value) and row[name] == "nan"), name
     assert [float(row["half_width"]) > 0 for row in rows] == [True, True, False]
-    assert "title: A test" in header
-    assert header[0] == f"command: python -m studies run {path} --out {out}"
+    assert text.startswith(f"# command: python -m studies run {path} --out {out}\n")
     scene = ("ElasticLayer(E=2000.0, nu=0.31, h=6e-05)", "Parabola(R=0.017)", "'rtol': 1e-06")
-    for part in (*scene, "nowhere", "force in N/m", "force > 0 compressive"):
-        assert any(part in line for line in header), part
+    for part in (*scene, "title: A test", "nowhere", "force in N/m", "force > 0 compressive"):
+        assert part in text, part
     assert (out / "tiny.png").stat().st_size > 10_000
     said = capsys.readouterr().out
     assert said.count("global, adhered branch") == 1 and said.count("  global") == 2
-    assert "violated: h/a" in said
     assert "all assumptions hold in 0 of 2 states in contact" in said
-    assert "validity     h/a" in said
-
-
-def test_one_depth_is_told_in_full(written, tmp_path, capsys):
-    path = written((DEPTH, "depth = 2e-6"))
-    assert study.main([str(path), "--out", str(tmp_path)]) == 0
-    assert str(minimise(by_hand(Parabola(0.017)), 2e-6, rtol=1e-6)) in capsys.readouterr().out
+    assert "validity     h/a" in said and "violated: h/a" in said
 
 
 def test_options_reach_the_minimiser(written):
@@ -89,33 +78,6 @@ def test_the_worst_state_and_the_violations_are_those_in_contact(written):
     assert widest["h/a"] == 60e-6 / record.states[1].half_width
 
 
-@pytest.fixture(scope="module")
-def drawn():
-    """Axes of the figure of a scene at some depths."""
-
-    def draw(indenter, depths):
-        given = load(SHIPPED[0])
-        film, surfaces = ElasticLayer(400.0, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 1e-4)
-        scene = replace(by_hand(indenter), layer=film, surfaces=surfaces)
-        given = replace(given, scene=scene, depths=np.array(depths), options={}, title="drawn")
-        figure = study.plot(study.run(given))
-        figure.draw_without_rendering()
-        return figure
-
-    return draw
-
-
-def test_the_figure_of_several_depths(drawn):
-    figure = drawn(Parabola(0.017), [2e-6, 0.0, -4e-5])
-    force, width, whole, _ = figure.axes
-    assert force.get_ylabel() == "force P in mN/m"
-    assert width.get_ylabel() == "half-width a in µm"
-    assert force.get_xlabel() == "depth d in µm"
-    assert [text.get_text() for text in force.get_legend().get_texts()][-1] == "detached"
-    assert whole.get_title().startswith("surface at d = 0 m, last in contact")
-    assert "h/a up to" in figure.get_supxlabel()
-
-
 @pytest.mark.parametrize(
     ("indenter", "depths"),
     [
@@ -127,11 +89,14 @@ def test_the_figure_of_several_depths(drawn):
         (Wedge(0.01).shifted(2e-4), [1e-6]),
     ],
 )
-def test_contacts_without_lines_or_width_are_drawn(drawn, indenter, depths):
-    figure = drawn(indenter, depths)
+def test_contacts_without_lines_or_width_are_drawn(indenter, depths):
+    film, surfaces = ElasticLayer(400.0, 0.31, 60e-6), SurfaceEnergies.from_work(0.05, 1e-4)
+    scene = replace(by_hand(indenter), layer=film, surfaces=surfaces)
+    given = replace(load(SHIPPED[0]), scene=scene, depths=np.array(depths), options={}, title="a")
+    figure = study.plot(study.run(given))
+    figure.draw_without_rendering()
     surface = figure.axes[-2]
     bottom, top = surface.get_ylim()
-    assert bottom > top
     lowest = surface.collections[1].get_paths()[0].vertices[:, 1].max()  # the indenter is in sight
     assert top < lowest < bottom
 
@@ -139,75 +104,48 @@ def test_contacts_without_lines_or_width_are_drawn(drawn, indenter, depths):
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_shipped_scenes_give_certified_states(path):
     given = load(path)
-    assert given.source
-    assert given.title != path.stem
+    assert given.source and given.title != path.stem
     depths = given.depths[:: max(1, given.depths.size // 8)]
     record = study.run(replace(given, depths=depths))
     assert record.attached
     for state in record.states:
-        assert state.certificate.ok
-        assert max(state.error_estimate.values()) <= 1e-8
-    honest = "VIOLATED" in path.read_text("utf-8")
-    assert honest == bool(record.violated)
+        assert state.certificate.ok and max(state.error_estimate.values()) <= 1e-8
+    assert ("VIOLATED" in path.read_text("utf-8")) == bool(record.violated)
 
 
-def test_there_are_scenes_of_four_kinds():
-    shapes = {type(load(path).scene.indenter) for path in SHIPPED}
-    assert len(SHIPPED) >= 4
-    assert shapes >= {Parabola, Wedge, FlatPunch}
+SAMPLES = "x = [-1e-3, 0, 2e-3]\nz = [1e-6, 0, 3e-6]"
+SMOOTH = Sampled([-1e-3, 0, 2e-3], [1e-6, 0, 3e-6], kind="smooth")
+TILTED = Parabola(2.0).tilted(1e-3).shifted(3e-4)
 
 
-ANGLE = 'shape = "wedge"\ndelta = '
-
-
-def test_a_loaded_scene_equals_one_built_by_hand(written):
-    given = load(written())
-    assert given.scene == by_hand(Parabola(0.017))
+@pytest.mark.parametrize(
+    ("text", "indenter"),
+    [
+        (INDENTER, Parabola(0.017)),
+        ('shape = "plane"', Plane()),
+        ('shape = "flat_punch"\nhalf_width = 3e-4', FlatPunch(3e-4)),
+        ('shape = "wedge"\ndelta = 0.02', Wedge(0.02)),
+        ('shape = "wedge"\ndelta_degrees = 9', Wedge(math.pi / 20)),
+        ('shape = "power_law"\nc = 7.0\nn = 3', PowerLaw(7.0, 3.0)),
+        ('shape = "parabola"\nR = 2\nshifted = 3e-4\ntilted = 1e-3', TILTED),
+        ('shape = "circle"\nR = 2', Circle(2.0)),
+        (f'shape = "sampled"\n{SAMPLES}', Sampled([-1e-3, 0, 2e-3], [1e-6, 0, 3e-6])),
+        (f'shape = "sampled"\nkind = "smooth"\n{SAMPLES}', SMOOTH),
+    ],
+)
+def test_every_shape_reaches_the_scene(written, text, indenter):
+    given = load(written((INDENTER, text)))
+    assert described(given.scene) == described(by_hand(indenter))
     assert given.depths.tolist() == [2e-6, 0.0, -4e-5]
     assert (given.title, given.source, given.options) == ("A test", "nowhere", {"rtol": 1e-6})
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "scene"),
-    [
-        (INDENTER, 'shape = "plane"', by_hand(Plane())),
-        (INDENTER, 'shape = "flat_punch"\nhalf_width = 3e-4', by_hand(FlatPunch(3e-4))),
-        (INDENTER, 'shape = "wedge"\ndelta = 0.02', by_hand(Wedge(0.02))),
-        (INDENTER, 'shape = "wedge"\ndelta_degrees = 9', by_hand(Wedge(math.pi / 20))),
-        (INDENTER, 'shape = "parabola"\nR = 2', by_hand(Parabola(2.0))),
-        (INDENTER, 'shape = "power_law"\nc = 7.0\nn = 3', by_hand(PowerLaw(7.0, 3.0))),
-        (
-            INDENTER,
-            'shape = "parabola"\nR = 2\nshifted = 3e-4\ntilted = 1e-3',
-            by_hand(Parabola(2.0).tilted(1e-3).shifted(3e-4)),
-        ),
-        (INDENTER, 'shape = "circle"\nR = 2', by_hand(Circle(2.0))),
-        ("rtol = 1e-6", 'slopes = "finite"', by_hand(Parabola(0.017), slopes="finite")),
-        (
-            "rtol = 1e-6",
-            'geometry = "axisymmetric"',
-            by_hand(Parabola(0.017), geometry="axisymmetric"),
-        ),
-    ],
-)
-def test_every_shape_and_option_reaches_the_scene(written, old, new, scene):
-    given = load(written((old, new)))
-    assert given.scene == scene
-    assert given.options == ({} if old == "rtol = 1e-6" else {"rtol": 1e-6})
-
-
-@pytest.mark.parametrize(("line", "kind"), [("", "linear"), ('kind = "smooth"', "smooth")])
-def test_a_sampled_profile_keeps_its_samples(written, line, kind):
-    text = f'shape = "sampled"\nx = [-1e-3, 0, 2e-3]\nz = [1e-6, 0, 3e-6]\n{line}'
-    loaded = load(written((INDENTER, text))).scene.indenter
-    assert isinstance(loaded, Sampled)
-    assert loaded.kind == kind
-    assert (loaded.x.tolist(), loaded.z.tolist()) == ([-1e-3, 0, 2e-3], [1e-6, 0, 3e-6])
-
-
-def test_work_of_adhesion_in_place_of_two_energies(written):
-    scene = load(written((SURFACES, "w = 4e-4"))).scene
-    assert scene.surfaces == SurfaceEnergies.from_work(0.05, 4e-4)
+@pytest.mark.parametrize("option", [{"slopes": "finite"}, {"geometry": "axisymmetric"}])
+def test_options_and_the_work_of_adhesion_reach_the_scene(written, option):
+    ((name, value),) = option.items()
+    given = load(written(("rtol = 1e-6", f'{name} = "{value}"'), (SURFACES, "w = 4e-4")))
+    wanted = replace(by_hand(Parabola(0.017)), surfaces=SurfaceEnergies.from_work(0.05, 4e-4))
+    assert (given.scene, given.options) == (replace(wanted, **option), {})
 
 
 @pytest.mark.parametrize(
@@ -236,19 +174,17 @@ PARABOLA = "shape, R, shifted, tilted"
 WEDGE = "shape, delta, delta_degrees, shifted, tilted"
 OPTIONS = "slopes, geometry, method, branch, spacing, rtol"
 SHAPE = "indenter.shape = "
+ANGLE = 'shape = "wedge"\ndelta'
 SAMPLED = 'shape = "sampled"\nx = [0, 1]\nz = [0, 1]\nkind = '
 
 
 BAD = [  # replaced, by, what is told, which keys are called known
     ("h = 60e-6", "h = 60e-6\nk = 3", "layer.k = 3 is unknown", LAYER),
     ("title", "titel", "titel = 'A test' is unknown", TOP),
-    ("[options]", "[option]", "option = {'rtol': 1e-06} is unknown", TOP),
     ("rtol", "tol", "options.tol = 1e-06 is unknown", OPTIONS),
     ("R = 0.017", "R = 0.017\ndelta = 1", "indenter.delta = 1 is unknown", PARABOLA),
     ("h = 60e-6", "h = 60e-6\ndepth = 1", "layer.depth = 1 is unknown here: write it above", LAYER),
-    ("nu = 0.31\n", "", "layer.nu is missing", LAYER),
     ("gamma2 = 0.03\n", "", "surfaces.gamma2 is missing", ENERGIES),
-    ("R = 0.017", "", "indenter.R is missing", PARABOLA),
     ('shape = "parabola"\n', "", "indenter.shape is missing", ""),
     (DEPTH, "", "depth is missing", TOP),
     (f"[indenter]\n{INDENTER}", "", "indenter is missing", TOP),
@@ -256,35 +192,33 @@ BAD = [  # replaced, by, what is told, which keys are called known
     (INDENTER, 'shape = "wedge"', "indenter.delta is missing", WEDGE),
     ("h = 60e-6", 'h = "1 mm"', "layer.h = '1 mm' must be a number in SI units", LAYER),
     ("E = 2e3", "E = true", "layer.E = True must be a number", LAYER),
-    ("R = 0.017", "R = true", "indenter.R = True must be a number", PARABOLA),
-    ("E = 2e3", "E = [2e3]", "layer.E = [2000.0] must be a number", LAYER),
-    ("E = 2e3", "E = 2000-01-01", "layer.E = datetime.date(2000, 1, 1) must be a number", LAYER),
     ("E = 2e3", "E = nan", "layer.E = nan must be finite", LAYER),
-    ("E = 2e3", "E = 1" + 400 * "0", "00 must be finite", LAYER),
     ('title = "A test"', "title = 7", "title = 7 must be a text in quotes", TOP),
-    ('"parabola"', "2", f"{SHAPE}2 must be a text in quotes", ""),
     ("[options]\nrtol = 1e-6", "[[options]]", "options = [{}] must be a table", OPTIONS),
     ('"parabola"', '"ball"', f"{SHAPE}'ball' is unknown; known shapes: plane, flat", ""),
-    (
-        "rtol = 1e-6",
-        'geometry = "axi"',
-        "geometry = 'axi' is unknown; choose one of 'line', 'axis",
-        "",
-    ),
+    ("rtol = 1e-6", 'geometry = "axi"', "geometry = 'axi' is unknown; choose one of 'line', ", ""),
     ("rtol = 1e-6", 'slopes = "big"', "slopes = 'big' is unknown; choose one of 'small', 'fin", ""),
     (INDENTER, SAMPLED + '"cubic"', "indenter.kind = 'cubic' is unknown; choose one of", ""),
     (SURFACES, "gamma2 = 1\nw = 1", "surfaces.gamma2 = 1 contradicts w", ENERGIES),
-    (INDENTER, f"{ANGLE}0.1\ndelta_degrees = 1", "indenter.delta_degrees stands beside", WEDGE),
-    (INDENTER, f"{ANGLE[:-3]}_degrees = 90", "indenter.delta_degrees = 90 is outside", WEDGE),
-    (INDENTER, f"{ANGLE}2", "indenter.delta = 2.0 is outside (0, π/2)", ""),
+    (
+        INDENTER,
+        'shape = "wedge"\ndelta = 0.1\ndelta_degrees = 1',
+        "indenter.delta_degrees stands beside",
+        WEDGE,
+    ),
+    (
+        INDENTER,
+        'shape = "wedge"\ndelta_degrees = 90',
+        "indenter.delta_degrees = 90 is outside",
+        WEDGE,
+    ),
+    (INDENTER, 'shape = "wedge"\ndelta = 2', "indenter.delta = 2.0 is outside (0, π/2)", ""),
     (DEPTH, 'depth = [0, "1"]', "depth[1] = '1' must be a number", TOP),
-    (DEPTH, "depth = [inf]", "depth[0] = inf must be finite", TOP),
     (DEPTH, "depth = []", "depth = [] must be a list of at least one number", TOP),
     (DEPTH, 'depth = "deep"', "depth = 'deep' must be a number", TOP),
     (DEPTH, "depth = {from = 1, to = 0, steps = 1}", "depth.steps = 1 must be a whole", STEPS),
     (DEPTH, "depth = {from = 1, to = 0, steps = 2.5}", "depth.steps = 2.5 must be a whole", STEPS),
     ("h = 60e-6", "h = 0", "layer.h = 0.0 must be positive", ""),
-    ("nu = 0.31", "nu = 0.5", "layer.nu = 0.5 is outside (-1, 0.5)", ""),
     ("gamma12 = 0.0791", "gamma12 = 1", "surfaces.gamma12 = 1.0 exceeds gamma1 + gamma2", ""),
     ("R = 0.017", "R = -1", "indenter.R = -1.0 must be positive", ""),
     ("E = 2e3", "E = ", "cannot be read as TOML: Invalid value (at line 7", ""),
@@ -297,8 +231,7 @@ def test_a_bad_file_is_refused_by_file_key_and_known_keys(written, old, new, tol
     with pytest.raises(ValueError, match="tiny") as caught:
         load(path)
     message = str(caught.value)
-    assert message.startswith(f"{path}: ")
-    assert message.count(str(path)) == 1
+    assert message.startswith(f"{path}: ") and message.count(str(path)) == 1
     assert told in message
     assert message.endswith(f"; known keys: {known}") if known else "known keys: E" not in message
 

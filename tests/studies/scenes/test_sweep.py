@@ -18,34 +18,27 @@ from scenes import PLACES
 from discretization import minimise
 from studies.scenes import run as run_study
 from studies.scenes.file import built, read
-from studies.scenes.grid import Axis, SolvedScene, axes, placed
+from studies.scenes.grid import SolvedScene, axes, placed
 from studies.scenes.sweep import figure as sweep_figure
 from studies.scenes.sweep import study
-from studies.scenes.sweep.batches import SECONDS, Batch, BatchClock
-from studies.scenes.sweep.store import Store
-from studies.scenes.sweep.study import Grid, sweep
+from studies.scenes.sweep.study import sweep
 from studies.shared import table
 
 AXES = {"x": [1.0, 2.0, 0.1], "y": [3.0, 1e-17, 7.0, -2.0]}
 
 
-def test_points_are_numbered_with_the_last_axis_fastest():
-    grid = Grid((Axis("a", (1.0, 2.0)), Axis("b", (5.0, 6.0, 7.0))))
-    pairs = [tuple(grid.point(i).values()) for i in range(len(grid))]
-    assert pairs == [(1.0, 5.0), (1.0, 6.0), (1.0, 7.0), (2.0, 5.0), (2.0, 6.0), (2.0, 7.0)]
-
-
 def test_a_sweep_finds_each_point_and_keeps_its_failure(tmp_path):
+    """The last axis is the fastest."""
     seen = []
     record = sweep(cheap, AXES, tmp_path / "a.jsonl", jobs=1, show=seen.append)
     assert [result["at"] for result in record.results] == list(range(12))
-    assert record.failed == 1
-    assert record.results[4]["error"] == "ValueError: no state here"
-    wanted = [cheap(record.grid.point(i))["sum"] for i in range(12) if i != 4]
+    assert record.failed == 1 and record.results[4]["error"] == "ValueError: no state here"
+    points = [{"x": x, "y": y} for x in AXES["x"] for y in AXES["y"]]
+    assert [record.grid.point(i) for i in range(12)] == points
+    wanted = [cheap(point)["sum"] for point in points if point != points[4]]
     assert np.delete(record.column("sum"), 4).tolist() == wanted  # to the last bit
     assert np.isnan(record.column("none")).all() and np.isnan(record.column("sum")[4])
     assert (seen[-1].done, seen[-1].total, seen[-1].failed) == (12, 12, 1)
-    assert str(seen[-1]) == "12 of 12 points, 1 failed"
 
 
 @pytest.mark.slow
@@ -99,12 +92,13 @@ def test_another_sweep_and_unusable_arguments_are_refused(tmp_path):
     assert not (tmp_path / "b").exists()
 
 
-KILLED = """
+MANY = {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}
+KILLED = f"""
 if __name__ == "__main__":
     import sys
     from studies.scenes.sweep.study import sweep
     from scene_files import held
-    sweep(held, {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}, sys.argv[1], jobs=2)
+    sweep(held, {MANY}, sys.argv[1], jobs=2)
 """
 
 
@@ -113,61 +107,33 @@ def test_a_sweep_killed_several_times_loses_nothing_and_leaves_no_process(tmp_pa
     """Each time it stops after 26 lines more, in the midst of its points, until it is killed."""
     script, path, seen = tmp_path / "killed.py", tmp_path / "a.jsonl", [0]
     script.write_text(KILLED)
-    while True:
+
+    def kept():
+        return path.read_text("utf-8").splitlines() if path.exists() else []
+
+    ended = False
+    while not ended:
         count = seen[-1] + 26
-        given = {"HELD_BY": str(path), "HELD_FROM": str(count)}
-        given["PYTHONPATH"] = PLACES
+        given = {"HELD_BY": str(path), "HELD_FROM": str(count), "PYTHONPATH": PLACES}
         child = subprocess.Popen(
             [sys.executable, script, path], start_new_session=True, env=os.environ | given
         )
         while child.poll() is None:
-            if path.exists() and path.read_text("utf-8").count("\n") >= count:
+            if len(kept()) >= count:
                 child.send_signal(signal.SIGKILL)
             time.sleep(0.01)
         assert child.wait() in (0, -signal.SIGKILL)
         assert gone(child.pid)
-        assert len(path.read_text("utf-8").splitlines()) > seen[-1]
-        seen.append(len(path.read_text("utf-8").splitlines()))
-        if child.returncode == 0:
-            break
+        assert len(kept()) > seen[-1]
+        seen.append(len(kept()))
+        ended = child.returncode == 0
     assert len(seen) >= 4  # it was killed at least twice
-    record = sweep(
-        cheap,
-        {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]},
-        path,
-        jobs=1,
-        identity="scene_files.held",
-    )
-    written = [line["at"] for line in map(json.loads, filter(None, lines_of(path)))]
-    assert sorted(written) == list(range(80))  # each point once: nothing lost, none twice
+    record = sweep(cheap, MANY, path, jobs=1, identity="scene_files.held")
+    whole = [json.loads(line)["at"] for line in kept()[1:] if line.endswith("}")]
+    assert sorted(whole) == list(range(80))  # each point once: nothing lost, none twice
     assert record.failed == 1
-    for i in range(80):
-        if i != 10:
-            assert record.results[i]["found"]["sum"] == cheap(record.grid.point(i))["sum"]
-
-
-def lines_of(path):
-    """Whole lines after the first; a line cut by a kill is left out."""
-    return [line for line in path.read_text("utf-8").splitlines()[1:] if line.endswith("}")]
-
-
-def test_a_batch_takes_about_its_time_and_the_last_ones_are_small():
-    clock = BatchClock(0, 10**6, 0, lambda progress: None)
-    assert clock.size(10**6, 2) == 1  # nothing is known yet
-    clock.count(Batch(["{}"], 0, 1e-3))
-    assert clock.size(10**6, 2) == int(SECONDS / 1e-3)
-    assert clock.size(80, 2) == 10
-    assert clock.size(3, 2) == 1
-    for _ in range(20):
-        clock.count(Batch(["{}"] * 10, 0, 10 * 1.0))
-    assert clock.size(10**6, 2) == 1
-
-
-def test_results_are_flushed_as_they_come(tmp_path):
-    store = Store(tmp_path / "a.jsonl", {})
-    with store:
-        store.add(['{"at": 3, "found": {}}'])
-        assert store.results() == {3: {"at": 3, "found": {}}}
+    found = [result["found"]["sum"] for result in record.results if "found" in result]
+    assert found == [cheap(record.grid.point(i))["sum"] for i in range(80) if i != 10]
 
 
 WORKS = 'w = { from = 1e-4, to = 1e-2, steps = 3, spacing = "log" }'
@@ -184,6 +150,12 @@ def scene(written):
     return written()
 
 
+def solved(scene):
+    """What a sweep of this scene file calls, and the axes of its grid."""
+    content = read(scene)
+    return SolvedScene(scene, content), {axis.key: axis.values for axis in axes(scene, content)}
+
+
 @pytest.mark.skipif(
     importlib.util.find_spec("distributed") is None,
     reason="dask.distributed is not installed: pip install elastocap[sweep]",
@@ -192,15 +164,12 @@ def scene(written):
 def test_a_dask_cluster_gives_the_same_numbers(scene, tmp_path):
     from distributed import Client, LocalCluster
 
-    content = read(scene)
-    grid = {axis.key: axis.values for axis in axes(scene, content)}
-    function = SolvedScene(scene, content)
+    function, grid = solved(scene)
     here = sweep(function, grid, tmp_path / "here", jobs=1, identity="scene")
+    local = {"n_workers": 2, "threads_per_worker": 1, "processes": False}
     with (
-        LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
-        ) as c,
-        Client(c) as client,
+        LocalCluster(**local, dashboard_address=None) as cluster,
+        Client(cluster) as client,
         client.get_executor() as executor,
     ):
         there = sweep(function, grid, tmp_path / "d", executor=executor, jobs=2, identity="scene")
@@ -209,11 +178,10 @@ def test_a_dask_cluster_gives_the_same_numbers(scene, tmp_path):
 
 
 def test_lists_and_ranges_are_the_axes_of_a_scene(scene):
-    found = axes(scene, read(scene))
-    assert [axis.key for axis in found] == ["layer.E", "surfaces.w", "depth"]
-    assert found[0].values == (2e3, 4e3)
-    assert found[1].values == pytest.approx((1e-4, 1e-3, 1e-2), rel=1e-14, abs=0)
-    assert found[2].values == (2e-6, 0.0, -4e-5)
+    _, found = solved(scene)
+    assert list(found) == ["layer.E", "surfaces.w", "depth"]
+    assert found["layer.E"] == (2e3, 4e3) and found["depth"] == (2e-6, 0.0, -4e-5)
+    assert found["surfaces.w"] == pytest.approx((1e-4, 1e-3, 1e-2), rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize(
@@ -238,21 +206,15 @@ def test_an_unusable_axis_is_refused_by_file_and_key(written, tmp_path, old, new
 @pytest.mark.slow
 def test_run_sweeps_a_scene_and_writes_what_minimise_says(scene, tmp_path, capsys):
     assert run_study.main([str(scene), "--out", str(tmp_path)]) == 0
-    text, rows = (
-        (tmp_path / "tiny_sweep.csv").read_text("utf-8"),
-        table.read(tmp_path / "tiny_sweep.csv"),
-    )
+    rows, content = table.read(tmp_path / "tiny_sweep.csv"), read(scene)
     assert len(rows) == 18
-    content = read(scene)
     for row in rows:
         point = {key: float(row[key]) for key in ("layer.E", "surfaces.w", "depth")}
-        given = built(scene, placed(content, point))
-        state = minimise(given.scene, point["depth"], rtol=1e-6)
-        assert float(row["force"]) == state.force
-        assert float(row["half_width"]) == state.half_width
+        state = minimise(built(scene, placed(content, point)).scene, point["depth"], rtol=1e-6)
+        assert (float(row["force"]), float(row["half_width"])) == (state.force, state.half_width)
         assert (row["label"], row["error"]) == (state.label, "")
     assert "h/a" in rows[0]["violated"]
-    assert "\n# versions: elastocap" in text
+    assert "\n# versions: elastocap" in (tmp_path / "tiny_sweep.csv").read_text("utf-8")
     assert (tmp_path / "tiny_sweep.png").stat().st_size > 10_000
     assert "18 of 18 points" in capsys.readouterr().err
 
@@ -268,14 +230,11 @@ def test_points_of_a_scene_that_fail_are_told(written, tmp_path, capsys):
 def test_load_paths_are_swept(written, tmp_path):
     steps = "[path]\ndepths = [0, 1e-6, -4e-5]\nsteps = 3\n[options]"
     scene = written((DEPTH, ""), ("[2e3, 4e3]", "2e3"), ("[options]", steps))
-    content = read(scene)
-    (axis,) = axes(scene, content)
-    assert axis.key == "surfaces.w"
-    found = [SolvedScene(scene, content)({"surfaces.w": w}) for w in axis.values]
-    assert [row["events"] for row in found] == ["jump-in; detachment"] * 3
-    pulls = [row["pull_off_force"] for row in found]
-    assert pulls[0] > pulls[1] > pulls[2]
     assert study.main([str(scene), "--out", str(tmp_path), "--jobs", "1"]) == 0
+    rows = table.read(tmp_path / "tiny_sweep.csv")
+    assert [row["events"] for row in rows] == ["jump-in; detachment"] * 3
+    pulls = [float(row["pull_off_force"]) for row in rows]
+    assert pulls[0] > pulls[1] > pulls[2]
 
 
 def test_a_scene_without_a_sweep_is_refused(written, tmp_path):
@@ -284,25 +243,15 @@ def test_a_scene_without_a_sweep_is_refused(written, tmp_path):
         study.main([str(scene), "--out", str(tmp_path)])
 
 
-def drawn(written, tmp_path, *changes):
-    """Force and half-width of a sweep in which some states are detached, and its rows."""
-    scene = written(("[2e3, 4e3]", "2e3"), *changes)
-    content = read(scene)
-    grid = {axis.key: axis.values for axis in axes(scene, content)}
-    record = sweep(SolvedScene(scene, content), grid, tmp_path / "a.jsonl", jobs=1, identity="s")
-    figure = sweep_figure.plot(record, "drawn")
-    columns, rows = study.table(record)
-    return figure.axes, [dict(zip(columns, row, strict=True)) for row in rows]
-
-
-DEPTHS = "depth = [-4e-5, -3e-5, -1e-6, 0.0, 2e-6]"
-
-
 def test_a_map_of_a_sweep_leaves_detached_states_out(written, tmp_path):
     many = 'w = { from = 1e-4, to = 1e-2, steps = 7, spacing = "log" }'
     deep = "depth = { from = -4e-5, to = 2e-6, steps = 7 }"
-    (force, *_), rows = drawn(written, tmp_path, (DEPTH, deep), (WORKS, many))
-    apart = sum(row["label"] == "detached" for row in rows)
+    path = written(("[2e3, 4e3]", "2e3"), (DEPTH, deep), (WORKS, many))
+    function, grid = solved(path)
+    record = sweep(function, grid, tmp_path / "a.jsonl", jobs=1, identity="s")
+    columns, rows = study.table(record)
+    apart = sum(row[columns.index("label")] == "detached" for row in rows)
+    force = sweep_figure.plot(record, "drawn").axes[0]
     (colours,) = force.collections
     assert np.ma.getmaskarray(colours.get_array()).sum() == apart > 0
     assert force.lines[-1].get_xdata().size == apart

@@ -21,11 +21,11 @@ from ..ground import Outside
 from ..totals import NOTHING
 from .depth_paths import Place
 
-LARGEST, SMALLEST = 1 / 12, 1 / 400  # of the depth scale: steps on the way
+LARGEST, SMALLEST = 1 / 8, 1 / 400  # of the depth scale: steps on the way
 CLOSE = 1e-9  # of the depth scale: what happens at once
 KINK = 1e-6  # of the depth scale: where a line leaves a corner, or comes to one
 JUMPED = 1e-4  # of the feature: lines that move farther within that have jumped
-TOP = 1e-8  # of the depth scale: how well a top of C is located
+TOP = 1e-6  # of the depth scale: how well a top of C is located
 SMOOTH = 0.01  # of the feature: how far lines may be from the mean of those beside
 MOST = 20_000
 
@@ -205,27 +205,19 @@ class Reading:
     def _root(self, start, end, height, way):
         """The place between two where C has a value, times way."""
 
-        known = [start]
+        known = {start.depth: start, end.depth: end}
 
         def to(depth):
-            nearest = max(
-                (p for p in known if way * (depth - p.depth) >= 0), key=lambda p: way * p.depth
-            )
-            known.append(self.path.moved(nearest, depth))
-            return known[-1]
+            if depth not in known:
+                before = [d for d in known if way * (depth - d) >= 0]
+                known[depth] = self.path.moved(known[max(before, key=lambda d: way * d)], depth)
+            return known[depth]
 
         if way * self.reached(start) >= height:
             return start
-        xtol = 1e-14 * self.scale + 1e-16 * abs(end.depth)
-        return to(
-            brentq(
-                lambda d: way * self.reached(to(d)) - height,
-                start.depth,
-                end.depth,
-                xtol=xtol,
-                rtol=1e-15,
-            )
-        )
+        xtol = 1e-11 * self.scale + 1e-16 * abs(end.depth)
+        off = lambda d: way * self.reached(to(d)) - height  # noqa: E731
+        return to(brentq(off, start.depth, end.depth, xtol=xtol, rtol=1e-15))
 
     def _at_once(self, a, b):
         """Whether lines jump between two places."""
@@ -246,11 +238,7 @@ class Reading:
 
         given = {"bounds": ends, "method": "bounded", "options": {"xatol": TOP * self.scale}}
         minimize_scalar(below, **given)
-        return Sample(*max(tried, key=_height))
-
-
-def _height(sample):
-    return sample.height
+        return Sample(*max(tried, key=lambda sample: sample.height))
 
 
 def _apart(lines, others):
@@ -261,46 +249,31 @@ def _apart(lines, others):
 
 
 class Unique(Reading):
-    """Without adhesion: C rises with the depth, and each value has one place."""
+    """Without adhesion: C rises with the depth, each value has one place, and nothing jumps."""
 
     def beyond(self, value, window):
         """Nothing jumps."""
         return []
 
     def go(self, value, guess=None):
-        """To a value, by secants from a guess of the depth."""
+        """To a value: where it is guessed, or by roots."""
         touch, self.value = self.path.touch, value
         self.step += 1
-        if value < self.control.value(touch, 0.0):
+        off = value - self.control.value(touch, 0.0)
+        if off < 0:
             self.place = Place(value if self.control.stiffness else -math.inf)
             return self.place
-        least = self.control.value(1.0, 0.0) + self.control.value(0.0, self.path.stiffness(None))
-        low, high = touch, touch + (value - self.control.value(touch, 0.0)) / least
-        depth = min(max(guess if guess is not None else (low + high) / 2, low), high)
-        trials = [depth, touch] if depth > touch else [touch]
-        return self._solved(value, trials, low, high, CLOSE * least * self.scale)
+        rate = self.control.value(1.0, 0.0) + self.control.value(0.0, self.path.stiffness(None))
 
-    def _solved(self, value, trials, low, high, least):
-        """By secants, enclosed between low and high."""
-        known = []
-        for _ in range(100):
-            depth = trials.pop(0) if trials else _secant(known, low, high)
+        def above(depth):
             self.place = self.path.moved(None, depth)
-            off = self.reached(self.place) - value
-            if abs(off) <= least:
-                return self.place
-            low, high = (depth, high) if off < 0 else (low, depth)
-            known.append((depth, off))
-        raise RuntimeError(f"C does not reach {value!r}")
+            return self.reached(self.place) - value
 
-
-def _secant(known, low, high):
-    """The next trial between two depths."""
-    if len(known) < 2:
-        return (low + high) / 2
-    (x, p), (y, q) = sorted(known, key=lambda pair: abs(pair[1]))[:2]
-    step = y - q * (y - x) / (q - p) if q != p else math.nan
-    return step if low < step < high else (low + high) / 2
+        guess = touch if guess is None or not guess >= touch else guess
+        if abs(above(guess)) > CLOSE * rate * self.scale:
+            high = touch + off / rate * (1 + 1e-9)  # C rises by no less than rate
+            above(brentq(above, touch, high, xtol=CLOSE * self.scale))
+        return self.place
 
 
 def reading_of(path, control, scale, finer=1.0):

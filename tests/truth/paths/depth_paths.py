@@ -12,7 +12,6 @@ import numpy as np
 
 from ..ground import Ground
 from ..obstacle import intervals, obstacle, of_level
-from ..surfaces import surface_of
 from ..totals import NOTHING, state_of
 from ..walk import Walk
 
@@ -140,25 +139,20 @@ class Hanging:
     jumps = False
 
     def __init__(self, scene, feature):
-        self.scene, self.given, self.length = scene, feature, scene.elastocapillary_length
+        self.scene, self.length = scene, scene.elastocapillary_length
         self.feature = min(feature, self.length)
-        self.ground = Ground(scene.indenter, self.feature)
-        self.touch = self.ground.lowest(0.0)[0]
-        self._known = {}
+        self.touch = Ground(scene.indenter, self.feature).lowest(0.0)[0]
+        self._at = functools.cache(lambda depth: obstacle(scene, feature, depth))
 
     def moved(self, place, depth):
         """The place at this depth."""
         if depth < self.touch:
             return Place(depth)
-        if depth not in self._known:
-            self._known[depth] = obstacle(self.scene, self.given, depth)
-        return Place(depth, tuple(self._known[depth].contacts.ravel().tolist()))
+        return Place(depth, tuple(self._at(depth).contacts.ravel().tolist()))
 
     def totals(self, place):
         """Force and energy there."""
-        if not place.lines:
-            return NOTHING
-        return state_of(place.lines, place.depth, self.ground, surface_of(self.scene), self.scene)
+        return self._at(place.depth) if place.lines else NOTHING
 
     def stiffness(self, place):
         """A lower bound of P': the two tails."""
@@ -167,6 +161,5 @@ class Hanging:
 
 def depth_path_of(scene, feature):
     """The depth path of this scene."""
-    if not scene.gamma1:
-        return Independent(scene, feature)
-    return (Adhering if scene.opened.work_of_adhesion else Hanging)(scene, feature)
+    adhering = Adhering if scene.opened.work_of_adhesion else Hanging
+    return (adhering if scene.gamma1 else Independent)(scene, feature)

@@ -6,13 +6,13 @@ spacing, where neither is close to a jump.
 
 import math
 import time
-import warnings
 from typing import NamedTuple
 
 import numpy as np
 
-from discretization import AccuracyWarning, NotCertifiedError, load_path
+from discretization import load_path
 
+from ..compare import Verdict, asked
 from ..ground import Outside
 from .controls import Control, reading_of
 from .depth_paths import depth_path_of
@@ -44,17 +44,6 @@ class Truth(NamedTuple):
     touch: float
 
 
-class PathVerdict(NamedTuple):
-    """right, wrong, refused or skipped; why; the seconds of the path and of the reference."""
-
-    word: str
-    why: str
-    history: object
-    truth: object
-    seconds: float
-    reference_seconds: float
-
-
 def path_verdicts(kind, seed, methods=METHODS):
     """{method: verdict} on a random path, judged by one reference."""
     case, found = path_case(kind, seed), {}
@@ -68,7 +57,7 @@ def path_verdicts(kind, seed, methods=METHODS):
         guesses = next((a[0].depth for a in answers.values() if a[0] is not None), None)
         truth = reference(case, values, guesses)
     except Outside as problem:
-        return {m: PathVerdict("skipped", str(problem), None, None, 0.0, 0.0) for m in methods}
+        return {m: Verdict("skipped", str(problem), None, None, 0.0, 0.0) for m in methods}
     other, surer = time.process_time() - start - sum(a[-1] for a in answers.values()), False
     for method, (history, word, why, seconds) in answers.items():
         nodes = nodes_of(case, method)
@@ -82,7 +71,7 @@ def path_verdicts(kind, seed, methods=METHODS):
                 history, word, why, seconds = answer(case, values, finer * asked)
                 faults = differences(case, history, truth, asked) if word == "right" else []
         word, why = ("wrong", "; ".join(faults)) if faults else (word, why)
-        found[method] = PathVerdict(word, why, history, truth, seconds, other)
+        found[method] = Verdict(word, why, history, truth, seconds, other)
     return found
 
 
@@ -139,19 +128,11 @@ def answer(case, values, nodes):
     given = {"drives": values, "machine_stiffness": case.stiffness}
     if not case.stiffness:
         given = {"forces": values}
-    method = "lattice" if nodes else "fitted"
-    spacing = least_length(case) / nodes if nodes else None
+    if nodes:
+        given |= {"method": "lattice", "spacing": least_length(case) / nodes}
     start = time.process_time()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        try:
-            history, word, why = None, "right", ""
-            history = load_path(case.scene, method=method, spacing=spacing, **given)
-        except (ValueError, NotCertifiedError, AccuracyWarning) as problem:
-            word, why = "refused", f"{type(problem).__name__}: {problem}"
-        except Exception as problem:  # whatever else is not an answer
-            word, why = "wrong", f"{type(problem).__name__}: {problem}"
-    return history, word, why, time.process_time() - start
+    history, word, why = asked(load_path, case.scene, **given)
+    return history, "refused" if word == "warned" else word, why, time.process_time() - start
 
 
 def differences(case, history, truth, nodes):
@@ -248,7 +229,8 @@ def _step(case, history, truth, i, tolerance, nodes):
 
 def _jumps(case, history, truth, end, nodes):
     """What is wrong with the jumps before a step."""
-    largest = max(max(state.energy_scale for state in truth.states), _lost(truth.jumps))
+    lost = [abs(jump.released) for jump in truth.jumps]
+    largest = max([state.energy_scale for state in truth.states] + lost)
     least = largest / nodes if nodes else LOST * largest
     events = [e for e in history.events if e.step < end and not abs(e.energy_released) <= least]
     jumps = [j for j in truth.jumps if j.step < end and j.released > least]
@@ -258,7 +240,10 @@ def _jumps(case, history, truth, end, nodes):
         window = FIRST / nodes * float(np.ptp(truth.values))
         more = _facets(case, jumps, least_length(case) / nodes)
         bound = 3 * FIRST / nodes * largest * (1 + len(jumps)) + more
-        return _sums(events, jumps, bound) or _missed(events, jumps, window)
+        own, other = sum(e.energy_released for e in events), sum(j.released for j in jumps)
+        if abs(own - other) > bound:  # of all, as one that is just lost may be two
+            return [f"jumps release {own:.6g} instead of {other:.6g}"]
+        return list(_missed(events, jumps, window))
     if len(events) != len(jumps):
         return [f"{len(events)} jumps instead of {len(jumps)}"]
     faults = []
@@ -274,24 +259,10 @@ def _jumps(case, history, truth, end, nodes):
     return faults[:3]
 
 
-def _lost(jumps):
-    return max((abs(jump.released) for jump in jumps), default=0.0)
-
-
-def _sums(events, jumps, bound):
-    """On nodes: the energy lost in all jumps, as one that is just lost may be two."""
-    own, other = sum(e.energy_released for e in events), sum(j.released for j in jumps)
-    if abs(own - other) <= bound:
-        return []
-    return [f"jumps release {own:.6g} instead of {other:.6g}"]
-
-
 def _missed(events, jumps, window):
     """On nodes: jumps that lose much, at a value where there is none."""
     largest = max((jump.released for jump in jumps), default=0.0)
-    faults = []
     for jump in jumps:
         off = min((abs(event.control - jump.value) for event in events), default=math.inf)
         if jump.released > largest / 3 and off > window:
-            faults.append(f"no jump within {window:.3g} of {jump.value:.6g}: off by {off:.3g}")
-    return faults
+            yield f"no jump within {window:.3g} of {jump.value:.6g}: off by {off:.3g}"

@@ -5,11 +5,12 @@ are drawn as in scenes.py; a programme goes up, down, up again and down until th
 """
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from energy import ElasticLayer, Patches, Sampled, Scene, SurfaceEnergies
+from energy import ElasticLayer, Patches, Scene, SurfaceEnergies
 
 from .. import scenes
 from ..scenes import HIGH, Shape, built
@@ -41,13 +42,7 @@ class PathCase(NamedTuple):
 def parabola(rng):
     """One tip, off the origin."""
     R, shift = 10 ** rng.uniform(-0.5, 1.3), rng.uniform(-1, 1)
-    return Shape(
-        lambda x: (np.asarray(x, float) - shift) ** 2 / (2 * R),
-        lambda x: (np.asarray(x, float) - shift) / R,
-        abs(shift) + math.sqrt(2 * R * HIGH),
-        (),
-        1.0,
-    )
+    return scenes.tip(R, shift, abs(shift) + math.sqrt(2 * R * HIGH), 1.0)
 
 
 def tips(rng):
@@ -57,20 +52,23 @@ def tips(rng):
     at = np.cumsum(rng.uniform(1.0, 5.0, n))
     at -= at.mean()
     top = rng.uniform(0, 1.5, n)
-    corners = _corners(R, at, top)
+    reach = float((np.abs(at) + np.sqrt(2 * R * (HIGH + 2))).max())
+    height, slope, corners = envelope(R, at, top)
+    return Shape(height, slope, reach, corners, 1.0)
 
-    def height(x):
-        x = np.asarray(x, float)
-        return np.min([(x - a) ** 2 / (2 * r) + t for a, r, t in zip(at, R, top, strict=True)], 0)
+
+def envelope(R, at, top):
+    """Height, slope and corners of the lowest of parabolas of these radii, places and heights."""
+    R, at, top = np.broadcast_arrays(R, np.asarray(at, float), top)
+
+    def every(x):
+        return (np.asarray(x, float)[..., None] - at) ** 2 / (2 * R) + top
 
     def slope(x):
-        x = np.asarray(x, float)
-        every = [(x - a) ** 2 / (2 * r) + t for a, r, t in zip(at, R, top, strict=True)]
-        own = np.argmin(every, axis=0)
-        return (x - at[own]) / R[own]
+        own = every(x).argmin(axis=-1)
+        return (np.asarray(x, float) - at[own]) / R[own]
 
-    reach = float((np.abs(at) + np.sqrt(2 * R * (HIGH + 2))).max())
-    return Shape(height, slope, reach, corners, 1.0)
+    return lambda x: every(x).min(axis=-1), slope, _corners(R, at, top)
 
 
 def _corners(R, at, top):
@@ -124,30 +122,22 @@ def path_case(kind, seed):
     w = gamma1 * alpha**2 / 2
     draw = SHAPES[rng.integers(len(SHAPES))]
     shape = draw(rng)
-    indenter = _indenter(draw, shape, length, scale)
-    tension = 0.0 if what == "no_tension" else gamma1
-    scene = Scene(
-        layer,
-        SurfaceEnergies.from_work(tension, 0.0 if what == "no_adhesion" else w),
-        indenter,
-        opening=SurfaceEnergies.from_work(gamma1, w * 10 ** rng.uniform(0.02, 0.7))
-        if what == "opening"
-        else None,
-        pattern=_patches(rng, length) if what == "pattern" else None,
-    )
+    indenter = built(shape, length, scale)
+    if draw is polygon:
+        indenter = replace(indenter, kind="linear")
+    surfaces = SurfaceEnergies.from_work
+    tension, held = gamma1 * (what != "no_tension"), w * (what != "no_adhesion")
+    scene = Scene(layer, surfaces(tension, held), indenter)
+    if what == "opening":
+        scene = replace(scene, opening=surfaces(gamma1, w * 10 ** rng.uniform(0.02, 0.7)))
+    if what == "pattern":
+        scene = replace(scene, pattern=_patches(rng, length))
     K = k * length * 10 ** (rng.uniform(-1.5, 2) if rng.random() < 0.75 else rng.uniform(2, 8))
     return PathCase(
         kind, draw.__name__, scene, shape.feature * length, scale, length,
         float(K) if hold == "machine" else 0.0, float(rng.uniform(0.1, 2.5)),
         float(rng.uniform(0.1, 0.9)), float(rng.uniform(0.1, 1.2)),
     )  # fmt: skip
-
-
-def _indenter(draw, shape, length, scale):
-    if draw is polygon:
-        x, z = shape.samples
-        return Sampled(x * length, z * scale)
-    return built(shape, length, scale)
 
 
 def _patches(rng, length):
