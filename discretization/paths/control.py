@@ -102,7 +102,10 @@ class Curve(NamedTuple):
         """t of the peak at an inner sample, to rounding."""
         (low, high), found = self._around(i, side), False
         ends = np.array([t for t in (low, high) if t in (0.0, 1.0)])
+        top = float(self.t[i])
         for _ in range(_ZOOMS):
+            if not low < high:  # nothing is left between
+                break
             t, value, series = _drawn(self.leg, self.control, low, high)
             turns = _turns(series)
             known = _represents(series, _RESOLVED) and turns.size > 0

@@ -33,7 +33,7 @@ FIRST = 0.3  # times spacing/length: jumps on nodes, and lines at corners and ed
 class Truth(NamedTuple):
     """The programme (n,), the depth and state at each value, the jumps, and first touch.
 
-    turns: (step, value) of jumps just beyond the values at which the programme turns.
+    turns: (step, value) of jumps just beyond the values at which the programme turns, or ends.
     """
 
     values: np.ndarray
@@ -93,7 +93,7 @@ def reference(case, values, guesses=None, finer=1.0):
     for i, (value, guess) in enumerate(zip(values, guesses.tolist(), strict=True)):
         places.append(reading.go(float(value), guess))
         last = i == len(values) - 1
-        if i and not last and (values[i + 1] - value) * (value - values[i - 1]) < 0:
+        if i and (last or (values[i + 1] - value) * (value - values[i - 1]) < 0):
             on = math.copysign(window, value - values[i - 1])
             turns += [(i, at) for at in reading.beyond(value, on)]
     states = [reading.state(place) for place in places]
@@ -156,7 +156,7 @@ def differences(case, history, truth, nodes):
 
 
 def _unsure(truth, window):
-    """The first step after a turn of the programme so close to a jump that it may have happened."""
+    """The first step, where the programme turns or ends, so close to a jump that it may happen."""
     values, end = truth.values, len(truth.values)
     for i, beyond in truth.turns:
         if abs(beyond - values[i]) <= window:
