@@ -101,7 +101,7 @@ def reference(case, values, guesses=None, finer=1.0):
 
 
 def least_length(case):
-    """The shortest of l, what the profile varies on, and the width of a contact at a sharp tip.
+    """The shortest of l, what the profile or a pattern varies on, and a contact at a sharp tip.
 
     A line at a tip of radius R recedes from a to 0 while the depth changes by a l/R: by the depth
     scale for a = R/l of that.
@@ -112,7 +112,10 @@ def least_length(case):
     rise = np.asarray(indenter.slope(middle + near)) - np.asarray(indenter.slope(middle - near))
     sharp = float((rise[near > 0] / (2 * near[near > 0])).max())
     wide = case.scale / (case.length * sharp) if sharp > 0 else math.inf
-    return min(case.length, case.feature, wide)
+    pattern = case.scene.pattern
+    marks = np.union1d(indenter.corners, () if pattern is None else pattern.edges)
+    narrow = math.inf if pattern is None else float(np.diff(marks).min(initial=math.inf))
+    return min(case.length, case.feature, wide, narrow)
 
 
 def resolved(case, nodes):
