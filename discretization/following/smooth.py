@@ -92,7 +92,7 @@ class Smooth:
             depths = np.concatenate([way_of(cut[0], cut[-1], 2) for cut in depths[rough]])
             guess = np.concatenate([first[:, None], piece.drawn(depths, way)], axis=1)
             x, good, _ = self.followed(first, np.append(start, depths), way, guess)
-            smooth[own[~good]] = False
+            smooth[own[~good]], x[~good] = False, first[~good, None]
             depths = depths.reshape(-1, DEGREE + 1)
             lines = x[:, 1:].reshape(len(own), *depths.shape, 2)
         depths = np.concatenate([cuts for cuts, _ in known])

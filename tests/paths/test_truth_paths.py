@@ -25,6 +25,7 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_pattern", 152),  # a surface that has touched a little before its line came free
     ("machine_opening", 217),
     ("load_opening", 146),  # a jump so short that the reference steps over it at first
+    ("load_pattern", 31),  # a contact as wide as the rounding of its tip
     ("load_pattern", 23),  # a line that jumps over an edge, by little
     ("load_no_adhesion", 24),  # pulled by rounding at first touch
     ("machine_no_adhesion", 62),  # a narrow gap over a smooth crest, which is felt by its rounding
