@@ -73,15 +73,22 @@ class Condensed(NamedTuple):
         return self.stiffness * (depth - self.f) + self.force
 
 
-def points(a: float, shortest: float, breaks: tuple[float, ...] = ()) -> Points:
-    """Panels that are halved towards the line until they resolve the shortest length there."""
+def points_apart(a: float, shortest: float, breaks: tuple[float, ...] = ()) -> Array:
+    """Distances from the line of the ends of panels, from a to 0.
+
+    Panels are halved towards the line until they resolve the shortest length there.
+    """
     halvings = max(0, math.ceil(math.log2(max(a / (_NEAREST * shortest), 1.0))))
-    beside = np.append(a * 0.5 ** np.arange(halvings + 1), 0.0)
     inner = [a - x for x in breaks if 0 < x < a]
-    beside = np.unique(np.append(beside, inner))[::-1]
-    middle, half = (beside[:-1] + beside[1:]) / 2, (beside[:-1] - beside[1:]) / 2
-    away = (middle[:, None] - half[:, None] * _POINTS).ravel()
-    return Points(a - away, (half[:, None] * _WEIGHTS).ravel(), away)
+    return np.unique([*a * 0.5 ** np.arange(halvings + 1), 0.0, *inner])[::-1]
+
+
+def points(a: float, shortest: float, breaks: tuple[float, ...] = ()) -> Points:
+    """Gauss points on these panels."""
+    ends = points_apart(a, shortest, breaks)
+    middle, half = (ends[:-1] + ends[1:]) / 2, (ends[:-1] - ends[1:]) / 2
+    beside = (middle[:, None] - half[:, None] * _POINTS).ravel()
+    return Points(a - beside, (half[:, None] * _WEIGHTS).ravel(), beside)
 
 
 def condensed(
