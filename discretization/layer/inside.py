@@ -26,7 +26,7 @@ _DEGREE = 12
 
 
 class Fields(NamedTuple):
-    """v (n, e, 13) of n poles at the nodes x (e, 13) of e elements, and weights with the measure."""
+    """v (n, e, 13) of n poles at nodes x (e, 13) of e elements; weights with the measure."""
 
     x: Array
     weights: Array
