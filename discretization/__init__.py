@@ -21,26 +21,6 @@ paths/      states followed in depth, load or the position of a machine
 
 The certificate (certificate.py) and the result (equilibrium.py) are the same for all of them. A new
 minimiser returns a contact set or contact lines; what judges those judges it unchanged.
-
-What a scene does not need is not done; `python -m studies skipping` measures what most of that
-saves and that no digit changes:
-
-| not needed           | skipped                         | by                                      |
-| -------------------- | ------------------------------- | --------------------------------------- |
-| surface tension      | free surfaces, their solves     | fitted.springs.on_springs               |
-| adhesion             | search over contact sets        | lattice.lowest.lowest_contacts          |
-| second side, fitted  | line of a symmetric profile     | fitted.state._lines                     |
-| second side, lattice | half of the sums, if symmetric  | lattice.contact_set.ContactSet          |
-| line of a punch      | bracketing of a line at an edge | fitted.lines.find_line                  |
-| far field            | nodes beyond the contact        | nodes.lattice.Lattice                   |
-| other contacts       | resolving a convex profile      | fitted.state.on_one_contact             |
-| nodes far out        | heights a convex profile has    | nodes.row.Row                           |
-| true lengths         | nonlinear solves                | surfaces.finite_gap.solved              |
-| known surfaces       | solves of one seen before       | surfaces.rings.stiffness                |
-| fields               | u(x), p(x) until asked for      | equilibrium.Equilibrium                 |
-| error estimate       | coarser lattice until asked for | lattice.accuracy.estimated              |
-| search for the line  | states of their own of steps    | following.track.Track.lines             |
-| cvxpy, matplotlib    | their imports                   | lattice.oracle.Oracle                   |
 """
 
 from discretization.certificate import AccuracyWarning, NotCertifiedError
@@ -49,7 +29,7 @@ from discretization.loading import load_path
 from discretization.minimise import minimise
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
-from discretization.paths.events import Event, PullOff, Snapshot
+from discretization.paths.branch import Event, PullOff, Snapshot
 from discretization.paths.history import History
 
 __all__ = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,18 +41,20 @@ class Equilibrium:
 
     scene: Scene
     depth: float
-    contacts: Array
-    nodes: Array
-    pinned: NDArray[np.bool_]
-    force: float
-    energy: float
+    branch: str
+    method: str
     certificate: Certificate
     tail: Tail
-    scales: dict[str, float]
-    errors: dict[str, float] | Callable[[Equilibrium], dict[str, float]]
-    method: str
-    branch: str
-    spacing: float
+    spacing: float = math.nan
+    contacts: Array = field(default_factory=lambda: np.empty((0, 2)))
+    nodes: Array = field(default_factory=lambda: np.empty((0, 2)))
+    pinned: NDArray[np.bool_] = field(default_factory=lambda: np.empty((0, 2), bool))
+    force: float = 0.0
+    energy: float = 0.0
+    scales: dict[str, float] = field(default_factory=lambda: {"force": 0.0, "energy": 0.0})
+    errors: dict[str, float] | Callable[[Equilibrium], dict[str, float]] = field(
+        default_factory=lambda: dict.fromkeys(QUANTITIES, 0.0)
+    )
     proof: Proof | None = None
     neutral: bool = False
 
@@ -97,37 +99,31 @@ class Equilibrium:
         if self.branch == "global" or not scene.work_of_adhesion:
             return "global"
         beside = not scene.gamma1 and (np.isfinite(self.contacts) & ~self.pinned).any()
-        if beside or (self.energy > 0 and self.indentation <= 0):
+        if beside or (self.energy > 0 and self._deformation.indentation <= 0):
             return "metastable"
         return "global" if one_contact(scene) else "adhered"
 
     @functools.cached_property
-    def range_of_heights(self) -> tuple[float, float]:
-        """Least and largest f in contact, looked for at many points; nan without contact.
+    def _deformation(self) -> Deformation:
+        """What the contact does to the layer, looked at at many x.
 
-        Where the layer is pressed anywhere, the least is that of the whole profile: were it free,
-        the surface would stand above it by more than anywhere in contact.
+        The ends, corners, knots and the apex are among them. Where the layer is pressed anywhere,
+        the least height in contact is that of the whole profile: were it free, the surface would
+        stand above it by more than anywhere in contact. Free surfaces bend and move most at their
+        lines.
         """
-        if not self.contacts.size:
-            return math.nan, math.nan
-        f = self.scene.indenter.height(self._in_contact)
-        return float(f.min()), float(f.max())
-
-    @functools.cached_property
-    def _in_contact(self) -> Array:
-        """Many x in contact, with the ends, corners, knots and the apex among them."""
-        indenter, known = self.scene.indenter, self.contacts
-        if not np.isfinite(known).all():
-            return np.zeros(1)
-        even = np.linspace(known[:, 0], known[:, 1], _SAMPLES).ravel()
-        apex = [] if indenter.apex is None else [indenter.apex]
-        kinks = np.array([*indenter.corners, *indenter.knots, *apex], float)
-        return np.concatenate([even, kinks[self.inside(kinks)]])
-
-    @property
-    def indentation(self) -> float:
-        """Depth below first touch, d - min f; negative while the layer is only pulled."""
-        return self.depth - self.range_of_heights[0]
+        indenter, ends, x = self.scene.indenter, self.contacts, np.zeros(1)
+        bounded = bool(np.isfinite(ends).all())
+        if bounded:
+            apex = [] if indenter.apex is None else [indenter.apex]
+            kinks = np.array([*indenter.corners, *indenter.knots, *apex], float)
+            even = np.linspace(ends[:, 0], ends[:, 1], _SAMPLES).ravel()
+            x = np.concatenate([even, kinks[self.inside(kinks)]])
+        u = self.depth - indenter.height(x)
+        slopes = [np.abs(indenter.slope(x)).max(), *np.ravel(self.line_slopes if bounded else 0.0)]
+        widths = (ends[:, 1] - ends[:, 0]) / np.where(self.at_axis[:, 0], 1, 2)
+        steepest, narrowest = float(np.abs(slopes).max()), float(widths.min())
+        return Deformation(float(u.max()), float(np.abs(u).max()), narrowest, steepest)
 
     @functools.cached_property
     def _parts(self) -> Parts:
@@ -250,15 +246,7 @@ class Equilibrium:
     @property
     def validity(self) -> tuple[Assumption, ...]:
         """How far the assumptions of the model hold here; see energy.validity."""
-        if not self.contacts.size:
-            return assumptions(self.scene, None)
-        steepest = float(np.abs(self.scene.indenter.slope(self._in_contact)).max())
-        if np.isfinite(self.contacts).all():  # free surfaces bend and move most at their lines
-            steepest = max(steepest, float(np.max(np.abs(self.line_slopes))))
-        farthest = max(abs(self.depth - height) for height in self.range_of_heights)
-        widths = self.contacts[:, 1] - self.contacts[:, 0]
-        narrowest = float(np.min(np.where(self.at_axis[:, 0], widths, widths / 2)))
-        return assumptions(self.scene, Deformation(self.indentation, farthest, narrowest, steepest))
+        return assumptions(self.scene, self._deformation if self.contacts.size else None)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -281,20 +269,5 @@ def detached(
     spacing: float = math.nan,
 ) -> Equilibrium:
     """The flat surface without contact."""
-    none = np.empty((0, 2))
-    return Equilibrium(
-        scene=scene,
-        depth=depth,
-        contacts=none,
-        nodes=none,
-        pinned=none.astype(bool),
-        force=0.0,
-        energy=0.0,
-        certificate=certificate,
-        tail=tail,
-        scales={"force": 0.0, "energy": 0.0},
-        errors=dict.fromkeys(QUANTITIES, 0.0),
-        method="fitted" if math.isnan(spacing) else "lattice",
-        branch=branch,
-        spacing=spacing,
-    )
+    method = "fitted" if math.isnan(spacing) else "lattice"
+    return Equilibrium(scene, depth, branch, method, certificate, tail, spacing)

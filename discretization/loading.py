@@ -1,8 +1,7 @@
 """Load paths: the quasi-static, rate-independent response to a programme, with its events.
 
 The indenter starts out of contact, touches, and follows the programme; contact lines move downhill
-in energy at once. Every step is cut at the events it meets, each located by root finding. A load or
-a machine is read off the path at imposed depths (paths/control.py).
+in energy at once. Every step is cut at the events it meets, each located by root finding.
 """
 
 from __future__ import annotations
@@ -13,18 +12,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.paths.branch import Point
-from discretization.paths.branches import branch_for
+from discretization.paths.branch import Branch, Point
 from discretization.paths.control import Control
-from discretization.paths.history import History
+from discretization.paths.history import History, branch_of
 from discretization.paths.load_path import LoadPath
+from discretization.profile import resolve
+from discretization.routes import usable
 from energy import Scene
-from energy.checks import array, finite, option, positive
+from energy.checks import array, finite, positive
 from energy.description import alike, described
 
 Array = NDArray[np.float64]
-DEPTH = Control(None)
 METHODS = ("fitted", "lattice")
+_SHALLOW = 1e-12  # of the thickness: the first depth that is tried where nothing adheres
 
 
 def load_path(
@@ -47,20 +47,12 @@ def load_path(
     machine_stiffness K [force/length²]: the indenter hangs on a spring whose far end is at the
     drive D, P = K (D - d). A path under imposed depth starts out of contact where the first depth
     is below touching, and by touching else; under force and machine control it starts at first
-    touch. Without long-range attraction contact begins on touching, at d = min f. With C(d) the
-    value of the control at which the state at a depth is in equilibrium, P(d) or d + P(d)/K, the
-    indenter is where the running maximum of C on its way down first reaches a value that rises, and
-    where the running minimum on its way up first reaches one that falls; it jumps where that is
-    flat.
+    touch. Without long-range attraction contact begins on touching, at d = min f. How a force or a
+    machine is balanced, and when the indenter jumps, stands in paths/control.py.
 
-    method "fitted": contact lines as unknowns, for any profile with any number of contacts. Between
-    two depths lines move smoothly if the energy changes by the work of the force; else an event is
-    looked for, a contact that begins, meets another, closes or jumps, and enclosed to rounding, so
-    that the energy balance closes. The profile is resolved first, as for `minimise`.
-    "lattice": fixed nodes `spacing` apart: a line takes O(1) per link it passes; for any number of
-    contacts of rough and measured profiles with many corners, with patterns and separate works of
-    adhesion (small slopes, gamma1 > 0). A load is balanced by the force interpolated between the
-    nodes; the energy balance is that of contact sets, and closes exactly.
+    method "fitted": contact lines as unknowns, for any profile with any number of contacts.
+    "lattice": fixed nodes `spacing` apart, for small slopes with gamma1 > 0; its force is that
+    interpolated between the nodes, its energy balance that of contact sets, which closes exactly.
     rtol: relative error asked of the fitted mesh's surfaces and integrals; the lattice has its
     spacing instead.
     after: a history of the same scene and control that this programme continues; it becomes the
@@ -72,62 +64,38 @@ def load_path(
     NotCertifiedError if a state is no equilibrium: the path never continues from one;
     AccuracyWarning where the profile varies within the least distance at which events are sought.
     """
-    if not isinstance(scene, Scene):
-        raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
+    usable(scene, rtol, method, METHODS)
     name, values = _programme(depths=depths, forces=forces, drives=drives)
     control = _control(name, machine_stiffness)
-    if not 0 < finite("rtol", rtol) < 1:
-        raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
     if every != int(finite("every", every)) or every < 1:
         raise ValueError(f"every = {every!r} is no number of steps; give at least 1")
-    option("method", method, METHODS)
     if (method == "lattice") != (spacing is not None):
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
     spacing = None if spacing is None else positive("spacing", spacing)
+    history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if save is not None and Path(save).exists():
-        after = _begun(History.from_csv(save, scene), values, save)
-        values = values[len(after.values) :]
-    deepest = max([*values, *(after.depth if after is not None else ())])
-    branch = branch_for(scene, control, rtol, spacing, float(deepest))
+        after = History.from_csv(save, scene)
+        if not np.array_equal(after.values, values[: len(after)]):
+            raise ValueError(
+                f"save = {str(save)!r} holds another programme than this one begins with; give "
+                "another file, or the same programme"
+            )
+        values = values[len(after) :]
+    deepest = max([*values, *(after.values if after is not None else ())])
+    branch = _branch_for(scene, control, rtol, spacing, float(deepest))
     path = LoadPath(branch, control, Point(-math.inf, None))
-    history = History.empty(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if after is not None:
         _same(after, history)
-        _go_to_end(path, after)
         history = after
-    return _followed(path, history, values, save, every)
-
-
-def _followed(
-    path: LoadPath, history: History, values: Array, save: str | Path | None, every: int
-) -> History:
-    """The history extended by these values, and kept in a file after so many of them each."""
+        path.resume(history.at(-1), len(history), float(history.values[-1]))
     size = every if save is not None else values.size
     for start in range(0, values.size, size):
         part = values[start : start + size]
-        path.go(part)
-        path.branch.certify(path.point)
-        history = history.extended(path.branch, part, *path.recorded())
+        history = history.extended(branch, part, *path.go(part))
+        branch.certify(path.point)
         if save is not None:
             history.to_csv(save)
     return history
-
-
-def _go_to_end(path: LoadPath, history: History) -> None:
-    """Put a path where this one ended."""
-    last = history.at(-1)
-    path.step, path.value = len(history.values), float(history.values[-1])
-    path.point = path.branch.contact(last.depth, *last.lines)
-    path.pinned = path.branch.pinned(path.point)
-
-
-def _begun(saved: History, values: Array, save: str | Path) -> History:
-    if not np.array_equal(saved.values, values[: saved.values.size]):
-        raise ValueError(
-            f"save = {str(save)!r} holds another programme than this one begins with; give another "
-            "file, or the same programme"
-        )
-    return saved
 
 
 def _same(after: History, history: History) -> None:
@@ -158,11 +126,49 @@ def _programme(**given: ArrayLike | None) -> tuple[str, Array]:
 
 
 def _control(name: str, machine_stiffness: float | None) -> Control:
-    if name == "drives" and machine_stiffness is not None:
-        return Control(positive("machine_stiffness", machine_stiffness))
-    if name == "drives" or machine_stiffness is not None:
+    if (name == "drives") != (machine_stiffness is not None):
         raise ValueError(
             f"machine_stiffness = {machine_stiffness!r} with {name}: drives need a machine "
             "stiffness K > 0 [force/length per unit length of contact], other controls have none"
         )
-    return DEPTH if name == "depths" else Control(0.0)
+    if machine_stiffness is not None:
+        return Control(positive("machine_stiffness", machine_stiffness))
+    return Control(None if name == "depths" else 0.0)
+
+
+def _branch_for(
+    scene: Scene, control: Control, rtol: float, spacing: float | None, deepest: float
+) -> Branch:
+    """The branch for values of the control up to `deepest`.
+
+    Of a load or a machine it is that for depths down to one at which the force is certainly enough,
+    or to the last one tried at which the profile is known.
+    """
+    if control.stiffness is None:
+        return branch_of(scene, rtol, spacing, deepest)
+    touch, lift = resolve(scene, 0.0).touch, scene.opened.critical_separation
+    below, deeper = (lift, 2.0) if lift else (_SHALLOW * scene.layer.h, 4.0)
+    try:
+        while control.value(touch + below, _least_force(scene, touch + below)) < deepest:
+            below *= deeper
+    except ValueError:
+        below /= deeper
+    return branch_of(scene, rtol, spacing, touch + below)
+
+
+def _least_force(scene: Scene, depth: float) -> float:
+    """Half of what the springs resist at least at a depth to which a contact is pressed.
+
+    No surface stands higher than δ₀ above the undeformed one, or the indenter, between the
+    outermost contact lines or beside them, where it decays over l. By the trapezoidal rule, as the
+    depth is only a bound.
+    """
+    profile, length = resolve(scene, depth), scene.elastocapillary_length
+    reach, x, g = scene.opened.critical_separation, profile.x, depth - profile.f
+    inside = np.flatnonzero(g >= -reach)
+    own = slice(inside[0], inside[-1] + 1)
+    u = np.maximum(g[own], -reach) * scene.measure(x[own])
+    ends = np.abs(x[own][[0, -1]]) + length
+    pressed = float((u[1:] + u[:-1]) @ np.diff(x[own])) / 2
+    pulled = reach * length * float(scene.measure(ends).sum())
+    return scene.stiffness * (pressed - pulled) / 2

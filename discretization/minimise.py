@@ -10,7 +10,7 @@ from discretization.fitted.several import on_several
 from discretization.fitted.single import on_one_contact
 from discretization.fitted.springs import on_springs
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
-from discretization.routes import question_of, route
+from discretization.routes import question_of, route, usable
 from energy import Scene
 from energy.checks import finite, option
 
@@ -54,7 +54,9 @@ def minimise(
     rtol, or if the surface between the nodes misses a feature of the profile that is narrower than
     their distance.
     """
-    _check(scene, depth, method, branch, rtol)
+    usable(scene, rtol, method, METHODS)
+    finite("depth", depth)
+    option("branch", branch, BRANCHES)
     if method == "auto" and branch == "global" and spacing is not None:
         method = "lattice"
     if method in LOWEST and branch != "global" and scene.work_of_adhesion:
@@ -80,16 +82,6 @@ def minimise(
             stacklevel=2,
         )
     return state
-
-
-def _check(scene: Scene, depth: float, method: str, branch: str, rtol: float) -> None:
-    if not isinstance(scene, Scene):
-        raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
-    finite("depth", depth)
-    option("method", method, METHODS)
-    option("branch", branch, BRANCHES)
-    if not 0 < finite("rtol", rtol) < 1:
-        raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
 
 
 def _any_length(scene: Scene) -> float:

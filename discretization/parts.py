@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.quadrature import integrals
+from discretization.quadrature import in_contact
 from energy import terms
 
 Array = NDArray[np.float64]
@@ -53,8 +53,8 @@ def parts_of(state: Any) -> Parts:
     if not np.isfinite(state.contacts).all():
         bound = -math.inf if state.scene.work_of_adhesion else 0.0
         return Parts.of(math.inf if state.depth else 0.0, 0.0, bound, state.force, 0.0)
-    contacts = integrals(state.scene, state.depth, state.contacts)
-    springs, surface, adhesion, pressure, _ = contacts.tolist()
+    contacts, _ = in_contact(state.scene, state.depth, state.contacts, 0.0)
+    springs, surface, adhesion, pressure = contacts.sums.sum(axis=1).tolist()
     free, pull = np.zeros(2), 0.0
     if state.scene.gamma1:
         free = _of_free(state)

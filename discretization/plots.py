@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -150,13 +150,11 @@ def legs(history: Any) -> list[Leg]:
         if not isinstance(part, list):
             found += [("jump", _held(history, part))] if part.kind in JUMPS else []
             continue
-        states = [state for state in part if math.isfinite(state.depth)]
-        free = all(math.isnan(state.left) for state in states)
+        free = all(math.isnan(state.left) for state in part)
         kind = "free" if free else "loading" if part[-1].depth > part[0].depth else "unloading"
-        if found and found[-1][0] == kind:
-            found[-1][1].extend(states)
-        else:
-            found.append((kind, states))
+        if not found or found[-1][0] != kind:
+            found.append((kind, []))
+        found[-1][1].extend(state for state in part if math.isfinite(state.depth))
     drawn = [_leg(*each) for each in found if each[1]]
     return [leg for leg in drawn if leg.depth.size > 1]
 
@@ -177,39 +175,30 @@ def _leg(kind: str, states: list[Any]) -> Leg:
     return Leg(kind, *table[moves].T)
 
 
-def units(histories: Sequence[Any], quantity: str, si: bool = True) -> tuple[Unit, Unit]:
-    """Units of depth and of the quantity in which all these paths are drawn."""
-    parts = [leg for history in histories for leg in legs(history) if leg.kind != "free"]
+def units(history: Any, quantity: str, si: bool = True) -> tuple[Unit, Unit]:
+    """Units of depth and of the quantity in which a path is drawn."""
+    parts = [leg for leg in legs(history) if leg.kind != "free"]
     depth = np.concatenate([leg.depth for leg in parts])
     values = np.concatenate([getattr(leg, quantity) for leg in parts])
-    force = f"N{histories[0].scene.per_length}"
-    length, other = ("m", force if quantity == "force" else "m") if si else ("", "")
-    return prefixed(depth, length), prefixed(values, other)
+    other = f"N{history.scene.per_length}" if quantity == "force" else "m"
+    return prefixed(depth, "m" if si else ""), prefixed(values, other if si else "")
 
 
 def draw_path(
-    axes: Any,
-    history: Any,
-    quantity: str,
-    scale: tuple[Unit, Unit],
-    colour: str | None = None,
-    label: str | None = None,
-    width: float = 1.8,
+    axes: Any, history: Any, quantity: str, scale: tuple[Unit, Unit], colour: str | None = None
 ) -> None:
     """One path over the depth; `colour` for the whole path, else by what it is doing."""
     x, y = scale
     for leg in legs(history):
         style = dict(STYLES[leg.kind])
         if colour is not None and leg.kind != "free":
-            style |= {"color": colour, "lw": 1.3 if leg.kind == "jump" else width, "alpha": 1.0}
+            style |= {"color": colour, "lw": 1.3 if leg.kind == "jump" else 1.8, "alpha": 1.0}
         depth, values = leg.depth / x.size, getattr(leg, quantity) / y.size
         axes.plot(depth, values, **style)
-        if leg.kind in ("loading", "unloading", "jump") and np.ptp(depth) + np.ptp(values) > 0:
+        if leg.kind != "free" and np.ptp(depth) + np.ptp(values) > 0:
             _arrow(axes, depth, values, style["color"], 0.35 if leg.kind == "loading" else 0.6)
-    if label is not None:
-        axes.plot([], [], color=colour, lw=width, label=label)
-    width_name = "radius a" if history.scene.axisymmetric else "half-width a"
-    name = {"force": "force P"}.get(quantity, width_name)
+    width = "radius a" if history.scene.axisymmetric else "half-width a"
+    name = "force P" if quantity == "force" else width
     axes.set(xlabel=axis("depth d", x), ylabel=axis(name, y))
     axes.ticklabel_format(scilimits=(-3, 4))  # of plain numbers
 
@@ -219,9 +208,9 @@ def _arrow(axes: Any, x: Array, y: Array, colour: str, at: float) -> None:
     steps = np.hypot(np.diff(x) / (np.ptp(x) or 1.0), np.diff(y) / (np.ptp(y) or 1.0))
     length = np.append(0.0, np.cumsum(steps))
     ends = np.array([at - 0.025, at + 0.025]) * length[-1]
-    (x0, x1), (y0, y1) = np.interp(ends, length, x), np.interp(ends, length, y)
+    tail, head = zip(np.interp(ends, length, x), np.interp(ends, length, y), strict=True)
     style = {"arrowstyle": "-|>", "color": colour, "mutation_scale": 14, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", (x1, y1), (x0, y0), arrowprops=style, zorder=5)
+    axes.annotate("", head, tail, arrowprops=style, zorder=5)
 
 
 def mark(axes: Any, history: Any, quantity: str, scale: tuple[Unit, Unit]) -> None:
@@ -250,7 +239,7 @@ def plot_path(
     driven = history.control != "depth"
     drawn, row = canvas(16 if driven else 12, 5, 1, 2 + driven)
     for axes, quantity, i in zip(row, ("force", "half_width"), (1, 2), strict=False):
-        scale = units([history], quantity, si)
+        scale = units(history, quantity, si)
         draw_path(axes, history, quantity, scale)
         if closed_form is not None:
             x, y = np.asarray(closed_form[0]), np.asarray(closed_form[i])

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning
+from discretization.roots import crossings
 from energy import Indenter, Scene
 from energy.axis import Radial
 
@@ -33,7 +34,6 @@ _OF_RANGE = 1 / 256  # of how much the slope varies within an interval
 _NOISE = 1e-12  # of the steepest slope: it is not known better
 _FINEST = 1e-10  # of the window: intervals that short are not halved again, they hold a kink
 _ROUNDS = 48  # of halving, more than _FINEST allows
-_HALVINGS = 60  # of an interval, to the spacing of floating-point numbers
 _MARGIN = 0.125  # of δ₀ and of the depth, by which an endless profile is followed higher
 _WINDOW = 64.0  # elastocapillary lengths, the first half window of an endless profile
 _WIDEST = 2.0**40  # elastocapillary lengths: an endless profile that has not risen by then falls
@@ -75,11 +75,8 @@ class Resolved:
 
     def at(self, x: float, side: int) -> tuple[float, float]:
         """f and f' at x; the slope of a corner is that on this side (+1: right)."""
-        i = int(np.searchsorted(self.x, x, side="right" if side > 0 else "left"))
-        i -= side > 0
-        if 0 <= i < self.x.size and self.x[i] == x:
-            return float(self.f[i]), float(self.slope[i])
-        return float(self.indenter.height(x)), float(self.indenter.slope(x))
+        f, slope = self.beside(np.array([x]), side)
+        return float(f[0]), float(slope[0])
 
     def past(self, x: Any, side: Any) -> Any:
         """x just on this side of a pattern's edge, where adhesion is that of the next patch.
@@ -129,22 +126,14 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     cuts = _cuts(indenter, _window(scene, indenter, depth), edges)
     *samples, resolved = _refined(scene, indenter, cuts)
     if not resolved:
-        warnings.warn(_unresolved(samples[0]), AccuracyWarning, stacklevel=4)
+        finest = float(np.diff(np.unique(samples[0])).min())
+        warnings.warn(
+            f"the profile varies on less than {finest!r}, which {MOST} samples do not resolve: "
+            "contacts may be missed; smooth the profile, or limit its extent",
+            AccuracyWarning,
+            stacklevel=4,
+        )
     return Resolved(indenter, *_with_extremes(indenter, *samples), resolved, edges)
-
-
-def _unresolved(x: Array) -> str:
-    finest = float(np.diff(np.unique(x)).min())
-    return (
-        f"the profile varies on less than {finest!r}, which {MOST} samples do not resolve: "
-        "contacts may be missed; smooth the profile, or limit its extent"
-    )
-
-
-def _level(scene: Scene, depth: float, touch: float) -> float:
-    """A height above which there is no contact: none is held more than δ₀ below the surface."""
-    top, lift = max(depth, touch), scene.opened.critical_separation
-    return top + lift + _MARGIN * (lift + top - touch)
 
 
 def _window(scene: Scene, indenter: Indenter, depth: float) -> tuple[float, float]:
@@ -162,13 +151,11 @@ def _window(scene: Scene, indenter: Indenter, depth: float) -> tuple[float, floa
         ends = max(lo, start - half), min(hi, start + half)
         x = np.linspace(*ends, 2 * _FIRST + 1)
         f = heights(indenter, x)
-        low = float(x[int(np.argmin(f))])
-        level = _level(scene, depth, float(f.min()))
-        clear = all(
-            end == limit or f[i] > level
-            for i, end, limit in zip((0, -1), ends, (lo, hi), strict=True)
-        )
-        if abs(low - start) <= half / 2 and clear:
+        low, touch = float(x[int(np.argmin(f))]), float(f.min())
+        top, lift = max(depth, touch), scene.opened.critical_separation  # none is held any higher
+        level = top + lift + _MARGIN * (lift + top - touch)
+        clear = (f[0] > level or ends[0] == lo) and (f[-1] > level or ends[1] == hi)
+        if clear and abs(low - start) <= half / 2:
             return ends
         half *= 2
     raise ValueError(
@@ -216,9 +203,10 @@ def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, Arra
     low, high = (_read(indenter, corners, x, side) for x, side in ((lo, 1), (hi, -1)))
     done: list[Array] = []
     least, total = _FINEST * float(np.ptp(cuts)), lo.size
-    tolerance = _tolerance(scene, float(np.abs([low[1], high[1]]).max()))
+    noise = _NOISE * float(np.abs([low[1], high[1]]).max())
+    noticed = _PART * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
     for _ in range(_ROUNDS):
-        rough = _unpredicted(indenter, lo, hi, low, high, tolerance) & (hi - lo > least)
+        rough = _unpredicted(indenter, lo, hi, low, high, max(noticed, noise)) & (hi - lo > least)
         done.append(np.array([lo, hi, *low, *high])[:, ~rough])
         lo, hi, low, high = lo[rough], hi[rough], low[:, rough], high[:, rough]
         total += lo.size
@@ -243,14 +231,6 @@ def _read(indenter: Indenter, corners: Array, x: Array, side: int) -> Array:
     return np.array([heights(indenter, x), slope])
 
 
-def _tolerance(scene: Scene, steepest: float) -> float:
-    """What a slope may be mispredicted by wherever it is."""
-    noise = _NOISE * steepest
-    if not (scene.gamma1 and scene.work_of_adhesion):
-        return noise
-    return max(_PART * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1), noise)
-
-
 def _unpredicted(
     indenter: Indenter, lo: Array, hi: Array, low: Array, high: Array, tolerance: float
 ) -> NDArray[np.bool_]:
@@ -272,16 +252,14 @@ def _with_extremes(
 ) -> tuple[Array, Array, Array]:
     """Samples with the local extremes of f, where f' changes sign between two of them."""
     turns = np.flatnonzero((slope[:-1] * slope[1:] < 0) & (np.diff(x) > 0))
-    lo, hi, falls = x[turns], x[turns + 1], slope[turns] < 0
-    for _ in range(_HALVINGS if turns.size else 0):
-        middle = (lo + hi) / 2
-        before = (np.asarray(indenter.slope(middle)) < 0) == falls
-        lo, hi = np.where(before, middle, lo), np.where(before, hi, middle)
-    new = (hi > x[turns]) & (hi < x[turns + 1])
-    at, turns = hi[new], turns[new]
-    read = heights(indenter, at), np.asarray(indenter.slope(at), float)
-    return (
-        np.insert(x, turns + 1, at),
-        np.insert(f, turns + 1, read[0]),
-        np.insert(slope, turns + 1, read[1]),
+    lo, hi, (one, other) = x[turns], x[turns + 1], (slope[turns], slope[turns + 1])
+    rise = (other - one) / (hi - lo)
+    at = crossings(
+        lambda z, _: np.asarray(indenter.slope(z), float), lo, hi, lo - one / rise, rise, 0.0
     )
+    new = (lo < at) & (at < hi)
+    at, turns = at[new], turns[new]
+    read = heights(indenter, at), np.asarray(indenter.slope(at), float)
+    whole = zip((x, f, slope), (at, *read), strict=True)
+    x, f, slope = (np.insert(known, turns + 1, more) for known, more in whole)
+    return x, f, slope

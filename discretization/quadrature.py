@@ -1,20 +1,16 @@
-"""Integrals over contacts, by Gauss points until fewer points agree.
+"""Integrals over the profile, by Gauss points on panels that are halved until that changes nothing.
 
-Panels end at corners, knots, the apex and the edges of a pattern. Between them a built-in indenter
-is smooth. Of a profile that does not say so (Indenter.complete) fewer and more points on the same
-panel may agree by luck beside a jump of the slope or of a higher derivative: there each panel is
-compared with its halves, too. Panels that disagree are halved, so that they close in on such a
-jump:
-
-    Σ_panels |many - few|, |whole - halves|  <=  max(rtol/10, 16 ε) · scale + rounding of heights.
-
-A sum of n terms is rounded by up to n ε of their sizes: what disagrees by no more is not halved.
+Panels end at corners, knots, the apex and the edges of a pattern, between which a built-in indenter
+is smooth. Of one that does not say so (Indenter.complete) a panel and its halves may agree by luck
+beside a jump of the slope or of a higher derivative. There the halves are no better than a part of
+what the panel was off by: that is counted, too. What is off by the rounding of its sum, or of the
+heights, is not halved.
 """
 
 from __future__ import annotations
 
 import functools
-import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -24,132 +20,84 @@ from discretization.rounding import EPSILON, ROUNDING, height_rounding
 from energy import Scene, terms
 
 Array = NDArray[np.float64]
+Density = Callable[[Array], Array]  # of places (n, p): several densities (m, n, p)
 Free = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
 NONE: Free = 0.0, 0.0, 0.0, 0.0
-_FEW_PANELS = 50  # fewer are taken with many points at once, more with few points first
-_MOST_PANELS = 1 << 12  # beyond those between declared corners and knots
+_FEW_PANELS = 50  # of which each gets many points, crowded at its ends
+_MANY, _PLAIN = 28, 12  # points of half such a panel; of one of many panels
+_HALVINGS = 48  # of a panel, to the spacing of floating-point numbers
 _PART = 0.1  # of rtol for the quadrature
-_SUMMED = 80 * EPSILON  # of the sizes of the 80 terms of a panel's larger sum
-_PLAIN = 6  # up to so many points: an ungraded panel
-_LUCK = 1 / 8  # of what the whole was off by: at a jump of f'' the halves are no better than that
+_SUMMED = 80 * EPSILON  # of the sizes of the terms of a panel's sum
+_LUCK = 1 / 8  # of what the whole was off by
 
 
-class Interval(NamedTuple):
-    """Totals over contacts and their free surfaces, with the force by two routes.
-
-    weakest: the least g in contact; rounding: what the heights are off by as measured [length],
-    counted in force and energy.
-    """
-
-    energy: float
-    force: float
-    force_by_field: float
-    energy_scale: float
-    force_scale: float
-    weakest: float
-    rounding: float = 0.0
-
-    @classmethod
-    def of(cls, panels: _Panels, free: Free, rounding: float) -> Interval:
-        """The integrals over contacts and what the free surfaces add."""
-        springs, tension, adhesion, force, size = panels.total.tolist()
-        energy, pull, area, pulls = free
-        stored = springs + tension + energy
-        weakest = float(panels.weakest.min(initial=0.0))
-        sizes = stored + adhesion, size + pulls
-        return cls(stored - adhesion, force + pull, force + area, *sizes, weakest, rounding)
-
-
-def refined(
-    scene: Scene, depth: float, contacts: Array, free: Free, rtol: float
-) -> tuple[Interval, Interval]:
-    """Energy and force of contacts (m, 2), first off by the estimated error, then by more points.
-
-    free: what the free surfaces beside them add.
-    """
-    panels, lost, rounding = _halved(scene, depth, contacts, free, rtol)
-    fine = Interval.of(panels, free, rounding)
-    energy, force = (panels.errors.sum(axis=1) + lost).tolist()
-    return fine._replace(energy=fine.energy - energy, force=fine.force - force), fine
-
-
-def integrals(scene: Scene, depth: float, contacts: Array) -> Array:
-    """Integrals (5,) over contacts (m, 2) to rounding: those of `_Panels`."""
-    return _halved(scene, depth, contacts, NONE, ROUNDING)[0].total
-
-
-class _Panels(NamedTuple):
-    """Panels between ends (n, 2): integrals (5, n) by the more points of these orders.
-
-    sums: of what springs, surface and adhesion as it binds store, of kg and |kg|.
-    apart (2, n): how far energy and force by fewer points, or of the whole, are from these; errors
-    (2, n): the same, or a part of what it was before the panel was halved; weakest (n,): least g.
-    """
+class Sums(NamedTuple):
+    """Integrals (m, n) over panels with ends (2, n), those of absolute values, errors (m, n)."""
 
     ends: Array
     sums: Array
-    apart: Array
-    errors: Array
-    weakest: Array
-    orders: tuple[int, int]
+    sizes: Array
+    off: Array
 
-    @property
-    def total(self) -> Array:
-        """The integrals over all panels (5,)."""
-        return np.asarray(self.sums.sum(axis=1))
-
-    @property
-    def divisible(self) -> NDArray[np.bool_]:
-        """Whether there is a number between the ends (n,)."""
-        middle = self.ends.mean(axis=1)
-        return np.asarray((self.ends[:, 0] < middle) & (middle < self.ends[:, 1]))
-
-    def halved(self, scene: Scene, depth: float, rough: NDArray[np.bool_]) -> _Panels:
-        """The panels, the rough ones as two halves each, at the end."""
-        old, at = self.ends[rough], self.ends[rough].mean(axis=1)
-        ends = np.concatenate([np.column_stack([old[:, 0], at]), np.column_stack([at, old[:, 1]])])
-        new, n = _measured(scene, depth, ends, self.orders), len(old)
-        apart = errors = new.apart
-        if not scene.indenter.complete:
-            whole = _balance(new.sums[:, :n] + new.sums[:, n:] - self.sums[:, rough])
-            apart = np.maximum(apart, np.tile(np.abs(whole) / 2, 2))
-            errors = np.maximum(apart, np.tile(self.apart[:, rough] * _LUCK, 2))
-        return _Panels(
-            np.concatenate([self.ends[~rough], ends]),
-            np.hstack([self.sums[:, ~rough], new.sums]),
-            np.hstack([self.apart[:, ~rough], apart]),
-            np.hstack([self.errors[:, ~rough], errors]),
-            np.append(self.weakest[~rough], new.weakest),
-            self.orders,
-        )
+    def among(self, own: NDArray[np.bool_]) -> Sums:
+        """Of some panels."""
+        return Sums(*(part[:, own] for part in self))
 
 
-def _halved(
-    scene: Scene, depth: float, contacts: Array, free: Free, rtol: float
-) -> tuple[_Panels, Array, float]:
-    """Panels, those halved that disagree; what rounding of heights loses, and that rounding."""
-    ends = _ends(scene, contacts)
-    panels = _measured(scene, depth, ends, (28, 40) if len(ends) < _FEW_PANELS else (4, _PLAIN))
-    most, allowed = len(ends) + _MOST_PANELS, max(_PART * rtol, ROUNDING)
-    rounding = height_rounding(scene.indenter, ends)
-    felt = scene.stiffness * (np.diff(ends).sum() + 2 * scene.elastocapillary_length)
-    felt *= float(scene.measure(ends.max(initial=0.0)))
-    if not scene.indenter.complete:  # not known until there are halves
-        panels.errors[:, panels.divisible] = math.inf
-    while True:
-        whole = Interval.of(panels, free, rounding)
-        lost = rounding * np.array([whole.force_scale, felt])
-        limit = allowed * np.array([whole.energy_scale, whole.force_scale]) + lost
-        apart, share = panels.errors.sum(axis=1), limit[:, None] / max(1, len(panels.ends))
-        rounded = _SUMMED * np.array([panels.sums[:3].sum(axis=0), panels.sums[4]])
-        rough = (panels.errors > np.maximum(share, rounded)).any(axis=0) & panels.divisible
-        if (apart <= limit).all() or not rough.any() or len(panels.ends) > most:
-            return panels, lost, rounding
-        panels = panels.halved(scene, depth, rough)
+def over(density: Density, ends: Array, *, few: bool = False) -> tuple[Array, Array]:
+    """Integrals (m, n) over panels with ends (2, n) as they are, and of absolute values."""
+    (at, weights), (lo, hi) = _rule(few), ends[..., None]
+    values, width = density(lo + (hi - lo) * at), (hi - lo)[:, 0]
+    return (values @ weights) * width, (np.abs(values) @ weights) * width
+
+
+def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: bool) -> Sums:
+    """Integrals over panels, those halved that are off by more than a part of the whole's size.
+
+    lost (m, 1): what they are off by however often they are halved; smooth: on each panel.
+    """
+    few, n = ends.shape[1] < _FEW_PANELS, ends.shape[1]
+    left, done = Sums(ends, *over(density, ends, few=few), np.zeros((len(lost), n))), []
+    limit = part * left.sizes.sum(axis=1, keepdims=True) + lost
+    for _ in range(_HALVINGS):
+        (lo, hi), n = left.ends, left.ends.shape[1]
+        middle = (lo + hi) / 2
+        halves = np.array([np.append(lo, middle), np.append(middle, hi)])
+        sums, sizes = over(density, halves, few=few)
+        apart = np.abs(sums[:, :n] + sums[:, n:] - left.sums)
+        off = np.maximum(apart, left.off)
+        rough = (off > np.maximum(limit, _SUMMED * left.sizes)).any(axis=0)
+        rough &= (lo < middle) & (middle < hi)
+        whole = sums[:, :n] + sums[:, n:], sizes[:, :n] + sizes[:, n:]
+        done.append(Sums(left.ends, *whole, off).among(~rough))
+        luck = np.tile(apart * (0.0 if smooth else _LUCK), 2)
+        left = Sums(halves, sums, sizes, luck).among(np.tile(rough, 2))
+        if not rough.any():
+            break
+    found = Sums(*(np.hstack(parts) for parts in zip(*done, left, strict=True)))
+    found.off[:, :1] += lost
+    return found
+
+
+def in_contact(scene: Scene, depth: float, contacts: Array, rtol: float) -> tuple[Sums, float]:
+    """Springs, surface, adhesion as it binds and pressure over contacts (m, 2).
+
+    And what the heights are off by as measured, which is counted in what the sums are off by.
+    """
+    ends, smooth = _ends(scene, contacts), scene.indenter.complete
+    rounding, lost = height_rounding(scene.indenter, ends.T), np.zeros((4, 1))
+    if rounding:
+        deepest = float(np.abs(depth - scene.indenter.height(ends)).max())
+        wide = np.diff(contacts).sum() + 2 * scene.elastocapillary_length
+        felt = rounding * scene.stiffness * wide * float(scene.measure(contacts.max()))
+        lost[[0, 3], 0] = felt * deepest, felt
+    part = max(_PART * rtol, ROUNDING) / max(1, ends.shape[1])
+    found = summed(lambda x: _densities(scene, depth, x), ends, part, lost, smooth=smooth)
+    return found, rounding
 
 
 def _ends(scene: Scene, contacts: Array) -> Array:
-    """Ends (n, 2) of the panels of contacts (m, 2)."""
+    """Ends (2, n) of the panels of contacts (m, 2)."""
     indenter, pattern = scene.indenter, scene.pattern
     apex = () if indenter.apex is None else (indenter.apex,)
     edges = () if pattern is None else pattern.edges
@@ -158,53 +106,60 @@ def _ends(scene: Scene, contacts: Array) -> Array:
         np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
         for left, right in contacts.tolist()
     ]
-    return np.concatenate([np.column_stack([part[:-1], part[1:]]) for part in parts])
+    return np.hstack([[part[:-1], part[1:]] for part in parts])
 
 
-def _measured(scene: Scene, depth: float, ends: Array, orders: tuple[int, int]) -> _Panels:
-    """Integrals over panels (n, 2), and how far those by fewer points are from them."""
-    at, rules = _pair(*orders)
-    span = np.diff(ends)
-    x = ends[:, :1] + span * at
-    g, slope = depth - scene.indenter.height(x), scene.indenter.slope(x)
-    gamma1, w, slopes = scene.gamma1, scene.work_of_adhesion, scene.slopes
-    stretch = terms.contact(slope, gamma1=gamma1, w=0.0, slopes=slopes)
-    bound = stretch - terms.contact(slope, gamma1=gamma1, w=w, slopes=slopes)
-    if scene.pattern is not None:
-        bound = bound * scene.pattern.factor(x)
-    spring, pressure, _ = terms.spring(g, k=scene.stiffness)
-    densities = np.array([spring, stretch, bound, pressure, np.abs(pressure)])
-    if scene.axisymmetric:
-        densities *= scene.measure(x)
-    few, many = np.einsum("rij,dij->rdi", span * rules[:, None], densities)
-    apart = np.abs(_balance(many - few))
-    weakest = g.min(axis=1, initial=0.0)
-    return _Panels(ends, many, apart, apart.copy(), weakest, orders)
+def stretched(scene: Scene, x: Array, slope: Array) -> tuple[Array, Array]:
+    """What the surface stores in contact at x, and its length as it adheres, over dx."""
+    stored = terms.contact(slope, gamma1=scene.gamma1, w=0.0, slopes=scene.slopes)
+    bound = np.ones_like(slope) if scene.slopes == "small" else np.sqrt(1 + slope * slope)
+    return stored, bound if scene.pattern is None else bound * scene.pattern.factor(x)
 
 
-def _balance(sums: Array) -> Array:
-    """Energy and force (2, n) from the integrals over panels (5, n)."""
-    return np.array([sums[0] + sums[1] - sums[2], sums[3]])
+def _densities(scene: Scene, depth: float, x: Array) -> Array:
+    """Of what is integrated over contacts."""
+    spring, pressure, _ = terms.spring(depth - scene.indenter.height(x), k=scene.stiffness)
+    stored, bound = stretched(scene, x, np.asarray(scene.indenter.slope(x), float))
+    found = np.array([spring, stored, scene.work_of_adhesion * bound, pressure])
+    return found * scene.measure(x) if scene.axisymmetric else found
 
 
-@functools.lru_cache(maxsize=16)
-def _rule(order: int) -> tuple[Array, Array]:
+@functools.lru_cache(maxsize=2)
+def _rule(few: bool) -> tuple[Array, Array]:
     """Gauss points and weights on [0, 1]; of many, half for each half, crowded at the ends by t⁴.
 
     A power law is not smooth where the panels end.
     """
-    t, weights = np.polynomial.legendre.leggauss(order)
+    t, weights = np.polynomial.legendre.leggauss(_MANY if few else _PLAIN)
     t, weights = (t + 1) / 2, weights / 2
-    if order <= _PLAIN:
+    if not few:
         return t, weights
     near, weights = t**4 / 2, 2 * weights * t**3
     return np.concatenate([near, 1 - near]), np.concatenate([weights, weights])
 
 
-@functools.lru_cache(maxsize=16)
-def _pair(few: int, many: int) -> tuple[Array, Array]:
-    """Both rules at once: all their points (p,), and their weights (2, p)."""
-    (at, weights), (more, heavier) = _rule(few), _rule(many)
-    both = np.zeros((2, at.size + more.size))
-    both[0, : at.size], both[1, at.size :] = weights, heavier
-    return np.concatenate([at, more]), both
+class Interval(NamedTuple):
+    """Totals over contacts and their free surfaces, with the force by two routes.
+
+    errors: of energy and force by the quadrature; rounding: what the heights are off by as measured
+    [length], counted in these.
+    """
+
+    energy: float
+    force: float
+    force_by_field: float
+    energy_scale: float
+    force_scale: float
+    errors: tuple[float, float] = (0.0, 0.0)
+    rounding: float = 0.0
+
+
+def refined(scene: Scene, depth: float, contacts: Array, free: Free, rtol: float) -> Interval:
+    """Energy and force of contacts (m, 2); free: what the free surfaces beside them add."""
+    found, rounding = in_contact(scene, depth, contacts, rtol)
+    springs, tension, adhesion, force = found.sums.sum(axis=1).tolist()
+    off, size = found.off.sum(axis=1), float(found.sizes[3].sum())
+    energy, pull, area, pulls = free
+    stored = springs + tension + energy
+    totals = stored - adhesion, force + pull, force + area, stored + adhesion, size + pulls
+    return Interval(*totals, (float(off[:3].sum()), float(off[3])), rounding)

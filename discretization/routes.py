@@ -8,16 +8,17 @@ The first row that applies decides.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
+from energy.checks import finite, option
 
 # turned about an axis, of these the line has one stable place (fitted/single_lines.py)
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
-STATES, ANY = ("adhered", "global"), ("adhered", "global", "path")
-SEARCH = ("search", "oracle")
-LOWEST, ALL = ("global", *SEARCH), (*ANY, *SEARCH)
+STATES, SEARCH = ("adhered", "global"), ("search", "oracle")
+LOWEST, ANY = ("global", *SEARCH), (*STATES, "path")
+MESH, NODES, BOTH = (False,), (True,), (False, True)
 
 
 def one_contact(scene: Scene) -> bool:
@@ -36,11 +37,11 @@ def _steep(scene: Scene) -> bool:
     return scene.slopes == "finite" and scene.gamma1 > 0
 
 
-def _alone(scene: Scene) -> bool:
-    return scene.indenter.convex and scene.pattern is None
+def _plane(scene: Scene) -> bool:
+    return isinstance(scene.indenter, Plane)
 
 
-def _discs(scene: Scene) -> bool:
+def _disc(scene: Scene) -> bool:
     return scene.axisymmetric and scene.indenter.convex
 
 
@@ -50,9 +51,9 @@ def _searched(scene: Scene) -> bool:
 
 
 class Row(NamedTuple):
-    """Where and what is asked, of which scenes; what answers, or why nothing does."""
+    """Of what and what is asked, of which scenes; what answers, or why nothing does."""
 
-    nodes: bool
+    where: tuple[bool, ...]
     questions: tuple[str, ...]
     applies: Callable[[Scene], bool]
     leads_to: str = ""
@@ -90,50 +91,42 @@ _ENDLESS = (
 )
 
 TABLE = (
-    # on the fitted mesh
-    Row(False, STATES, lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)), refused=_PATH),
-    Row(False, ("global",), _held_twice, refused=_PATH),
-    Row(False, STATES, lambda s: _plane(s), "plane"),
-    Row(False, ("path",), lambda s: _plane(s), refused=_ENDLESS),
-    Row(False, ANY, lambda s: not s.gamma1, "springs"),
-    Row(False, STATES, lambda s: one_contact(s) and not _held_twice(s), "one contact"),
-    Row(False, ("adhered", "path"), lambda s: True, "several contacts"),
-    Row(False, ("global",), lambda s: not s.work_of_adhesion, "several contacts"),
-    Row(False, ("global",), lambda s: _steep(s) and not _discs(s), refused=_BENT),
-    Row(False, ("global",), lambda s: True, "several contacts"),
-    # on nodes
-    Row(
-        True,
-        (*LOWEST, "adhered"),
-        lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)),
-        refused=_PATH,
-    ),
-    Row(True, LOWEST, _held_twice, refused=_PATH),
-    Row(True, ALL, lambda s: s.axisymmetric and _steep(s), refused=_ABOUT_AXIS),
-    Row(True, SEARCH, lambda s: s.axisymmetric and not s.gamma1, refused=_ABOUT_AXIS),
-    Row(True, ("oracle",), lambda s: s.axisymmetric, refused=_ABOUT_AXIS),
-    Row(True, ANY, lambda s: s.axisymmetric and not (_alone(s) or s.gamma1), refused=_ABOUT_AXIS),
-    Row(True, SEARCH, lambda s: True, "lowest"),
-    Row(True, ("global",), lambda s: s.axisymmetric and _searched(s), "lowest"),
-    Row(True, STATES, lambda s: s.axisymmetric and not s.indenter.convex, "path"),
-    Row(True, ("path",), lambda s: not s.gamma1, refused=_NODES_PATH),
-    Row(True, ("path",), _steep, refused=_STEEP_NODES),
-    Row(True, ("path",), lambda s: True, "path"),
-    Row(True, STATES, lambda s: _plane(s), "plane"),
-    Row(True, STATES, lambda s: _steep(s) and _held_twice(s), refused=_STEEP_NODES),
-    Row(True, ("global",), lambda s: _steep(s) and _searched(s), refused=_BENT),
-    Row(True, STATES, _held_twice, "path"),
-    Row(True, STATES, lambda s: not (s.gamma1 or s.indenter.convex), refused=_SPRINGS_NODES),
-    Row(True, STATES, lambda s: _steep(s) or not s.gamma1, "plain"),
-    Row(True, STATES, lambda s: s.indenter.convex, "path"),
-    Row(True, ("global",), lambda s: s.work_of_adhesion > 0, "lowest"),
-    Row(True, STATES, lambda s: not s.work_of_adhesion, "lowest"),
-    Row(True, STATES, lambda s: True, "path"),
+    Row(BOTH, LOWEST, _held_twice, refused=_PATH),
+    Row(BOTH, STATES, lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)), refused=_PATH),
+    Row(MESH, STATES, _plane, "plane"),
+    Row(MESH, ("path",), _plane, refused=_ENDLESS),
+    Row(MESH, ANY, lambda s: not s.gamma1, "springs"),
+    Row(MESH, STATES, lambda s: one_contact(s) and not _held_twice(s), "one contact"),
+    Row(MESH, ("global",), lambda s: _steep(s) and _searched(s) and not _disc(s), refused=_BENT),
+    Row(MESH, ANY, lambda s: True, "several contacts"),
+    Row(NODES, (*ANY, *SEARCH), lambda s: s.axisymmetric and _steep(s), refused=_ABOUT_AXIS),
+    Row(NODES, SEARCH, lambda s: s.axisymmetric and not s.gamma1, refused=_ABOUT_AXIS),
+    Row(NODES, ("oracle",), lambda s: s.axisymmetric, refused=_ABOUT_AXIS),
+    Row(NODES, ANY, lambda s: s.axisymmetric and not (_disc(s) or s.gamma1), refused=_ABOUT_AXIS),
+    Row(NODES, SEARCH, lambda s: True, "lowest"),
+    Row(NODES, ("global",), lambda s: s.axisymmetric and _searched(s), "lowest"),
+    Row(NODES, STATES, lambda s: s.axisymmetric and not s.indenter.convex, "path"),
+    Row(NODES, ("path",), lambda s: not s.gamma1, refused=_NODES_PATH),
+    Row(NODES, ("path",), _steep, refused=_STEEP_NODES),
+    Row(NODES, STATES, _plane, "plane"),
+    Row(NODES, STATES, lambda s: _steep(s) and _held_twice(s), refused=_STEEP_NODES),
+    Row(NODES, ("global",), lambda s: _steep(s) and _searched(s), refused=_BENT),
+    Row(NODES, ANY, _held_twice, "path"),
+    Row(NODES, STATES, lambda s: not (s.gamma1 or s.indenter.convex), refused=_SPRINGS_NODES),
+    Row(NODES, STATES, lambda s: _steep(s) or not s.gamma1, "plain"),
+    Row(NODES, ("global",), lambda s: not s.indenter.convex, "lowest"),
+    Row(NODES, STATES, lambda s: not (s.work_of_adhesion or s.indenter.convex), "lowest"),
+    Row(NODES, ANY, lambda s: True, "path"),
 )
 
 
-def _plane(scene: Scene) -> bool:
-    return isinstance(scene.indenter, Plane)
+def usable(scene: Scene, rtol: float, method: str, methods: Sequence[str]) -> None:
+    """ValueError unless this is a scene, a relative error, and one of the methods."""
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
+    option("method", method, methods)
+    if not 0 < finite("rtol", rtol) < 1:
+        raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
 
 
 def question_of(method: str, branch: str) -> str:
@@ -144,7 +137,7 @@ def question_of(method: str, branch: str) -> str:
 def route(scene: Scene, question: str, *, nodes: bool) -> str:
     """What answers a question of a scene. ValueError where nothing does."""
     for row in TABLE:
-        if row.nodes == nodes and question in row.questions and row.applies(scene):
+        if nodes in row.where and question in row.questions and row.applies(scene):
             if row.refused:
                 raise ValueError(row.refused.format(scene=scene))
             return row.leads_to

@@ -4,10 +4,13 @@ Random scenes with closed forms: studies.shared.random_cases.
 """
 
 import math
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from discretization.paths.branch import Point, legs
 from energy import (
     ElasticLayer,
     FlatPunch,
@@ -20,6 +23,11 @@ from energy import (
     Wedge,
 )
 
+ROOT = Path(__file__).parents[1]
+PLACES = os.pathsep.join(  # where a Python of its own finds modules
+    str(ROOT / place) for place in ("", "tests", "tests/paths", "tests/studies/scenes")
+)
+
 
 def adhesive(indenter, *, k=130.0, gamma1=0.07, w=0.002, opening=None, slopes="small") -> Scene:
     """A scene in which no parameter is 1; opening: work of adhesion of a contact that opens."""
@@ -27,6 +35,13 @@ def adhesive(indenter, *, k=130.0, gamma1=0.07, w=0.002, opening=None, slopes="s
         ElasticLayer(k * 0.03, 0.0, 0.03), SurfaceEnergies.from_work(gamma1, w), indenter, slopes
     )
     return replace(scene, opening=opening and SurfaceEnergies.from_work(gamma1, opening))
+
+
+def moved(branch, point, depth):
+    """The point to which a branch of load paths comes at another depth."""
+    for leg in legs(branch, point, depth):
+        point = leg.end if leg.after is None else leg.after
+    return Point(depth, None) if point.lines is None else point
 
 
 def check(value, expected, rel, scale=0.0):
@@ -39,6 +54,11 @@ def check(value, expected, rel, scale=0.0):
 def steep(indenter, ratio=0.3, gamma1=0.07) -> Scene:
     """The same with finite slopes and w/γ₁ = ratio."""
     return adhesive(indenter, gamma1=gamma1, w=ratio * gamma1, slopes="finite")
+
+
+def turned(indenter, **given) -> Scene:
+    """The same with rotational symmetry."""
+    return replace(adhesive(indenter, **given), geometry="axisymmetric")
 
 
 def plain(indenter, *, w=0.02, gamma1=1.0, length=1.0, stress=1.0, **options) -> Scene:
@@ -102,6 +122,15 @@ def rippled(R, wave, height, extent=(-math.inf, math.inf)):
         lambda x: np.square(x) / (2 * R) + height * (1 - np.cos(q * np.asarray(x))),
         lambda x: np.asarray(x) / R + height * q * np.sin(q * np.asarray(x)),
         extent,
+    )
+
+
+def dimple(c=1.2 * L, h=DELTA0):
+    """Lowest at r = c: about an axis a ring touches first."""
+    return Profile(
+        lambda r: h * ((np.asarray(r) / c) ** 2 - 1) ** 2,
+        lambda r: h * 4 * np.asarray(r) / c**2 * ((np.asarray(r) / c) ** 2 - 1),
+        extent=(0, 4 * c),
     )
 
 

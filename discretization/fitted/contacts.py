@@ -58,8 +58,8 @@ class Contacts:
         return np.array([pull for each in self.free for pull in each.pulls][1:-1]).reshape(-1, 2)
 
 
-def totals(contacts: Contacts, rtol: float) -> tuple[Interval, Interval]:
-    """Energy and force by fewer and by more Gauss points, on panels halved until both agree."""
+def totals(contacts: Contacts, rtol: float) -> Interval:
+    """Energy and force."""
     pulls = contacts.pulls
     energy, area = sum(each.energy for each in contacts.free), sum(e.area for e in contacts.free)
     free = energy, float(pulls.sum()), area, float(np.abs(pulls).sum())
@@ -80,20 +80,18 @@ def equilibrium(lines: Array, found: Interval, **given: Any) -> Equilibrium:
     )
 
 
-def estimated(
-    coarse: Interval, fine: Interval, width: float, move: float, push: float
-) -> dict[str, float]:
+def estimated(found: Interval, width: float, move: float, push: float) -> dict[str, float]:
     """Errors of half-width, force and energy: of the quadrature, the lines, and rounding.
 
     move: how far lines may be off, all together; push: what that adds to the force.
     """
-    force, energy = fine.force_scale or 1.0, fine.energy_scale or 1.0
-    found = (
+    energy, force = found.errors
+    parts = (
         move / width + ROUNDING if width else 0.0,
-        (abs(fine.force - coarse.force) + push) / force + 4 * ROUNDING,
-        abs(fine.energy - coarse.energy) / energy + 4 * ROUNDING,
+        (force + push) / (found.force_scale or 1.0) + 4 * ROUNDING,
+        energy / (found.energy_scale or 1.0) + 4 * ROUNDING,
     )
-    return dict(zip(QUANTITIES, map(float, found), strict=True))
+    return dict(zip(QUANTITIES, map(float, parts), strict=True))
 
 
 def push(scene: Scene, depth: float, x: Array) -> Array:

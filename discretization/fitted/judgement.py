@@ -143,10 +143,10 @@ def _tension(contacts: Contacts, lift: float) -> float:
     return worst / (unit * lift)
 
 
-def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, float]:
+def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     """Errors of rounding times the condition of the lines, and of the quadrature."""
     motion, scene = contacts.motion, contacts.motion.scene
-    off, move, more = ROUNDING * motion.rests.size + fine.rounding, 0.0, 0.0
+    off, move, more = ROUNDING * motion.rests.size + found.rounding, 0.0, 0.0
     for row, own, rate in zip(*_rates(contacts), strict=True):
         if own.any():
             inverse = np.abs(np.linalg.pinv(rate[np.ix_(own, own)]))
@@ -154,4 +154,4 @@ def errors(contacts: Contacts, coarse: Interval, fine: Interval) -> dict[str, fl
             move += float(moved.sum())
             more += float(push(scene, contacts.depth, row[own]) @ moved)
     width = float(np.diff(contacts.x, axis=1).sum())
-    return estimated(coarse, fine, width, move, more)
+    return estimated(found, width, move, more)

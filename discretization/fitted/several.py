@@ -165,8 +165,8 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
         through = motion.penetration(lines, depth) / lift
         return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
     contacts = Contacts(motion, lines, depth)
-    coarse, fine = totals(contacts, rtol)
-    return certified(contacts, fine, errors(contacts, coarse, fine), branch)
+    found = totals(contacts, rtol)
+    return certified(contacts, found, errors(contacts, found), branch)
 
 
 def certified(

@@ -45,30 +45,28 @@ def _state(problem: Single, lines: list[Line], branch: str, rtol: float) -> Equi
     """The certified state with these lines."""
     scene, depth, ends = problem.scene, problem.depth, ends_of(problem, lines)
     free = [problem.free(line.side, line.x) for line in lines]
-    coarse, fine = totals(problem, lines, free, rtol)
-    certificate = certify(problem, lines, free, fine)
+    found = totals(problem, lines, free, rtol)
+    certificate = certify(problem, lines, free, found)
     certificate.demand(
         f"the state at depth = {depth!r}", "try method='lattice' with a small spacing"
     )
     held = [True] * scene.axisymmetric + [line.pinned for line in lines for _ in range(line.times)]
     return equilibrium(
         ends,
-        fine,
+        found,
         scene=scene,
         depth=depth,
         pinned=np.array([held]),
         certificate=certificate,
         tail=FittedTail(problem.surfaces),
-        errors=errors(problem, lines, coarse, fine),
+        errors=errors(problem, lines, found),
         branch=branch,
         neutral=any(line.neutral for line in lines),
     )
 
 
-def totals(
-    problem: Single, lines: list[Line], free: list[Free], rtol: float
-) -> tuple[Interval, Interval]:
-    """Energy and force of the contact by fewer and by more Gauss points."""
+def totals(problem: Single, lines: list[Line], free: list[Free], rtol: float) -> Interval:
+    """Energy and force of the contact."""
     parts = [
         line.times * np.array([each.energy, sum(each.pulls), each.area, abs(sum(each.pulls))])
         for line, each in zip(lines, free, strict=True)
@@ -82,7 +80,8 @@ def certify(problem: Single, lines: list[Line], free: list[Free], found: Interva
     """The same conditions as on the lattice, for lines that move continuously."""
     scene, penetration, neighbours = problem.scene, 0.0, 0.0
     size = max(problem.size(line) for line in lines)
-    width = float(np.diff(ends_of(problem, lines))[0, 0])
+    ends = ends_of(problem, lines)
+    width, highest = float(np.diff(ends)[0, 0]), float(np.max(scene.indenter.height(ends)))
     step = 1e-7 * max(width, 1e-3 * scene.elastocapillary_length)
     for side, x, pinned, *_ in lines:
         if width:  # D may fall towards an edge
@@ -93,24 +92,22 @@ def certify(problem: Single, lines: list[Line], free: list[Free], found: Interva
             neighbours = max(neighbours, -problem.shortfall(side, beyond) / size)
             penetration = max(penetration, -problem.shortfall(side, beyond, adhesive=False) / size)
     force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
-    pulled = 0.0 if scene.work_of_adhesion else max(0.0, -found.weakest)
+    pulled = 0.0 if scene.work_of_adhesion else max(0.0, highest - problem.depth)
     stationarity, opening = max(each.residual for each in free), pulled / problem.displacement_scale
     return Certificate(float(penetration), stationarity, opening, float(neighbours), force)
 
 
-def errors(
-    problem: Single, lines: list[Line], coarse: Interval, fine: Interval
-) -> dict[str, float]:
+def errors(problem: Single, lines: list[Line], found: Interval) -> dict[str, float]:
     """Errors of surface and rounding times the condition of the line, and of the quadrature."""
     width, move, more = float(np.diff(ends_of(problem, lines))[0, 0]), 0.0, 0.0
     for line in lines:
         if line.pinned or not width:
             continue
-        lost = ROUNDING * problem.terms(line) + fine.rounding
+        lost = ROUNDING * problem.terms(line) + found.rounding
         moved = lost * _yield(problem, line, width, lost) + _POSITION * abs(line.x)
         move += line.times * moved
         more += line.times * moved * float(push(problem.scene, problem.depth, np.array(line.x)))
-    return estimated(coarse, fine, width, move, more)
+    return estimated(found, width, move, more)
 
 
 def _yield(problem: Single, line: Line, width: float, lost: float) -> float:

@@ -9,6 +9,8 @@ let go, whichever is lower,
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,19 +53,19 @@ def at_level(
         apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))
         return detached(scene, depth, branch, tail, apart)
     lines = below(profile, max(level, touch))
-    coarse, fine = refined(scene, depth, lines, NONE, rtol)
+    found = refined(scene, depth, lines, NONE, rtol)
     pinned = np.isin(lines, profile.indenter.walls)
-    judged = _judged(profile, lines, pinned, depth, level, lift, fine)
+    judged = _judged(profile, lines, pinned, depth, level, lift, found)
     judged.demand(f"the state at depth = {depth!r}", "try another depth")
     return equilibrium(
         lines,
-        fine,
+        found,
         scene=scene,
         depth=depth,
         pinned=pinned,
         certificate=judged,
         tail=tail,
-        errors=_errors(scene, lines, pinned, depth, coarse, fine),
+        errors=_errors(scene, lines, pinned, depth, found),
         branch=branch,
     )
 
@@ -128,7 +130,8 @@ def _judged(
     free &= ~np.isin(profile.x, lines)
     through = float((depth - profile.f[free]).max(initial=0.0)) / lift
     off = np.abs(np.asarray(profile.indenter.height(lines)) - level)[~pinned].max(initial=0.0)
-    torn = max(0.0, -found.weakest - max(0.0, level - depth)) / lift
+    highest = float(profile.f[~free].max(initial=-math.inf))
+    torn = max(0.0, highest - max(level, depth)) / lift
     force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
     return Certificate(through, 0.0, torn, float(off) / lift, force)
 
@@ -138,8 +141,7 @@ def _errors(
     lines: Array,
     pinned: NDArray[np.bool_],
     depth: float,
-    coarse: Interval,
-    fine: Interval,
+    found: Interval,
 ) -> dict[str, float]:
     """Rounding of the heights times the condition of the lines, and the quadrature."""
     height, slope = (
@@ -148,8 +150,8 @@ def _errors(
     size = np.abs(height) + abs(depth)
     width = float(np.diff(lines, axis=1).sum())
     with np.errstate(divide="ignore", invalid="ignore"):
-        moves = np.minimum((ROUNDING * size + fine.rounding) / np.abs(slope), width)
+        moves = np.minimum((ROUNDING * size + found.rounding) / np.abs(slope), width)
     moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
     push = scene.stiffness * np.abs(depth - height) * scene.measure(lines)
     pull = float((moves * push).sum())
-    return estimated(coarse, fine, width, float(moves.sum()), pull)
+    return estimated(found, width, float(moves.sum()), pull)

@@ -201,11 +201,6 @@ class Smooth:
             away = (moved[:, 0] > slack[:, None]).any(axis=1)
             return np.asarray(~away & ~(moved < -slack[:, None, None]).any(axis=(1, 2)))
 
-    def totals(self, lines: Array, depth: float) -> tuple[float, float]:
-        """Energy and force of all surfaces (n, 2) of a state."""
-        energy, force = self.many(lines[None], np.array([depth]))
-        return float(energy[0]), float(force[0])
-
     def many(self, lines: Array, depths: Array) -> Array:
         """Energy and force (2, k) of states with as many surfaces (k, n, 2) at depths (k,)."""
         return self.parts(lines.transpose(1, 0, 2), depths, 1)[::2].sum(axis=1)

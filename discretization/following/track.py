@@ -36,6 +36,10 @@ class Track:
             for k in range(0, at.size, _MOST):
                 own = at[k : k + _MOST]
                 found[own[:, None], which] = self._read(piece, depths[own], way, roughly)
+        if (
+            self.smooth.rests.scene.axisymmetric
+        ):  # where a contact is lost, rounding is all there is
+            found = np.where(np.isfinite(found), np.maximum(found, 0.0), found)
         return found
 
     def _read(self, piece: Piece, depths: Array, way: int, roughly: bool) -> Array:

@@ -98,8 +98,9 @@ def _bottom(lattice: Lattice, indenter: Indenter, first: int, last: int) -> int:
 
         def falls(links: Nodes, side: int = side) -> NDArray[np.bool_]:
             ends = (positions(lattice, indenter, start + side * (links + j)) for j in (0, 1))
-            near, far = map(indenter.height, ends)
-            return np.asarray(far <= near)
+            with np.errstate(over="ignore", invalid="ignore"):  # far from where it is lowest
+                near, far = map(indenter.height, ends)
+            return np.asarray((far <= near) & np.isfinite(far))
 
         found = first_failing(falls, abs(limit - start))
         if found == _ENDLESS:

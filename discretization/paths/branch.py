@@ -1,7 +1,11 @@
-"""What a load path needs to know of a discretisation: contacts followed from depth to depth."""
+"""What a load path is made of, and what it needs to know of a discretisation.
+
+That are contacts followed from depth to depth; recorded are states, and events between them.
+"""
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,18 +14,83 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
-from discretization.paths.events import Snapshot
 from discretization.surfaces.spectral import rounded
 from energy import Scene
 
 Array = NDArray[np.float64]
 Pinned = tuple[str, str]
-CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
-CREEPING = 100  # and so many in a row are not followed any further
 _ORDER = 24  # of the rule for ∫P dd
 _ROUNDING = 2e-16  # of the sum of what P is made of
 _KNOWN, _HALVINGS = 1e-14, 20  # of ∫|P dd|: as well as it is known, and halvings at most
+
+
+class Snapshot(NamedTuple):
+    """A state beside an event: depth, force P, energy U, contact lines (nan when detached).
+
+    left, right: the outermost lines; inner: those in between, where there are several contacts.
+    With rotational symmetry (axisymmetric) they are radii, and left is 0 for a contact that
+    includes the axis.
+    """
+
+    depth: float
+    force: float
+    energy: float
+    left: float
+    right: float
+    inner: tuple[float, ...] = ()
+    axisymmetric: bool = False
+
+    @property
+    def lines(self) -> tuple[float, ...]:
+        """All contact lines from left to right."""
+        return self.left, *self.inner, self.right
+
+    @property
+    def half_width(self) -> float:
+        """Half the total contact length a, or the radius of the outermost line; 0 if detached."""
+        if math.isnan(self.left):
+            return 0.0
+        lines = self.lines
+        widths = [right - left for left, right in zip(lines[::2], lines[1::2], strict=True)]
+        return self.right if self.axisymmetric else sum(widths) / 2
+
+
+class Event(NamedTuple):
+    """Something that happened at one value of the control, between two steps.
+
+    kind: "touch" or "jump-in" (contact begins, without or with energy released), "tip depinning",
+    "edge depinning" and their opposites "... pinning", "detachment" (the contact has closed up),
+    "pull-off" (unstable under force or machine control), "jump" (unstable, still in contact),
+    "nucleation", "splitting" (another contact), "coalescence" or "closing" (one contact less).
+    control: the value at which it happens; before, after: the states; energy_released: the drop
+    of U at fixed depth, of U - F d at fixed force, of U + K/2 (D - d)² at a fixed drive. Under
+    force control a pull-off ends where the contact closes up under the dead load.
+    """
+
+    kind: str
+    control: float
+    before: Snapshot
+    after: Snapshot
+    energy_released: float
+    step: int
+
+    @property
+    def depth(self) -> float:
+        """d before the event."""
+        return self.before.depth
+
+    @property
+    def force(self) -> float:
+        """P before the event."""
+        return self.before.force
+
+
+class PullOff(NamedTuple):
+    """The most tensile state of a path."""
+
+    force: float
+    depth: float
+    half_width: float
 
 
 class Point(NamedTuple):
@@ -63,24 +132,29 @@ class Leg:
     @property
     def pinned(self) -> Pinned:
         """What holds the outermost lines on the way."""
-        first, last = self.branch.pinned(self.start), self.branch.pinned(self.end)
-        if first == last:
+        if self.branch.pinned(self.start) == self.branch.pinned(self.end):
             return self.branch.pinned(self.start)
         (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
         return self.branch.pinned(between)
 
+    @functools.cached_property
+    def _known(self) -> dict[float, Point]:
+        return {point.depth: point for point in (self.end, self.start)}
+
     def points(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        ends = {point.depth: point for point in (self.end, self.start)}
-        between = self.between(depths) if depths.size else []
-        return [ends.get(point.depth) or point for point in between]
+        asked = depths.tolist()
+        new = np.array([depth for depth in asked if depth not in self._known])
+        if new.size:
+            self._known.update(zip(new.tolist(), self.between(new), strict=True))
+        return [self._known[depth] for depth in asked]
 
     def between(self, depths: Array) -> list[Point]:
         """The same, where that is not known."""
         raise NotImplementedError
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
-        """P at depths on the way (n,); roughly: good to draw it."""
+        """P at depths on the way (n,); roughly: good to draw it, where rounding moves no line."""
         return np.asarray(self.branch.totals(self.points(depths))[1])
 
     def depths(self, t: Array) -> Array:
@@ -206,22 +280,11 @@ class Branch:
 
 
 def legs(branch: Branch, here: Point, depth: float) -> Iterator[Leg]:
-    """The legs from a point to a depth, whatever happens on the way, while in contact."""
-    least, creeping = CREEPS * (abs(depth - branch.touch) + branch.lift), 0
+    """The legs from a point to a depth where a path has passed, while in contact."""
     while here.depth != depth and here.lines is not None:
         leg = branch.leg(here, depth)
         yield leg
-        creeping = creeping + 1 if abs(leg.end.depth - here.depth) <= least else 0
-        if creeping > CREEPING:
-            raise NotCertifiedError(f"the contacts near depth = {depth!r} do not come to rest")
         here = leg.end if leg.after is None else leg.after
-
-
-def moved(branch: Branch, point: Point, depth: float) -> Point:
-    """The point to which one comes at another depth."""
-    for leg in legs(branch, point, depth):
-        point = leg.end if leg.after is None else leg.after
-    return Point(depth, None) if point.lines is None else point
 
 
 def alike(points: Sequence[Point]) -> Iterator[list[int]]:

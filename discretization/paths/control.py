@@ -42,10 +42,6 @@ class Control:
 
     stiffness: float | None
 
-    def load(self, depth: float, value: float) -> float:
-        """The force on an indenter at this depth while the control has this value."""
-        return self.stiffness * (value - depth) if self.stiffness else value
-
     def value(self, depth: Any, force: Any) -> Any:
         """C: the value at which this force balances; numbers or arrays."""
         if self.stiffness is None:
@@ -56,13 +52,14 @@ class Control:
         """What the load does on an indenter that moves at this value: 0, F Δd or ∫K (D - d) dd."""
         if self.stiffness is None or start == end:
             return 0.0
-        return (self.load(start, value) + self.load(end, value)) / 2 * (end - start)
+        load = self.stiffness * (value - (start + end) / 2) if self.stiffness else value
+        return load * (end - start)
 
 
 class Curve(NamedTuple):
     """C on a leg at t (j,), monotone in between.
 
-    series: the polynomial of t that is C up to each t but the first; none where P is only known
+    series: the polynomials of t that are C on the parts of the leg; none where P is only known
     between nodes. rounding: of C.
     """
 
@@ -88,14 +85,13 @@ class Curve(NamedTuple):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
                 continue
             if smooth:
-                at, drawn = _with_turns(leg, control, at, drawn, fit)
-                series += [fit] * (at.size - 1)
-            t, value = np.append(t, at[t.size > 0 :]), np.append(value, drawn[t.size > 0 :])
+                series.append(fit)
+            if smooth and (turns := _turns(fit)).size:
+                at = np.append(at, turns)
+                drawn = np.append(drawn, _values(leg, control, turns, roughly=True))
+            order = np.argsort(at, kind="stable")[t.size > 0 :]
+            t, value = np.append(t, at[order]), np.append(value, drawn[order])
         return cls(leg, control, t, value, series, rounding)
-
-    def values(self, t: Array) -> Array:
-        """C at t."""
-        return _values(self.leg, self.control, t)
 
     def peak(self, side: int) -> int:
         """The first sample after which C falls (side 1) or rises (-1); the last if none."""
@@ -119,7 +115,8 @@ class Curve(NamedTuple):
                 if found or _represents(series, 0.0):  # closer by, rounding moves the peak
                     break
             low, high, found = max(top - reach, low), min(top + reach, high), known
-        value = side * self.values(np.append(ends, top))  # next to the ends d hardly changes with t
+        ends_and_top = _values(self.leg, self.control, np.append(ends, top))
+        value = side * ends_and_top  # next to the ends d hardly changes with t
         as_high = value[:-1] >= value[-1] - _ROUNDING * abs(value[-1])
         return float(ends[as_high][0]) if as_high.any() else top
 
@@ -156,23 +153,23 @@ class Curve(NamedTuple):
         wider = _WIDER * (high - low)  # the samples are only as good as the polynomial
         rise = (self.value[k] - self.value[k - 1]) / (high - low)
         guess = np.clip(low + (values - self.value[k - 1]) / rise, low, high)
-        if self.series:
-            ids = np.array([id(self.series[i - 1]) for i in k.tolist()])
-            for one in np.unique(ids).tolist():
-                own = np.flatnonzero(ids == one)
-                fit = self.series[k[own[0]] - 1]
-                guess[own], rise[own] = _guessed(fit, values[own], (low[own], high[own]))
+        parts = np.array([fit.domain[1] for fit in self.series]).searchsorted(high)
+        for part in np.unique(parts).tolist() if self.series else ():
+            own = parts == part
+            at = values[own], guess[own], low[own], high[own]
+            guess[own], rise[own] = _guessed(self.series[part], *at)
         low, high = np.maximum(low - wider, 0.0), np.minimum(high + wider, 1.0)
         return crossings(
-            lambda t, own: self.values(t) - values[own], low, high, guess, rise, self.rounding
+            lambda t, own: _values(self.leg, self.control, t) - values[own],
+            *(low, high, guess, rise, self.rounding),
         )
 
 
-def _guessed(fit: Legendre, values: Array, between: tuple[Array, Array]) -> tuple[Array, Array]:
+def _guessed(
+    fit: Legendre, values: Array, t: Array, low: Array, high: Array
+) -> tuple[Array, Array]:
     """Where a polynomial has these values (n,), by Newton's method, and its slopes there."""
-    low, high = between
-    slope, (a, b) = fit.deriv(), (fit(low), fit(high))
-    t = low + (high - low) * np.clip((values - a) / (b - a), 0.0, 1.0)
+    slope = fit.deriv()
     for _ in range(_NEWTON):
         with np.errstate(divide="ignore", invalid="ignore"):
             new = t - (fit(t) - values) / slope(t)
@@ -209,15 +206,3 @@ def _turns(series: Legendre) -> Array:
     return np.sort(
         turns.real[(np.abs(turns.imag) <= 1e-6) & (turns.real > low) & (turns.real < high)]
     )
-
-
-def _with_turns(
-    leg: Leg, control: Control, t: Array, value: Array, series: Legendre
-) -> tuple[Array, Array]:
-    """Samples and the places in between where the polynomial turns, with C there."""
-    turns = _turns(series)
-    if not turns.size:
-        return t, value
-    whole = np.concatenate([t, turns])
-    order = np.argsort(whole)
-    return whole[order], np.concatenate([value, _values(leg, control, turns, roughly=True)])[order]

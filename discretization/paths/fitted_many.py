@@ -8,21 +8,18 @@ jumps over a part of the profile where it has no rest; see ../following.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.contacts import Contacts
-from discretization.fitted.motion import Lines, Motion, free
+from discretization.fitted.motion import Motion, free
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import certified
 from discretization.following.events import Events
-from discretization.following.pieces import DEGREE
-from discretization.following.smooth import Smooth
 from discretization.following.track import Track
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.profile import resolve
@@ -32,34 +29,25 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
-_MORE = 2 * DEGREE  # of the rule for ∫P dd
-_KNOWN, _HALVINGS = 1e-14, 6  # of ∫|P dd|: as well as it is known, and halvings at most
 
 
 @dataclass(eq=False)
 class Tracked(Leg):
-    """A leg of lines that move smoothly; known: those that have been solved for."""
+    """A leg of lines that move smoothly."""
 
     track: Track
-    known: dict[float, Array] = field(default_factory=dict)
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        rows = self._lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
-        return [_point(d, tuple(row)) for d, row in zip(depths.tolist(), rows, strict=True)]
+        rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
+        return [Point(d, tuple(row) or None) for d, row in zip(depths.tolist(), rows, strict=True)]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
-        lines = self.track.lines(depths, roughly=True) if roughly else self._lines(depths)
-        return np.asarray(self.branch.smoothly.many(lines, depths)[1])
-
-    def _lines(self, depths: Array) -> Array:
-        """Lines (n, ..) at depths, those that are not known yet solved for."""
-        asked = depths.tolist()
-        new = np.array([depth for depth in asked if depth not in self.known])
-        if new.size:
-            self.known.update(zip(new.tolist(), self.track.lines(new), strict=True))
-        return np.array([self.known[depth] for depth in asked])
+        if not roughly:
+            return super().forces(depths)
+        lines = self.track.lines(depths, roughly=True)
+        return np.asarray(self.branch.events.trials.smooth.many(lines, depths)[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +70,6 @@ class FittedMany(Branch):
         return Events(self.motion)
 
     @property
-    def smoothly(self) -> Smooth:
-        """What moves lines between events."""
-        return self.events.trials.smooth
-
-    @property
     def resolution(self) -> float:
         """The length by which lines may be off, by rounding."""
         return _FELT * self.scene.elastocapillary_length
@@ -104,11 +87,11 @@ class FittedMany(Branch):
     def leg(self, point: Point, goal: float) -> Tracked:
         """The way from a point towards another depth, up to the first event or free line."""
         part = self.events.part(point.lines or (), point.depth, goal)
-        end, after = _point(part.depth, part.lines), None
+        end, after = Point(part.depth, part.lines or None), None
         if part.after is not None:
-            after = _point(part.depth, part.after)
+            after = Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
-        track = Track(self.smoothly, np.array(free(point.lines or ())), part.pieces)
+        track = Track(self.events.trials.smooth, np.array(free(point.lines or ())), part.pieces)
         return Tracked(self, point, end, after, jumps, track)
 
     def pinned(self, point: Point) -> Pinned:
@@ -134,14 +117,18 @@ class FittedMany(Branch):
         found = np.empty((2, len(points)))
         for own in alike(points):
             lines = np.array([free(points[i].lines or ()) for i in own])
-            found[:, own] = self.smoothly.many(lines, np.array([points[i].depth for i in own]))
+            found[:, own] = self.events.trials.smooth.many(
+                lines, np.array([points[i].depth for i in own])
+            )
         return found
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, weighted with the pattern's factor."""
         if not before.lines or not after.lines:
             return 0.0
-        bound = [self.smoothly.integrals.at(np.array(p.lines))[4] for p in (before, after)]
+        bound = [
+            self.events.trials.smooth.integrals.at(np.array(p.lines))[4] for p in (before, after)
+        ]
         return float(np.maximum((bound[0] - bound[1]).reshape(-1, 2) * (-1, 1), 0.0).sum())
 
     def certify(self, point: Point) -> None:
@@ -153,14 +140,10 @@ class FittedMany(Branch):
         pulls, area = contacts.pulls, sum(each.area for each in contacts.free)
         press = force - float(pulls.sum())
         scale = abs(press) + float(np.abs(pulls).sum())
-        found = Interval(energy, force, press + area, abs(energy), scale, math.nan)
+        found = Interval(energy, force, press + area, abs(energy), scale)
         try:
             certified(contacts, found, {}, "adhered")
         except NotCertifiedError as problem:
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"
             ) from None
-
-
-def _point(depth: float, lines: Lines) -> Point:
-    return Point(depth, lines or None)

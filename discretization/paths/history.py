@@ -6,7 +6,8 @@ import functools
 import json
 import math
 import os
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization import display, plots
-from discretization.paths import balance
-from discretization.paths.branch import Branch, Point
-from discretization.paths.branches import branch_of
-from discretization.paths.control import Control
-from discretization.paths.events import Event, PullOff, Snapshot, half_length
+from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot, legs
+from discretization.paths.control import Control, Curve
+from discretization.paths.fitted_many import FittedMany
+from discretization.paths.lattice_branch import LatticeBranch
+from discretization.paths.springs_branch import SpringsBranch
+from discretization.routes import route
 from energy import Scene
 from energy.description import alike, described, rebuilt
 
 Array = NDArray[np.float64]
+_NOISE = 1e-13  # of the largest force: a force is no less than another by less
 _TITLE = "elastocap load path"
 _NOTES = (
     "in the units of the scene, of a line contact per its unit length: control [length or force],",
@@ -34,41 +37,39 @@ _HEADER = ("control", "machine_stiffness", "rtol", "spacing", "friction")
 _COLUMNS = ("control", "depth", "force", "energy", "left", "right", "inner")
 
 
+def _column(index: Any) -> functools.cached_property[Array]:
+    return functools.cached_property(lambda path: path.table[:, index])
+
+
 @dataclass(frozen=True, eq=False)
 class History:
     """A load path of n steps, per unit length of the line contact.
 
     With rotational symmetry force and energy are those of the whole contact, and lines are radii.
 
-    control: "depth", "force" or "drive"; values (n,): the programme; machine_stiffness K of a
-    drive. depth, force (P > 0 compressive), half_width, energy U (n,); contacts (n, 2): lines, nan
-    when detached. friction: lost by lines that moved without a jump under adhesion hysteresis.
-    spacing: of the nodes, None on the fitted mesh. inner (n,): the lines between the outermost
-    ones, where there are several contacts. A detached indenter under a tensile dead load is at
-    depth -inf.
+    control: "depth", "force" or "drive"; machine_stiffness K of a drive. spacing: of the nodes,
+    None on the fitted mesh. table (n, 6), of which values (the programme), depth d, force P > 0
+    compressive and energy U (n,) are columns, and contacts (n, 2), the outermost lines, nan when
+    detached; an indenter that a tensile dead load has pulled away is at depth -inf. inner (n,): the
+    lines between the outermost ones, where there are several contacts. friction: lost by lines that
+    moved without a jump under adhesion hysteresis.
     """
 
     scene: Scene
     control: str
     machine_stiffness: float | None
-    values: Array
-    depth: Array
-    force: Array
-    energy: Array
-    contacts: Array
-    events: tuple[Event, ...]
-    friction: float
     rtol: float
     spacing: float | None = None
+    table: Array = field(default_factory=lambda: np.empty((0, 6)))
     inner: tuple[tuple[float, ...], ...] = ()
+    events: tuple[Event, ...] = ()
+    friction: float = 0.0
 
-    @classmethod
-    def empty(cls, scene: Scene, *held: Any) -> History:
-        """A path without steps; held: its control, machine_stiffness, rtol and spacing."""
-        none, (control, stiffness, rtol, spacing) = np.empty(0), held
-        return cls(
-            *(scene, control, stiffness, *4 * (none,), np.empty((0, 2)), (), 0.0, rtol, spacing)
-        )
+    values = _column(0)
+    depth = _column(1)
+    force = _column(2)
+    energy = _column(3)
+    contacts = _column(slice(4, 6))
 
     def extended(
         self,
@@ -79,21 +80,18 @@ class History:
         friction: float,
     ) -> History:
         """This path and further steps along the branch."""
-        lines, (force, energy) = np.full((len(points), 2), math.nan), np.zeros((2, len(points)))
-        held = np.array([point.lines is not None for point in points])
-        if held.any():
-            found = branch.recorded([point for point in points if point.lines is not None])
-            lines[held], force[held], energy[held] = found
+        depth, none = [point.depth for point in points], np.zeros((2, len(points)))
+        table = np.column_stack([values, depth, *none, [point.ends for point in points]])
+        held = [i for i, point in enumerate(points) if point.lines is not None]
+        if held:
+            lines, force, energy = branch.recorded([points[i] for i in held])
+            table[held, 2:] = np.column_stack([force, energy, lines])
         whole = replace(
             self,
-            values=np.concatenate([self.values, values]),
-            depth=np.append(self.depth, [point.depth for point in points]),
-            force=np.concatenate([self.force, force]),
-            energy=np.concatenate([self.energy, energy]),
-            contacts=np.concatenate([self.contacts, lines]),
+            table=np.concatenate([self.table, table]),
+            inner=(*self.inner, *(point.inner for point in points)),
             events=(*self.events, *events),
             friction=self.friction + friction,
-            inner=(*self.inner, *(point.inner for point in points)),
         )
         vars(whole)["_branch"] = branch  # knows the work done between the states
         return whole
@@ -101,11 +99,7 @@ class History:
     @property
     def half_width(self) -> Array:
         """Half the total contact length a (n,), or the outermost radius; 0 when detached."""
-        if self.scene.axisymmetric:
-            return np.nan_to_num(self.contacts[:, 1])
-        width = self.contacts[:, 1] - self.contacts[:, 0]
-        gaps = [-half_length(lines) if lines else 0.0 for lines in self.inner]
-        return np.where(np.isnan(width), 0.0, width / 2 + np.array(gaps))
+        return np.array([self.at(step).half_width for step in range(len(self))])
 
     @property
     def dissipated(self) -> float:
@@ -128,8 +122,7 @@ class History:
 
     def at(self, step: int) -> Snapshot:
         """The state at a step."""
-        columns = (self.depth, self.force, self.energy, *self.contacts.T)
-        depth, force, energy, left, right = (float(column[step]) for column in columns)
+        depth, force, energy, left, right = self.table[step, 1:].tolist()
         turned = self.scene.axisymmetric
         return Snapshot(depth, force, energy, left, right, self.inner[step], turned)
 
@@ -139,7 +132,10 @@ class History:
         The energy balance of a path that starts and ends without contact: work = dissipated.
         """
         hold = Control(None if self.control == "depth" else self.machine_stiffness or 0.0)
-        return balance.work(self._branch, hold, self.parts)
+        jumps = (
+            hold.work(event.before.depth, event.after.depth, event.control) for event in self.events
+        )
+        return sum(leg.work() for run in self._runs for leg in self._legs(run)) + sum(jumps)
 
     def to_csv(self, path: str | Path) -> None:
         """Write everything, with units, signs and the scene in the header; exact to the last bit.
@@ -153,8 +149,7 @@ class History:
         for event in self.events:
             lines.append(f"# event {json.dumps(event)}")
         lines.append(",".join(_COLUMNS))
-        columns = (self.values, self.depth, self.force, self.energy, *self.contacts.T)
-        for *row, inner in zip(*(column.tolist() for column in columns), self.inner, strict=True):
+        for row, inner in zip(self.table.tolist(), self.inner, strict=True):
             lines.append(",".join([*map(repr, row), " ".join(map(repr, inner))]))
         beside = path.with_name(path.name + ".part")
         beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -174,22 +169,16 @@ class History:
         if scene is not None and not alike(described(scene), header["scene"]):
             raise ValueError(f"scene = {scene!r} is not the scene of {str(path)!r}; pass that one")
         rows = [line.split(",") for line in lines if not line.startswith("#")][1:]
-        numbers = np.array([row[:6] for row in rows], float).reshape(-1, 6)
-        values, depth, force, energy, left, right = numbers.T
         events = [json.loads(note[6:]) for note in notes if note.startswith("event ")]
         return cls(
-            scene=rebuilt(header["scene"]) if scene is None else scene,
-            values=values,
-            depth=depth,
-            force=force,
-            energy=energy,
-            contacts=np.stack([left, right], axis=1),
+            rebuilt(header["scene"]) if scene is None else scene,
+            **{name: header[name] for name in _HEADER},
+            table=np.array([row[:6] for row in rows], float).reshape(-1, 6),
+            inner=tuple(tuple(map(float, row[6].split())) for row in rows),
             events=tuple(
                 Event(kind, value, _snapshot(before), _snapshot(after), *rest)
                 for kind, value, before, after, *rest in events
             ),
-            inner=tuple(tuple(map(float, row[6].split())) for row in rows),
-            **{name: header[name] for name in _HEADER},
         )
 
     @functools.cached_property
@@ -198,7 +187,34 @@ class History:
 
         ValueError for a path without tension.
         """
-        return balance.most_tensile(self._branch, self.parts)
+        found = [state for run in self._runs for state in (*run, *self._turns(run))]
+        state = min(found, key=lambda state: state.force, default=None)
+        if state is None or state.force >= 0:
+            least = math.inf if state is None else state.force
+            raise ValueError(
+                f"least force = {least!r} of this path is not tensile; retract the indenter further"
+            )
+        return PullOff(state.force, state.depth, state.half_width)
+
+    @property
+    def _runs(self) -> list[list[Snapshot]]:
+        """The states of each part that goes one way, as far as they are in contact."""
+        runs = [part for part in self.parts if isinstance(part, list)]
+        return [run for part in runs if (run := [s for s in part if not math.isnan(s.left)])]
+
+    def _legs(self, run: list[Snapshot]) -> Iterator[Leg]:
+        """The legs from the first state of a run to the last."""
+        start = self._branch.contact(run[0].depth, *run[0].lines)
+        return legs(self._branch, start, run[-1].depth)
+
+    def _turns(self, run: list[Snapshot]) -> Iterator[Snapshot]:
+        """The states of a run at which P is least, between those recorded."""
+        for leg in self._legs(run) if self._branch.smooth else ():
+            curve = Curve.of(leg, Control(0.0))
+            least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
+            if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():
+                (point,) = leg.points(leg.depths(np.array([curve.refined(least, -1)])))
+                yield self._branch.snapshot(point)
 
     plot = plots.plot_path
     to_dict = display.path_columns
@@ -229,3 +245,12 @@ def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapsh
         parts.append(run)
     run.append(there)
     return run
+
+
+def branch_of(scene: Scene, rtol: float, spacing: float | None, deepest: float) -> Branch:
+    """The branch for depths up to the deepest, on nodes if there is a spacing."""
+    if spacing is not None:
+        return LatticeBranch.of(scene, spacing, deepest)
+    if route(scene, "path", nodes=False) == "springs":
+        return SpringsBranch.of(scene, rtol, deepest)
+    return FittedMany.of(scene, deepest)

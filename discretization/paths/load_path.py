@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.paths.branch import CREEPING, CREEPS, Branch, Leg, Pinned, Point
+from discretization.paths.branch import Branch, Event, Leg, Pinned, Point, Snapshot
 from discretization.paths.control import Control, Curve
-from discretization.paths.events import Event
 
 Array = NDArray[np.float64]
-_FIRST = 1 / 2  # of δ₀ and the depth: legs under a load of unknown length
 _LONGER, _LONGEST = 1.5, 4.0  # legs than what is left asks for, and than the one before
 _CLOSE = 1e-9  # of δ₀ and the depth: so close to where the profile ends nothing is looked for
-_SHORTEST = 40  # halvings of a leg that is refused: beyond the known profile there is none
+_SHORTEST = 2.0**-39  # of a leg that is refused: beyond the known profile there is none
+_CREEPS = 1e-11  # of δ₀ and the depth: legs that short, of lines that come free by roundings,
+_CREEPING = 100  # and so many in a row are not followed any further
 
 
 @dataclass(eq=False)
@@ -46,26 +45,29 @@ class LoadPath:
         """Whether the indenter is held by a dead load."""
         return self.control.stiffness == 0
 
-    def go(self, values: Array) -> None:
-        """To these values of the control (n,), one after the other."""
+    def go(self, values: Array) -> tuple[list[Point], list[Event], float]:
+        """To these values of the control (n,), one after the other: points, events, friction."""
+        self.points, self.events, self.friction = [], [], 0.0
         if self.dead and self.step == 0 and values[0] < 0:  # a load that pulls needs a contact
             self._touch()
             self.value = 0.0
-        for part in _one_way(values, self.value):
-            left, side = part, 1 if part[-1] >= self.value else -1
-            self.reach, self.rate = math.inf, 0.0
-            while left.size:
-                move = self._apart if self.point.lines is None else self._pushed
-                left = left[move(left, side) :]
-            self.value = float(part[-1])
+        side = 0
+        while values.size:
+            steps = np.sign(np.diff(np.append(self.value, values)))
+            way = -1 if next(iter(steps[steps != 0]), 1) < 0 else 1
+            if way != side:
+                self.reach, self.rate, side = math.inf, 0.0, way
+            part = values[: int(np.argmax(np.append(side * steps, -1) < 0))]
+            done = (self._apart if self.point.lines is None else self._pushed)(part, side)
+            self.value = float(values[done - 1]) if done else self.value
+            values = values[done:]
+        return self.points, self.events, self.friction
 
-    def recorded(self) -> tuple[list[Point], list[Event], float]:
-        """Steps, events and friction since the last call."""
-        found = list(self.points), list(self.events), self.friction
-        self.points.clear()
-        self.events.clear()
-        self.friction = 0.0
-        return found
+    def resume(self, last: Snapshot, step: int, value: float) -> None:
+        """Go on after so many steps, from this state at this value of the control."""
+        self.step, self.value = step, value
+        self.point = self.branch.contact(last.depth, *last.lines)
+        self.pinned = self.branch.pinned(self.point)
 
     # out of contact
 
@@ -79,8 +81,8 @@ class LoadPath:
                 f"{self.events[-1].force!r}: a path under force control starts at first touch; "
                 "begin with a larger force"
             )
-        for value in values[:count].tolist():
-            self._add([Point(-math.inf if self.dead else value, None)])
+        away = [-math.inf] * count if self.dead else values[:count].tolist()
+        self._add([Point(depth, None) for depth in away])
         if count < values.size:
             self._touch()
         return count
@@ -96,69 +98,61 @@ class LoadPath:
         pulled = self.branch.lift > 0 and self.branch.force(after) < 0
         if self.control.stiffness is not None and pulled:
             after = self._landing(after, self._free, 1)
-        self._record("touch", self._free, Point(self.branch.touch, None), after)
-        self.point, self.pinned = after, self.branch.pinned(after)
+        self._jump("touch", Point(self.branch.touch, None), after, self._free)
 
     # in contact
 
     def _pushed(self, values: Array, side: int) -> int:
         """Along one leg towards the last of the values: how many are reached on it."""
-        if self.control.stiffness is None:
-            return self._moved(values, side)
-        far = self._distance(values)
-        leg = self._leg(self.point, side * far)
-        curve = Curve.of(leg, self.control)
-        top = curve.peak(side)
-        found = curve.reaches(values, side, 0, top)
-        missed = np.isnan(found)
-        reached = int(missed.argmax()) if missed.any() else values.size
-        self._add(leg.points(leg.depths(found[:reached])))
-        self._measure(leg, far, curve.value)
-        if reached < values.size:
-            if top < curve.t.size - 1:
-                self._turn(curve, top, side)
-            else:
-                self._end(leg, side)
-        return reached
-
-    def _moved(self, values: Array, side: int) -> int:
-        """The same under an imposed depth."""
-        far = side * (values - self.point.depth)
-        if far[0] == 0:
+        imposed = self.control.stiffness is None
+        least = abs(float(values[0]) - self.point.depth) if imposed else 0.0
+        if imposed and least == 0:
             self._add([self.point])
             return 1
-        asked = min(float(far[-1]), self.reach)
-        leg = self._leg(self.point, side * asked, float(far[0]))
-        ahead = side * (values - leg.end.depth)
-        stays = leg.after is None or (
-            leg.after.lines is None and leg.end.depth == self.branch.touch
-        )
-        reached = int(((ahead < 0) | ((ahead == 0) & stays)).sum())
-        self._add(leg.points(values[:reached]))
-        self._measure(leg, asked, np.empty(0))
-        if reached < values.size:
+        asked = self._distance(values)
+        leg = self._leg(self.point, side * asked, least)
+        done, turns = abs(leg.end.depth - leg.start.depth), False
+        if imposed:
+            depths = self._before_end(leg, values, side)
+        else:
+            curve = Curve.of(leg, self.control)
+            top = curve.peak(side)
+            turns, found = top < curve.t.size - 1, curve.reaches(values, side, 0, top)
+            depths = leg.depths(found[np.isfinite(found)])
+            self.rate = abs(float(curve.value[-1] - curve.value[0])) / done if done else self.rate
+        self._add(leg.points(depths))
+        self.reach = done * (_LONGEST if done >= asked else _LONGER)
+        if depths.size < values.size and turns:
+            self._turn(curve, top, side)
+        elif depths.size < values.size:
             self._end(leg, side)
-        return reached
+        return depths.size
+
+    def _before_end(self, leg: Leg, values: Array, side: int) -> Array:
+        """The imposed depths on a leg, its end among them if nothing happens there."""
+        ahead, after, touch = side * (values - leg.end.depth), leg.after, self.branch.touch
+        stays = after is None or (after.lines is None and leg.end.depth == touch)
+        return values[(ahead < 0) | ((ahead == 0) & stays)]
 
     def _leg(self, point: Point, way: float, least: float = 0.0) -> Leg:
         """A leg of that length, or shorter where the profile is not known so far.
 
         least: the length of which a refusal counts.
         """
-        size = abs(point.depth - self.branch.touch) + self.branch.lift
-        least = max(least, _CLOSE * size)
-        for turn in range(_SHORTEST):
-            goal = point.depth + way * 0.5**turn
+        size = self._size(point)
+        least = max(least, _CLOSE * size, _SHORTEST * abs(way))
+        while True:
             try:
-                leg = self.branch.leg(point, goal)
+                leg = self.branch.leg(point, point.depth + way)
                 break
             except (ValueError, NotCertifiedError):
-                if abs(way) * 0.5**turn <= least or turn == _SHORTEST - 1:
+                if abs(way) <= least:
                     raise
+                way /= 2
         done = abs(leg.end.depth - point.depth)
-        slow = done <= min(CREEPS * size, least / 2) and not leg.jumps
+        slow = done <= min(_CREEPS * size, least / 2) and not leg.jumps
         self.creeping = self.creeping + 1 if slow else 0
-        if self.creeping > CREEPING:
+        if self.creeping > _CREEPING:
             self.branch.certify(leg.end)
             raise NotCertifiedError(
                 f"the contacts at depth = {point.depth!r} do not come to rest; try other depths"
@@ -169,29 +163,25 @@ class LoadPath:
 
     def _distance(self, values: Array) -> float:
         """How far to look ahead for the last of these values."""
-        rate, depth = self.rate, self.point.depth
+        if self.control.stiffness is None:
+            return min(abs(float(values[-1]) - self.point.depth), self.reach)
         off = abs(float(values[-1]) - self._value(self.point))
-        size = _FIRST * (abs(depth - self.branch.touch) + self.branch.lift)
-        first = size or off / self.branch.scene.layer.modulus
-        aim = _LONGER * off / rate if rate > 0 else math.inf
+        first = self._size(self.point) / 2 or off / self.branch.scene.layer.modulus
+        aim = _LONGER * off / self.rate if self.rate > 0 else math.inf
         return min(aim, self.reach if math.isfinite(self.reach) else first)
 
-    def _measure(self, leg: Leg, asked: float, value: Array) -> None:
-        """What is known after a leg of how long the next one should be."""
-        done = abs(leg.end.depth - leg.start.depth)
-        self.reach = done * (_LONGEST if done >= asked else _LONGER)
-        if value.size and done:
-            self.rate = abs(float(value[-1] - value[0])) / done
+    def _size(self, point: Point) -> float:
+        """A length by which depths change: how far below touching, and δ₀."""
+        return abs(point.depth - self.branch.touch) + self.branch.lift
 
     def _hold(self, pinned: Pinned) -> None:
         """Events of lines that leave or reach a corner where the path is."""
-        if pinned == self.pinned:
-            return
-        value, changes = self._value(self.point), list(zip(self.pinned, pinned, strict=True))
-        for place in dict.fromkeys(was for was, now in changes if was and was != now):
-            self._record(f"{place} depinning", value, self.point, self.point)
-        for place in dict.fromkeys(now for was, now in changes if now and was != now):
-            self._record(f"{place} pinning", value, self.point, self.point)
+        changes = ((self.pinned, pinned, "depinning"), (pinned, self.pinned, "pinning"))
+        for gone, new, what in changes:
+            places = [one for one, other in zip(gone, new, strict=True) if one and one != other]
+            for place in dict.fromkeys(places):
+                value = self._value(self.point)
+                self._record(f"{place} {what}", value, self.point, self.point)
         self.pinned = pinned
 
     def _add(self, points: list[Point]) -> None:
@@ -208,22 +198,19 @@ class LoadPath:
 
     def _turn(self, curve: Curve, top: int, side: int) -> None:
         """A jump from a peak of C."""
-        leg, t = curve.leg, np.array([curve.refined(top, side)])
-        (peak,) = leg.points(leg.depths(t))
+        leg = curve.leg
+        (peak,) = leg.points(leg.depths(np.array([curve.refined(top, side)])))
         self._slide(peak)
         value = self._value(peak)
         landed = curve.reaches(np.array([value]), side, top + 1, curve.t.size - 1)
-        if np.isnan(landed[0]):
-            after = self._landing(leg.end if leg.after is None else leg.after, value, side)
-        else:
+        if np.isfinite(landed[0]):
             (after,) = leg.points(leg.depths(landed))
+        else:
+            after = self._landing(leg.end if leg.after is None else leg.after, value, side)
         if self._alike(peak, after):
             self._slide(after)
-        elif np.isnan(landed[0]):
-            self._jump("jump", peak, after, value)
         else:
-            self._record("jump", value, peak, after)
-            self.point = after
+            self._jump("jump", peak, after, value)
 
     def _alike(self, one: Point, other: Point) -> bool:
         """Whether lines are the same as well as they are known."""
@@ -258,14 +245,14 @@ class LoadPath:
         Events on the way happen: contacts that begin pull at an indenter that moves in, and those
         that close have pulled at one that moves out, so that no event holds it.
         """
-        step = _FIRST * (abs(here.depth - self.branch.touch) + self.branch.lift)
+        step = self._size(here) / 2
         while here.lines is not None:
             if side * (self._value(here) - value) >= 0:
                 return here
             leg = self._leg(here, side * step)
             curve = Curve.of(leg, self.control)
             found = curve.reaches(np.array([value]), side, 0, curve.t.size - 1)
-            if not np.isnan(found[0]):
+            if np.isfinite(found[0]):
                 return leg.points(leg.depths(found))[0]
             step = 2 * abs(leg.end.depth - here.depth) or step
             here = leg.end if leg.after is None else leg.after
@@ -291,15 +278,3 @@ def _kind_of_jump(before: Point, after: Point, rising: bool) -> str:
         return "detachment" if after.lines is None else "jump"
     grown, shrunk = ("nucleation", "coalescence") if rising else ("splitting", "closing")
     return grown if more > 0 else shrunk
-
-
-def _one_way(values: Array, value: float) -> Iterator[Array]:
-    """The values in parts that rise or fall."""
-    steps = np.sign(np.diff(np.concatenate([[value], values])))
-    start, side = 0, 0.0
-    for i, step in enumerate(steps.tolist()):
-        if step * side < 0:
-            yield values[start:i]
-            start, side = i, step
-        side = side or step
-    yield values[start:]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from discretization.fitted.springs import at_level, lines_below
 from discretization.integrals import Integrals
-from discretization.paths.branch import Branch, Leg, Point
+from discretization.paths.branch import Branch, Leg, Point, alike
 from discretization.profile import Resolved, resolve
 from energy import Scene
 
@@ -93,37 +93,29 @@ class SpringsBranch(Branch):
             for d, level, lines in zip(depths.tolist(), levels.tolist(), found, strict=True)
         ]
 
-    @property
-    def lost(self) -> float:
-        """The depth at which the last spring lets go."""
-        return self.touch - self.lift
-
     def leg(self, point: Point, goal: float) -> Levels:
         """The way from a point towards another depth, up to the next change of the contact."""
         here, level, way = point.depth, point.memory, (1 if goal > point.depth else -1)
+        off, lowest = (0.0, -math.inf) if way > 0 else (self.lift, self.touch - self.lift)
         least = _APART * (abs(here) + abs(goal) + abs(self.touch) + self.lift)
-        places = self.heights if way > 0 else self.heights - self.lift
-        first = level if way > 0 else level - self.lift
-        ahead = np.append(places[way * (places - first) > 0], first)
+        ahead = np.append(self.heights[way * (self.heights - level) > 0], level) - off
         ahead = ahead[way * (ahead - here) > least]
-        end = goal
-        if ahead.size:
-            end = way * min(way * goal, float((way * ahead).min()))
-        lost = way < 0 and end <= self.lost + least
-        end = self.lost if lost else end
+        end = way * min(way * goal, float((way * ahead).min(initial=math.inf)))
+        lost = end <= lowest + least
+        end = lowest if lost else end
         (there,) = self.moved(point, np.array([end]))
         return Levels(self, point, there, Point(end, None) if lost else None, False)
 
     def totals(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""
-        counts = [len(point.lines or ()) for point in points]
-        own, depths = np.repeat(np.arange(len(points)), counts), np.array([p.depth for p in points])
-        lines = np.array([x for point in points for x in point.lines or ()])
-        energy, _, force = self.integrals.contact(lines, depths[own], self.scene.work_of_adhesion)
-        side = np.where(np.arange(lines.size) % 2, 1.0, -1.0)
-        return np.array(
-            [np.bincount(own, side * part, minlength=len(points)) for part in (energy, force)]
-        )
+        found = np.empty((2, len(points)))
+        for own in alike(points):
+            lines = np.array([points[i].lines for i in own])
+            depths = np.repeat([points[i].depth for i in own], lines.shape[1])
+            parts = self.integrals.contact(lines.ravel(), depths, self.scene.work_of_adhesion)
+            parts = parts[::2].reshape(2, *lines.shape)
+            found[:, own] = (parts[..., 1::2] - parts[..., ::2]).sum(axis=2)
+        return found
 
     def friction(self, before: Point, after: Point) -> float:
         """w of what closes, which had to be touched, and w_opening - w of what opens."""
@@ -133,10 +125,11 @@ class SpringsBranch(Branch):
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, or minus what closes."""
-        if before.lines is None or after.lines is None or before.memory == after.memory:
-            return 0.0
-        one, other = (self.integrals.at(np.array(p.lines))[4] for p in (before, after))
-        return float((one[1::2] - one[::2]).sum()) - float((other[1::2] - other[::2]).sum())
+        one, other = (
+            float(np.diff(self.integrals.at(np.array(p.lines or ()))[4].reshape(-1, 2)).sum())
+            for p in (before, after)
+        )
+        return one - other
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the springs are in equilibrium."""

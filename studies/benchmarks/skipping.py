@@ -4,8 +4,8 @@ Measured in pairs: the call that skips, and the same question asked so that noth
 the profile declared without what it is (`declared(Parabola(R), symmetric=False)` has the same
 heights), a vanishing slope, nodes instead of an exact far field. The factor is the median of the
 ratios of their times, between its quartiles; next to it the largest difference of a, P and U,
-relative to each, which must be rounding. The table in `discretization` says where each thing is
-skipped.
+relative to each, which must be rounding. The table in
+discretization/README.md says where each thing is skipped.
 
 The film is thicker than springs allow beside the contact, h > l: times and digits are those of the
 model, in which only k, γ₁ and w of a film enter.

@@ -46,7 +46,7 @@ def over_control(record: Record) -> Figure:
     for column, shape, own in zip(grid.T, INDENTERS, chosen, strict=True):
         for axes, loop in zip(column, own, strict=True):
             area = loop.history.dissipated / (2 * WORK * SIZE)
-            draw_path(axes, loop.history, "force", units([loop.history], "force"), BLUE)
+            draw_path(axes, loop.history, "force", units(loop.history, "force"), BLUE)
             words = {"depth": "imposed depth", "force": "dead load"}
             stiffness = loop.control.removeprefix("K = ").replace(" ", "·")
             held = words.get(loop.control, f"spring of stiffness {stiffness}")

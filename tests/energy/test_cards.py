@@ -3,6 +3,7 @@
 What is held fixed is imposed (material, geometry, depth); no expected number comes from a run.
 """
 
+import inspect
 import itertools
 
 import mpmath as mp
@@ -115,22 +116,6 @@ def test_energy_is_the_functional_and_force_its_slope_and_the_integral_of_the_sp
         check(cards.force.total(d, a, f=case.height, **case.layer), force, 1e-12, scale)
         pull = cards.force.surface_small_slope(-1e-5 * ell, **case.layer)
         check(cards.force.surface(1e-5, gamma1=case.args["gamma1"]), pull, 1e-10)
-
-
-@every
-@given(of_paper)
-def test_shapes_against_power_law(case):
-    a, same = case("half_width", case.d), {"c": case.c, "n": case.n, **case.layer}
-    size = abs(case.d) + case.delta0 + case.ell * case.slope(a)
-    force = 2 * same["k"] * (a + case.ell) * size
-    scales = {"half_width": size / case.c if case.n == 1 else 0, "force": force}
-    for name, scale in {**scales, "energy": abs(case.parts(a)).sum()}.items():
-        twin = getattr(cards.power_law, name)(case.d, w=case.args["w"], **same)
-        check(twin, case(name, case.d), 1e-13, scale)
-    twin = cards.power_law.detachment_depth(w=case.args["w"], **same)
-    check(twin, case.least, 1e-14, size)
-    if a > 0:  # Eq. (29) against (25) and (27)
-        check(case("force_of_width", a), case("force", case.d), 1e-13, force)
 
 
 @every
@@ -284,3 +269,118 @@ def test_an_array_of_exponents_is_refused(module):
     for exponents in (np.array([2.0, 3.0]), [2.0], np.array([[1.5]])):
         with pytest.raises(ValueError, match="must be one number: loop over exponents"):
             module.force(1.0, n=exponents, **given)
+
+
+MODULES = {
+    f"{below}{module}": getattr(package, module)
+    for below, package in (("", cards), ("axisymmetric.", cards.axisymmetric))
+    for module in set(package.__all__) - {"Jump", "PullOff", "axisymmetric"}
+}
+FUNCTIONS = {
+    f"{module}.{name}": function
+    for module, package in MODULES.items()
+    for name, function in inspect.getmembers(package, inspect.isfunction)
+    if function.__module__ == f"energy.cards.{module}" and name[0] != "_"
+}
+VALUES = {  # arguments in SI, none of them 1, by the powers of force and length in their units
+    (1, -3): {"k": 1.1e7},
+    (1, -2): {"E": 8.3e3, "K": 1.1e3},
+    (1, -1): {"gamma1": 0.031, "gamma2": 0.021, "gamma12": 0.047}
+    | {"w": 4.3e-3, "w_closing": 1.7e-3},
+    (0, -0.5): {"c": 3.3},
+    (0, 0): {"n": 1.5, "nu": 0.4, "delta": 0.2, "beta": 0.05, "theta": 2.9, "phi": 0.4}
+    | {"slope_a": 0.11, "slope_b": -0.06, "slope_f": 0.07, "slope_u": 0.23},
+    (0, 1): {"R": 0.013, "a": 2.1e-3, "d": 3.4e-5, "x": 2.2e-3, "h": 1.3e-3}
+    | {"f_a": 1.7e-5, "u_a": -2.3e-5, "u": -1.1e-5, "d_min": -7e-6, "d_max": 5.2e-5}
+    | {"b": 2.4e-3, "f_b": 1.2e-5, "u_b": -1.9e-5},
+}
+
+
+def call(function, F=1.0, L=1.0, **overrides):
+    """The function at VALUES, or the overrides, in units of force and length 1/F and 1/L."""
+    values = {s: v * F**p * L**q for (p, q), group in VALUES.items() for s, v in group.items()}
+    values = {"f": lambda x: x**2 / (0.026 * L), **values, **overrides}
+    used = inspect.signature(function).parameters
+    first = [values[s] for s, p in used.items() if p.kind != p.KEYWORD_ONLY]
+    keywords = {s: values[s] for s, p in used.items() if p.kind == p.KEYWORD_ONLY and s in values}
+    return function(*first, **keywords)
+
+
+def inherent(function):
+    """Σ |p ∂f/∂p| over the arguments p: by so many ε do rounded arguments change the values."""
+    plain, total = np.ravel(call(function)), 0.0
+    for s, value in [item for group in VALUES.values() for item in group.items()]:
+        if s in inspect.signature(function).parameters:
+            total += np.abs(np.ravel(call(function, **{s: value * (1 + 1e-7)})) - plain) * 1e7
+    return total
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_units_and_arrays(name):
+    function = FUNCTIONS[name]
+    plain = np.ravel(call(function))
+    for units in ({"F": 1e6}, {"L": 1e3}):
+        scaled = np.ravel(call(function, **units))
+        assert ((scaled == 0) == (plain == 0)).all()
+        powers = np.log(scaled[plain != 0] / plain[plain != 0]) / np.log(*units.values())
+        check(powers, np.round(powers), 1e-13, 1)
+    for s, value in [item for group in VALUES.values() for item in group.items()]:
+        if s in inspect.signature(function).parameters and s != "n":
+            pair = value * np.array([1, 1.001])
+            scalars = np.array([np.ravel(call(function, **{s: v})) for v in pair])
+            arrays = np.atleast_2d(call(function, **{s: pair}))
+            scale = np.abs(scalars.T) + inherent(function)[:, None]
+            assert (np.abs(arrays - scalars.T) <= 1e-15 * scale).all()
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_refusals_of_every_card(name):
+    function, residual = FUNCTIONS[name], name.split("_")[-1] == "residual"
+    for s in set(inspect.signature(function).parameters) - {"order"}:
+        with pytest.raises(ValueError, match=rf"\b{s}\b.* is not finite: pass finite numbers"):
+            call(function, **{s: (lambda x: np.nan * x) if s == "f" else np.nan})
+        if s in ("E", "K", "R", "a", "b", "c", "delta", "gamma1", "h", "k", "n", "w", "w_closing"):
+            with pytest.raises(ValueError, match=rf"^{s} = -0.7 must .*: \w+"):
+                call(function, **{s: -0.7})
+        if s == "d" and not residual and ".force." not in f".{name}":
+            with pytest.raises(ValueError, match=r"^d = -0.001 is below -?[\d.e-]+: .* pass d >= "):
+                call(function, d=np.array([3.4e-5, -1e-3]))
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "message"),
+    [
+        ("tail.displacement", {"x": 2e-3}, r"abs\(x\) = 0.002 is below 0.0021: .* \|x\| >= a"),
+        ("tail.slope_at_line", {"gamma1": 0.0}, "gamma1 = 0.0 must be > 0: pass the surface"),
+        ("tail.amplitude", {"a": 0.04}, "a/l = .* overflow: use displacement"),
+        ("contact_line.angle", {"gamma12": 0.1}, "w = .* must be >= 0: lower gamma12"),
+        ("contact_line.angle", {"gamma2": 0.2}, "w = .* exceeds 2 gamma1: .* lower gamma2"),
+        ("contact_line.angle_deficit", {"w": 0.07}, "w = 0.07 exceeds .* pass w <= 2 gamma1"),
+        ("wedge.energy", {"d": -1e-9, "delta": 0.7}, "d = -1e-09 is below 0.0: .*pass d >= "),
+        ("wedge.force", {"delta": np.pi / 2}, r"delta = 1.57.*\(0, π/2\): .* in rad"),
+        ("wedge.adhesion_force", {"delta": 0.7}, "delta = 0.7.*pass a blunter wedge"),
+        ("power_law.energy", {"n": 1.0, "c": 9.0, "d": -1e-9}, "d = -1e-09 is below 0.0.*pass d"),
+        ("displacement_control.wedge_jump_in", {"gamma1": 0.0}, "gamma1 = 0.0 must .* two_works"),
+        ("load_control.parabola_jump_in", {"gamma1": 0.0}, "gamma1 = 0.0 must .* two_works"),
+        ("machine_control.wedge_detachment", {"K": 0.0}, "K = 0.0 must .* load_control"),
+        ("two_works.half_widths", {"w_closing": 5e-3}, "w_closing = 0.005 exceeds w: .* pass"),
+        ("two_works.loop_area", {"gamma1": 0.0}, "w_closing = 0.0017 needs gamma1 > 0: .* pass"),
+        ("two_works.loop_area", {"d_max": -1e-6}, "d_max = -1e-06 is below 0.0: .* pass d_max"),
+        ("two_works.cycle_area", {"d_max": -8e-6}, "d_max = -8e-06 is below -7e-06: .* pass"),
+        ("two_works.cycle_area", {"d_min": -1e-3}, "d_min = -0.001 is below .* larger d_min"),
+        ("power_law.depth", {"n": [2.0, 3.0]}, "n = .* must be one number: loop"),
+        ("axisymmetric.power_law.depth", {"n": [2.0, 3.0]}, "n = .* must be one number: loop"),
+        ("foundation.stiffness", {"nu": 0.5}, r"nu = 0.5 must lie in \(-1, 1/2\): "),
+        ("force.elastic", {"a": "wide"}, "a = 'wide' is not real: pass a number"),
+    ],
+)
+def test_refusals_of_one_card(name, overrides, message):
+    with pytest.raises(ValueError, match=message):
+        call(FUNCTIONS[name], **overrides)
+
+
+def test_a_punch_of_finite_slopes_is_pulled_by_what_is_inclined_as_young_says():
+    """γ₁ sin φ on both sides, 1 - cos φ = w/γ₁, at any slope."""
+    gamma1, ratio = 0.07, np.array([1e-3, 0.3, 0.9, 0.99])
+    pull = cards.finite.punch_surface_force_at_detachment(gamma1=gamma1, w=ratio * gamma1)
+    check(pull, 2 * gamma1 * np.sqrt(1 - (1 - ratio) ** 2), 1e-12)

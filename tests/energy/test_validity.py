@@ -86,20 +86,6 @@ def test_the_error_that_is_told_is_that_of_the_exact_layer(nu, ratio, percent):
             assert f"is off by {abs(exact):.2g} %" in one.consequence
 
 
-def test_the_springs_are_good_to_three_per_cent_where_both_measures_hold():
-    worst, outside = 0.0, 0.0
-    for nu in (-0.9, -0.5, -0.2, 0.0, 0.1, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.48, 0.49, 0.499):
-        least = max(1.0, math.sqrt(abs(second_order(nu)) / 0.1)) * (1 + 1e-9)
-        found = measures(minimise(film(nu, least), 0.0))
-        assert found["h/l"].holds and found["|c₂|(h/l)²"].holds
-        worst = max(worst, abs(compliance(nu, least) - 1))
-        beyond = measures(minimise(film(nu, least / 2), 0.0))
-        assert not (beyond["h/l"].holds and beyond["|c₂|(h/l)²"].holds)
-        outside = max(outside, abs(compliance(nu, least / 2) - 1))
-    assert 0.03 < worst <= 0.031
-    assert outside > 0.05
-
-
 @pytest.mark.parametrize("nu", [-0.5, 0.3, 0.45, 0.49])
 def test_c2_is_the_second_order_of_the_exact_layer(nu):
     assert (1 - stiffness(nu, 1e-2)) / 1e-4 == pytest.approx(second_order(nu), rel=5e-3, abs=0)

@@ -16,7 +16,6 @@ from energy import (
     FlatPunch,
     Parabola,
     PowerLaw,
-    Profile,
     Sampled,
     Scene,
     SurfaceEnergies,
@@ -85,13 +84,13 @@ def test_composed_profiles_agree_on_both_discretisations():
 def found(problem, left, right, rtol=1e-8):
     """Energy and force of a contact between two lines."""
     lines = [Line(-1, left), Line(1, right)]
-    return totals(problem, lines, [problem.free(line.side, line.x) for line in lines], rtol)[1]
+    return totals(problem, lines, [problem.free(line.side, line.x) for line in lines], rtol)
 
 
 def judged(problem, a):
     """The certificate of a contact between lines at -a and a."""
     lines, free = [Line(1, a, times=2)], [problem.free(1, a)]
-    return certify(problem, lines, free, totals(problem, lines, free, 1e-8)[1])
+    return certify(problem, lines, free, totals(problem, lines, free, 1e-8))
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
@@ -116,21 +115,6 @@ def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     problem = Single.of(smooth, 1e-3)
     a = find_line(problem, 1, 0.0).x * (1 - 1e-5)
     assert "penetration" in judged(problem, a).failures
-
-
-def test_violations_do_not_depend_on_the_unit_of_stress():
-    all_judged = []
-    for unit in (1.0, 1e-6, 1e9):
-        scene = adhesive(Parabola(0.02), k=130.0 * unit, gamma1=0.07 * unit, w=0.0)
-        problem = Single.of(scene, 1e-3)
-        a = find_line(problem, 1, 0.0).x
-        all_judged.append((judged(problem, 0.999 * a), judged(problem, 10 * a)))
-    near, far = all_judged[0]
-    for small, wide in all_judged[1:]:
-        assert small.penetration == pytest.approx(near.penetration, rel=1e-13, abs=0)
-        assert wide.opening == pytest.approx(far.opening, rel=1e-13, abs=0)
-    assert near.penetration > 1e-5
-    assert far.opening > 1e-3
 
 
 def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_separation():
@@ -167,34 +151,12 @@ def test_samples_of_a_parabola_give_the_parabola():
         assert getattr(smooth, name) == pytest.approx(getattr(plain, name), rel=1e-10, abs=0)
 
 
-def test_a_profile_with_jumps_of_curvature_is_integrated_to_rounding():
-    x = np.linspace(-0.02, 0.02, 41)
-    z = np.where(x < 0, x**2 / 0.04, x**2 / 0.02)
-    state = minimise(adhesive(Sampled(x, z, kind="smooth").tilted(0.003).shifted(0.001)), 1e-3)
-    assert max(state.error_estimate.values()) <= 1e-11
-    linear = minimise(adhesive(Sampled(x, z)), 1e-3)
-    assert max(linear.error_estimate.values()) <= 1e-11
-
-
 def test_to_ask_for_more_digits_than_there_are_loses_none():
     """As load paths do for the energy an event releases; a power law is not smooth at its tip."""
     problem = Single.of(adhesive(PowerLaw(2.0, 1.68)), 1e-3)
     few, many = (found(problem, -0.004, 0.004, rtol) for rtol in (1e-8, 1e-15))
     assert abs(many.energy - few.energy) <= 1e-14 * few.energy_scale
     assert abs(many.force - few.force) <= 1e-14 * few.force_scale
-
-
-@pytest.mark.parametrize("slopes", ["small", "finite"])
-def test_panels_are_halved_around_a_kink_that_is_not_declared(slopes):
-    body, totals = Parabola(0.02) + Wedge(0.3).shifted(0.0013), []
-    for corners in (body.corners, ()):
-        profile = Profile(body.height, body.slope, corners=corners, convex=True)
-        problem = Single.of(adhesive(profile, slopes=slopes), 1e-3)
-        totals.append(found(problem, -0.004, 0.005, 1e-3))
-    declared, hidden = totals
-    for name in ("energy", "force"):
-        scale = getattr(declared, f"{name}_scale")
-        assert abs(getattr(hidden, name) - getattr(declared, name)) <= 1e-3 * scale
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])

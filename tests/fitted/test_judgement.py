@@ -1,6 +1,7 @@
-"""The certificate of several contacts on the fitted mesh rejects what is no equilibrium."""
+"""The certificate of several contacts rejects what is no equilibrium; where profiles pull."""
 
 import contextlib
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from discretization.fitted.contacts import Contacts, totals
 from discretization.fitted.judgement import certify, errors, penetration
 from discretization.fitted.motion import Motion
 from discretization.fitted.several import state_of
+from discretization.fitted.tension import pull
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At
@@ -69,9 +71,10 @@ def contacts_of(state, lines):
 def judged(state, lines):
     contacts = contacts_of(state, lines)
     moved = replace(state, contacts=contacts.x)
-    return certify(contacts, moved, totals(contacts, 1e-8)[1])
+    return certify(contacts, moved, totals(contacts, 1e-8))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("move", [-1e-6, 1e-6])
 @pytest.mark.parametrize("where", [(0, 0), (4, 0), (4, 1), (-1, 1)])
@@ -100,6 +103,7 @@ def test_only_adhesion_holds_a_gap_closed(states, case):
     assert judgement.failures == (() if case[0] else ("opening",))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "failures"), [(0.9, ()), (1.1, ("opening",))])
 def test_a_corner_is_torn_open_beyond_what_both_its_lines_hold(share, failures):
     """J <= 2√(2w/γ₁)."""
@@ -155,7 +159,7 @@ def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
     profile, surfaces = resolve(scene, 2 * DELTA0), surfaces_of(scene)
     motion = Motion.of(scene, profile, surfaces, 2 * DELTA0)
     contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), 2 * DELTA0)
-    found = errors(contacts, *totals(contacts, 1e-8))
+    found = errors(contacts, totals(contacts, 1e-8))
     assert np.isfinite(list(found.values())).all()
 
 
@@ -215,3 +219,71 @@ def test_a_missing_contact_is_refused_with_adhesion():
     motion, lines = rests(1e-6, "line")
     with pytest.raises(NotCertifiedError):
         state_of(motion, lines[2:], DEPTH, "adhered", 1e-9)
+
+
+LENGTH, Q, PRESSED = 0.5, 2 * math.pi, 0.2
+STEEP = 1 + (LENGTH * Q) ** 2  # the pull over k is A - d - A STEEP cos qx
+
+
+def scene(A, slopes="small"):
+    """A wave of this amplitude and length 1, over two periods."""
+    profile = Profile(
+        lambda x: A * (1 - np.cos(Q * np.asarray(x, float))),
+        lambda x: A * Q * np.sin(Q * np.asarray(x, float)),
+        extent=(-1.0, 1.0),
+    )
+    return Scene(
+        ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(LENGTH**2, 0.0), profile, slopes
+    )
+
+
+def pulled(A, left, right, slopes="small"):
+    """The largest pull between two positions, and where the profile pulls."""
+    problem = scene(A, slopes)
+    return pull(problem, resolve(problem, PRESSED), left, right, PRESSED)
+
+
+@pytest.mark.parametrize("excess", [1e-6, 1e-3, 0.1])
+def test_a_pull_over_less_than_a_sample_is_seen(excess):
+    A = (PRESSED + excess) / (1 + STEEP)  # at x = ±1/2 the pull is A (1 + STEEP) - d
+    found = pulled(A, 0.9, 0.1)
+    assert found.worst == pytest.approx(excess, rel=0.02, abs=1e-9)
+    edge = math.acos((1 - PRESSED / A) / STEEP) / Q
+    wide = 2 * (0.5 - edge)
+    assert found.ends == pytest.approx((edge, 1 - edge), rel=0, abs=max(0.2 * wide, 1e-4))
+
+
+def test_what_presses_does_not_pull():
+    A = (PRESSED - 1e-9) / (1 + STEEP)
+    for found in (pulled(A, -0.9, 0.9), pulled(0.1, -0.02, 0.02), pulled(0.1, 0.5, 0.5)):
+        assert found.worst == 0
+        assert np.isnan(found.ends).all()
+
+
+def test_inclined_surfaces_bend_less():
+    A, x, problem = 0.15, 0.3, scene(0.15, "finite")
+    f, f1, f2 = A * (1 - math.cos(Q * x)), A * Q * math.sin(Q * x), A * Q**2 * math.cos(Q * x)
+    exact = f - PRESSED - LENGTH**2 * f2 / (1 + f1 * f1) ** 1.5
+    found = pull(problem, resolve(problem, PRESSED), x - 1e-5, x + 1e-5, PRESSED).worst
+    assert found == pytest.approx(exact, rel=1e-3)
+    assert found < 0.8 * pulled(A, x - 1e-5, x + 1e-5).worst
+
+
+def test_around_an_axis_both_curvatures_count():
+    A, r, problem = 0.1, 0.3, replace(scene(0.1), geometry="axisymmetric")
+    mean = A * Q**2 * math.cos(Q * r) + A * Q * math.sin(Q * r) / r
+    exact = A * (1 - math.cos(Q * r)) - PRESSED - LENGTH**2 * mean
+    found = [pull(problem, resolve(problem, d), r - 1e-5, r + 1e-5, d).worst for d in (-1.0, -2.0)]
+    assert found == pytest.approx([exact + PRESSED + 1, exact + PRESSED + 2], rel=1e-3)
+
+
+@pytest.mark.parametrize("excess", [1e-5, 1e-3])
+def test_a_gap_opens_however_narrow(excess):
+    """Around what pulls, √3 times as wide, where the pull is a parabola."""
+    A = (PRESSED + excess) / (1 + STEEP)
+    problem = scene(A)
+    state = minimise(replace(problem, indenter=problem.indenter + FlatPunch(0.9)), PRESSED)
+    edge = math.acos((1 - PRESSED / A) / STEEP) / Q
+    assert len(state.contacts) == 3
+    gaps = state.contacts[1:, 0] - state.contacts[:-1, 1]
+    assert gaps == pytest.approx(math.sqrt(3) * 2 * (0.5 - edge), rel=0.02)

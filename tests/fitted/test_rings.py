@@ -7,13 +7,26 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
 from scipy.special import i0, i1, k0, k1
+from truth import meniscus
 
 from discretization import load_path, minimise
+from discretization.equilibrium import QUANTITIES
 from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At
-from energy import ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies
+from energy import (
+    Circle,
+    ElasticLayer,
+    FlatPunch,
+    Indenter,
+    Parabola,
+    PowerLaw,
+    Profile,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+    cards,
+)
 
 K, LENGTH = 3.0, 0.05
 GAMMA1 = K * LENGTH**2
@@ -31,16 +44,6 @@ def dimpled(height, radius):
         lambda x: height * (np.asarray(x) ** 2 / radius**2 - 1) ** 2,
         lambda x: 4 * height * np.asarray(x) / radius**2 * (np.asarray(x) ** 2 / radius**2 - 1),
         extent=(-3 * radius, 3 * radius),
-    )
-
-
-def waved(height=0.01, wave=0.2, radius=1.0):
-    """A paraboloid with rings of waves."""
-    q = 2 * math.pi / wave
-    return Profile(
-        lambda x: np.asarray(x) ** 2 / (2 * radius) + height * (1 - np.cos(q * np.asarray(x))),
-        lambda x: np.asarray(x) / radius + height * q * np.sin(q * np.asarray(x)),
-        extent=(-2, 2),
     )
 
 
@@ -103,82 +106,7 @@ def test_a_disc_closes_when_it_is_pressed():
     assert minimise(own, 0.2).contacts[0, 0] == 0
 
 
-@pytest.mark.parametrize("alpha", [0.1, 0.0])
-def test_lines_of_a_disc_and_a_ring_stop_at_the_kink(alpha):
-    own = scene(waved(), alpha)
-    state = minimise(own, 0.03)
-    assert len(state.contacts) == 2 and state.contacts[0, 0] == 0
-    assert np.abs(kinks(own, state) - alpha).max() <= 1e-9
-    step = 1e-6
-    rise = minimise(own, 0.03 + step).energy - minimise(own, 0.03 - step).energy
-    assert rise / (2 * step) == pytest.approx(state.force, rel=1e-8)
-    for parts, whole in ((state.force_parts, state.force), (state.energy_parts, state.energy)):
-        size = sum(map(abs, parts.values()))
-        assert abs(sum(parts.values()) - whole) <= 1e-10 * size
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_loops_of_rings_balance(seed):
-    rng = np.random.default_rng(seed)
-    profile = waved(10 ** rng.uniform(-2.5, -1.8), rng.uniform(0.15, 0.3))
-    own = scene(profile, rng.uniform(0.05, 0.15))
-    depths = np.concatenate([np.linspace(-0.01, 0.06, 40), np.linspace(0.06, -0.06, 60)])
-    path = load_path(own, depths=depths)
-    assert path.force[-1] == 0 and len(path.events) >= 2
-    assert abs(path.work() - path.dissipated) <= 1e-11 * np.abs(path.energy).max()
-
-
-def energy(own, depth, a):
-    """U of a disc of radius a, by integrals over the profile and Bessel functions."""
-    f, f1, w = own.indenter.height, own.indenter.slope, own.work_of_adhesion
-
-    def density(r):
-        return (K / 2 * (depth - f(r)) ** 2 + GAMMA1 / 2 * f1(r) ** 2 - w) * 2 * math.pi * r
-
-    s = a / LENGTH
-    free = math.pi * GAMMA1 * s * k1(s) / k0(s) * (depth - float(f(a))) ** 2
-    return quad(density, 0, a, epsabs=1e-15, limit=200)[0] + free
-
-
-def clear(own, depth, a):
-    """Whether the free surface beside a disc of radius a does not start through the indenter."""
-    s, u = a / LENGTH, depth - float(own.indenter.height(a))
-    return float(own.indenter.slope(a)) >= u * k1(s) / k0(s) / LENGTH
-
-
-@pytest.mark.parametrize("depth", [0.01, 0.0, -0.001, -0.002, -0.004])
-@pytest.mark.parametrize(
-    "profile",
-    [
-        Parabola(1.0),
-        Parabola(0.3) + FlatPunch(0.1),
-        Profile(lambda x: np.cosh(x) - 1, np.sinh, convex=True),
-    ],
-)
-def test_the_lowest_state_of_a_convex_profile_is_no_higher_than_any_disc(profile, depth):
-    own = scene(profile)
-    state = minimise(own, depth, branch="global")
-    edge = min(0.4, own.indenter.extent[1])
-    radii = [a for a in np.linspace(1e-4, edge, 400) if clear(own, depth, a)]
-    discs = [energy(own, depth, a) for a in radii]
-    lowest = min([*discs, *([0.0] if depth <= 0 else [])])
-    assert state.energy <= lowest + 1e-12 * state.scales["energy"]
-    assert state.energy >= lowest - 1e-3 * abs(lowest) - 1e-12
-
-
-def test_of_other_profiles_the_lowest_state_is_found_with_small_slopes():
-    lowest, adhered = (minimise(scene(waved()), 0.03, branch=way) for way in ("global", "adhered"))
-    assert lowest.energy <= adhered.energy + 1e-12 * adhered.scales["energy"]
-    assert lowest.label in ("global", "detached")
-    with pytest.raises(ValueError, match=r"branch = 'global' .* only found for slopes='small'"):
-        minimise(scene(waved(), slopes="finite"), 0.03, branch="global")
-
-
-def test_rings_between_contacts_with_finite_slopes_are_refused_in_words():
-    with pytest.raises(ValueError, match="ring of free surface between two is not implemented"):
-        minimise(scene(waved(), slopes="finite"), 0.02)
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_a_cylinder_is_held_up_to_a_rounding_of_where_it_lets_go(slopes):
     own = scene(FlatPunch(0.06), slopes=slopes)
@@ -213,3 +141,95 @@ def test_the_certificate_of_a_ring_notices_a_wrong_pull(ends):
         pull = surfaces.net.between(1, q, width).pulls(one, other, one - other)[0]
         assert surfaces._off(1, q, width, one, one - other, pull) <= 1e-10
         assert surfaces._off(1, q, width, one, one - other, 1.0001 * pull) >= 1e-6
+
+
+axi = cards.axisymmetric
+MOST = math.radians(80)
+
+
+def turned(indenter: Indenter, ell, stress, deficit) -> Scene:
+    """Surfaces with this π - θ, in units of `ell` and `stress`."""
+    surfaces = SurfaceEnergies.from_work(stress * ell, stress * ell * (1 - math.cos(deficit)))
+    layer = ElasticLayer(stress / ell, 0.0, 1.0)
+    return Scene(layer, surfaces, indenter, slopes="finite", geometry="axisymmetric")
+
+
+SHAPES = {  # with the angle β of inclination at the radius a
+    "cone": lambda a, beta: Wedge(beta),
+    "parabola": lambda a, beta: Parabola(a / math.tan(beta)),
+    "sphere": lambda a, beta: Circle(a / math.sin(beta)),
+    "power": lambda a, beta: PowerLaw(math.tan(beta) / (3 * a**2), 3.0),
+    "sum": lambda a, beta: Parabola(2 * a / math.tan(beta)) + Wedge(math.atan(math.tan(beta) / 2)),
+}
+
+
+def drawn(rng, shape):
+    """A stable state: the scene, the radius of its line and what is known of it."""
+    while True:
+        ell, stress = 10 ** rng.uniform(-4, 4, 2)
+        a, deficit = ell * 10 ** rng.uniform(-2.5, 1.5), math.radians(rng.uniform(3, 110))
+        beta = deficit * rng.uniform(0.05, 1.4)
+        if max(beta, abs(deficit - beta)) > MOST:
+            continue
+        scene = turned(SHAPES[shape](a, beta), ell, stress, deficit)
+        try:
+            before, near, state = (meniscus.state(scene, a * part) for part in (0.9, 0.95, 1.0))
+        except ValueError:
+            continue
+        if before.depth < near.depth < state.depth:
+            return scene, a, state
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_state_is_that_of_the_young_laplace_equation(shape):
+    rng = np.random.default_rng(300 + list(SHAPES).index(shape))
+    for _ in range(2):
+        scene, a, exact = drawn(rng, shape)
+        state = minimise(scene, exact.depth)
+        scales = {"half_width": a, **state.scales}
+        known = {"half_width": a, "force": exact.force, "energy": exact.energy}
+        for name in QUANTITIES:
+            error = abs(getattr(state, name) - known[name]) / scales[name]
+            assert error <= 1e-9
+            assert error <= 10 * state.error_estimate[name]
+        assert abs(state.angle_deficit - scene.surfaces.angle_deficit) <= 1e-9
+
+
+@pytest.mark.parametrize("degrees", [5.0, 40.0, 80.0])
+@pytest.mark.parametrize("ratio", [3e-3, 0.2, 7.0, 300.0])
+def test_a_pinned_line_of_a_punch(ratio, degrees):
+    phi, a = math.radians(degrees), ratio * 3e-5
+    scene = turned(FlatPunch(a), 3e-5, 2e3, min(phi * 1.1, 1.5))
+    free, k, length = meniscus.outside(ratio, phi), scene.stiffness, 3e-5
+    d = -free.height * length
+    state = minimise(scene, d)
+    force = math.pi * k * a**2 * d - 2 * math.pi * a * scene.gamma1 * math.sin(phi)
+    energy = math.pi * a**2 * (k * d**2 / 2 - scene.work_of_adhesion)
+    energy += 2 * math.pi * scene.gamma1 * length**2 * free.energy
+    assert abs(state.force / force - 1) <= 1e-9
+    assert abs(state.energy - energy) <= 1e-9 * state.scales["energy"]
+    assert abs(state.angle_deficit - phi) <= 1e-8
+
+
+@pytest.mark.slow
+def test_a_sphere_is_wetted_up_to_its_equator():
+    """Where Young's angle meets a flat surface, d = R (1 - cos δ), the force is that of springs."""
+    R, w = 0.05, 0.9
+    scene = turned(Circle(R), 1.0, 1.0, math.acos(1 - w))
+    flat = minimise(scene, R * w)
+    assert flat.radius == pytest.approx(R * math.sqrt(1 - (1 - w) ** 2), rel=1e-13, abs=0)
+    cap = math.pi * (R * w) ** 2 * (R - R * w / 3)  # ∫ (d - f) dA
+    size = scene.stiffness * R**2 * flat.radius
+    assert flat.force == pytest.approx(scene.stiffness * cap, rel=0, abs=1e-12 * size)
+    depths = [0.0, R * w, 0.06, 0.065]
+    for depth, off in zip(depths, (0.1, 6e-3, 4e-4, 6e-6), strict=True):
+        state = minimise(scene, depth)
+        assert 0 < 1 - state.radius / R < off
+        assert max(state.error_estimate.values()) <= 1e-9
+    path = load_path(scene, depths=[*depths, *depths[::-1], -0.1])
+    assert [event.kind for event in path.events] == ["jump-in", "detachment"]
+    assert path.half_width[1] == pytest.approx(flat.radius, rel=1e-13, abs=0)
+    assert path.dissipated == pytest.approx(path.work(), rel=1e-9, abs=0)
+    with pytest.raises(ValueError, match=r"spreads the contact to x = 0\.05, where the profile"):
+        minimise(scene, 0.07)

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scenes import roughness
 
 from discretization.certificate import Proof
 from discretization.lattice.contact_set import ContactSet
@@ -13,6 +14,7 @@ from discretization.nodes.ground import Region, heights, region
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import surface
+from discretization.nodes.radial import RadialLattice
 from discretization.nodes.row import Row
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
@@ -94,6 +96,50 @@ def random_lattice(seed, most=14):
     return Lattice(dx, 0.0, k, k * ell**2, w), height * (d - f)
 
 
+def random_round_lattice(seed, most=9):
+    """The same about an axis."""
+    flat, g = random_lattice(seed, most)
+    return RadialLattice(flat.spacing, 0.0, flat.k, flat.gamma1, flat.w), g
+
+
+def rough_row(seed):
+    """Some wavelengths of roughness, with strong adhesion and weak."""
+    rng = np.random.default_rng(seed)
+    n, ell, delta = 80, 10 ** rng.uniform(-0.5, 2), 10 ** rng.uniform(-1, 0.5)
+    f = roughness(n, n * rng.uniform(0.3, 1), 10 ** rng.uniform(0.3, 1.5), seed)
+    lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
+    return lattice, rng.uniform(-0.2, 0.5) * f.max() - f
+
+
+def plateaus(seed):
+    """Pulled surfaces under plateaus of different depth: tails and spans blocked by tips."""
+    rng = np.random.default_rng(seed)
+    lattice = Lattice(1.0, 0.0, 1.3, 1.3 * rng.uniform(2, 8) ** 2, 0.65)
+    widths = rng.choice([1, 2, 3, 8, 12], size=9)
+    depths = rng.uniform(0.02, 0.9, size=9) + 3.0 * (np.arange(9) % 2)
+    return lattice, -np.repeat(depths, widths)
+
+
+def crowded(seed):
+    """Lattice and heights of a profile with teeth, near which adhesion is strong."""
+    rng = np.random.default_rng(seed + 10**6)
+    n, ell = int(rng.integers(4, 40)), 10 ** rng.uniform(-0.5, 1.5)
+    f = np.abs(rng.normal(size=n)) ** rng.choice([0.5, 1, 2])
+    lift = 10 ** rng.uniform(-0.7, 0.7)
+    g = rng.uniform(-0.5, 1) * max(1, lift) - f
+    return Lattice(1.0, 0.0, 2.0, 2.0 * ell**2, lift**2), g
+
+
+def pulled_walk(seed):
+    """A walk that is pulled everywhere."""
+    rng = np.random.default_rng(seed)
+    n, ell = int(rng.integers(20, 90)), 10 ** rng.uniform(0, 1.8)
+    depth = 10 ** rng.uniform(-1.5, 0)
+    rng.random()
+    g = -0.3 - depth * np.abs(rng.normal(size=n).cumsum())
+    return Lattice(1.0, 0.0, 1.0, ell**2, 10 ** rng.uniform(-1, 1)), g
+
+
 def enumerated(lattice, g):
     """Energies of all contact sets whose relaxed displacements stay above g, else inf.
 
@@ -106,8 +152,10 @@ def enumerated(lattice, g):
     held = sets[:, :, None]
     matrix = np.where(held, np.eye(n), hessian / lattice.spring)
     u = np.linalg.solve(matrix, np.where(sets, g, 0.0)[:, :, None])[:, :, 0]
-    links = np.count_nonzero(sets[:, 1:] & sets[:, :-1], axis=1)
-    energy = np.einsum("si,ij,sj->s", u, hessian, u) / 2 - lattice.w * lattice.spacing * links
+    pairs = [NodalEnergy(lattice, (np.arange(n) - i) // 2 == 0) for i in range(n - 1)]
+    bonds = np.array([pair.terms(np.zeros(n))["adhesion"] for pair in pairs])
+    energy = np.einsum("si,ij,sj->s", u, hessian, u) / 2
+    energy += (sets[:, 1:] & sets[:, :-1]) @ bonds
     feasible = (u >= g - 1e-12 * np.abs(g).max()).all(axis=1)
     return sets, np.where(feasible, energy, math.inf)
 

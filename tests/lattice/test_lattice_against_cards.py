@@ -1,14 +1,31 @@
 """The lattice minimiser against the closed forms: errors, orders, special cases."""
 
+import contextlib
 import math
+import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import adhesive
+from scenes import adhesive, steep
+from truth.compare import reference
+from truth.scenes import case_of
 
-from discretization import minimise
+from discretization import AccuracyWarning, load_path, minimise
+from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.state import on_lattice
-from energy import FlatPunch, Parabola, Plane, PowerLaw, Sampled, Wedge, cards
+from discretization.nodes.lattice import Lattice
+from energy import (
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Plane,
+    Profile,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+    cards,
+)
 from studies.shared.random_cases import SHAPES, random_case
 
 K, GAMMA1, W = 130.0, 0.07, 0.002
@@ -35,41 +52,6 @@ def test_random_scenes_over_eight_decades(shape):
             assert abs(state.angle_deficit - young) <= 0.01 * young
 
 
-@pytest.mark.parametrize("shape", ["wedge", "parabola", "power"])
-def test_order_of_the_worst_error_over_grid_offsets(shape):
-    case = random_case(np.random.default_rng(7), shape)
-    spacings = case.resolved / np.array([12.5, 25, 50, 100, 200])
-    worst = []
-    for dx in spacings:
-        errors = []
-        for offset in (np.arange(16) + 0.37) / 16:
-            state = on_lattice(case.scene, case.depth, dx, origin=offset * dx)
-            raw = np.abs(state.nodes - case.half_width * np.array([[-1, 1]])).max()
-            recovered = np.abs(state.contacts - case.half_width * np.array([[-1, 1]])).max()
-            force = abs(state.force - case.force) / state.scales["force"]
-            errors.append((raw, recovered, force))
-        worst.append(np.max(errors, axis=0))
-    raw, recovered, force = (
-        np.polyfit(np.log(spacings), np.log(e), 1)[0] for e in np.transpose(worst)
-    )
-    assert raw == pytest.approx(1.0, abs=0.15)
-    assert recovered == pytest.approx(2.0, abs=0.2)
-    assert force == pytest.approx(2.0, abs=0.2)
-    assert worst[-1][0] <= 0.6 * spacings[-1]
-    assert worst[-1][1] <= 2 * spacings[-1] ** 2 / case.resolved
-    assert worst[-1][2] <= 1e-4
-
-
-def test_auto_meets_rtol_against_the_card_and_its_own_estimate():
-    for R, d in ((0.011, 2e-3), (0.03, -4e-3)):
-        scene = adhesive(Parabola(R))
-        state = minimise(scene, d)
-        a = cards.parabola.half_width(d, R=R, **M)
-        error = abs(state.half_width / a - 1)
-        assert error <= 1e-8
-        assert error <= state.error_estimate["half_width"] <= 1e-8
-
-
 def test_wedge_is_pinned_at_its_tip_and_leaves_it_when_pressed_harder():
     delta = math.atan(2.5 * DELTA0 / L)
     lo, hi = cards.wedge.tip_pinned_depths(delta=delta, **M)
@@ -87,98 +69,6 @@ def test_wedge_is_pinned_at_its_tip_and_leaves_it_when_pressed_harder():
     assert minimise(adhesive(Wedge(delta)), -0.01 * DELTA0).label == "detached"
 
 
-def test_flat_punch_is_pinned_at_its_edges_wherever_they_fall_on_the_grid():
-    a = 3.3 * L
-    for offset in (0.0, 0.21, 0.5, 0.93):
-        state = on_lattice(adhesive(FlatPunch(a)), -0.7 * DELTA0, L / 200, origin=offset * L / 200)
-        assert state.pinned.all()
-        assert np.abs(state.contacts - [[-a, a]]).max() <= 1e-13 * a
-        card = cards.flat_punch.force(-0.7 * DELTA0, a=a, **M)
-        assert state.force == pytest.approx(card, rel=1e-5, abs=0)
-
-
-def test_flat_punch_and_plane_are_neutral_at_the_critical_separation():
-    punch = adhesive(FlatPunch(2 * L))
-    assert minimise(punch, -DELTA0, method="lattice", spacing=L / 50).label == "neutral"
-    assert (
-        minimise(punch, -DELTA0 * (1 - 1e-9), method="lattice", spacing=L / 50).label
-        == "metastable"
-    )
-    assert (
-        minimise(punch, -DELTA0 * (1 + 1e-9), method="lattice", spacing=L / 50).label == "detached"
-    )
-    assert minimise(punch, DELTA0, method="lattice", spacing=L / 50).label == "global"
-    plane = adhesive(Plane())
-    assert minimise(plane, -DELTA0).label == "neutral"
-    assert minimise(plane, -DELTA0 * (1 + 1e-9)).label == "detached"
-    spread = minimise(plane, -0.5 * DELTA0)
-    assert spread.half_width == math.inf
-    assert spread.force == -math.inf
-
-
-def test_no_tension_means_independent_springs():
-    R, d = 0.02, 1.5e-3
-    scene = adhesive(Parabola(R), gamma1=0.0)
-    dx = 1e-5
-    touched = minimise(scene, d, method="lattice", spacing=dx)  # attach on touching
-    a = math.sqrt(2 * R * d)
-    assert touched.half_width == pytest.approx(a, abs=dx**2 / a)
-    assert touched.force == pytest.approx(4 / 3 * K * a * d, rel=1e-5, abs=0)
-    lowest = minimise(scene, d, method="lattice", spacing=dx, branch="global")  # Eq. (18)
-    a = math.sqrt(2 * R * cards.contact_line.cut_level(d, k=K, w=W))
-    assert lowest.half_width == pytest.approx(a, abs=dx**2 / a)
-    punch = adhesive(FlatPunch(0.013), gamma1=0.0)
-    kept = minimise(punch, -0.999 * DELTA0, method="lattice", spacing=dx)
-    assert kept.force == pytest.approx(-2 * K * 0.013 * 0.999 * DELTA0, rel=1e-13, abs=0)
-    assert minimise(punch, -1.001 * DELTA0, method="lattice", spacing=dx).label == "detached"
-
-
-def test_no_adhesion_is_convex_and_has_a_smooth_surface():
-    R, d = 0.02, 1.5e-3
-    scene = adhesive(Parabola(R), w=0.0)
-    a = cards.nonadhesive.parabola_half_width(d, R=R, k=K, gamma1=GAMMA1)
-    state = minimise(scene, d, method="lattice", spacing=min(a, L) / 200)
-    force = cards.nonadhesive.parabola_force(d, R=R, k=K, gamma1=GAMMA1)
-    assert state.half_width == pytest.approx(a, rel=1e-5, abs=0)
-    assert state.force == pytest.approx(force, rel=1e-5, abs=0)
-    assert abs(state.angle_deficit) <= 1e-5 * a / R
-    assert state.label == "global"
-    assert minimise(scene, -1e-9).label == "detached"
-
-
-@pytest.mark.parametrize("slope", [0.0, 0.003])
-def test_line_condition_at_both_ends_of_an_asymmetric_smooth_profile(slope):
-    x = np.linspace(-0.05, 0.06, 4001)
-    indenter = (
-        Sampled(x, 40 * np.abs(x) ** 3 + 0.5 * x**2, kind="smooth").tilted(slope).shifted(1e-3)
-    )
-    state = minimise(adhesive(indenter), 1e-3, method="lattice", spacing=L / 400)
-    for side, end in zip((-1, 1), state.contacts[0], strict=True):
-        residual = cards.contact_line.line_residual(
-            1e-3, indenter.height(end), side * indenter.slope(end), **M
-        )
-        assert abs(residual) <= 1e-4 * DELTA0
-
-
-def test_a_blunt_power_law_recovers_the_flat_punch():
-    a, d = 3 * L, -0.5 * DELTA0
-    blunt = minimise(
-        adhesive(PowerLaw(a**-200.0 * 0.01, 200.0)), d, method="lattice", spacing=L / 200
-    )
-    assert blunt.half_width == pytest.approx(a, rel=0.05, abs=0)
-
-
-def test_a_flat_punch_is_neutral_at_its_critical_separation_in_any_units():
-    rng = np.random.default_rng(11)
-    for _ in range(100):
-        scene = random_case(rng, "flat").scene
-        dx = min(scene.elastocapillary_length, scene.indenter.half_width) / 10
-        assert (
-            minimise(scene, -scene.critical_separation, method="lattice", spacing=dx).label
-            == "neutral"
-        )
-
-
 def test_a_wedge_contact_smaller_than_the_spacing_is_found_beyond_its_tip():
     delta = math.atan(2.5 * DELTA0 / L)
     dx = L / 300
@@ -187,3 +77,135 @@ def test_a_wedge_contact_smaller_than_the_spacing_is_found_beyond_its_tip():
         state = minimise(adhesive(Wedge(delta)), d, method="lattice", spacing=dx)
         assert not state.pinned.any()
         assert abs(state.half_width - a) <= 2 * dx**2 / L
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("links", [0.3, 3.0, 1e2, 1e3])
+def test_flat_faces_let_go_at_the_critical_separation_at_any_slope(links):
+    for ratio in (1e-3, 0.3, 0.8):
+        scene = steep(FlatPunch(0.03), ratio)
+        dx = min(scene.elastocapillary_length / links, 0.004)
+        d_c = -scene.critical_separation
+        assert on_lattice(scene, d_c, dx).label == "neutral"
+        assert on_lattice(scene, d_c * (1 + 1e-9), dx).label == "detached"
+        assert on_lattice(scene, d_c * (1 - 1e-9), dx).label == "metastable"
+        plane = replace(scene, indenter=Plane())
+        assert minimise(plane, d_c).label == "neutral"
+        assert minimise(plane, d_c * (1 + 1e-9)).label == "detached"
+        assert minimise(plane, 0.9 * d_c).half_width == math.inf
+
+
+def ripples(height, wavelength, phase=0.0):
+    """x²/2 with ripples, and k = 1."""
+    q = 2 * math.pi / wavelength
+    return Profile(
+        lambda x: np.square(x) / 2 + height * (1 - np.cos(q * np.asarray(x) + phase)),
+        lambda x: np.asarray(x) + height * q * np.sin(q * np.asarray(x) + phase),
+        extent=(-2, 2),
+    )
+
+
+def scene_of(indenter, gamma1, w):
+    return Scene(ElasticLayer(1, 0.0, 1.0), SurfaceEnergies.from_work(gamma1, w), indenter)
+
+
+def spacing_of(case):
+    length = case.scene.elastocapillary_length or case.feature
+    return min(length / 12, case.feature / 8)
+
+
+def on_nodes(case, spacing):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # the coarser levels
+        return minimise(case.scene, case.depth, method="lattice", spacing=spacing)
+
+
+def resolved(case, half_width):
+    """Whether the case is not too long for a test, and its contacts not too small for its nodes."""
+    lo, hi = case.scene.indenter.extent
+    return (hi - lo) / spacing_of(case) < 2e4 and half_width > spacing_of(case)
+
+
+def test_contacts_that_began_on_the_way_stay():
+    """A single contact is in equilibrium here, too, but the path has three."""
+    scene = scene_of(ripples(0.01, 0.2), 0.0025, 1.25e-5)
+    state = minimise(scene, 0.03, method="lattice", spacing=1e-3)
+    assert len(state.contacts) == 3
+    assert state.force == pytest.approx(0.0066820, abs=5e-8)
+    path = load_path(scene, depths=[0.0, 0.01, 0.03], method="lattice", spacing=1e-3)
+    assert path.force[-1] == pytest.approx(state.force, rel=5e-3)
+    assert len(path.inner[-1]) == 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 60, 20)[:2])
+def test_adhered_states_are_those_of_the_walk(first):
+    seen = 0
+    for seed in range(first, first + 10):
+        case = case_of("small", seed)
+        truth, _ = reference(case)
+        if truth is None or not resolved(case, truth.half_width):
+            continue
+        state = on_nodes(case, spacing_of(case) / 8)
+        assert len(state.contacts) == len(truth.contacts), seed
+        assert abs(state.force - truth.force) <= 2e-3 * truth.force_scale, seed
+        seen += 1
+    assert seen >= 3
+
+
+@pytest.mark.parametrize("spacing", [0.2, 0.15])
+def test_ripples_narrower_than_the_spacing_give_a_warning(spacing):
+    scene = scene_of(ripples(0.01, 0.2, 1.0), 0.0025, 1.25e-5)
+    with pytest.warns(AccuracyWarning, match="narrower than the spacing"):
+        minimise(scene, 0.03, method="lattice", spacing=spacing)
+    with pytest.warns(AccuracyWarning, match="narrower than the spacing"):
+        load_path(scene, depths=[0.0, 0.03], method="lattice", spacing=spacing)
+    minimise(scene, 0.03, method="lattice", spacing=0.01)  # and none where they are resolved
+
+
+def test_a_tip_between_the_nodes_gives_a_warning_where_the_surface_is_above_it():
+    """A tip of width 0.02 at x = 0.55, one deep enough and one that is not."""
+
+    def body(deep):
+        return Profile(
+            lambda x: np.square(x) / 2 - deep * np.exp(-(((np.asarray(x) - 0.55) / 0.01) ** 2)),
+            lambda x: (
+                np.asarray(x)
+                + 2e4 * deep * (np.asarray(x) - 0.55) * np.exp(-(((x - 0.55) / 0.01) ** 2))
+            ),
+            extent=(-2, 2),
+        )
+
+    with pytest.warns(AccuracyWarning, match=r"at x = 0\.5[45]"):
+        minimise(scene_of(body(0.3), 0.01, 1e-4), 0.01, method="lattice", spacing=0.1)
+    quiet = scene_of(body(0.13), 0.01, 1e-4)
+    assert unseen(quiet, 0.01, Lattice.of(quiet, 0.1)).x.size
+    minimise(quiet, 0.01, method="lattice", spacing=0.1)
+
+
+def test_a_contact_between_two_nodes_gives_a_warning():
+    body = Profile(
+        lambda x: 2 * (np.asarray(x) - 0.05) ** 2, lambda x: 4 * (np.asarray(x) - 0.05), (-2, 2)
+    )
+    with pytest.warns(AccuracyWarning, match="narrower than the spacing"):
+        state = minimise(scene_of(body, 0.01, 0.0), 1e-3, method="lattice", spacing=0.1)
+    assert not state.contacts.size
+
+
+def test_contacts_narrower_than_two_links_are_known_to_their_own_size():
+    body = Profile(lambda x: 20 * np.square(x), lambda x: 40 * np.asarray(x), extent=(-1, 1))
+    state = minimise(scene_of(body, 0.04, 1e-4), 1e-3, method="lattice", spacing=0.05)
+    assert state.contacts.size and np.diff(state.nodes).max() <= 0.05
+    assert min(state.error_estimate.values()) >= 1
+    fine = minimise(scene_of(body, 0.04, 1e-4), 1e-3, method="lattice", spacing=5e-4)
+    assert max(fine.error_estimate.values()) <= 0.1
+
+
+@pytest.mark.parametrize(("share", "warned"), [(0.9, False), (1.1, True)])
+def test_a_penetration_by_more_than_1e_9_of_the_depths_is_warned_of(share, warned):
+    scene = scene_of(Parabola(1.0), 1.0, 0.02)
+    state = minimise(scene, -1.5 * scene.critical_separation)
+    height = state.depth * (1 + share * 1e-9)  # of a tip that no node sees
+    hidden = Unseen(np.zeros(1), np.array([height]), np.ones(1))
+    with pytest.warns(AccuracyWarning) if warned else contextlib.nullcontext():
+        looked_at([state], hidden, Lattice.of(scene, 0.1), 1)

@@ -4,24 +4,35 @@ import math
 
 import numpy as np
 import pytest
-from lattices import Found, enumerated, over, pressed, random_lattice, unpruned
+from lattices import (
+    Found,
+    crowded,
+    enumerated,
+    of_heights,
+    plateaus,
+    pulled_walk,
+    random_lattice,
+    random_round_lattice,
+    rough_row,
+    unpruned,
+)
 from scenes import adhesive, roughness
 
 from discretization import NodalEnergy
-from discretization.lattice import lowest
-from discretization.lattice.judge import totals
+from discretization.lattice.judge import judge, totals
 from discretization.lattice.lowest import global_minimum, window
-from discretization.nodes import ground
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Row
-from energy import FlatPunch, Parabola, PowerLaw, Sampled, Wedge
+from energy import Sampled
 
 
-@pytest.mark.parametrize("start", range(0, 300, 50))
-def test_all_contact_sets_enumerated(start):
+@pytest.mark.parametrize("start", range(0, 120, 40))
+@pytest.mark.parametrize("draw", [random_lattice, random_round_lattice])
+def test_no_contact_set_has_less_energy(draw, start):
+    """All of them, one by one; and the certificate accepts the one that is found."""
     untied = several = 0
-    for seed in range(start, start + 50):
-        lattice, g = random_lattice(seed)
+    for seed in range(start, start + 40):
+        lattice, g = draw(seed)
         sets, energy = enumerated(lattice, g)
         result = Found.of(lattice, g)
         ours = np.flatnonzero((sets == result.in_contact).all(axis=1))[0]
@@ -38,133 +49,38 @@ def test_all_contact_sets_enumerated(start):
             untied += 1
             assert ours == np.argmin(energy), seed
         several += len(result.contacts) > 1
-    assert untied >= 35
-    assert several >= 5
+        if draw is random_lattice:
+            assert_certified(lattice, g, result.contacts, seed)
+    assert untied >= 25 and several >= (3 if draw is random_lattice else 1)
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_nothing_is_lost_by_pruning(seed):
-    rng = np.random.default_rng(seed)
-    n, ell, delta = 80, 10 ** rng.uniform(-0.5, 2), 10 ** rng.uniform(-1, 0.5)
-    f = roughness(n, n * rng.uniform(0.3, 1), 10 ** rng.uniform(0.3, 1.5), seed)
-    lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
-    result = Found.of(lattice, rng.uniform(-0.2, 0.5) * f.max() - f)
-    assert abs(result.energy - unpruned(lattice, result.g)) <= 1e-12 * result.proof.scale
-    assert result.proof.violation <= 1e-13
+def assert_certified(lattice, g, ends, seed):
+    if len(ends):
+        contacts = of_heights(lattice, g, ends)
+        assert judge(contacts, totals(contacts)).ok, seed
 
 
-def waves_and_tips(seed):
-    """Lattice and nodes of spacing 1 where links adhere as they like."""
-    rng = np.random.default_rng(seed)
-    n, ell, delta = (
-        int(rng.integers(15, 100)),
-        10 ** rng.uniform(0.5, 2.3),
-        10 ** rng.uniform(-1.5, 1),
-    )
-    h = 10 ** rng.uniform(-2, 0.7) * np.cos(
-        np.arange(n) * rng.uniform(0.02, 0.6) + rng.uniform(0, 6)
-    )
-    h += 10 ** rng.uniform(-3, -0.3) * rng.normal(size=n).cumsum()
-    h += rng.uniform(0.01, 0.3) - h.min()
-    h *= np.where(rng.random(n) < rng.uniform(0, 0.6), rng.uniform(0.1, 1, n), 1.0)
-    lattice = Lattice(1.0, 0.0, 1.3, 1.3 * ell**2, 1.3 * delta**2 / 2)
-    adhere = rng.random(n) < rng.uniform(0.05, 1)
-    bonds = np.where(adhere, 10 ** rng.uniform(-2, 1.5, n), 0.0) * lattice.w * lattice.spacing
-    bonds[0] = 0.0
-    return (
-        lattice,
-        h,
-        lowest._chain(lattice, h * 1e-9)._replace(
-            height=np.append(h, (0.0, 0.0)), bonds=np.append(bonds, (0.0, 0.0))
-        ),
-    )
-
-
-def stiffness(lattice):
-    """Of a node between two tails, half of it."""
-    return lattice.spring / 2 + lattice.end_stiffness
-
-
-def among_all_starts(lattice, h, bonds):
-    """Least energy, comparing all lines in z = λ⁻²ˣ, y = h λ⁻ˣ that run below the nodes."""
-    h, root = np.append(h, 0.0), np.exp(lattice.log_decay * np.arange(h.size + 1.0))
-    root[-1] = 1e6 * root[-2]
-    z, y, value = np.append(0, root**2), np.append(0, h * root), np.zeros(h.size + 1)
-    for j in range(1, h.size + 1):
-        slope = (y[j] - y[:j]) / (z[j] - z[:j])
-        newer = np.append(np.maximum.accumulate(slope[:0:-1])[::-1], -math.inf)
-        cost = stiffness(lattice) * slope * (y[j] - y[:j])
-        cost[-1] -= bonds[j - 1]
-        value[j] = (value[:j] + cost)[slope >= newer].min()
-    return value[-1]
-
-
-@pytest.mark.parametrize("few", [1, 32])
-@pytest.mark.parametrize("far", [1.0, 300.0])
-def test_the_starts_not_asked_are_not_the_best(few, far, monkeypatch):
-    """Where links adhere as they like; hardly any starts are asked, and none far before."""
-    monkeypatch.setattr(lowest, "_FEW", few)
-    monkeypatch.setattr(lowest, "_FAR", far)
-    for seed in range(300):
-        lattice, h, chain = waves_and_tips(seed)
-        truth = among_all_starts(lattice, h, chain.bonds)
-        error = abs(lowest._cheapest(chain, 0.0)[0] - truth)
-        assert error <= 1e-11 * max(abs(truth), stiffness(lattice) * h.max() ** 2), seed
-
-
-def test_a_start_without_an_admissible_span_beats_no_other():
-    """A walk that is pulled everywhere; one seed in two thousand shows it."""
-    rng = np.random.default_rng(1937)
-    n, ell = int(rng.integers(20, 90)), 10 ** rng.uniform(0, 1.8)
-    depth = 10 ** rng.uniform(-1.5, 0)
-    assert rng.random() < 0.5
-    g = -0.3 - depth * np.abs(rng.normal(size=n).cumsum())
-    lattice = Lattice(1.0, 0.0, 1.0, ell**2, 10 ** rng.uniform(-1, 1))
-    result = Found.of(lattice, g)
-    assert abs(result.energy - unpruned(lattice, g)) <= 1e-13 * result.proof.scale
-
-
-@pytest.mark.parametrize("start", range(0, 40, 10))
-def test_plateaus_and_tips(start):
-    """Pulled surfaces under plateaus of different depth: tails and spans blocked by tips."""
-    for seed in range(start, start + 10):
-        rng = np.random.default_rng(seed)
-        lattice = Lattice(1.0, 0.0, 1.3, 1.3 * rng.uniform(2, 8) ** 2, 0.65)
-        widths = rng.choice([1, 2, 3, 8, 12], size=9)
-        depths = rng.uniform(0.02, 0.9, size=9) + 3.0 * (np.arange(9) % 2)
-        result = Found.of(lattice, -np.repeat(depths, widths))
-        g, scale = result.g, result.proof.scale or lattice.w
-        assert abs(result.energy - unpruned(lattice, g)) <= 1e-12 * scale
-        assert (result.u() >= g - 1e-14).all()
-        assert result.proof.violation <= 1e-13
-
-
-def test_without_adhesion_it_is_the_convex_solution():
-    for seed in range(5):
-        f = roughness(3000, 300, 10, seed)
-        lattice = Lattice(0.1, 0.0, 2.7, 2.7 * 30, 0.0)
-        result = Found.of(lattice, 0.6 * f.max() - f)
-        u, held = result.u(), result.in_contact
-        force = NodalEnergy(lattice, held).gradient(u)
-        scale = (lattice.spring + 4 * lattice.link) * np.abs(u).max()
-        assert np.abs(force[~held]).max() <= 1e-14 * scale
-        assert force[held].min() >= -1e-14 * scale
-        assert (u - result.g).min() >= -1e-14 * np.abs(u).max()
-        assert 10 < np.count_nonzero(held) < 2900
-
-
-def test_flat_punch_leaves_where_its_energy_vanishes():
-    """Before the metastable state does at -δ₀, near d = -δ₀ √(a/(a + l))."""
-    scene = adhesive(FlatPunch(0.03))
-    ell, delta = scene.elastocapillary_length, scene.critical_separation
-    lattice = Lattice.of(scene, ell / 100)
-    links = ground.region(lattice, scene.indenter, 0.0).last
-    pull = lattice.spring * (links + 1) / 2 + lattice.end_stiffness
-    leaves = -math.sqrt(lattice.w * lattice.spacing * links / pull)
-    assert leaves == pytest.approx(-delta * math.sqrt(0.03 / (0.03 + ell)), rel=1e-2, abs=0)
-    for factor, contacts in ((1 - 1e-9, [[0, links]]), (1 + 1e-9, [])):
-        result = Found.of(lattice, np.full(links + 1, factor * leaves))
-        assert result.contacts.tolist() == contacts
+@pytest.mark.parametrize(
+    ("draw", "seeds"),
+    [
+        (rough_row, range(8)),
+        (plateaus, range(40)),
+        # 1772: a tooth that two advancing lines bring into contact; at the next four a line would
+        # gain energy by pushing the surface through a tooth
+        (crowded, [1772, 3277, 3576, 4495, 5523, *range(40)]),
+        (pulled_walk, [1937]),  # a start without an admissible span beats no other
+    ],
+)
+def test_no_admissible_spans_have_less_energy(draw, seeds):
+    """All pairs of nodes, in an order in which nothing is left out."""
+    for seed in seeds:
+        lattice, g = draw(seed)
+        result = Found.of(lattice, g)
+        scale = result.proof.scale or lattice.w or 1.0
+        assert abs(result.energy - unpruned(lattice, g)) <= 1e-12 * scale, seed
+        assert (result.u() >= g - 1e-13 * np.abs(g).max()).all(), seed
+        assert result.proof.violation <= 1e-13, seed
+        assert_certified(lattice, g, result.contacts, seed)
 
 
 @pytest.mark.parametrize(("more", "contacts"), [(2e-13, [[0, 1]]), (2e-12, [])])
@@ -173,19 +89,6 @@ def test_of_equal_energies_the_one_with_more_contact(more, contacts):
     lattice = Lattice(1.0, 0.0, 1.3, 1.3 * 4.0, 0.2)
     leaves = -math.sqrt(lattice.w / (lattice.spring + lattice.end_stiffness))
     assert Found.of(lattice, np.full(2, leaves * (1 + more))).contacts.tolist() == contacts
-
-
-@pytest.mark.parametrize("indenter", [Parabola(0.4), Wedge(0.01), PowerLaw(40.0, 3.0)])
-@pytest.mark.parametrize("depth", [2e-4, 1e-3, 5e-3])
-def test_a_pressed_convex_indenter_has_the_metastable_contact(indenter, depth):
-    scene = adhesive(indenter)
-    lattice = Lattice.of(scene, scene.elastocapillary_length / 50)
-    first, g = window(Row.of(scene, lattice, depth), depth)
-    result = Found.of(lattice, g)
-    contact = pressed(lattice, scene, depth)
-    assert (result.contacts + first).tolist() == [list(contact)]
-    sums = totals(over(lattice, indenter, depth, contact))
-    assert abs(result.energy - sums.energy) <= 1e-13 * sums.energy_scale
 
 
 def wavy(depth, n=801):
@@ -210,32 +113,6 @@ def test_the_window_leaves_nothing_out_and_mirror_images_agree(depth, least):
     mirrored = Found.of(lattice, g[::-1])
     assert mirrored.contacts.tolist() == (g.size - 1 - result.contacts[::-1, ::-1]).tolist()
     assert abs(mirrored.energy - result.energy) <= 1e-13 * scale
-
-
-def test_contacts_far_apart_do_not_feel_each_other():
-    lattice = Lattice(1.0, 0.0, 1.7, 1.7 * 9.0, 0.9)
-    i = np.arange(-60, 61)
-    tip, blunt = 1.1 - 0.01 * i**2, -0.6 - 0.002 * i**2
-    far = np.full(30 * 3, -50.0)
-    one, two = (Found.of(lattice, g) for g in (tip, blunt))
-    both = Found.of(lattice, np.concatenate([tip, far, blunt]))
-    assert len(one.contacts) == len(two.contacts) == 1
-    shift = tip.size + far.size
-    assert both.contacts.tolist() == [*one.contacts.tolist(), *(two.contacts + shift).tolist()]
-    assert abs(both.energy - one.energy - two.energy) <= 1e-13 * both.proof.scale
-
-
-@pytest.mark.parametrize("length", [1e-9, 1e3])
-@pytest.mark.parametrize("force", [1e-6, 1e6])
-def test_no_unit_enters(length, force):
-    f = roughness(800, 200, 6)
-    g = 0.3 * f.max() - f
-    one = Found.of(Lattice(1.0, 0.0, 1.7, 1.7 * 64, 0.2), g)
-    k, gamma1, w = 1.7 * force / length**3, 1.7 * 64 * force / length, 0.2 * force / length
-    other = Found.of(Lattice(length, 0.0, k, gamma1, w), g * length)
-    assert len(one.contacts) > 3
-    assert other.contacts.tolist() == one.contacts.tolist()
-    assert abs(other.energy / force - one.energy) <= 1e-12 * one.proof.scale
 
 
 @pytest.mark.parametrize("ell", [1e-3, 1.0, 1e2, 1e4])

@@ -116,7 +116,8 @@ def returns(path):
     return max(np.abs(q - q[again]).max() / q.max() for q in (path.force, path.energy))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_state_of_a_depth_is_the_hull_however_it_was_reached(kind, seed):
     scene, feature, low, depths = case(kind, seed)

@@ -1,11 +1,25 @@
-"""A load or a machine is read off the depth path: jumps, their limits, and what was wrong once."""
+"""A load or a machine is read off the depth path; loops of every kind, on nodes and the mesh."""
+
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import ALPHA, DELTA0, L, adhesive, dimple, rippled, steep, turned, wavy
 
-from discretization import load_path
-from discretization.following.smooth import Smooth
-from energy import Circle, ElasticLayer, Parabola, Profile, Sampled, Scene, SurfaceEnergies
+from discretization import History, load_path
+from energy import (
+    Circle,
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Patches,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
 
 LAYER, SURFACES = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work
 NODES = {"method": "lattice", "spacing": 0.05}
@@ -25,13 +39,13 @@ def two_parabolas(w=0.0):
     return Scene(LAYER, SURFACES(1.0, w), body)
 
 
-def wavy():
+def waves():
     x = np.linspace(-15, 15, 301)
     z = 0.05 * np.cos(2 * np.pi * x / 5 + 0.4) + 0.004 * x**2
     return Scene(LAYER, ADHESIVE, Sampled(x, z, kind="smooth"))
 
 
-LOOP = np.r_[np.linspace(0, 0.3, 8), np.linspace(0.3, -0.5, 16)]
+IN_AND_OUT = np.r_[np.linspace(0, 0.3, 8), np.linspace(0.3, -0.5, 16)]
 
 
 def pressed(depth):
@@ -59,12 +73,12 @@ def test_a_second_contact_carries_its_share(method, stiffness):
 
 
 @METHODS
-@pytest.mark.parametrize("scene", [wavy(), Scene(LAYER, ADHESIVE, Parabola(10.0))])
+@pytest.mark.parametrize("scene", [waves(), Scene(LAYER, ADHESIVE, Parabola(10.0))])
 def test_a_stiff_machine_imposes_the_depth(scene, method):
     """P changes the drive by P/K, and what jumps with P by no more than that."""
-    depths = load_path(scene, depths=LOOP, **method)
+    depths = load_path(scene, depths=IN_AND_OUT, **method)
     for stiffness in (1e8, 1e11)[:: 1 if method else -2]:  # nodes are quick
-        path = load_path(scene, drives=LOOP, machine_stiffness=stiffness, **method)
+        path = load_path(scene, drives=IN_AND_OUT, machine_stiffness=stiffness, **method)
         near = 20 / stiffness + 1e-9
         assert len(path.events) == len(depths.events)
         for here, there in zip(path.events, depths.events, strict=True):
@@ -78,7 +92,7 @@ def test_a_stiff_machine_imposes_the_depth(scene, method):
 
 
 @METHODS
-@pytest.mark.parametrize("scene", [wavy(), Scene(LAYER, ADHESIVE, Parabola(10.0))])
+@pytest.mark.parametrize("scene", [waves(), Scene(LAYER, ADHESIVE, Parabola(10.0))])
 def test_a_soft_machine_is_a_dead_load(scene, method):
     """As long as there is contact: beyond, a dead load pulls the indenter away for ever."""
     loads = np.r_[np.linspace(0, 1.5, 7), np.linspace(1.5, -4, 23)]
@@ -96,51 +110,18 @@ def test_a_soft_machine_is_a_dead_load(scene, method):
 
 
 def test_a_jump_that_keeps_the_number_of_contacts_loses_what_it_does():
-    path = load_path(wavy(), drives=LOOP, machine_stiffness=1e8)
+    path = load_path(waves(), drives=IN_AND_OUT, machine_stiffness=1e8)
     assert path.dissipated == pytest.approx(0.300688, rel=0, abs=1e-6)
     assert max(event.energy_released for event in path.events) <= 0.125
 
 
-@pytest.mark.parametrize("spacing", np.linspace(0.03, 0.06, 13))
-@pytest.mark.parametrize("dead", [False, True])
-def test_nodes_with_two_works_balance_their_load(spacing, dead):
-    scene = Scene(LAYER, ADHESIVE, Parabola(10.0), opening=SURFACES(1.0, 0.03))
-    values = np.r_[np.linspace(0, 0.6, 13), np.linspace(0.6, -2.0 if dead else -9.0, 14)]
-    given = {"forces": values} if dead else {"drives": values, "machine_stiffness": 0.3}
-    path = load_path(scene, **given, method="lattice", spacing=spacing)
-    held = np.isfinite(path.contacts[:, 0])
-    load = values if dead else 0.3 * (values - path.depth)
-    assert path.force[held] == pytest.approx(load[held], rel=0, abs=1e-12)
-    assert [event.kind for event in path.events] == ["jump-in", "pull-off"]
-    assert min(event.energy_released for event in path.events) > 0
-    fine = load_path(scene, **given)
-    both = held & np.isfinite(fine.contacts[:, 0])
-    assert both.sum() > 13
-    assert path.depth[both] == pytest.approx(fine.depth[both], rel=0, abs=2e-3)
-
-
 @pytest.mark.parametrize("spacing", [0.05, 0.041, 0.025])
 def test_nodes_under_a_stiff_machine_are_pulled_off_where_the_mesh_is(spacing):
-    path = load_path(wavy(), drives=LOOP, machine_stiffness=1e8, method="lattice", spacing=spacing)
+    path = load_path(
+        waves(), drives=IN_AND_OUT, machine_stiffness=1e8, method="lattice", spacing=spacing
+    )
     assert path.events[-1].kind == "pull-off"
     assert path.events[-1].control == pytest.approx(-0.248074, rel=0, abs=2e-5)
-
-
-def test_steps_between_two_events_are_read_off_one_way(monkeypatch):
-    """Ten times as many steps: no more ways are followed."""
-    over, ways = Smooth.over, []
-
-    def counted(self, *arguments):
-        ways[-1] += 1
-        return over(self, *arguments)
-
-    monkeypatch.setattr(Smooth, "over", counted)
-    for n in (40, 400):
-        ways.append(0)
-        drives = np.r_[np.linspace(-0.05, 0.1, n), np.linspace(0.1, 0.0, n)]
-        path = load_path(wavy(), drives=drives, machine_stiffness=5.0)
-        assert len(path) == 2 * n
-    assert ways[1] <= 1.2 * ways[0]
 
 
 @pytest.mark.slow
@@ -153,3 +134,180 @@ def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
     assert depths.force[1] == pytest.approx(-0.01, rel=1e-12, abs=0)
     assert path.half_width[0] / 0.05 > 0.99
     assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)
+
+
+@pytest.mark.slow
+def test_a_wavy_profile_without_adhesion_turned_about_an_axis_is_pressed_from_touching():
+    """C next to touching is all rounding: drawn from lines that are solved for, it has peaks."""
+    layer, surfaces = ElasticLayer(1.3, 0.0, 1.0), SurfaceEnergies.from_work(1.1, 0.0)
+    wavy = Profile(
+        lambda x: 0.05 * x * x + 0.05 * (1 - np.cos(3 * x)),
+        lambda x: 0.1 * x + 0.15 * np.sin(3 * x),
+    )
+    scene = Scene(layer, surfaces, wavy, geometry="axisymmetric")
+    path = load_path(scene, drives=[0.0, 0.01, -0.005], machine_stiffness=2.0)
+    assert [event.kind for event in path.events] == ["touch", "pull-off"]
+    assert path.force[1] == pytest.approx(2.0 * (0.01 - path.depth[1]), rel=1e-12, abs=0)
+
+
+A = 1.7 * L  # a radius of contacts about an axis
+STRONGER = SurfaceEnergies.from_work(0.07, 0.003)
+PATCHES = Patches(np.array([-1.3, -0.45, 0.15, 0.8]) * L, (1.0, 0.5, 0.9, 0.4, 1.0))
+RINGS = Patches(np.array([0.4, 0.9, 1.5]) * L, (1.0, 0.3, 1.4, 0.6))
+CRESTS = adhesive(rippled(0.03, 0.6 * L, 0.17 * DELTA0, (-8 * L, 8 * L)))
+SPHERE = turned(Parabola(A / (0.9 * ALPHA)))
+RIPPLED_SPHERE = turned(rippled(0.9, 2 * L, 0.7 * DELTA0, (0, 12 * L)))
+SCENES = {
+    "parabola": adhesive(Parabola(0.02)),
+    "tilted": adhesive(Parabola(0.02).tilted(0.05)),
+    "wedge": adhesive(Wedge(0.05).shifted(0.0123)),
+    "punch": adhesive(FlatPunch(0.03)),
+    "opening": adhesive(Parabola(0.02), w=0.001, opening=0.003),
+    "crests": wavy(crests=3),
+    "ripples": CRESTS,
+    "ripples, opening": replace(CRESTS, opening=STRONGER),
+    "ripples, pattern": replace(CRESTS, pattern=PATCHES),
+    "ripples, both": replace(CRESTS, opening=STRONGER, pattern=PATCHES),
+    "sphere": SPHERE,
+    "sphere, opening": replace(SPHERE, opening=SurfaceEnergies.from_work(0.07, 0.004)),
+    "cone": turned(Wedge(math.atan(0.6 * ALPHA))),
+    "arc": turned(Circle(A / (0.9 * ALPHA))),
+    "cylinder": turned(FlatPunch(A)),
+    "rings": RIPPLED_SPHERE,
+    "rings, opening": replace(RIPPLED_SPHERE, opening=SurfaceEnergies.from_work(0.07, 0.004)),
+    "rings of a pattern": replace(turned(Parabola(0.17)), pattern=RINGS),
+    "dimple": turned(dimple()),
+    "steep parabola": steep(Parabola(0.02), 0.3),
+    "steep crests": replace(wavy(crests=3), slopes="finite"),
+}
+LOOP = np.r_[np.linspace(-0.1, 1.8, 8), np.linspace(1.5, -3.5, 18)] * DELTA0
+MORE = {  # lines after an event less those before it; a jump keeps them or joins contacts
+    "touch": (2,),
+    "jump-in": (2,),
+    "nucleation": (2, 4),  # on both sides at once
+    "splitting": (2, 4),
+    "jump": (0, -2, -4),
+    "closing": (-2, -4),
+    "coalescence": (-2, -4),
+    "edge depinning": (0,),
+}
+ON_NODES = [name for name in SCENES if name[:5] != "steep"]
+LOADED = ("parabola", "opening", "crests", "ripples, both", "sphere", "rings", "dimple")
+LOADED = [(name, control) for name in LOADED for control in ("load", "machine")]
+LOADED += [(name, "depth") for name in SCENES]
+BOTH = [(name, {}) for name in SCENES]  # with the options of nodes: a tip lets go while links are
+BOTH += [  # as wide as its contact
+    (name, {"method": "lattice", "spacing": L / (60 if SCENES[name].axisymmetric else 240)})
+    for name in ON_NODES
+]
+
+
+def programme(scene, control):
+    """In and out until contact is lost, under each control."""
+    if control == "depth":
+        return {"depths": LOOP}
+    K = 0.5 * scene.stiffness * L * (math.pi * L if scene.axisymmetric else 1.0)
+    if control == "machine":
+        return {"drives": np.r_[3 * LOOP, -60 * DELTA0], "machine_stiffness": K}
+    return {"forces": K * DELTA0 * np.r_[np.linspace(0, 3, 7), np.linspace(3, -60, 15)]}
+
+
+@pytest.fixture(scope="module")
+def paths():
+    known = {}
+
+    def path(name, control, nodes):
+        key = name, control, len(nodes)
+        if key not in known:
+            known[key] = load_path(SCENES[name], **programme(SCENES[name], control), **nodes)
+        return known[key]
+
+    return path
+
+
+def lines(state):
+    """How many contact lines a state has."""
+    return sum(map(np.isfinite, state.lines))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("control", ["depth", "load", "machine"])
+@pytest.mark.parametrize(("name", "nodes"), BOTH)
+def test_a_loop_loses_what_is_put_in_and_no_contact_between_events(paths, name, control, nodes):
+    if (name, control) not in LOADED:
+        return
+    path, number = paths(name, control, nodes), 0
+    assert np.isnan(path.contacts[-1, 0]) and path.force[-1] == 0
+    size = np.abs(path.energy).max()
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=1e-11 * size)
+    assert min(event.energy_released for event in path.events) >= -1e-11 * size
+    assert (path.friction > 0) == ("opening" in name or "both" in name)
+    if control != "depth":
+        held = ~np.isnan(path.contacts[:, 0])
+        load = (
+            path.values
+            if control == "load"
+            else path.machine_stiffness * (path.values - path.depth)
+        )
+        assert np.abs(path.force - load)[held].max() <= 1e-9 * np.abs(load[held]).max()
+    for step in range(len(path)):
+        for event in path.events:
+            if event.step == step:
+                before, after = lines(event.before), lines(event.after)
+                assert before == number, event.kind
+                assert after == 0 if event.kind in ("detachment", "pull-off") else True
+                if after:
+                    assert after - before in MORE[event.kind], event.kind
+                number = after
+        assert lines(path.at(step)) == number, step
+
+
+@pytest.mark.parametrize(("name", "control"), LOADED)
+def test_the_loop_on_nodes_is_that_of_the_mesh(paths, name, control):
+    """Next to an event either may be on its other side; lines of nodes are told by their links."""
+    if name not in ON_NODES:
+        return
+    nodes, mesh = paths(name, control, dict(BOTH)[name]), paths(name, control, {})
+    both = ~np.isnan(nodes.contacts[:, 0]) & ~np.isnan(mesh.contacts[:, 0])
+    assert both.sum() >= 8
+    for one, bound in (("force", 1e-3), ("depth", 1e-3), ("energy", 2e-3), ("half_width", 1e-2)):
+        own, exact = getattr(nodes, one)[both], getattr(mesh, one)[both]
+        assert np.quantile(np.abs(own - exact), 0.75) <= bound * np.abs(exact).max(), one
+    if name in ("parabola", "tilted", "wedge", "sphere", "cone", "arc"):  # lines between nodes
+        off = np.abs(nodes.half_width - mesh.half_width)[both]
+        assert np.quantile(off, 0.75) <= 0.02 * nodes.spacing
+    kept = ("touch", "jump-in", "nucleation", "detachment", "pull-off")
+    ours, theirs = ([e for e in path.events if e.kind in kept] for path in (nodes, mesh))
+    assert [event.kind for event in ours] == [event.kind for event in theirs]
+    for here, there in zip(ours, theirs, strict=True):
+        assert here.before.depth == pytest.approx(there.before.depth, rel=0, abs=0.1 * DELTA0)
+    assert nodes.dissipated == pytest.approx(mesh.dissipated, rel=0.1, abs=0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "nodes"), BOTH)
+def test_a_loop_continues_from_its_file_as_if_it_had_not_stopped(paths, name, nodes, tmp_path):
+    whole, cut = paths(name, "depth", nodes), 11
+    load_path(SCENES[name], depths=LOOP[:cut], **nodes).to_csv(tmp_path / "path.csv")
+    first = History.from_csv(tmp_path / "path.csv", SCENES[name])
+    again = load_path(SCENES[name], depths=LOOP[cut:], after=first, **nodes)
+    same = {"rel": 0, "nan_ok": True}
+    for one in ("force", "energy", "contacts"):
+        ours, theirs = getattr(again, one), getattr(whole, one)
+        size = (1e-14 if nodes else 1e-12) * np.nanmax(np.abs(theirs))
+        assert ours == pytest.approx(theirs, abs=size, **same), one
+    assert [e.kind for e in again.events] == [e.kind for e in whole.events]
+    assert list(map(len, again.inner)) == list(map(len, whole.inner))
+
+
+@pytest.mark.parametrize(("name", "nodes"), BOTH)
+def test_there_and_back_without_an_event_costs_nothing(name, nodes):
+    """On a smooth branch, or with all lines held."""
+    scene = SCENES[name]
+    there = np.linspace(0.3, 0.33, 4) * DELTA0
+    once = load_path(scene, depths=[there[-1], there[0]], **nodes)
+    twice = load_path(scene, depths=[*there, *there[::-1]], after=once, **nodes)
+    assert twice.events == once.events
+    size = scene.stiffness * DELTA0**2 * L * (L if scene.axisymmetric else 1.0)
+    assert twice.work() == pytest.approx(once.work(), rel=0, abs=1e-9 * size)
+    assert twice.force[-1] == pytest.approx(once.force[-1], rel=1e-9, abs=1e-12 * size / DELTA0)

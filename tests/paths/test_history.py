@@ -8,8 +8,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from project import PLACES, ROOT
-from scenes import adhesive
+from scenes import PLACES, ROOT, adhesive
 
 from discretization import History, load_path
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
@@ -76,16 +75,6 @@ def test_a_file_keeps_every_bit(scene, tmp_path):
     assert '"scene"' in text
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda s: type(s.indenter).__name__)
-@pytest.mark.parametrize("cut", [1, 17, 41, 80, 99])
-def test_a_path_continues_as_if_it_had_not_stopped(scene, cut, tmp_path):
-    whole = load_path(scene, depths=PROGRAMME)
-    first = load_path(scene, depths=PROGRAMME[:cut])
-    first.to_csv(tmp_path / "first.csv")
-    read = History.from_csv(tmp_path / "first.csv")
-    assert alike(whole, load_path(scene, depths=PROGRAMME[cut:], after=read))
-
-
 def test_a_scene_given_in_whole_numbers_of_numpy_is_read_again(tmp_path):
     layer = ElasticLayer(np.int64(3), 0.0, np.float32(2.0))
     scene = Scene(layer, SurfaceEnergies.from_work(1.0, 0.01), PowerLaw(1.0, np.int64(2)))
@@ -109,16 +98,6 @@ def test_every_control_continues():
         whole = load_path(scene, **{name: values}, **more)
         first = load_path(scene, **{name: values[:2]}, **more)
         assert alike(whole, load_path(scene, **{name: values[2:]}, **more, after=first))
-
-
-def test_adhesion_hysteresis_continues():
-    scene = adhesive(Parabola(0.02), w=0.001, opening=0.003)
-    whole = load_path(scene, depths=PROGRAMME)
-    first = load_path(scene, depths=PROGRAMME[:70])
-    again = load_path(scene, depths=PROGRAMME[70:], after=first)
-    assert again.friction == pytest.approx(whole.friction, rel=1e-14, abs=0)
-    assert whole.friction > 0
-    assert alike(whole, again)
 
 
 KILLED = """

@@ -1,16 +1,16 @@
 """Load paths: events, their energy balance, what is refused."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import adhesive, rescaled
+from scenes import adhesive
 
 from discretization import NotCertifiedError, minimise
 from discretization.following.events import Events
 from discretization.loading import load_path
-from energy import FlatPunch, Parabola, Plane, PowerLaw, SurfaceEnergies, Wedge
+from energy import ElasticLayer, FlatPunch, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge, cards
+from studies.shared.random_cases import random_case
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
@@ -30,20 +30,6 @@ def test_a_path_is_made_of_the_equilibria_of_minimise(body, slopes):
         assert np.abs(ends - state.contacts[0]).max() <= 1e-11 * max(width, 1e-3 * abs(depth))
         assert abs(force - state.force) <= 1e-12 * state.scales["force"]
         assert abs(energy - state.energy) <= 1e-12 * state.scales["energy"]
-
-
-def test_a_branch_walked_there_and_back_costs_nothing():
-    for body in (Parabola(0.02), Wedge(0.05), Parabola(0.02).tilted(0.03)):
-        scene = adhesive(body)
-        delta0 = scene.critical_separation
-        there = np.linspace(-0.5 * delta0, 3 * delta0, 40)
-        path = load_path(scene, depths=np.r_[0.0, there, there[::-1]])
-        assert [event.kind for event in path.events] == ["jump-in"]
-        walked = load_path(scene, depths=np.r_[there, there[::-1]], after=path)
-        assert walked.events == path.events
-        scale = scene.stiffness * delta0**2 * scene.elastocapillary_length
-        assert abs(walked.work() - path.work()) <= 1e-13 * scale
-        assert np.abs(walked.energy[-1] - path.energy[-1]) <= 1e-13 * scale
 
 
 def test_events_do_not_depend_on_the_steps():
@@ -126,47 +112,6 @@ def test_after_pull_off_the_indenter_can_touch_again():
     assert found == pytest.approx(before, rel=1e-14, abs=0)
 
 
-def test_a_path_does_not_know_the_units():
-    scene = adhesive(Parabola(0.02))
-    delta0 = scene.critical_separation
-    path = load_path(scene, depths=[delta0, -2 * delta0])
-    for length, stress in ((1e3, 1e-6), (1e-9, 1e9)):
-        depths = np.array([delta0, -2 * delta0]) * length
-        again = load_path(rescaled(scene, length, stress), depths=depths)
-        energy, force = path.dissipated * stress * length**2, path.pull_off.force * stress * length
-        assert again.dissipated == pytest.approx(energy, rel=1e-13, abs=0)
-        assert again.pull_off.force == pytest.approx(force, rel=1e-13, abs=0)
-
-
-@pytest.mark.parametrize(
-    ("programme", "message"),
-    [
-        ({}, "exactly one of depths, forces, drives"),
-        ({"depths": [0.1], "forces": [1.0]}, "exactly one of"),
-        ({"depths": []}, "depths = .* at least one finite number"),
-        ({"depths": [0.1, math.nan]}, "at least one finite"),
-        ({"depths": 0.1}, "must be a list"),
-        ({"forces": [-1e9]}, r"forces\[0\] = -1000000000.0 is below the pull-off force"),
-        ({"depths": [0.1], "rtol": math.nan}, "rtol = nan"),
-        ({"depths": [0.1], "rtol": 2.0}, "rtol = 2.0 is outside"),
-        ({"depths": [0.1], "every": 0}, "every = 0 is no number of steps"),
-        ({"drives": [0.1]}, "machine_stiffness = None with drives"),
-        ({"drives": [0.1], "machine_stiffness": 0.0}, "machine_stiffness = 0.0 must be positive"),
-        ({"depths": [0.1], "machine_stiffness": 3.0}, "machine_stiffness = 3.0 with depths"),
-    ],
-)
-def test_bad_programmes_are_refused(programme, message):
-    with pytest.raises(ValueError, match=message):
-        load_path(adhesive(Parabola(0.02)), **programme)
-
-
-def test_indenters_a_path_cannot_follow_are_refused():
-    with pytest.raises(ValueError, match="a profile with a lowest point"):
-        load_path(adhesive(Plane()), depths=[0.001])
-    with pytest.raises(ValueError, match="is not a Scene"):
-        load_path(Parabola(1.0), depths=[0.001])
-
-
 def test_a_path_does_not_continue_from_a_wrong_state(monkeypatch):
     """A line out of place is noticed, with one work of adhesion and with two."""
     plain = adhesive(Parabola(0.02), w=0.001)
@@ -188,8 +133,140 @@ def test_a_path_does_not_continue_from_a_wrong_state(monkeypatch):
         assert load_path(scene, depths=[0.001, -0.001]).half_width[1] > 0  # pinned if hysteretic
 
 
-def test_an_opening_that_does_not_fit_is_refused():
-    scene = adhesive(Parabola(0.02), w=0.001)
-    for gamma1, w in ((0.07, 0.0009), (0.08, 0.002)):
-        with pytest.raises(ValueError, match=r"opening = .* must have the gamma1"):
-            replace(scene, opening=SurfaceEnergies.from_work(gamma1, w))
+CONTROLS = ("depth", "force", "drive")
+BARS = 1e-10
+
+
+def parts(case):
+    """Names of the shape's cards, its parameters and the scene's."""
+    scene, body = case.scene, case.scene.indenter
+    own = {"flat": "half_width", "wedge": "delta", "parabola": "R"}[case.shape]
+    shape = {"a" if case.shape == "flat" else own: getattr(body, own)}
+    material = {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+    return "flat_punch" if case.shape == "flat" else case.shape, shape | material
+
+
+def programme(control, case, stiffness):
+    """Touch, press in, retract until the contact is lost: two steps."""
+    scene = case.scene
+    d = 2 * scene.critical_separation
+    size = scene.elastocapillary_length + case.half_width
+    if control == "depth":
+        return {"depths": [d, -d]}
+    if control == "drive":
+        return {"drives": [2 * d, -1e5 * d], "machine_stiffness": stiffness}
+    force = scene.stiffness * d * size
+    return {"forces": [force, -1e3 * force]}
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+@pytest.mark.parametrize("shape", ["flat", "wedge", "parabola"])
+def test_events_and_loop_areas_are_those_of_the_cards(shape, control):
+    rng = np.random.default_rng(len(shape) + 10 * len(control))
+    for _ in range(6):
+        case = random_case(rng, shape)
+        scene, (name, given) = case.scene, parts(case)
+        delta0, length = scene.critical_separation, scene.elastocapillary_length
+        stiffness = scene.stiffness * length * 10 ** rng.uniform(-1, 1.5)
+        path = load_path(scene, **programme(control, case, stiffness))
+        module = {
+            "depth": cards.displacement_control,
+            "force": cards.load_control,
+            "drive": cards.machine_control,
+        }[control]
+        of_machine = {"K": stiffness} if control == "drive" else {}
+        depth_like = cards.displacement_control if shape == "flat" else module
+        jump = getattr(depth_like, f"{name}_jump_in")(
+            **given, **(of_machine if depth_like is module else {})
+        )
+        if control == "force":
+            module = depth_like
+        let_go = getattr(module, f"{name}_detachment")(**given, **of_machine)
+        area = float(getattr(module, f"{name}_loop_area")(**given, **of_machine))
+        first, last = path.events[0], path.events[-1]
+        assert first.kind == "jump-in"
+        assert last.kind == ("detachment" if control == "depth" else "pull-off")
+        tension = scene.stiffness * delta0 * (length + jump.half_width)
+        assert first.after.half_width == pytest.approx(jump.half_width, rel=BARS, abs=0)
+        assert abs(first.after.force - jump.force) <= BARS * tension
+        assert abs(first.energy_released - jump.energy_released) <= BARS * area
+        assert last.force == pytest.approx(let_go.force, rel=BARS, abs=0)
+        assert abs(last.depth - let_go.depth) <= BARS * delta0
+        assert abs(last.before.half_width - let_go.half_width) <= BARS * jump.half_width
+        assert last.energy_released == pytest.approx(let_go.energy_released, rel=BARS, abs=0)
+        assert path.dissipated == pytest.approx(area, rel=BARS, abs=0)
+        assert path.work() == pytest.approx(path.dissipated, rel=1e-11, abs=0)
+        most = let_go if shape == "flat" else getattr(cards, name).pull_off(**given)
+        assert path.pull_off.force == pytest.approx(most.force, rel=BARS, abs=0)
+        assert abs(path.pull_off.depth - most.depth) <= BARS * delta0
+        assert abs(path.pull_off.half_width - most.half_width) <= BARS * jump.half_width
+
+
+def test_adhesion_hysteresis_pins_the_line_and_dissipates():
+    k, gamma1, closing, opening, R = 130.0, 0.07, 0.001, 0.003, 0.02
+    scene = adhesive(Parabola(R), w=closing, opening=opening)
+    works = {"c": 1 / (2 * R), "n": 2.0, "k": k, "gamma1": gamma1, "w_closing": closing}
+    top = 2 * scene.critical_separation
+    down = cards.two_works.half_widths(0.0, **works, w=opening)
+    path = load_path(scene, depths=[top, 0.0, top])
+    up = cards.two_works.half_widths(top, **works, w=opening)
+    assert path.half_width[0] == pytest.approx(up[0], rel=1e-13, abs=0)
+    assert path.half_width[1] == pytest.approx(min(up[0], down[1]), rel=1e-13, abs=0)
+    bottom = -0.96 * scene.opened.critical_separation
+    cycles = load_path(scene, depths=[top, bottom, top, bottom, top])
+    area = cards.two_works.cycle_area(**works, w=opening, d_min=bottom, d_max=top)
+    once = load_path(scene, depths=[top, bottom, top])
+    assert cycles.friction - once.friction == pytest.approx(float(area), rel=1e-13, abs=0)
+    assert area > 0
+    whole = load_path(scene, depths=[top, -4 * top])
+    loop = cards.two_works.loop_area(**works, w=opening, d_max=top)
+    assert whole.dissipated == pytest.approx(float(loop), rel=1e-13, abs=0)
+    assert whole.work() == pytest.approx(whole.dissipated, rel=1e-11, abs=0)
+
+
+def test_springs_without_tension_lose_what_they_gained_by_closing():
+    scene = adhesive(Parabola(0.02), gamma1=0.0)
+    top = 3 * scene.critical_separation
+    path = load_path(scene, depths=[top, -2 * top])
+    assert path.half_width[0] == pytest.approx(math.sqrt(2 * 0.02 * top), rel=1e-13, abs=0)
+    lost = scene.work_of_adhesion * 2 * math.sqrt(2 * 0.02 * top)
+    assert path.dissipated == pytest.approx(lost, rel=1e-13, abs=0)
+    assert path.work() == pytest.approx(lost, rel=1e-9, abs=0)
+
+
+def test_a_contact_of_nanometres_still_holds():
+    """Letting go does not come early where the last contact is far narrower than l."""
+    k, w, b = ElasticLayer(300.0, 0.4, 1e-5).stiffness, 1e-4, 5e-5
+    delta0 = math.sqrt(2 * w / k)
+    for tension, steps in ((3, 20), (30, 60)):
+        scene = Scene(
+            ElasticLayer(300.0, 0.4, 1e-5),
+            SurfaceEnergies.from_work(k * (tension * b) ** 2, w),
+            Parabola(b * b / delta0),
+        )
+        depths = -delta0 + 3 * delta0 * np.linspace(1, 0, steps) ** 2
+        path = load_path(scene, depths=[*depths, -1.4 * delta0])
+        expected = 2 * w * scene.elastocapillary_length
+        assert path.events[-1].energy_released == pytest.approx(expected, rel=1e-11, abs=0)
+
+
+def test_springs_without_tension_under_a_flat_punch_let_go_at_the_critical_separation():
+    scene = adhesive(FlatPunch(0.03), gamma1=0.0)
+    delta0 = scene.critical_separation
+    full = 2 * scene.stiffness * 0.03 * delta0
+    for given in ({"depths": [0.01 * delta0, -2 * delta0]}, {"forces": [full, -10 * full]}):
+        path = load_path(scene, **given)
+        assert path.events[-1].depth == pytest.approx(-delta0, rel=1e-11, abs=0)
+        assert path.pull_off.force == pytest.approx(-full, rel=1e-11, abs=0)
+
+
+def test_a_line_that_comes_free_can_be_the_pull_off():
+    """Under a dead load, springs without tension: pinned up to d = 0, unstable from there on."""
+    scene = adhesive(Wedge(0.05), gamma1=0.0)
+    delta0, slope, k = scene.critical_separation, math.tan(0.05), scene.stiffness
+    deepest = delta0
+    force = k * deepest**2 / slope
+    path = load_path(scene, forces=[force, -3 * force])
+    assert path.pull_off.depth == pytest.approx(0.0, abs=1e-7 * delta0)
+    assert path.pull_off.force == pytest.approx(-k * delta0**2 / slope, rel=1e-12, abs=0)
+    assert path.work() == pytest.approx(path.dissipated, rel=1e-9, abs=0)

@@ -1,19 +1,14 @@
 """Labels, and combinations of options, materials and profiles rarely asked for together."""
 
 import math
-import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scenes import DELTA0, L, adhesive, plain, rough, tips
 
 from discretization import load_path, minimise
-from discretization.paths.lattice_branch import LatticeBranch
 from energy import FlatPunch, Parabola, Profile, Sampled, Wedge
 from studies.scenes import run as study
-from studies.scenes.file import built
-from studies.scenes.new import TEMPLATES
 from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 from studies.shared.table import read
 
@@ -126,19 +121,6 @@ def test_every_gap_at_re_entrant_corners_is_in_the_lowest_state():
     assert np.diff(gaps) / 2 == pytest.approx(np.full((4, 1), reach), rel=0.25)
 
 
-def test_many_contacts_know_edges_and_refuse_too_many_nodes():
-    ends = Sampled(np.array([-2.0, -1.0, 0.0, 1.0, 3.0]), np.array([0.0, 0.1, 0.0, 0.1, 1.0]))
-    question = plain(ends + FlatPunch(2.0), w=0.02)
-    branch = LatticeBranch.of(question, 0.05, 1.0)
-    assert branch.pinned(branch.contact(0.0, -2.0, -1.0)) == ("edge", "")
-    assert branch.pinned(branch.contact(0.0, -1.5, 2.0)) == ("", "edge")
-    with pytest.raises(ValueError, match="puts 40000000 nodes"):
-        LatticeBranch.of(question, 1e-7, 1.0)
-
-
-WORDS = {"global", "metastable", "adhered", "neutral", "detached"}
-
-
 @pytest.mark.parametrize("draw", [random_case, random_steep_case])
 def test_a_convex_state_is_global_where_the_global_search_finds_no_less(draw):
     rng, found = np.random.default_rng(5), []
@@ -153,19 +135,6 @@ def test_a_convex_state_is_global_where_the_global_search_finds_no_less(draw):
         assert (case.energy > 0 and case.depth <= 0) == less
         found.append(adhered.label)
     assert {*found} == {"global", "metastable"}
-
-
-@pytest.mark.parametrize("method", [{}, {"method": "lattice", "spacing": L / 50}])
-def test_a_punch_is_metastable_between_the_global_and_the_last_depth(method):
-    punch = adhesive(FlatPunch(2 * L))
-    maxwell = -DELTA0 * np.sqrt(2 / 3)  # -δ₀ √(a/(a + l))
-    for depth, word in (
-        (DELTA0, "global"),
-        (0.99 * maxwell, "global"),
-        (1.01 * maxwell, "metastable"),
-        (-1.01 * DELTA0, "detached"),
-    ):
-        assert minimise(punch, depth, **method).label == word
 
 
 def test_a_profile_that_is_not_convex_is_adhered_or_known_to_be_metastable():
@@ -202,16 +171,7 @@ def test_without_adhesion_every_state_is_global():
         assert state.label == "global"
 
 
-def test_the_scene_that_new_writes_is_not_called_metastable_where_it_is_lowest():
-    given = built(Path("new.toml"), tomllib.loads((TEMPLATES / "template.toml").read_text("utf-8")))
-    states = study.run(given).states
-    assert {state.label for state in states} <= WORDS
-    for state in states:
-        lowest = minimise(given.scene, state.depth, branch="global")
-        assert (state.label == "global") == (lowest.energy >= state.energy)
-    assert sum(state.label == "global" for state in states) > len(states) / 2
-
-
+@pytest.mark.slow
 def test_text_table_and_figure_use_the_same_words(tmp_path):
     path = tmp_path / "punch.toml"
     depths = [0.0, -0.95, -1.05]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import ROOT
+from scenes import ROOT
 
 import discretization
 import energy
@@ -66,7 +66,7 @@ def test_a_path_is_told_with_its_events(path):
 def test_a_path_without_tension_or_steps_is_told_too():
     pressed = load_path(SCENE, depths=[-LIFT, -0.5 * LIFT])
     assert "most tensile" not in str(pressed) and "0 events" in str(pressed)
-    empty = discretization.History.empty(SCENE, "depth", None, 1e-8, None)
+    empty = discretization.History(SCENE, "depth", None, 1e-8, None)
     assert len(empty) == 0 and empty and "0 steps" in repr(empty)
 
 
@@ -165,3 +165,17 @@ def test_types_are_known_to_those_who_import():
     for package in ("energy", "discretization", "studies"):
         assert (ROOT / package / "py.typed").is_file()
     assert '"*" = ["py.typed",' in (ROOT / "pyproject.toml").read_text("utf-8")
+
+
+def test_modules_that_are_not_imported():
+    """Beyond those of scipy.linalg, which in some versions imports scipy.sparse."""
+    codes = ("import numpy, scipy.linalg", "import energy, discretization")
+    found = []
+    for code in (*codes, f"{codes[1]}, cvxpy, matplotlib.figure"):
+        command = [sys.executable, "-c", f"{code}, sys; print(*sys.modules)"]
+        loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+        found.append({*loaded})
+    least, plain, everything = found
+    unwanted = {"cvxpy", "matplotlib", "scipy.sparse", "scipy.optimize"}
+    assert not unwanted & (plain - least)
+    assert len(plain) < len(everything) / 2

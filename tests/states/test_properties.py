@@ -4,14 +4,16 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import rescaled
+from lattices import nodes_of
+from scenes import DELTA0, SCENE, L, adhesive, plain, rescaled, rough, two
 
-from discretization import NodalEnergy, minimise
+from discretization import NodalEnergy, NotCertifiedError, minimise
 from discretization.lattice.state import on_lattice
-from discretization.nodes.lattice import Lattice
-from energy import Profile
+from discretization.nodes.ground import heights
+from energy import FlatPunch, Parabola, Plane, PowerLaw, Profile, Wedge, cards
 from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 
 cases = st.builds(
@@ -31,22 +33,6 @@ settings.load_profile("elastocap")
 def solved(case, *, points=50, indenter=None, origin=None, shift=0.0):
     scene = case.scene if indenter is None else replace(case.scene, indenter=indenter)
     return on_lattice(scene, case.depth + shift, case.resolved / points, origin=origin)
-
-
-@given(cases, st.floats(-0.5, 0.5))
-def test_mirror_image_of_the_scene_gives_the_mirror_image_of_the_state(case, tilt):
-    """The tilted profile and its mirror image; no symmetric shortcut is taken for either."""
-    slope = tilt * case.scene.critical_separation / (2 * case.half_width)
-    if case.shape == "wedge":
-        slope *= 0.5 * math.tan(case.scene.indenter.delta) * 2 * case.half_width
-        slope /= case.scene.critical_separation
-    touched = replace(case, depth=abs(case.depth))
-    one = solved(touched, indenter=case.scene.indenter.tilted(slope), origin=0.0)
-    other = solved(touched, indenter=case.scene.indenter.tilted(-slope), origin=0.0)
-    size = np.abs(one.contacts).max()
-    assert np.allclose(one.contacts, -other.contacts[:, ::-1], rtol=0, atol=1e-13 * size)
-    assert math.isclose(one.force, other.force, rel_tol=0, abs_tol=1e-12 * one.scales["force"])
-    assert math.isclose(one.energy, other.energy, rel_tol=0, abs_tol=1e-12 * one.scales["energy"])
 
 
 steep_cases = st.builds(
@@ -87,94 +73,7 @@ def test_no_result_depends_on_the_units(case, log_length, log_stress):
         assert abs(ours - theirs) <= {"small": 1e-13, "finite": 3e-12}[case.scene.slopes]
 
 
-@given(curved, st.floats(0, 1))
-def test_translating_the_grid_moves_nothing_beyond_its_error(case, offset):
-    dx = case.resolved / 100
-    here = solved(case, points=100)
-    there = solved(case, points=100, origin=offset * dx)
-    assert np.abs(here.contacts - there.contacts).max() <= 2 * dx**2 / case.resolved
-    assert abs(here.force - there.force) <= 4e-4 * here.scales["force"]
-
-
-@given(cases, st.floats(-1, 1))
-def test_shifting_indenter_and_grid_together_shifts_the_state(case, shift):
-    x0 = shift * case.half_width
-    here = solved(case)
-    there = solved(case, indenter=case.scene.indenter.shifted(x0))
-    assert np.allclose(there.contacts - x0, here.contacts, rtol=0, atol=1e-10 * case.half_width)
-    assert math.isclose(there.force, here.force, rel_tol=0, abs_tol=1e-12 * here.scales["force"])
-
-
-@given(curved)
-def test_half_width_grows_with_depth(case):
-    step = 0.05 * (abs(case.depth) + case.scene.critical_separation)
-    widths = [solved(case, shift=i * step).half_width for i in range(5)]
-    assert all(np.diff(widths) > 0)
-
-
-@given(cases, st.integers(0, 10**6))
-def test_no_admissible_trial_state_with_one_contact_has_a_lower_energy(case, seed):
-    """Random intervals, random free surfaces above the indenter: the nodal energy itself."""
-    rng = np.random.default_rng(seed)
-    state = solved(case, origin=0.0)
-    lattice = Lattice.of(case.scene, state.spacing, origin=0.0)
-    reach = int(np.ceil(state.nodes[0, 1] / state.spacing)) + 40
-    x = lattice.x(np.arange(-reach, reach + 1.0))
-    f = case.scene.indenter.height(
-        np.where(np.isclose(abs(x), case.half_width, rtol=1e-9), case.half_width, x)
-    )
-    g = np.where(np.isfinite(f), case.depth - f, -np.inf)
-    raw = np.round(state.nodes[0] / state.spacing).astype(int) + reach
-    lowest = None
-    for trial in range(30):
-        spread = (0, 2, 10, 40)[trial % 4]
-        i, j = raw + rng.integers(-spread, spread + 1, 2)
-        if not 0 <= i < j <= 2 * reach or not np.isfinite(g[i : j + 1]).all():
-            continue
-        contact = np.zeros(g.size, bool)
-        contact[i : j + 1] = True
-        energy = NodalEnergy(lattice, contact)
-        u = energy.relaxed(g)
-        if trial % 3:
-            u += np.where(
-                contact, 0.0, rng.normal(size=g.size) * rng.choice([1e-3, 1e-1]) * abs(u).max()
-            )
-        u = np.where(contact, g, np.maximum(u, g))
-        value = energy.value(u)
-        lowest = value if lowest is None else min(lowest, value)
-    raw_contact = np.zeros(g.size, bool)
-    raw_contact[raw[0] : raw[1] + 1] = True
-    own = NodalEnergy(lattice, raw_contact)
-    mine = own.value(own.relaxed(g))
-    assert lowest is not None
-    assert mine <= lowest + 1e-9 * state.scales["energy"]
-    assert abs(mine - state.energy) <= 0.05 * state.scales["energy"]
-
-
-@given(cases)
-def test_force_is_the_derivative_of_the_energy(case):
-    step = 1e-3 * case.scene.critical_separation
-    if case.shape == "flat" and case.depth - 2 * step < -case.scene.critical_separation:
-        return
-    states = [solved(case, points=200, shift=s * step) for s in (-1, 0, 1)]
-    slope = (states[2].energy - states[0].energy) / (2 * step)
-    assert abs(slope - states[1].force) <= 2e-4 * states[1].scales["force"]
-
-
-@given(cases)
-def test_the_field_carries_the_force(case):
-    """k∫u dx over the contact and both tails, by quadrature of the returned displacement."""
-    state = solved(case, points=200)
-    left, right = state.contacts[0]
-    ell = case.scene.elastocapillary_length
-    nodes, weights = np.polynomial.legendre.leggauss(60)
-    force = 0.0
-    for lo, hi in ((left, 0.0), (0.0, right), (right, right + 40 * ell), (left - 40 * ell, left)):
-        x = (lo + hi) / 2 + (hi - lo) / 2 * nodes
-        force += case.scene.stiffness * (hi - lo) / 2 * float(weights @ state.displacement(x))
-    assert abs(force - state.force) <= 2e-4 * state.scales["force"]
-
-
+@settings(max_examples=8)
 @given(curved)
 def test_a_callable_profile_gives_what_the_built_in_gives(case):
     """The general search for the lowest point and the full walk against the shortcuts."""
@@ -183,3 +82,215 @@ def test_a_callable_profile_gives_what_the_built_in_gives(case):
     one, other = solved(case), solved(case, indenter=indenter, origin=0.0)
     assert np.allclose(one.contacts, other.contacts, rtol=0, atol=1e-13 * case.half_width)
     assert math.isclose(one.force, other.force, rel_tol=0, abs_tol=1e-13 * one.scales["force"])
+
+
+STORED = ("springs", "surface", "adhesion")
+ACTING = ("pressure", "lines")
+
+
+def sums(state):
+    """Parts less the whole, over the scales of energy and force."""
+    energy = sum(state.energy_parts.values()) - state.energy
+    force = sum(state.force_parts.values()) - state.force
+    return abs(energy) / state.scales["energy"], abs(force) / state.scales["force"]
+
+
+@pytest.mark.parametrize(("method", "error"), [({}, 1e-13), ({"spacing": L / 400}, 1e-5)])
+def test_the_parts_of_a_flat_punch_are_those_of_the_closed_forms(method, error):
+    scene, a, d = adhesive(FlatPunch(2 * L)), 2 * L, 0.7 * DELTA0
+    state = minimise(scene, d, method="lattice" if method else "auto", **method)
+    k, w = scene.stiffness, scene.work_of_adhesion
+    tail = k * L * d * d / 2  # of both tails, half of it in springs
+    stored = (k * d * d * a + tail, tail, -2 * a * w)
+    for name, value in zip(STORED, stored, strict=True):
+        assert state.energy_parts[name] == pytest.approx(value, rel=error, abs=0)
+    acting = (2 * a * k * d, 2 * k * L * d)  # (9), (10)
+    for name, value in zip(ACTING, acting, strict=True):
+        assert state.force_parts[name] == pytest.approx(value, rel=error, abs=0)
+
+
+def test_the_parts_of_a_parabola_are_those_of_the_closed_forms():
+    scene, d, R = adhesive(Parabola(0.02)), 0.4 * DELTA0, 0.02
+    state = minimise(scene, d)
+    k, gamma1, w, a = scene.stiffness, scene.gamma1, scene.work_of_adhesion, state.half_width
+    u = d - a * a / (2 * R)
+    within = k * (d * d * a - d * a**3 / (3 * R) + a**5 / (20 * R * R))
+    parts = {
+        "springs": within + k * L * u * u / 2,
+        "surface": gamma1 * a**3 / (3 * R * R) + k * L * u * u / 2,
+        "adhesion": -2 * a * w,
+    }
+    for name, value in parts.items():
+        assert state.energy_parts[name] == pytest.approx(value, rel=1e-12, abs=0)
+    pressure = 2 * k * (d * a - a**3 / (6 * R))
+    assert state.force_parts["pressure"] == pytest.approx(pressure, rel=1e-12, abs=0)
+    assert state.force_parts["lines"] == pytest.approx(2 * gamma1 * u / L, rel=1e-12, abs=0)
+
+
+def test_the_parts_of_finite_slopes_are_those_of_the_first_integral():
+    """k u²/2 = γ₁(1 - cos φ): a tail stores 2γ₁l(1 - cos φ/2) in its surface; sin φ acts."""
+    scene = adhesive(FlatPunch(2 * L), w=0.05, slopes="finite")
+    state = minimise(scene, 0.9 * L)
+    gamma1, phi = scene.gamma1, 2 * math.asin(0.45)
+    surface = 4 * gamma1 * L * (1 - math.cos(phi / 2))
+    assert state.energy_parts["surface"] == pytest.approx(surface, rel=1e-10, abs=0)
+    assert state.energy_parts["adhesion"] == pytest.approx(-4 * L * 0.05, rel=1e-13, abs=0)
+    assert state.force_parts["lines"] == pytest.approx(2 * gamma1 * math.sin(phi), rel=1e-10, abs=0)
+
+
+def test_the_parts_without_tension_without_contact_and_without_end():
+    springs = minimise(adhesive(Parabola(0.02), gamma1=0.0), DELTA0)
+    assert springs.energy_parts["surface"] == springs.force_parts["lines"] == 0
+    assert max(sums(springs)) <= 1e-14
+    apart = minimise(adhesive(Parabola(0.02)), -2 * DELTA0)
+    assert apart.energy_parts == dict.fromkeys(STORED, 0.0)
+    assert apart.force_parts == dict.fromkeys(ACTING, 0.0)
+    endless = minimise(adhesive(Plane()), -0.5 * DELTA0)
+    assert endless.energy_parts == {"springs": math.inf, "surface": 0.0, "adhesion": -math.inf}
+    assert endless.force_parts == {"pressure": -math.inf, "lines": 0.0}
+
+
+def test_a_contact_of_a_point_is_carried_by_its_lines():
+    pinned = minimise(adhesive(Wedge(0.5)), 0.5 * L * math.tan(0.5))
+    assert pinned.half_width == 0
+    assert pinned.force_parts["pressure"] == 0
+    assert pinned.force_parts["lines"] == pytest.approx(pinned.force, rel=1e-12, abs=0)
+    assert pinned.energy_parts["adhesion"] == 0
+
+
+def nodal(state):
+    """The contact set itself, with its lines on the nodes, and its nodes from end to end."""
+    lattice, nodes = nodes_of(state)
+    every = np.arange(nodes[0, 0] - 5, nodes[-1, 1] + 6)
+    held = ((every >= nodes[:, :1]) & (every <= nodes[:, 1:])).any(axis=0)
+    g = state.depth - heights(lattice, state.scene.indenter, every.astype(float))
+    return lattice, nodes, held, np.where(held, g, -math.inf), replace(state, contacts=state.nodes)
+
+
+def test_global_is_never_above_adhered_for_rough_indenters():
+    compared, several, lower = 0, 0, 0
+    for seed in range(24):
+        scene = rough(seed)
+        depth = np.random.default_rng(seed).uniform(-0.6, 1.5) * DELTA0
+        options = {"method": "lattice", "spacing": L / 40}
+        lowest = minimise(scene, depth, branch="global", **options)
+        assert lowest.label == ("global" if lowest.contacts.size else "detached")
+        assert lowest.method == "shortest_path"
+        assert lowest.proof.violation <= 1e-13
+        several += len(lowest.contacts) > 1
+        try:
+            adhered = minimise(scene, depth, **options)
+        except NotCertifiedError:
+            continue
+        lattice, _, held, g, _ = nodal(adhered) if adhered.contacts.size else (None,) * 5
+        raw = 0.0
+        if lattice is not None:
+            model = NodalEnergy(lattice, held)
+            raw = model.value(model.relaxed(g))
+        assert lowest.proof.attained <= raw + 1e-11 * lowest.scales["energy"]
+        compared += 1
+        lower += lowest.proof.attained < raw - 1e-6 * abs(raw)
+    assert compared >= 10 and several >= 8 and lower >= 3
+
+
+@pytest.mark.parametrize("half_width", [0.3 * L, 4 * L])
+def test_maxwell_point_of_the_flat_punch(half_width):
+    scene = adhesive(FlatPunch(half_width))
+    material = {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+    card = cards.displacement_control.flat_punch_global_pull_off(a=half_width, **material)
+    for options, width in (({}, 1e-12), ({"method": "lattice", "spacing": half_width / 200}, 1e-4)):
+        above = minimise(scene, card.depth * (1 - width), branch="global", **options)
+        below = minimise(scene, card.depth * (1 + width), branch="global", **options)
+        assert (above.label, below.label) == ("global", "detached")
+        assert above.force == pytest.approx(card.force, rel=2 * width, abs=0)
+        assert minimise(scene, card.depth * 1.01, **options).label == "metastable"
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_without_adhesion_every_method_agrees(seed):
+    scene = rough(seed, w=0.0, n=301)
+    options = {"branch": "global", "spacing": L / 20}
+    ours = minimise(scene, 1.2 * DELTA0, method="lattice", **options)
+    assert ours.label == "global" and ours.method == "lattice"
+    assert minimise(scene, 1.2 * DELTA0, method="lattice", spacing=L / 20).energy == ours.energy
+    for method in ("oracle", "shortest_path"):
+        theirs = minimise(scene, 1.2 * DELTA0, method=method, spacing=L / 20)
+        assert theirs.method == method and theirs.label == "global"
+        assert np.array_equal(theirs.nodes, ours.nodes)
+        assert theirs.energy == pytest.approx(ours.energy, rel=1e-13, abs=0)
+        assert theirs.force == pytest.approx(ours.force, rel=1e-13, abs=0)
+    assert minimise(scene, -0.1 * DELTA0, method="lattice", spacing=L / 20).label == "detached"
+
+
+@pytest.mark.parametrize("depth", [-0.5, 0.0, 0.6])
+def test_shortest_path_equals_the_mixed_integer_oracle(depth):
+    pytest.importorskip("pyscipopt", reason="the mixed-integer solver is in the test extra")
+    scene = adhesive(two(0.6 * L, lift=5e-4))
+    options = {"branch": "global", "spacing": L / 12}
+    ours = minimise(scene, depth * DELTA0, method="shortest_path", **options)
+    theirs = minimise(scene, depth * DELTA0, method="oracle", **options)
+    assert theirs.method == "oracle" and theirs.proof is None
+    assert theirs.label == ours.label == ("detached" if depth < 0 else "global")
+    assert np.array_equal(theirs.nodes, ours.nodes)
+    assert theirs.energy == ours.energy
+
+
+FINITE = replace(SCENE, slopes="finite")
+
+
+def test_auto_takes_the_lattice_where_a_spacing_is_given():
+    state = minimise(adhesive(two(0.6 * L)), 0.0, branch="global", spacing=L / 40)
+    assert state.method == "shortest_path" and state.proof.violation <= 1e-13
+
+
+CONVEX = (
+    FlatPunch(0.8),
+    Wedge(0.2),
+    Parabola(5.0),
+    PowerLaw(0.2, 5.0),
+    Parabola(4.0).tilted(0.1),
+    FlatPunch(1.0).tilted(-0.15),
+)
+
+
+@pytest.mark.parametrize("body", CONVEX, ids=repr)
+def test_of_a_convex_body_one_contact_or_none_is_the_lowest(body):
+    """What the lattice compares is what the search over all contact sets finds."""
+    rng, labels = np.random.default_rng(3), set()
+    for _ in range(12):
+        scene = plain(body, w=10 ** rng.uniform(-3, 0))
+        depth, spacing = scene.critical_separation * rng.uniform(-1, 0.2), rng.uniform(0.02, 0.1)
+        found, searched = (
+            minimise(scene, depth, method=method, branch="global", spacing=spacing)
+            for method in ("lattice", "shortest_path")
+        )
+        labels.add(found.label)
+        assert found.label == searched.label
+        size = searched.scales["energy"] or 1.0
+        assert found.energy == pytest.approx(searched.energy, rel=0, abs=1e-13 * size)
+        assert found.contacts == pytest.approx(searched.contacts, rel=0, abs=1e-13)
+    assert labels == {"global", "detached"}
+
+
+def test_finite_slopes_of_a_convex_body_have_a_lowest_state_on_the_lattice():
+    labels = set()
+    for depth in np.linspace(-1, 0.2, 7) * DELTA0:
+        coarse = minimise(FINITE, depth, branch="global", method="lattice", spacing=L / 50)
+        exact = minimise(FINITE, depth, branch="global")
+        labels.add(coarse.label)
+        assert coarse.label == exact.label
+        apart = abs(coarse.energy - exact.energy) / (exact.scales["energy"] or 1.0)
+        assert apart <= 4 * coarse.error_estimate["energy"]
+    assert labels == {"global", "detached"}
+
+
+def test_the_lowest_state_detaches_where_its_energy_vanishes():
+    """To rounding, not where the lattice that shows the contacts says so."""
+    scene, held, gone = adhesive(two(0.6 * L, lift=5e-4)), 0.0, -DELTA0
+    while held - gone > 1e-12 * DELTA0:
+        middle = (held + gone) / 2
+        state = minimise(scene, middle, branch="global")
+        held, gone = (middle, gone) if state.contacts.size else (held, middle)
+    state = minimise(scene, held, branch="global")
+    assert state.label == "global" and -0.9 * DELTA0 < held < 0
+    assert abs(state.energy) <= 1e-10 * state.scales["energy"]

@@ -1,4 +1,4 @@
-"""The studies `contact_angle`, `sphere` and `rough`: numbers, figures, files and answers."""
+"""The studies of one question each: numbers, figures, files and answers."""
 
 import math
 from dataclasses import replace
@@ -6,14 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from energy import Wedge
+from energy import Parabola, Wedge
 from studies import __main__ as studies
 from studies import rough, sphere
 from studies.__main__ import main
 from studies.contact_angle import study as contact_angle
 from studies.contact_angle.record import Loop
 from studies.contact_angle.study import measured
+from studies.hysteresis import study as hysteresis
+from studies.pull_off import study as pull_off
+from studies.shared import loops
+from studies.shared.loops import INDENTERS, LAYER, LIFT, SIZE, WORK
 from studies.shared.small_slopes import scene, simulated
+from studies.shared.table import read
 
 PRESET = contact_angle.Parameters(
     ratios=(0.01, 0.1, 0.5),
@@ -62,12 +67,6 @@ def test_the_angle_stays_while_everything_else_moves(record):
         assert max(widths) > 100 * min(widths)
         if one.shape == "parabola":
             assert np.ptp([angle.layer for angle in one.angles]) > 0.3
-
-
-def test_both_inclinations_add_up_to_the_deficit(record):
-    for one in record.loops:
-        for angle in one.angles:
-            assert angle.indenter + angle.layer == pytest.approx(angle.deficit, rel=1e-13, abs=0)
 
 
 def test_a_line_that_a_corner_pins_has_no_say():
@@ -133,25 +132,7 @@ def test_small_slopes_are_the_closed_forms_and_finite_ones_are_near(spheres):
         assert 0 < s.depth.force < s.load.force
 
 
-def test_the_expansions_and_the_line_contact_drawn_are_those_of_the_cards(spheres):
-    drawn = sphere.plot(spheres)
-    left, right = drawn.axes
-    lines = {line.get_label(): line for line in left.lines}
-    _, line_contact = lines["line contact, over its springs'"].get_data()
-    ratios = lines["closed form"].get_xdata()
-    given = {"R": 1e-3, "k": 1e8, "w": 1e-3}
-    lift = (2 * given["w"] / given["k"]) ** 0.5
-    tension = given["k"] * ratios**2 * given["R"] * lift
-    pull = sphere.cards.parabola.adhesion_force(gamma1=tension, **given)
-    bare = sphere.cards.parabola.adhesion_force(gamma1=0.0, **given)
-    assert np.allclose(line_contact, pull / bare, rtol=1e-12, atol=0)
-    depth = sphere.cards.parabola.pull_off(gamma1=tension, **given).depth / lift
-    pulled = next(line for line in right.lines if line.get_label() == "line contact: dead load")
-    assert np.allclose(pulled.get_ydata(), depth, rtol=1e-12, atol=0)
-    stiff = lines["expansions, Λ → 0 and Λ → ∞"]
-    assert abs(stiff.get_ydata()[0] - sphere.closed_forms(ratios[0])[0].force) < 3e-5
-
-
+@pytest.mark.slow
 def test_what_is_written_and_said(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sphere, "QUICK", sphere.Parameters((0.1, 1.0), (1.0,), (0.1,)))
     assert main(["sphere", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
@@ -164,28 +145,22 @@ def test_what_is_written_and_said(tmp_path, capsys, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def loops():
+def rough_loops():
     return rough.run(rough.Parameters(nodes=1001, steps=15, compared=3))
 
 
-def test_tension_breaks_the_contact_up_into_spots(loops):
-    assert [loop.tension for loop in loops] == [0.25, 1.0, 4.0]
-    spots = [int(loop.contacts.max()) for loop in loops]
+def test_tension_breaks_the_contact_up_into_spots(rough_loops):
+    assert [loop.tension for loop in rough_loops] == [0.25, 1.0, 4.0]
+    spots = [int(loop.contacts.max()) for loop in rough_loops]
     assert spots[0] < spots[-1] and spots[-1] >= 8
-    deepest = [loop.fraction[14] for loop in loops]
+    deepest = [loop.fraction[14] for loop in rough_loops]
     assert deepest[0] == pytest.approx(1.0, abs=1e-13) and deepest[-1] < 0.6
 
 
-def test_energies_balance_and_contacts_are_lost(loops):
-    for loop in loops:
+def test_energies_balance_and_contacts_are_lost(rough_loops):
+    for loop in rough_loops:
         assert loop.path.work() == pytest.approx(loop.path.dissipated, rel=1e-11, abs=0)
         assert np.isnan(loop.path.contacts[-1]).all()
-
-
-def test_no_metastable_state_lies_below_the_global_one(loops):
-    assert all(rough.lowest_is_lowest(loop) for loop in loops)
-    below = [s.energy < loop.path.energy[i] for loop in loops for i, s in loop.lowest.items()]
-    assert any(below)
 
 
 def test_weak_adhesion_comes_to_rest():
@@ -194,3 +169,130 @@ def test_weak_adhesion_comes_to_rest():
     (loop,) = rough.run(params)
     assert loop.contacts.max() >= 10
     assert loop.path.work() == pytest.approx(loop.path.dissipated, rel=1e-11, abs=0)
+
+
+LITTLE = hysteresis.QUICK
+FEW = pull_off.Parameters(ratios=(0.1, 0.3, 0.8, 1.7, 4.0))
+
+
+@pytest.fixture(scope="module")
+def looped():
+    return hysteresis.run(LITTLE)
+
+
+@pytest.fixture(scope="module")
+def pulls():
+    return pull_off.run(FEW)
+
+
+def test_every_loop_agrees_with_the_cards_and_its_energy_balances(looped):
+    assert len(looped.loops) == len(INDENTERS) * 2 * 3
+    assert {loop.history.control for loop in looped.loops} == {"depth", "force", "drive"}
+    for loop in looped.loops:
+        assert loop.error <= 1e-8, (hysteresis.line(loop), loop.forms)
+        assert loop.imbalance <= 1e-9, hysteresis.line(loop)
+    assert looped.passed
+    assert (hysteresis.BAR, hysteresis.LEDGER) == (1e-8, 1e-9)
+
+
+def test_the_loops_are_those_of_the_formulas(looped):
+    areas = {
+        (loop.shape, loop.control, loop.history.scene.gamma1): loop.history.dissipated
+        for loop in looped.loops
+    }
+    for gamma1 in LITTLE.tensions:
+        length = math.sqrt(gamma1 / LAYER.stiffness)
+        for control in ("depth", "force"):
+            found = areas["flat punch", control, gamma1]
+            assert found == pytest.approx(2 * WORK * (SIZE + length), rel=1e-9, abs=0)
+    sharp = areas["wedge", "depth", 0.4]
+    assert abs(sharp) < 1e-12 * WORK * SIZE
+    for shape in ("wedge", "parabola"):
+        assert areas[shape, "force", 0.02] > 1.05 * areas[shape, "depth", 0.02]
+
+
+def test_a_wrong_number_or_imbalance_fails(looped):
+    loop = looped.loops[0]
+    off = loop.forms[0]._replace(simulated=loop.forms[0].closed_form + 2e-8 * loop.forms[0].scale)
+    wrong = replace(loop, forms=(off, *loop.forms[1:]))
+    lost = replace(loop, work=loop.work * (1 + 2e-9))
+    missing = replace(loop, forms=(off._replace(simulated=math.nan), *loop.forms[1:]))
+    for one in (wrong, lost, missing):
+        assert not one.passed
+        assert hysteresis.line(one).endswith("FAIL")
+        assert not replace(looped, loops=(one,)).passed
+
+
+def test_all_indenters_have_the_size_they_are_compared_at():
+    for shape in INDENTERS:
+        assert loops.size(loops.scene_of(shape, 0.1)) == pytest.approx(SIZE, rel=1e-12, abs=0)
+    assert pytest.approx(math.sqrt(2 * WORK / LAYER.stiffness), rel=1e-12, abs=0) == LIFT
+
+
+def test_the_command_writes_everything(looped, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(hysteresis, "run", lambda preset, show, jobs: looped)
+    assert hysteresis.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert "0 failed" in capsys.readouterr().out
+    for name in ("control", "loop"):
+        assert (tmp_path / f"hysteresis_{name}.png").stat().st_size > 2e4
+    rows = read(tmp_path / "hysteresis.csv")
+    assert len(rows) == len(looped.loops)
+    for row, loop in zip(rows, looped.loops, strict=True):
+        assert float(row["dissipated"]) == loop.history.dissipated
+        assert float(row["work"]) == loop.work
+        assert float(row["pull-off_force"]) <= 0
+
+
+def test_pull_off_agrees_with_the_paper_and_the_parabola_law(pulls):
+    for curve in pulls:
+        assert curve.ratios.tolist() == [0.0, *FEW.ratios]
+        assert curve.error <= 1e-8, curve.shape
+    flat, wedge, parabola = (curve.forces for curve in pulls)
+    ratios = np.array([0.0, *FEW.ratios])
+    unit = 2 * WORK * SIZE / LIFT  # k δ₀ b
+    assert flat == pytest.approx(2 * unit * (1 + ratios), rel=1e-8, abs=0)
+    expected = unit * np.maximum(1 - ratios**2, 0)
+    assert np.max(np.abs(wedge - expected)) < 1e-8 * unit
+    law = np.where(ratios <= 1, 4 / 3 + 2 / 3 * ratios**3, 2 * ratios)
+    assert parabola == pytest.approx(unit * law, rel=1e-8, abs=0)
+
+
+def test_tension_helps_the_punch_and_the_parabola_and_weakens_the_wedge(pulls):
+    flat, wedge, parabola = pulls
+    assert pull_off.trend(flat.forces) == pull_off.trend(parabola.forces) == 1
+    assert pull_off.trend(wedge.forces[wedge.ratios < 1]) == -1
+    text = "\n".join(pull_off.conclusions(pulls))
+    assert "flat punch (paper: tension helps): tension helps at every step: confirmed" in text
+    assert "tan δ < α: tension weakens at every step: confirmed" in text
+    assert "parabola (paper: open): tension helps at every step" in text
+    assert "F_A ~ γ₁^0.500" in text
+
+
+def test_the_global_pull_of_the_punch_is_the_maxwell_point(pulls):
+    for pull in pulls[0].pulls:
+        part = math.sqrt(1 / (1 + pull.ratio))
+        assert pull.balanced.depth == pytest.approx(-LIFT * part, rel=1e-8, abs=0)
+        assert pull.balanced.force == pytest.approx(part * pull.simulated.force, rel=1e-8, abs=0)
+    assert all(pull.balanced is None for curve in pulls[1:] for pull in curve.pulls)
+
+
+def test_pull_off_writes_its_table_and_figures_and_fails_on_an_error(
+    pulls, monkeypatch, tmp_path, capsys
+):
+    monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: pulls)
+    assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 0
+    assert "worst relative error" in capsys.readouterr().out
+    assert (tmp_path / "pull_off_gain.png").stat().st_size > 2e4
+    rows = read(tmp_path / "pull_off.csv")
+    assert [float(row["force"]) for row in rows] == [*np.concatenate([c.forces for c in pulls])]
+    first = pulls[0].pulls[0]
+    wrong = first._replace(simulated=first.simulated._replace(depth=-LIFT * (1 + 2e-8)))
+    spoilt = (replace(pulls[0], pulls=(wrong, *pulls[0].pulls[1:])), *pulls[1:])
+    monkeypatch.setattr(pull_off, "run", lambda preset, show, jobs: spoilt)
+    assert pull_off.main(["--quick", "--out", str(tmp_path)]) == 1
+
+
+def test_pull_off_knows_the_indenters_it_compares():
+    scene = replace(loops.scene_of("parabola", 0.1), indenter=Parabola(1.0) + Wedge(0.1))
+    with pytest.raises(ValueError, match="must be a FlatPunch, Wedge or Parabola"):
+        loops.size(scene)

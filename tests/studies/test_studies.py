@@ -3,15 +3,17 @@
 import importlib
 import math
 import shlex
+import sys
 
 import numpy as np
 import pytest
 from scene_files import DEPTH, SURFACES, writer
 
-from energy.units import prefixed, quantity
+from energy.units import prefixed
 from studies import MODULES, TIMED, sphere
 from studies import __main__ as command_line
-from studies.shared import command, figures, table
+from studies.shared import command, table
+from studies.shared.table import read
 
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
 FAST = {  # its words, and the rows of its tables in the order of their names
@@ -68,6 +70,7 @@ def test_no_jobs_are_refused(capsys):
         assert f"{text!r} is not a number of processes" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAST)
 def test_a_quick_study_leaves_a_picture_and_a_table_that_says_how(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -100,6 +103,7 @@ def _few_spheres(monkeypatch):
     monkeypatch.setattr(sphere, "QUICK", sphere.Parameters((0.1, 1.0), (1.0,), (0.1,)))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_few_spheres")
 def test_the_command_of_a_table_makes_it_again(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -112,15 +116,6 @@ def test_the_command_of_a_table_makes_it_again(tmp_path, monkeypatch):
     path.unlink()
     assert command_line.main(words[3:]) == 0
     assert path.read_bytes() == first  # to the last bit, header and all
-
-
-@pytest.mark.usefixtures("_few_spheres")
-def test_jobs_do_not_change_the_numbers(tmp_path):
-    for jobs in ("1", "2"):
-        out = str(tmp_path / jobs)
-        assert command_line.main(["sphere", "--quick", "--jobs", jobs, "--out", out]) == 0
-    rows = [table.read(tmp_path / jobs / "sphere.csv") for jobs in ("1", "2")]
-    assert rows[0] == rows[1] and len(rows[0]) == 3
 
 
 def test_a_table_is_read_as_it_was_written(tmp_path):
@@ -137,28 +132,6 @@ def test_another_repository_around_the_package_is_not_ours(tmp_path, monkeypatch
     table.commit.cache_clear()
     assert table.commit() == "unknown"
     table.commit.cache_clear()
-
-
-def test_a_logarithmic_axis_has_no_crowded_labels(tmp_path):
-    from matplotlib.figure import Figure
-
-    figure = Figure()
-    axes = figure.subplots()
-    axes.loglog([0.06, 0.6], [1e-5, 2e-3])
-    axes.set_title("ticks")
-    figures.plain_ticks(axes.xaxis)
-    figures.plain_ticks(axes.yaxis, "s", (1.0,))
-    figures.save(figure, tmp_path / "a.png")
-    shown = [t.get_text() for t in axes.get_xticklabels() if 0.06 < t.get_position()[0] < 0.6]
-    assert shown == ["0.1", "0.2", "0.5"]
-    assert not any(t.get_text() for t in axes.get_xticklabels(minor=True))
-    assert {"100 µs", "1 ms"} <= {t.get_text() for t in axes.get_yticklabels()}
-
-
-def test_quantities_are_told_with_a_prefix():
-    assert quantity(0.02, "N/m") == "20 mN/m"
-    assert quantity(-3.2e-6, "m") == "-3.2 µm"
-    assert prefixed([0.4, 1e-3], "N/m").symbol == "mN/m"
 
 
 def test_the_output_folder_is_made_when_something_is_written(tmp_path):
@@ -184,3 +157,68 @@ def test_prefix_puts_the_largest_number_between_1_and_1000(values, unit, size, s
     chosen = prefixed(values, unit)
     assert chosen.symbol == symbol
     assert chosen.size == pytest.approx(size, rel=1e-13, abs=0)
+
+
+@pytest.fixture
+def inside(tmp_path, monkeypatch):
+    """A working directory of its own; what it imports is forgotten afterwards."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [*sys.path])
+    before = set(sys.modules)
+    yield tmp_path
+    for name in set(sys.modules) - before:
+        if name == "mine":
+            del sys.modules[name]
+
+
+@pytest.mark.slow
+def test_the_template_runs_at_once_in_any_number_of_processes(inside, capsys):
+    assert command_line.main(["new", "--study", "mine.py"]) == 0
+    assert "python -m studies mine.py" in capsys.readouterr().out
+    for jobs in ("1", "2"):
+        given = ["mine.py", "--preset", "quick", "--jobs", jobs, "--out", jobs]
+        assert command_line.main(given) == 0
+        assert "2 scenes, largest relative error" in capsys.readouterr().out
+        assert (inside / jobs / "half_width.png").read_bytes().startswith(b"\x89PNG")
+    rows = [read(inside / jobs / "half_width.csv") for jobs in ("1", "2")]
+    assert rows[0] == rows[1] and len(rows[0]) == 2
+    head = (inside / "2" / "half_width.csv").read_text("utf-8").splitlines()[0]
+    assert head == "# command: python -m studies mine.py --preset quick --jobs 2 --out 2"
+
+
+def test_the_template_is_not_written_over_another_file(inside, capsys):
+    (inside / "mine.py").write_text("mine", "utf-8")
+    assert command_line.main(["new", "--study", "mine.py"]) == 2
+    assert "exists; give another name" in capsys.readouterr().err
+    assert command_line.main(["new", "--study", "mine.txt"]) == 2
+    assert "must end in .py" in capsys.readouterr().err
+    assert (inside / "mine.py").read_text("utf-8") == "mine"
+
+
+def test_a_study_that_fails_says_so_by_its_status(inside):
+    assert command_line.main(["new", "--study", "mine.py"]) == 0
+    text = (inside / "mine.py").read_text("utf-8").replace("abs(a / ", "abs(2 * a / ")
+    (inside / "mine.py").write_text(text, "utf-8")
+    assert command_line.main(["mine.py", "--quick", "--jobs", "1"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("none.py", None, "no such file; `python -m studies new --study none.py` writes it"),
+        ("json.py", "main = print", "another module is named json; rename the file"),
+        ("mine.py", "x = 1", "has no function main"),
+    ],
+)
+def test_what_is_no_study_is_refused_in_one_line(inside, capsys, name, text, told):
+    if text is not None:
+        (inside / name).write_text(text, "utf-8")
+    assert command_line.main([name]) == 2
+    said = capsys.readouterr().err
+    assert told in said and said.count("\n") == 1
+
+
+def test_the_version_is_told(capsys):
+    assert command_line.main(["--version"]) == 0
+    name, version = capsys.readouterr().out.split(maxsplit=1)
+    assert name == "elastocap" and version.strip()

@@ -4,21 +4,17 @@ They know the scene and nothing of `discretization`. Slow, and meant to be obvio
 
 ground.py       the profile: fine nodes, one-sided slopes, refined extremes
 surfaces.py     free surfaces of small and finite slopes
-rests.py        where a line first rests on its way, and where a free surface touches
+rests.py        what holds a line, where it first rests on its way, where a free surface touches
 walk.py         the adhered state: a quasi-static walk in depth from first touch
-obstacle.py     w = 0: the only state, as a hull
-springs.py      γ₁ = 0: every spring by itself
+obstacle.py     w = 0: the only state, as a hull; γ₁ = 0: every spring by itself
 sets.py         the state of least energy, by a dynamic programme over contact nodes
 totals.py       lines polished by Newton's method, force and energy
-penetration.py  how far a state of `minimise` goes through the indenter
 
 meniscus.py     rotational symmetry with finite slopes: Young-Laplace, integrated from far away
 
-adhesion.py     what holds a line: two works of adhesion, patterns
 paths/         depth paths that may turn, and what happens under a dead load or a machine:
   depth_paths.py  depth paths that may turn, from any place of theirs
   controls.py     what happens under a dead load or a machine, read off a depth path
-  unique.py       the same without adhesion
 
 scenes.py draws random scenes and path_scenes.py random load paths; compare.py says what `minimise`
 makes of the ones and path_compare.py what `load_path` makes of the others, and

@@ -9,12 +9,10 @@ import numpy as np
 
 from discretization import AccuracyWarning, NotCertifiedError, minimise
 
-from .ground import Outside
-from .obstacle import obstacle
-from .penetration import penetration
+from .ground import Ground, Outside, refined_minima
+from .obstacle import obstacle, springs
 from .scenes import case_of
 from .sets import lowest
-from .springs import springs
 from .totals import adhered
 from .walk import Walk
 
@@ -144,3 +142,23 @@ def differences(case, state, truth):
 def _as_low(state, truth):
     """Whether a state that does not penetrate has less energy than the reference found."""
     return state.energy < truth.energy - LEAST * truth.energy_scale
+
+
+def penetration(state, feature):
+    """Largest g - u >= 0 [length] of an Equilibrium, from its u, contacts and profile."""
+    ground = Ground(state.scene.indenter, feature)
+    step, lines = ground.step, state.contacts.ravel()
+    close = step * 0.5 ** np.arange(0.0, 30.0)
+    near = [x + side * close for x in lines for side in (-1, 1)]
+    x = np.unique(np.concatenate([ground.nodes, lines, *near]))
+    x = x[(x >= ground.lo) & (x <= ground.hi)]
+
+    def v(at):
+        at = np.atleast_1d(np.asarray(at, float))
+        inside = np.zeros(at.shape, bool)
+        for left, right in state.contacts:
+            inside |= (at >= left) & (at <= right)
+        return np.where(inside, 0.0, state.displacement(at) - (state.depth - ground.height(at)))
+
+    found = [value for _, value in refined_minima(v, x, v(x), 0.0)]
+    return max(0.0, -min(found, default=0.0))

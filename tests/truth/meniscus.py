@@ -6,8 +6,8 @@ line is the solution of
     dh/dr = −S/√(1 − S²),    d(rS)/dr = −r h,
 
 that decays. It is followed inwards from where it is as small as 1e-8, and the linear one, h ∝ K₀(r)
-to rounding; its amplitude there is chosen such that S = sin φ at the line. A free disc begins on
-the axis instead. Energies are over 2πγ₁l².
+to rounding; its amplitude there is chosen such that S = sin φ at the line. Energies are over
+2πγ₁l².
 """
 
 from typing import NamedTuple
@@ -72,38 +72,6 @@ def _integrated(far, radius, start):
     overhangs.terminal = True
     span = (np.log(far), np.log(radius)) if narrow else (far - radius, 0.0)
     return solve_ivp(slopes, span, start, method="DOP853", rtol=RTOL, atol=1e-30, events=overhangs)
-
-
-def disc(radius, phi):
-    """The surface of a free disc on the axis, inclined by φ at its rim of this radius (over l)."""
-    first = 1e-5 * radius
-
-    def followed(top):
-        start = [top * (1 + first**2 / 4), top * first / 2 * (1 + first**2 / 8)]
-        start.append(top**2 * first**2 / 4)
-
-        def slopes(r, y):
-            h, s = y[0], y[1]
-            c = np.sqrt(max(1 - s * s, 1e-6))
-            return [s / c, h - s / r, r * (h * h / 2 + s * s / (1 + c) / c)]
-
-        def overhangs(r, y):
-            return 0.9999 - abs(y[1])
-
-        overhangs.terminal = True
-        span = (first, radius)
-        return solve_ivp(
-            slopes, span, start, method="DOP853", rtol=RTOL, atol=1e-30, events=overhangs
-        )
-
-    def excess(log_top):
-        run = followed(np.exp(log_top))
-        return 1.0 if run.status == 1 else run.y[1, -1] - np.sin(phi)
-
-    likely = np.log(2 * phi / radius) - radius
-    root = brentq(excess, likely - 3.0, likely + radius + 3.0, xtol=1e-15, rtol=1e-15)
-    run = followed(np.exp(root))
-    return Surface(float(run.y[0, -1]), float(run.y[2, -1]), phi, run)
 
 
 def quadrature(f, a):

@@ -11,11 +11,12 @@ in contact, g + l² f'' < 0 least, three nodes lie close together, so that no ga
 import math
 
 import numpy as np
+from scipy.optimize import brentq
 
 from .ground import Ground, Outside, refined_minima
 from .rests import Surfaces
 from .surfaces import surface_of
-from .totals import polished, state_of
+from .totals import NOTHING, State, points, polished, state_of
 
 TIE, ROUNDING = 1e-13, 4e-16  # of the depths: what counts as touching, and noise
 ROUNDS, FINER, AROUND = 5, 4.0, 8
@@ -138,3 +139,46 @@ def _below(t, high, on, c, noise):
         return False
     chord = high[a] * math.sinh(right) + high[c] * math.sinh(left)
     return (high[b] + noise) * math.sinh(left + right) < chord
+
+
+LEVEL = 1e-15  # of the heights: rounding of a level
+
+
+def springs(scene, feature, depth):
+    """The adhered state: {f <= d} in contact, for d below first touch nothing of any width."""
+    ground = Ground(scene.indenter, feature)
+    return of_level(scene, ground, intervals(ground, depth), depth)
+
+
+def of_level(scene, ground, contacts, depth):
+    """Force and energy of the springs in these contacts (m, 2) at this depth."""
+    if not len(contacts):
+        return NOTHING
+    k, w = scene.stiffness, scene.work_of_adhesion
+    x, weights = points(contacts, ground)
+    g = depth - ground.height(x)
+    force, spring, held = k * (weights @ g), k / 2 * (weights @ g**2), w * weights.sum()
+    size = k * (weights @ np.abs(g))
+    return State(contacts, float(force), float(spring - held), float(size), float(spring + held))
+
+
+def intervals(ground, depth):
+    """Where f <= depth (m, 2). Outside if that reaches an end of the profile."""
+    x, f = ground.monotone
+    inside = f <= depth + LEVEL * np.abs(f).max()
+    if inside[0] or inside[-1]:
+        raise Outside("the contact reaches an end of the profile")
+    edges = np.flatnonzero(inside[1:] != inside[:-1])
+    found = [_crossing(ground, depth, float(x[i]), float(x[i + 1])) for i in edges.tolist()]
+    return np.array(found, float).reshape(-1, 2)
+
+
+def _crossing(ground, depth, low, high):
+    """Where f = depth between two places."""
+
+    def above(x):
+        return float(ground.height(x)) - depth
+
+    if above(low) * above(high) >= 0:
+        return low if abs(above(low)) <= abs(above(high)) else high
+    return brentq(above, low, high, xtol=1e-17 * max(abs(low), abs(high)), rtol=1e-15)

@@ -4,13 +4,15 @@ import math
 
 import numpy as np
 import pytest
+import test_balance as no_adhesion_paths
 from scenes import adhesive, steep
 from scipy.integrate import solve_ivp
 
 from energy import ElasticLayer, Parabola, Profile, Scene, SurfaceEnergies, Wedge, cards
-from truth import walk
-from truth.compare import REFERENCE
-from truth.ground import Outside
+from truth import sets, walk
+from truth.compare import REFERENCE, penetration
+from truth.ground import Ground, Outside
+from truth.obstacle import obstacle, springs
 from truth.scenes import KINDS, case_of
 from truth.surfaces import surface_of
 from truth.totals import adhered, imbalance
@@ -92,19 +94,6 @@ def test_a_steep_wedge_is_pinned_at_its_tip(level):
     assert abs(found.force - P) <= 1e-13 * P
 
 
-@pytest.mark.parametrize(
-    ("gamma1", "w", "slopes", "profile", "depth", "force", "count"),
-    [
-        (0.16, 0.0035 * 0.16, "finite", ripples(0.06, 0.36, 3), 0.01, 0.00787, 1),
-        (0.0025, 1.25e-5, "small", ripples(0.01, 0.2), 0.03, 0.0066820, 3),
-    ],
-)
-def test_examples_known_from_elsewhere(gamma1, w, slopes, profile, depth, force, count):
-    found = adhered(Walk(Scene(LAYER, WORK(gamma1, w), profile, slopes), 0.2), depth)
-    assert len(found.contacts) == count
-    assert abs(found.force - force) <= 6e-4 * force
-
-
 def test_gaps_of_finite_slopes_solve_their_equation():
     surface = surface_of(Scene(LAYER, WORK(1.0, 0.01), BODY, "finite"))
     for left, right, width in [(0.3, 0.35, 0.1), (0.8, -0.5, 1.0), (1.2, 1.1, 3.0), (-0.3, 0.2, 6)]:
@@ -125,20 +114,10 @@ def test_gaps_of_finite_slopes_solve_their_equation():
         assert abs(surface.gap_energy(left, right, width) - energy) <= 1e-11 * energy
 
 
-def test_gaps_of_finite_slopes_become_those_of_small_ones():
-    small = surface_of(Scene(LAYER, WORK(1.0, 1e-9), BODY))
-    finite = surface_of(Scene(LAYER, WORK(1.0, 1e-9), BODY, "finite"))
-    for width in (1e-3, 0.5, 5.0, 60.0):
-        ends = (1e-6 * min(width, 1.0), 2e-6 * min(width, 1.0))
-        one, other = (s.facing(*ends, width) for s in (small, finite))
-        assert abs(one - other) <= 1e-9 * abs(one)
-        one, other = (s.gap_energy(*ends, width) for s in (small, finite))
-        assert abs(one - other) <= 1e-9 * one
-
-
 SLOWLY = pytest.param("finite", marks=pytest.mark.slow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [SLOWLY if kind == "finite" else kind for kind in KINDS])
 def test_force_is_the_derivative_of_the_energy(kind):
     """At three depths next to each other, between events."""
@@ -160,6 +139,7 @@ def test_force_is_the_derivative_of_the_energy(kind):
     assert several >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["small", SLOWLY])
 def test_every_line_rests_and_nothing_penetrates(kind):
     several = 0
@@ -193,19 +173,92 @@ def test_the_walk_does_not_depend_on_its_steps(kind, monkeypatch):
         assert abs(after.force - before.force) <= 1e-11 * before.force_scale
 
 
-def test_a_scene_and_its_mirror_image():
-    for seed in (0, 5, 7, 13, 36):
-        case = case_of("small", seed)
-        body = case.scene.indenter
-        lo, hi = body.extent
-        mirrored = Profile(
-            lambda x, body=body: body.height(-np.asarray(x)),
-            lambda x, body=body: -body.slope(-np.asarray(x)),
-            (-hi, -lo),
-            [-c for c in body.corners][::-1],
-        )
-        other = Scene(case.scene.layer, case.scene.surfaces, mirrored)
-        one, two = (adhered(Walk(s, case.feature), case.depth) for s in (case.scene, other))
-        assert one.contacts.shape == two.contacts.shape
-        assert np.abs(one.contacts + two.contacts[::-1, ::-1]).max(initial=0) <= 1e-9 * case.feature
-        assert abs(one.force - two.force) <= 1e-11 * one.force_scale
+def test_no_adhesion_parabola():
+    scene = adhesive(BODY, w=0.0)
+    for depth in (1e-9, 1e-4, 1e-3):
+        found = obstacle(scene, 0.01, depth)
+        same = {"R": R, "k": scene.stiffness, "gamma1": scene.gamma1}
+        a = cards.nonadhesive.parabola_half_width(depth, **same)
+        assert abs(found.half_width - a) <= 1e-11 * a
+        P = cards.nonadhesive.parabola_force(depth, **same)
+        assert abs(found.force - P) <= 1e-12 * P
+
+
+def test_springs_of_a_parabola():
+    scene = adhesive(BODY, gamma1=0.0)
+    depth, k, w = 1e-3, scene.stiffness, scene.work_of_adhesion
+    a = math.sqrt(2 * R * depth)
+    found = springs(scene, 0.01, depth)
+    assert abs(found.half_width - a) <= 1e-13 * a
+    assert abs(found.force - 4 / 3 * k * depth * a) <= 1e-13 * found.force
+    energy = 8 / 15 * k * depth**2 * a - 2 * w * a
+    assert abs(found.energy - energy) <= 1e-13 * found.energy_scale
+
+
+def test_no_adhesion_has_pressure_inside_and_clearance_outside():
+    """Which is sufficient, as the problem is convex."""
+    several = 0
+    for seed in range(40):
+        case = case_of("no_adhesion", seed)
+        found = obstacle(case.scene, case.feature, case.depth)
+        several += len(found.contacts) > 1
+        assert_pressed(case.scene, case.feature, case.depth, found, case.scale)
+    assert several >= 10
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("polygon", s) for s in (104, 107, 115, 125, 131, 136)] + [("plateau", 15)]
+)
+def test_no_contact_is_lost_at_a_corner_next_to_a_node(kind, seed):
+    scene, feature, low, depths = no_adhesion_paths.case(kind, seed)
+    for depth in depths[depths > low + 0.01 * (depths.max() - low)].tolist():
+        found = obstacle(scene, feature, depth)
+        assert_pressed(scene, feature, depth, found, depth - low)
+
+
+def assert_pressed(scene, feature, depth, found, scale):
+    """Clearance outside, pressure inside, and lines that push or nothing."""
+    ground, surface = Ground(scene.indenter, feature), surface_of(scene)
+    lines = found.contacts.ravel()
+    assert not sets.dips(lines, depth, ground, surface, scene)
+    assert (imbalance(lines, depth, ground, surface) >= -1e-9 * scale / surface.length).all()
+    for left, right in found.contacts:
+        x = np.linspace(left, right, 101)
+        g = depth - scene.indenter.height(x)
+        pull = np.diff(scene.indenter.slope(x)) * scene.gamma1  # of γ₁ f'' over each part
+        push = scene.stiffness * (g[1:] + g[:-1]) / 2 * np.diff(x)
+        assert (pull + push >= -1e-9 * scene.stiffness * scale * (right - left)).all()
+
+
+@pytest.mark.slow
+def test_the_lowest_state_is_not_above_the_adhered_one():
+    below = 0
+    for seed in range(8):
+        case = case_of("global", seed)
+        try:
+            low = sets.lowest(case.scene, case.feature, case.depth)
+            other = adhered(Walk(case.scene, case.feature), case.depth)
+        except Outside:
+            continue
+        assert low.energy <= other.energy + 1e-10 * other.energy_scale
+        below += low.energy < other.energy - 1e-6 * other.energy_scale
+    assert below >= 1
+
+
+class Stub:
+    """What `penetration` reads of a state."""
+
+    def __init__(self, scene, depth, contacts, displacement):
+        self.scene, self.depth, self.displacement = scene, depth, displacement
+        self.contacts = np.array(contacts, float).reshape(-1, 2)
+
+
+def test_penetration_is_found_between_samples():
+    scene = adhesive(ripples(1e-3, 0.05, 0.5))
+    assert penetration(Stub(scene, -1e-5, [], np.zeros_like), 0.05) == 0.0
+    deep = penetration(Stub(scene, 1e-7, [], np.zeros_like), 0.05)
+    assert abs(deep - 1e-7) <= 1e-15
+    flat = Stub(scene, 1e-4, [(-0.01, 0.01)], np.zeros_like)
+    inside = np.linspace(0.01, 0.5, 200001)
+    deep = max(0.0, float((1e-4 - scene.indenter.height(inside)).max()))
+    assert abs(penetration(flat, 0.05) - deep) <= 1e-3 * deep + 1e-12

@@ -11,7 +11,7 @@ something touches), and a line moves by at most a fraction of the profile's scal
 at again. A shrinking contact only makes v larger, so that a retraction is a single step.
 
 With two works of adhesion lines advance against that of closing and recede against that of opening,
-with a pattern against that of the patch they move over (adhesion.py). The walk may turn as often as
+with a pattern against that of the patch they move over (rests.py). The walk may turn as often as
 one likes: both rules, and the order of moves, hold from any state at rest.
 """
 
@@ -20,9 +20,8 @@ import math
 
 import numpy as np
 
-from .adhesion import Adhesion, breaks
 from .ground import Ground, Outside
-from .rests import BESIDE, MET, Surfaces, first_rest
+from .rests import BESIDE, MET, Adhesion, Surfaces, breaks, first_rest
 from .surfaces import surface_of
 
 MOVE = 1 / 4  # of the feature: the farthest a line moves before touching is looked for

@@ -1,21 +1,17 @@
 """Fits of measured curves: synthetic data, intervals, what is not identifiable, files."""
 
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scene_files import refused
 
 from discretization import load_path
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies
 from studies import __main__ as command_line
-from studies.scenes.curve_file import read_curve
 from studies.scenes.file import load
 from studies.scenes.fit import failures as fit_failures
 from studies.scenes.fit import study
-from studies.scenes.fit import study as fit_figure
 from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, in_contact, marks, noise
@@ -60,28 +56,7 @@ def test_the_intervals_hold_the_truth():
     assert "100%" in fit_trials.told(record)
 
 
-def test_clean_data_in_contact_give_the_parameters_back():
-    names = ("w", "gamma1", "stiffness")
-    params = fit_trials.Parameters(names=names, steps=12)
-    clean = fit_trials.clean_curve(params)
-    held = np.abs(clean.force) > 0
-    curve = Curve(clean.depth[held], clean.force[held])
-    found = fit(fit_trials.wrong_start(params), curve, names, profiles=False)
-    for estimate in found.estimates:
-        true = parameters_of(params.scene)[estimate.name]
-        assert estimate.value == pytest.approx(true, rel=1e-5, abs=0)
-    assert fit_trials.wrong_start(params).gamma1 == 1.5 * params.scene.gamma1
-
-
-def test_an_offset_of_the_depth_is_found():
-    params = fit_trials.Parameters(names=("w", "offset"), steps=16, trials=1)
-    record = fit_trials.run(params)
-    offset = record.trials[0][1]
-    assert record.truth["offset"] == 0.05 * params.scene.critical_separation
-    assert offset.holds and offset.profile_holds
-    assert np.ptp(offset.interval) < 0.5 * record.truth["offset"]
-
-
+@pytest.mark.slow
 def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_nearly_linear():
     scene = SCENE
     found = fit(scene, curve_of(scene, share=0.005), ENERGIES)
@@ -95,6 +70,7 @@ def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_near
     assert "touch, detachment used" in str(found)
 
 
+@pytest.mark.slow
 def test_the_fit_does_not_depend_on_units():
     scene, wrong = SCENE, fit_trials.wrong_start(FEW)
     depth, force = curve_of(scene, share=0.01)
@@ -122,24 +98,6 @@ def test_a_pinned_line_does_not_feel_w_without_the_letting_go():
     assert "w is not identifiable" in found.warnings[0]
     assert "hardly fixes +1.00 log w" in found.warnings[1]
     assert str(found).count("WARNING") == 2
-
-
-@pytest.mark.slow
-def test_the_letting_go_of_a_punch_tells_w():
-    found = fit(PUNCH, curve_of(PUNCH, share=0.005), ENERGIES)
-    w, gamma1 = found.estimates
-    assert w.identifiable and gamma1.identifiable
-    for estimate, true in ((w, 2e-6), (gamma1, 0.07)):
-        assert estimate.profile[0] < true < estimate.profile[1]
-
-
-@pytest.mark.slow
-def test_a_tension_that_is_not_felt_is_not_identifiable():
-    wide = replace(SCENE, indenter=Parabola(500.0))  # a = 300 l
-    found = fit(wide, curve_of(wide, share=0.02), ("w", "gamma1"))
-    assert [e.identifiable for e in found.estimates] == [True, False]
-    assert found.estimates[1].bound
-    assert "is the bound of the search, no estimate" in found.warnings[0]
 
 
 def test_conditioning_of_known_matrices():
@@ -180,45 +138,6 @@ def test_noise_contact_and_marks_are_read_from_the_curve():
     assert abs(detachment.depth + scene.critical_separation) <= step / 2
     assert touch.error == pytest.approx(step / math.sqrt(12), rel=1e-9, abs=0)
     assert marks(Curve(noisy.depth[held], noisy.force[held])) == ()
-
-
-@pytest.mark.parametrize(
-    ("header", "depth", "force"),
-    [
-        ("depth [µm], force [mN/m]", 1e-6, 1e-3),
-        ("Force (N/m); Depth (m)", 2.0, 1.0),
-        ("depth [um]\tforce [µN/mm]", 1e-6, 1e-3),
-        ("time [s], depth [nm], force [kN/m]", 2e-9, 3e3),
-    ],
-)
-def test_curves_are_read_in_their_units(tmp_path, header, depth, force):
-    path = tmp_path / "curve.csv"
-    separator = next(c for c in "\t;," if c in header)
-    rows = separator.join(["1", "2", "3"][: header.count(separator) + 1])
-    path.write_text(f"# from the lab\n{header}\n{rows}\n\n{rows}\n", "utf-8")
-    found = read_curve(path)
-    swapped = header.startswith("Force")
-    assert found.depth == pytest.approx([depth] * 2, rel=1e-14, abs=0)
-    expected = force if swapped or "time" in header else 2 * force
-    assert found.force == pytest.approx([expected] * 2, rel=1e-14, abs=0)
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("depth [µm], force [mN/m]\n1, x\n1, 2\n", "line 2: 'x' must be a number"),
-        ("depth [µm], force [mN/m]\n1,\n1, 2\n", "line 2: force = '' must be a finite number"),
-        ("depth, force\n1, 2\n", "column 'depth' has no unit"),
-        ("depth [µm], force [mN]\n1, 2\n", "the force is in newtons"),
-        ("depth [inch], force [N/m]\n1, 2\n", "the unit 'inch' of the depth 'depth' is unknown"),
-        ("# nothing\n", "no line has two numbers"),
-    ],
-)
-def test_an_unusable_file_is_refused(tmp_path, text, told):
-    path = tmp_path / "curve.csv"
-    path.write_text(text, "utf-8")
-    with refused(path, ".*" + re.escape(told)):
-        read_curve(path)
 
 
 def test_unusable_parameters_scenes_and_curves_are_refused():
@@ -288,17 +207,30 @@ def test_the_self_test_reports_and_fails_where_intervals_miss(tmp_path, capsys, 
     assert record.passed and not replace(record, trials=missed).passed
     with pytest.raises(ValueError, match="trials = 0 must be at least 1"):
         study.main(["--self-test", "--trials", "0", "--out", str(tmp_path)])
-    monkeypatch.setattr(fit_trials, "run", lambda p, jobs: replace(record, trials=missed))
-    assert fit_trials.report(params, Output(tmp_path, "a command")) == 1
+    assert curves.passed and curves.called("sign") == 1
+    missing, mistaken = (
+        replace(curves, outcomes=tuple(one._replace(called=called(one)) for one in kinds))
+        for called in (lambda one: one.kind == "sign", lambda one: True)
+    )
+    assert not missing.passed and not mistaken.passed
+    for trials, failures in ((missed, curves), (record.trials, missing)):
+        given = replace(record, trials=trials)
+        monkeypatch.setattr(fit_trials, "run", lambda p, jobs, given=given: given)
+        monkeypatch.setattr(fit_failures, "run", lambda p, jobs, given=failures: given)
+        assert fit_trials.report(params, Output(tmp_path, "a command")) == 1
+    assert "hysteresis       0   needed: all" in capsys.readouterr().out
+    rows = (tmp_path / "fit_self_test_failures.csv").read_text("utf-8").splitlines()
+    assert "kind,curve,residual_over_noise,runs,zero,called" in rows
 
 
-def test_the_figure_shows_both_branches_and_what_took_no_part():
-    scene = SCENE
-    found = fit(scene, curve_of(scene, share=0.01), profiles=False)
-    top, bottom = fit_figure.plot(found, "a title").axes
-    names = [text.get_text() for text in top.get_legend().get_texts()]
-    assert names == ["out of contact", "fit", "loading", "unloading"]
-    assert top.get_ylabel() == "force P in mN/m"
-    assert bottom.get_xlabel() == "depth d in nm"
-    drawn = sum(line.get_xdata().size for line in bottom.lines[:2])
-    assert drawn == found.used.sum()
+def test_clean_data_in_contact_give_the_parameters_back():
+    names = ("w", "gamma1", "stiffness")
+    params = fit_trials.Parameters(names=names, steps=12)
+    clean = fit_trials.clean_curve(params)
+    held = np.abs(clean.force) > 0
+    curve = Curve(clean.depth[held], clean.force[held])
+    found = fit(fit_trials.wrong_start(params), curve, names, profiles=False)
+    for estimate in found.estimates:
+        true = parameters_of(params.scene)[estimate.name]
+        assert estimate.value == pytest.approx(true, rel=1e-5, abs=0)
+    assert fit_trials.wrong_start(params).gamma1 == 1.5 * params.scene.gamma1

@@ -8,24 +8,18 @@ import numpy as np
 import pytest
 from scene_files import LIFT, SCENE, measured
 
-from discretization import load_path
-from energy import FlatPunch, Scene, SurfaceEnergies, Wedge
+from energy import FlatPunch, Scene, SurfaceEnergies
 from studies.scenes.fit import estimate as fit_estimate
 from studies.scenes.fit import failures as fit_failures
-from studies.scenes.fit import study as fit_figure
-from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import (
     Curve,
     contacts,
-    in_contact,
     loading,
-    marks,
     turning_points,
 )
-from studies.scenes.fit.model import DEFAULT, Model, parameters_of, scene_with
+from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.quality import Quality, judged, runs
-from studies.shared.command import Output
 
 
 def with_opening(scene, times):
@@ -33,6 +27,7 @@ def with_opening(scene, times):
     return replace(scene, opening=SurfaceEnergies.from_work(scene.gamma1, w))
 
 
+@pytest.mark.slow
 def test_the_offset_of_the_depth_is_fitted_by_default():
     assert DEFAULT == ("w", "gamma1", "offset")
     curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.005, seed=1)
@@ -54,25 +49,7 @@ def test_failures_are_called_and_good_curves_are_not(kind):
             assert re.search("times the noise.*: check .*zero", outcome.quality.told)
 
 
-def test_each_kind_of_curve_has_what_its_name_says():
-    params = fit_failures.Parameters(SCENE)
-    good, sign, zero, loop, level = (
-        fit_failures.case(params, kind, 1) for kind in fit_failures.KINDS
-    )
-    assert abs(level.curve.force[0]) > 0.05 * np.abs(level.curve.force).max()
-    assert good.names == sign.names == loop.names == level.names == DEFAULT
-    assert zero.names == ("w", "gamma1")
-    deep = [case.curve.force[case.curve.depth.argmax()] for case in (good, sign)]
-    assert deep[0] > 0 > deep[1]
-    work = [np.trapezoid(c.curve.force, c.curve.depth) for c in (good, loop)]
-    assert work[1] > 2 * work[0] > 0
-    again = fit_failures.case(params, "good", 1)
-    assert np.array_equal(again.curve.force, good.curve.force)
-    wedge = replace(SCENE, indenter=Wedge(0.002))
-    other = fit_failures.case(fit_failures.Parameters(wedge), "good", 1).start
-    assert 0.5 <= other.indenter.delta / 0.002 <= 2 and other.indenter.delta != 0.002
-
-
+@pytest.mark.slow
 def test_a_model_that_does_not_fit_has_no_intervals():
     curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.01)
     found = fit(SCENE, Curve(curve.depth, -curve.force))
@@ -124,16 +101,6 @@ def test_a_loop_has_two_works_of_adhesion():
         assert opening.value < 1.05 * w.value
 
 
-def test_the_opening_of_a_scene_is_kept_where_it_is_not_fitted():
-    true = with_opening(SCENE, 3.0)
-    curve = measured(true, [-1.9, 1.1, -1.9], 0.01)
-    start = scene_with(true, parameters_of(true) | {"w": 1.4e-6})
-    found = fit(start, curve, ("w", "offset"), profiles=False)
-    assert found.quality.fits
-    assert found.estimates[0].interval[0] < 2e-6 < found.estimates[0].interval[1]
-    assert parameters_of(start)["opening"] == 6e-6 and parameters_of(SCENE)["opening"] == 0.0
-
-
 def test_turning_points_are_found_through_noise():
     way = np.concatenate(
         [np.linspace(0, 2, 21), np.linspace(2, -1, 31)[1:], np.linspace(-1, 3, 10)[1:]]
@@ -146,26 +113,6 @@ def test_turning_points_are_found_through_noise():
     (turn,) = turning_points(noisy)
     assert abs(turn - 400) < 15
     assert loading(way).tolist() == [True] * 21 + [False] * 30 + [True] * 9
-
-
-@pytest.mark.slow
-def test_a_contact_that_is_lost_begins_anew():
-    turns = [-0.3, 1.0, -1.2, 0.7, 0.2, 0.9, -1.2]
-    curve = measured(SCENE, turns, 0.005, steps=30)
-    first, second = contacts(curve)
-    assert (first.start, first.stop, second.stop) == (0, 60, curve.depth.size)
-    used = in_contact(curve)
-    held = ~np.isnan(load_path(SCENE, depths=curve.depth).contacts[:, 0])
-    assert np.count_nonzero(used != held) <= 2
-    assert [mark.kind for mark in marks(curve)] == ["touch", "detachment"] * 2
-    model = Model.of(SCENE, DEFAULT, curve)
-    assert len(model.pieces) == 2
-    assert model.pieces[1].stop == used.sum() == model.depths.size
-    found = fit(SCENE, curve, profiles=False)
-    assert found.quality.fits and not found.warnings
-    top, _ = fit_figure.plot(found, "two contacts").axes
-    names = [text.get_text() for text in top.get_legend().get_texts()]
-    assert names == ["out of contact", "fit", "loading", "unloading"]
 
 
 def test_runs_of_known_signs():
@@ -197,34 +144,6 @@ def test_a_small_force_out_of_contact_is_called():
     assert found.quality.times < 1 < 5 < found.quality.zero
     assert "check zero: the force out of contact" in found.warnings[0]
     assert found.estimates[0].interval is None
-
-
-def test_residuals_below_what_the_simulation_tells_are_no_misfit():
-    curve = measured(SCENE, [0.01, 1.1], steps=400)
-    found = fit(SCENE, curve, ("w",), profiles=False)
-    assert found.quality.fits and not found.warnings
-    wrong = Curve(curve.depth, curve.force * (1 + 1e-8 * np.sin(8e6 * curve.depth)))
-    assert fit(SCENE, wrong, ("w",), profiles=False).quality.fits
-
-
-@pytest.mark.slow
-def test_the_self_test_fails_where_a_failure_is_not_called(tmp_path, capsys, monkeypatch):
-    params = fit_trials.Parameters(SCENE, ("w", "gamma1"), 1, steps=14, profile=False)
-    few = fit_failures.Parameters(SCENE, 1, steps=(20, 21))
-    with pytest.raises(ValueError, match="trials = 0 must be at least 1"):
-        fit_failures.run(replace(few, curves=0))
-    record = fit_failures.run(few)
-    assert record.passed and record.called("sign") == 1
-    missed = [one._replace(called=one.kind == "sign") for one in record.outcomes]
-    missed = replace(record, outcomes=tuple(missed))
-    mistaken = [one._replace(called=True) for one in record.outcomes]
-    assert not missed.passed and not replace(record, outcomes=tuple(mistaken)).passed
-    for given, status in ((record, 0), (missed, 1)):
-        monkeypatch.setattr(fit_failures, "run", lambda p, jobs, given=given: given)
-        assert fit_trials.report(params, Output(tmp_path, "a command")) == status
-    assert "hysteresis       0   needed: all" in capsys.readouterr().out
-    rows = (tmp_path / "fit_self_test_failures.csv").read_text("utf-8").splitlines()
-    assert "kind,curve,residual_over_noise,runs,zero,called" in rows
 
 
 def test_every_contact_starts_from_a_touch():

@@ -8,29 +8,13 @@ import numpy as np
 import pytest
 from scene_files import SCENE, measured, refused
 
-from energy import Sampled, read_profile
+from energy import read_profile
 from studies import __main__ as command_line
 from studies.scenes.curve_file import Reading, read_curve
 from studies.scenes.file import load
 
 X, Z = np.array([-2.0, -0.5, 1.0, 3.0]), np.array([4.0, 0.25, 1.0, 9.0])
 ROWS = list(zip(X.tolist(), Z.tolist(), strict=True))
-
-
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        ("a.txt", "\n".join(f"{x} {z}" for x, z in ROWS)),
-        ("a.csv", "x,z\n" + "\n".join(f"{x},{z}" for x, z in ROWS) + "\n"),
-        ("a.csv", "# measured\nx [µm]; z [µm]\n" + "\n".join(f"{x};{z}" for x, z in ROWS)),
-        ("a.dat", "\ufeff" + "\n\n".join(f"{x}\t{z}  # note" for x, z in ROWS)),
-    ],
-)
-def test_two_columns_of_text(name, text, tmp_path):
-    (tmp_path / name).write_text(text, "utf-8")
-    body = read_profile(tmp_path / name, unit=1e-6)
-    assert isinstance(body, Sampled) and body.kind == "linear"
-    assert np.array_equal(body.x, X * 1e-6) and np.array_equal(body.z, Z * 1e-6)
 
 
 def test_arrays(tmp_path):
@@ -40,23 +24,6 @@ def test_arrays(tmp_path):
     np.savez(tmp_path / "b.npz", position=X)
     with pytest.raises(ValueError, match=r"holds the arrays \['position'\]; name them x and z"):
         read_profile(tmp_path / "b.npz")
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("1 2\n2 three\n", "line 2: column 2 = 'three' must be a finite number"),
-        ("1 2 3\n", "3 columns without names; give a file with two columns"),
-        ("x z\n", "no line has two numbers"),
-        ("1 2\n", "at least 2 samples"),
-        ("2 0\n1 0\n", r"a.txt'?: x\[1\] = 1.0 does not exceed"),
-        ("0 0\n1 nan\n", "line 2: column 2 = 'nan' must be a finite number"),
-    ],
-)
-def test_what_is_wrong_with_a_file_is_said(text, message, tmp_path):
-    (tmp_path / "a.txt").write_text(text, "utf-8")
-    with pytest.raises(ValueError, match=message):
-        read_profile(tmp_path / "a.txt")
 
 
 def test_instrument_files_need_their_library(tmp_path, monkeypatch):
@@ -183,6 +150,7 @@ skip = 1
 """
 
 
+@pytest.mark.slow
 def test_scene_files_and_options_say_how_a_curve_is_read(tmp_path, capsys):
     scene, data = tmp_path / "scene.toml", tmp_path / "kurve.csv"
     scene.write_text(SCENE_FILE, "utf-8")

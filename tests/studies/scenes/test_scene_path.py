@@ -137,20 +137,6 @@ def test_what_the_path_refuses_names_the_file(written):
         scene_path.follow(load(path))
 
 
-@pytest.mark.parametrize(
-    ("text", "panels"),
-    [(DEPTHS, 2), ("forces = [0.1, -5.0]", 3), ("drives = [0, 1e-6]\nmachine_stiffness = 1e5", 3)],
-)
-def test_the_figure_of_a_path(written, text, panels):
-    given = load(written((DEPTHS, text)))
-    figure = scene_path.follow(given).plot("a title")
-    figure.draw_without_rendering()
-    assert len(figure.axes) == panels
-    kinds = [entry.get_text() for entry in figure.axes[0].get_legend().get_texts()]
-    assert "jump-in" in kinds
-    assert figure.axes[0].get_ylabel().startswith("force P in ")
-
-
 def test_a_new_file_runs_unchanged_and_is_not_overwritten(tmp_path, capsys):
     path = tmp_path / "folder" / "mine.toml"
     assert command_line.main(["new", str(path)]) == 0
@@ -186,74 +172,39 @@ def test_what_a_new_file_shows_in_comments_can_be_used(tmp_path, control):
     assert history.half_width[-1] == 0
 
 
-SCENE_AXIS = """
-title = "A sphere"
-source = "here"
-{depth}
-[layer]
-E = 2.5e3
-nu = 0.3
-h = 5e-6
-[surfaces]
-gamma1 = 0.07
-w = {work}
-[indenter]
-shape = "parabola"
-R = 0.02
-{path}
-[options]
-geometry = "axisymmetric"
-"""
+ROUND = (TEXT[TEXT.index("[path]") :], '[options]\ngeometry = "axisymmetric"\n')
 
 
-@pytest.fixture
-def written_axis(tmp_path):
-    def write(depth="depth = [3e-7, 0.0]", work="6e-5", path=""):
-        file = tmp_path / "sphere.toml"
-        file.write_text(SCENE_AXIS.format(depth=depth, work=work, path=path), "utf-8")
-        return file
-
-    return write
-
-
-def test_states_are_told_and_written_in_newtons(written_axis, tmp_path, capsys):
-    assert run.main([str(written_axis()), "--out", str(tmp_path)]) == 0
-    said, table = capsys.readouterr().out, (tmp_path / "sphere.csv").read_text("utf-8")
-    assert "force/N     energy/J " in said and "N/m" not in said
-    assert "force in N, energy in J," in table and "N/m" not in table
-
-
-def test_a_sweep_and_a_path_are_in_newtons(written_axis, tmp_path, capsys):
-    swept = written_axis("depth = 1e-7", "[5e-5, 6e-5, 7e-5]")
-    assert run.main([str(swept), "--out", str(tmp_path), "--jobs", "1"]) == 0
-    assert "forces in N, energies in J" in (tmp_path / "sphere_sweep.csv").read_text("utf-8")
-    capsys.readouterr()
-    path = written_axis("", path="[path]\ndepths = [0.0, 3e-7, -6e-7]\nsteps = 10\n")
-    assert run.main([str(path), "--out", str(tmp_path)]) == 0
+@pytest.mark.slow
+def test_what_is_told_about_an_axis_is_in_newtons(written, tmp_path, capsys):
+    at, out = ("[layer]", "depth = {}\n[layer]"), ["--out", str(tmp_path), "--jobs", "1"]
+    for changes, name, told in (
+        ([(at[0], at[1].format("[2e-6, 0.0]"))], "loop.csv", "force in N, energy in J,"),
+        (
+            [(at[0], at[1].format("1e-6")), ("w = 4e-4", "w = [3e-4, 4e-4]")],
+            "loop_sweep.csv",
+            "forces in N, energies in J",
+        ),
+    ):
+        assert run.main([str(written(ROUND, *changes)), *out]) == 0
+        said, table = capsys.readouterr().out, (tmp_path / name).read_text("utf-8")
+        assert told in table and "N/m" not in table and "N/m" not in said
+    path = written(("[path]", '[options]\ngeometry = "axisymmetric"\n[path]'))
+    assert run.main([str(path), *out]) == 0
     said = capsys.readouterr().out
     assert "force/N        lost/J" in said and " N at d = " in said and "N/m" not in said
 
 
-def test_a_fit_finds_what_a_sphere_was_simulated_with(written_axis, tmp_path, capsys):
-    path = load_path(load(written_axis()).scene, depths=np.linspace(0, 4e-7, 30))
-    data = tmp_path / "data.csv"
-    rows = np.column_stack([path.depth, 1e6 * path.force])
-    np.savetxt(
-        data, rows, delimiter=",", header="depth [m],force [µN]", comments="", encoding="utf-8"
-    )
-    start = written_axis(work="5e-5")
-    asked = [
-        str(data),
-        "--scene",
-        str(start),
-        "--parameters",
-        "w",
-        "--quick",
-        "--out",
-        str(tmp_path),
-    ]
-    assert fit.main(asked) == 0
+def test_a_fit_finds_what_a_sphere_was_simulated_with(written, tmp_path, capsys):
+    depths = ("[layer]", "depth = 0.0\n[layer]")
+    path = load_path(load(written(ROUND, depths)).scene, depths=np.linspace(0, 4e-6, 30))
+    data, rows = tmp_path / "data.csv", zip(path.depth, 1e6 * path.force, strict=True)
+    text = [f"{d:.17g},{p:.17g}" for d, p in rows]
+    data.write_text("\n".join(["depth [m],force [µN]", *text]), "utf-8")
+    start = written(ROUND, depths, ("w = 4e-4", "w = 3e-4"))
+    asked = [str(data), "--scene", str(start), "--parameters", "w", "--quick"]
+    assert fit.main([*asked, "--out", str(tmp_path)]) == 0
     row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("w "))
-    assert float(row.split()[1]) == pytest.approx(6e-5, rel=1e-4)
+    assert float(row.split()[1]) == pytest.approx(4e-4, rel=1e-4)
     with pytest.raises(ValueError, match=r"width = 0.01 with geometry = 'axisymmetric': leave it"):
         fit.main([*asked, "--width", "0.01"])

@@ -5,11 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from project import ROOT
-from scene_files import DEPTH, SURFACES, by_hand, refused, writer
+from scene_files import DEPTH, INDENTER, SURFACES, by_hand, refused, writer
+from scenes import ROOT
 
 from discretization import minimise
-from energy import ElasticLayer, FlatPunch, Parabola, Plane, SurfaceEnergies, Wedge
+from energy import (
+    Circle,
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Plane,
+    PowerLaw,
+    Sampled,
+    SurfaceEnergies,
+    Wedge,
+)
 from studies.scenes import run as study
 from studies.scenes.file import load
 from studies.shared.table import read
@@ -53,16 +63,6 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
     assert "validity     h/a" in said
 
 
-def test_tables_say_the_surface_energies_that_the_file_gives(written, tmp_path):
-    for change, told, kept in (
-        ((SURFACES, "w = 1e-4"), "SurfaceEnergies.from_work(gamma1=0.05, w=0.0001)", "gamma12"),
-        ((SURFACES, SURFACES), "SurfaceEnergies(gamma1=0.05, gamma2=0.03, gamma12=0.0791)", "w="),
-    ):
-        assert study.main([str(written(change)), "--out", str(tmp_path)]) == 0
-        text = (tmp_path / "tiny.csv").read_text("utf-8")
-        assert told in text and kept not in text
-
-
 def test_one_depth_is_told_in_full(written, tmp_path, capsys):
     path = written((DEPTH, "depth = 2e-6"))
     assert study.main([str(path), "--out", str(tmp_path)]) == 0
@@ -103,24 +103,6 @@ def drawn():
         return figure
 
     return draw
-
-
-def test_the_figure_of_one_depth(drawn):
-    figure = drawn(Parabola(0.4), [2e-6])
-    whole, line = figure.axes
-    assert figure.get_suptitle() == "drawn"
-    assert whole.get_title().startswith("surface at d = 2 µm")
-    assert (whole.get_xlabel(), line.get_xlabel()) == (
-        "position x in mm",
-        "distance from the contact line in µm",
-    )
-    assert whole.get_ylabel() == "displacement u, downwards, in µm"
-    assert whole.yaxis_inverted()
-    assert figure.get_supxlabel() == ""
-    x, u = whole.lines[0].get_data()
-    assert u[np.argmin(np.abs(x))] == pytest.approx(2.0, rel=1e-3, abs=0)
-    angle = math.degrees(math.sqrt(4e-3))  # √(2w/γ₁), Eq. (15)
-    assert line.get_title().startswith(f"right contact line: π − θ = {angle:.3g}°")
 
 
 def test_the_figure_of_several_depths(drawn):
@@ -173,3 +155,165 @@ def test_there_are_scenes_of_four_kinds():
     shapes = {type(load(path).scene.indenter) for path in SHIPPED}
     assert len(SHIPPED) >= 4
     assert shapes >= {Parabola, Wedge, FlatPunch}
+
+
+ANGLE = 'shape = "wedge"\ndelta = '
+
+
+def test_a_loaded_scene_equals_one_built_by_hand(written):
+    given = load(written())
+    assert given.scene == by_hand(Parabola(0.017))
+    assert given.depths.tolist() == [2e-6, 0.0, -4e-5]
+    assert (given.title, given.source, given.options) == ("A test", "nowhere", {"rtol": 1e-6})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "scene"),
+    [
+        (INDENTER, 'shape = "plane"', by_hand(Plane())),
+        (INDENTER, 'shape = "flat_punch"\nhalf_width = 3e-4', by_hand(FlatPunch(3e-4))),
+        (INDENTER, 'shape = "wedge"\ndelta = 0.02', by_hand(Wedge(0.02))),
+        (INDENTER, 'shape = "wedge"\ndelta_degrees = 9', by_hand(Wedge(math.pi / 20))),
+        (INDENTER, 'shape = "parabola"\nR = 2', by_hand(Parabola(2.0))),
+        (INDENTER, 'shape = "power_law"\nc = 7.0\nn = 3', by_hand(PowerLaw(7.0, 3.0))),
+        (
+            INDENTER,
+            'shape = "parabola"\nR = 2\nshifted = 3e-4\ntilted = 1e-3',
+            by_hand(Parabola(2.0).tilted(1e-3).shifted(3e-4)),
+        ),
+        (INDENTER, 'shape = "circle"\nR = 2', by_hand(Circle(2.0))),
+        ("rtol = 1e-6", 'slopes = "finite"', by_hand(Parabola(0.017), slopes="finite")),
+        (
+            "rtol = 1e-6",
+            'geometry = "axisymmetric"',
+            by_hand(Parabola(0.017), geometry="axisymmetric"),
+        ),
+    ],
+)
+def test_every_shape_and_option_reaches_the_scene(written, old, new, scene):
+    given = load(written((old, new)))
+    assert given.scene == scene
+    assert given.options == ({} if old == "rtol = 1e-6" else {"rtol": 1e-6})
+
+
+@pytest.mark.parametrize(("line", "kind"), [("", "linear"), ('kind = "smooth"', "smooth")])
+def test_a_sampled_profile_keeps_its_samples(written, line, kind):
+    text = f'shape = "sampled"\nx = [-1e-3, 0, 2e-3]\nz = [1e-6, 0, 3e-6]\n{line}'
+    loaded = load(written((INDENTER, text))).scene.indenter
+    assert isinstance(loaded, Sampled)
+    assert loaded.kind == kind
+    assert (loaded.x.tolist(), loaded.z.tolist()) == ([-1e-3, 0, 2e-3], [1e-6, 0, 3e-6])
+
+
+def test_work_of_adhesion_in_place_of_two_energies(written):
+    scene = load(written((SURFACES, "w = 4e-4"))).scene
+    assert scene.surfaces == SurfaceEnergies.from_work(0.05, 4e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "depths"),
+    [
+        ("depth = -3e-7", [-3e-7]),
+        ("depth = 0", [0.0]),
+        ("depth = [1e-6, 5e-7]", [1e-6, 5e-7]),
+        ("depth = { from = 2, to = -1, steps = 4 }", [2.0, 1.0, 0.0, -1.0]),
+    ],
+)
+def test_depth_is_a_number_a_list_or_a_range(written, text, depths):
+    assert load(written((DEPTH, text))).depths.tolist() == depths
+
+
+def test_title_source_and_options_may_be_left_out(written):
+    cut = [('title = "A test"\n', ""), ('source = "nowhere"\n', ""), ("[options]\nrtol = 1e-6", "")]
+    given = load(written(*cut))
+    assert (given.title, given.options, given.scene.slopes) == ("tiny", {}, "small")
+
+
+TOP = "title, source, depth, layer, surfaces, opening, indenter, path, measured, options"
+LAYER, STEPS = "E, nu, h", "from, to, steps, spacing"
+ENERGIES = "gamma1, gamma2, gamma12, w"
+PARABOLA = "shape, R, shifted, tilted"
+WEDGE = "shape, delta, delta_degrees, shifted, tilted"
+OPTIONS = "slopes, geometry, method, branch, spacing, rtol"
+SHAPE = "indenter.shape = "
+SAMPLED = 'shape = "sampled"\nx = [0, 1]\nz = [0, 1]\nkind = '
+
+
+BAD = [  # replaced, by, what is told, which keys are called known
+    ("h = 60e-6", "h = 60e-6\nk = 3", "layer.k = 3 is unknown", LAYER),
+    ("title", "titel", "titel = 'A test' is unknown", TOP),
+    ("[options]", "[option]", "option = {'rtol': 1e-06} is unknown", TOP),
+    ("rtol", "tol", "options.tol = 1e-06 is unknown", OPTIONS),
+    ("R = 0.017", "R = 0.017\ndelta = 1", "indenter.delta = 1 is unknown", PARABOLA),
+    ("h = 60e-6", "h = 60e-6\ndepth = 1", "layer.depth = 1 is unknown here: write it above", LAYER),
+    ("nu = 0.31\n", "", "layer.nu is missing", LAYER),
+    ("gamma2 = 0.03\n", "", "surfaces.gamma2 is missing", ENERGIES),
+    ("R = 0.017", "", "indenter.R is missing", PARABOLA),
+    ('shape = "parabola"\n', "", "indenter.shape is missing", ""),
+    (DEPTH, "", "depth is missing", TOP),
+    (f"[indenter]\n{INDENTER}", "", "indenter is missing", TOP),
+    (DEPTH, "depth = {from = 1, to = 0}", "depth.steps is missing", STEPS),
+    (INDENTER, 'shape = "wedge"', "indenter.delta is missing", WEDGE),
+    ("h = 60e-6", 'h = "1 mm"', "layer.h = '1 mm' must be a number in SI units", LAYER),
+    ("E = 2e3", "E = true", "layer.E = True must be a number", LAYER),
+    ("R = 0.017", "R = true", "indenter.R = True must be a number", PARABOLA),
+    ("E = 2e3", "E = [2e3]", "layer.E = [2000.0] must be a number", LAYER),
+    ("E = 2e3", "E = 2000-01-01", "layer.E = datetime.date(2000, 1, 1) must be a number", LAYER),
+    ("E = 2e3", "E = nan", "layer.E = nan must be finite", LAYER),
+    ("E = 2e3", "E = 1" + 400 * "0", "00 must be finite", LAYER),
+    ('title = "A test"', "title = 7", "title = 7 must be a text in quotes", TOP),
+    ('"parabola"', "2", f"{SHAPE}2 must be a text in quotes", ""),
+    ("[options]\nrtol = 1e-6", "[[options]]", "options = [{}] must be a table", OPTIONS),
+    ('"parabola"', '"ball"', f"{SHAPE}'ball' is unknown; known shapes: plane, flat", ""),
+    (
+        "rtol = 1e-6",
+        'geometry = "axi"',
+        "geometry = 'axi' is unknown; choose one of 'line', 'axis",
+        "",
+    ),
+    ("rtol = 1e-6", 'slopes = "big"', "slopes = 'big' is unknown; choose one of 'small', 'fin", ""),
+    (INDENTER, SAMPLED + '"cubic"', "indenter.kind = 'cubic' is unknown; choose one of", ""),
+    (SURFACES, "gamma2 = 1\nw = 1", "surfaces.gamma2 = 1 contradicts w", ENERGIES),
+    (INDENTER, f"{ANGLE}0.1\ndelta_degrees = 1", "indenter.delta_degrees stands beside", WEDGE),
+    (INDENTER, f"{ANGLE[:-3]}_degrees = 90", "indenter.delta_degrees = 90 is outside", WEDGE),
+    (INDENTER, f"{ANGLE}2", "indenter.delta = 2.0 is outside (0, π/2)", ""),
+    (DEPTH, 'depth = [0, "1"]', "depth[1] = '1' must be a number", TOP),
+    (DEPTH, "depth = [inf]", "depth[0] = inf must be finite", TOP),
+    (DEPTH, "depth = []", "depth = [] must be a list of at least one number", TOP),
+    (DEPTH, 'depth = "deep"', "depth = 'deep' must be a number", TOP),
+    (DEPTH, "depth = {from = 1, to = 0, steps = 1}", "depth.steps = 1 must be a whole", STEPS),
+    (DEPTH, "depth = {from = 1, to = 0, steps = 2.5}", "depth.steps = 2.5 must be a whole", STEPS),
+    ("h = 60e-6", "h = 0", "layer.h = 0.0 must be positive", ""),
+    ("nu = 0.31", "nu = 0.5", "layer.nu = 0.5 is outside (-1, 0.5)", ""),
+    ("gamma12 = 0.0791", "gamma12 = 1", "surfaces.gamma12 = 1.0 exceeds gamma1 + gamma2", ""),
+    ("R = 0.017", "R = -1", "indenter.R = -1.0 must be positive", ""),
+    ("E = 2e3", "E = ", "cannot be read as TOML: Invalid value (at line 7", ""),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "told", "known"), BAD, ids=[case[2] for case in BAD])
+def test_a_bad_file_is_refused_by_file_key_and_known_keys(written, old, new, told, known):
+    path = written((old, new))
+    with pytest.raises(ValueError, match="tiny") as caught:
+        load(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert message.count(str(path)) == 1
+    assert told in message
+    assert message.endswith(f"; known keys: {known}") if known else "known keys: E" not in message
+
+
+def test_spreading_is_refused_with_finite_slopes(written):
+    path = written((SURFACES, "w = 0.2"), ("rtol = 1e-6", 'slopes = "finite"'))
+    with refused(path, ".*exceeds 2 gamma1"):
+        load(path)
+
+
+def test_a_missing_file_a_folder_and_bytes_are_named(tmp_path):
+    with pytest.raises(ValueError, match=r"none\.toml: No such file"):
+        load(tmp_path / "none.toml")
+    with pytest.raises(ValueError, match="directory"):
+        load(tmp_path)
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(ValueError, match=r"bytes\.toml: cannot be read as TOML"):
+        load(tmp_path / "bytes.toml")

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..ground import Ground
-from ..obstacle import obstacle
-from ..springs import intervals, of_level
+from ..obstacle import intervals, obstacle, of_level
 from ..surfaces import surface_of
 from ..totals import NOTHING, state_of
 from ..walk import Walk

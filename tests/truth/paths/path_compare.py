@@ -14,10 +14,9 @@ import numpy as np
 from discretization import AccuracyWarning, NotCertifiedError, load_path
 
 from ..ground import Outside
-from .controls import Control
+from .controls import Control, reading_of
 from .depth_paths import depth_path_of
 from .path_scenes import path_case, programme
-from .unique import reading_of
 
 EXACT, TOPS = 1e-7, 1e-4  # of the scales: states, and depths of the tops of C
 AWAY = 1e-6  # of the range of the control: values so near to a jump are not asked for
