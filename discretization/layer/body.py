@@ -1,9 +1,11 @@
-"""One contact of a scene with the exact response of its layer, in units of h and G.
+"""One contact of a scene with the exact response of its layer, and where its line rests.
 
-A convex profile that is mirrored about 0, or turned about an axis, has one contact with one line.
-From first touch the line advances while D(a) < d; withdrawn it recedes while D(a) > d. It is looked
-for on a way in steps of a constant ratio, with few poles, and then found with many: as few poles
-tell how D changes, every step of Newton's method leaves little more than their error.
+A convex profile that is mirrored about its lowest point, or turned about an axis, has one contact
+with one line, at the half-width or radius a. From first touch the line advances while D(a) < d;
+withdrawn it recedes while D(a) > d, D as in contact.py. At a corner, and at the edge of the body,
+D jumps, and the line may be pinned. A line is looked for outwards or inwards in steps of a constant
+ratio, with few poles, and then found with many: as few poles tell how D changes, every step of
+Newton's method leaves little more than their error. All lengths are in units of h, stresses in G.
 """
 
 from __future__ import annotations
@@ -19,22 +21,25 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.layer.contact import Condensed, Profile, condensed
 from discretization.layer.geometry import Axis, Geometry, Line
-from discretization.layer.inside import Fields, fields
 from discretization.layer.poles import Poles, poles
-from discretization.roots import bracketed
+from discretization.roots import bracketed, least
 from energy import Scene
 
 Array = NDArray[np.float64]
 _ROUGHLY = 1e-3  # tolerance of the poles with which a line is looked for
-_RATIO = 1.5  # of half-widths at which it is looked for
+_RATIO = 2.0  # of half-widths at which it is looked for
 _NARROWEST, _WIDEST = 1e-9, 1e9  # half-widths, in h
-_NEWTON = 12
+_SMALL = 1 / 8  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
+_NEWTON = 20
 _STILL = 1e-15  # of the half-width
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
-    """A scene whose layer has its exact response."""
+    """A scene whose layer has its exact response; w: the work of adhesion against which it rests.
+
+    corners: where the slope jumps; edge: where the body ends, or is not known any more.
+    """
 
     scene: Scene
 
@@ -44,32 +49,60 @@ class Body:
         return self.scene.layer.h
 
     @property
+    def unit(self) -> float:
+        """Of forces: Gh per length of a line contact, Gh² about an axis; energies have one h more."""
+        return self.scene.layer.shear_modulus * self.h ** (2 if self.scene.axisymmetric else 1)
+
+    @functools.cached_property
     def gamma(self) -> float:
         """Γ = γ₁/(Gh)."""
         return self.scene.gamma1 / (self.scene.layer.shear_modulus * self.h)
 
-    @property
-    def excess(self) -> float:
-        """√(2w/γ₁)."""
-        return math.sqrt(2 * self.scene.work_of_adhesion / self.scene.gamma1)
+    def excess(self, scene: Scene) -> float:
+        """√(2w/γ₁) of this scene or the one it is opened with."""
+        return math.sqrt(2 * scene.work_of_adhesion / self.scene.gamma1)
 
-    @property
+    @functools.cached_property
     def geometry(self) -> Geometry:
         """Of its contact."""
         return Axis() if self.scene.axisymmetric else Line()
 
     @functools.cached_property
+    def apex(self) -> float:
+        """x of the lowest point, in units of the scene."""
+        return 0.0 if self.scene.axisymmetric else float(self.scene.indenter.apex or 0.0)
+
+    @functools.cached_property
     def profile(self) -> Profile:
-        """In units of h."""
-        indenter, h = self.scene.indenter, self.h
+        """In units of h, from its lowest point."""
+        indenter, h, apex = self.scene.indenter, self.h, self.apex
 
         def height(x: Any) -> Any:
-            return np.asarray(indenter.height(np.asarray(x) * h), float) / h
+            return np.asarray(indenter.height(apex + np.asarray(x) * h), float) / h
 
-        def slope(x: Any) -> Any:
-            return np.asarray(indenter.slope(np.asarray(x) * h), float)
+        def slope(x: Any, side: int = 0) -> Any:
+            return np.asarray(indenter.slope_beside(apex + np.asarray(x) * h, side), float)
 
-        return Profile(height, slope, tuple(x / h for x in (*indenter.corners, *indenter.knots)))
+        places = np.union1d(indenter.corners, indenter.knots).astype(float)
+        return Profile(height, slope, tuple(((places - apex) / h).tolist()))
+
+    @functools.cached_property
+    def touch(self) -> float:
+        """Depth of first touch."""
+        return float(self.profile.height(np.zeros(1))[0])
+
+    @functools.cached_property
+    def edge(self) -> float:
+        """Where the profile ends."""
+        return (self.scene.indenter.extent[1] - self.apex) / self.h
+
+    @functools.cached_property
+    def corners(self) -> list[float]:
+        """Beside the lowest point, from there outwards, the edge of the body the last."""
+        found = {(float(x) - self.apex) / self.h for x in self.scene.indenter.corners}
+        if self.scene.indenter.extent[1] in self.scene.indenter.walls:
+            found.add(self.edge)
+        return sorted(x for x in found if x > 0)
 
     def poles(self, tolerance: float) -> Poles:
         """Of the layer."""
@@ -79,58 +112,93 @@ class Body:
         """The contact of this half-width."""
         return condensed(self.poles(tolerance), self.gamma, self.geometry, self.profile, a)
 
-    def half_width(self, depth: float, tolerance: float) -> float:
-        """a on the path from first touch; 0: detached. NotCertifiedError if none is found."""
-        touch = float(self.profile.height(np.zeros(1))[0])
-        outer = self._looked_for(max(depth, touch), _NARROWEST, _RATIO, 1)
-        if depth < touch and outer:
-            outer = self._looked_for(depth, outer, 1 / _RATIO, -1)
-        return self._found(outer, depth, tolerance) if outer else 0.0
+    def rest_depth(self, found: Condensed, excess: float, side: int = 0) -> float:
+        """D; side: which slope of a corner counts, beyond the edge of the body none."""
+        if side > 0 and found.a == self.edge:
+            return math.inf
+        slope = float(self.profile.slope(found.a, side)) if side else found.slope
+        return found._replace(slope=slope).depth(excess)
 
-    def _off(self, a: float, depth: float) -> float:
-        return self.condensed(a, _ROUGHLY).depth(self.excess) - depth
 
-    def _looked_for(self, depth: float, start: float, ratio: float, way: int) -> float:
-        """Where a line rests first that moves from here; 0: nowhere."""
-        a = start
-        if way * self._off(a, depth) >= 0:
-            return a if way < 0 else 0.0
+class Search:
+    """The line of a body at a depth, against a work of adhesion."""
+
+    def __init__(self, body: Body, depth: float, excess: float) -> None:
+        self.body, self.depth, self.excess = body, depth, excess
+
+    def off(self, a: float, side: int = 0) -> float:
+        """D - d, roughly; a line advances where it is negative."""
+        return (
+            self.body.rest_depth(self.body.condensed(a, _ROUGHLY), self.excess, side) - self.depth
+        )
+
+    def start(self) -> float:
+        """A half-width so small that a line there advances, if there is any."""
+        body = self.body
+        found = [min(body.edge, 1.0)]
+        deep = self.depth - body.touch
+        for part, limit in ((body.profile.slope, self.excess), (self._rise, deep)):
+            if limit > 0:
+                found.append(_reached(part, _SMALL * limit, min(body.edge, _WIDEST)))
+        a = min(found)
+        while self.off(a) >= 0 and a > _NARROWEST:
+            a /= 8
+        return a
+
+    def _rise(self, a: float) -> float:
+        return float(self.body.profile.height(a)) - self.body.touch
+
+    def looked_for(self, start: float, way: int) -> tuple[float, bool]:
+        """The first place where a line rests that moves from here, and whether it is pinned.
+
+        nan: nowhere.
+        """
+        corners = [x for x in self.body.corners if way * (x - start) > 0][::way]
+        a, off, before = start, way * self.off(start, way), (math.nan, math.nan)
+        if off >= 0:
+            return start, start in self.body.corners
         while _NARROWEST <= a <= _WIDEST:
-            beyond = a * ratio
-            if way * self._off(beyond, depth) >= 0:
-                return bracketed(lambda x: way * self._off(x, depth), a, beyond)
-            a = beyond
-        return 0.0
+            far = a * _RATIO**way
+            corner = next((x for x in corners if way * (x - a) > 0), math.inf * way)
+            beyond, there = (corner, -way) if way * (far - corner) >= 0 else (far, 0)
+            value = way * self.off(beyond, there)
+            if value < 0 and before[1] < off > value:  # there is a top between
+                top = float(least(lambda x: -way * self.off(x), before[0], beyond, 0.0)[0])
+                if way * self.off(top) >= 0:
+                    beyond, value, a = top, 0.0, before[0]
+            if value >= 0:
+                return bracketed(lambda x: way * self.off(x), a, beyond), False
+            if beyond == corner:
+                value = way * self.off(corner, way)
+                if value >= 0:
+                    return corner, True
+            before, a, off = (a, off), beyond, value
+        return math.nan, False
 
-    def _found(self, a: float, depth: float, tolerance: float) -> float:
+    def found(self, a: float, tolerance: float) -> float:
         """The same with many poles."""
         step = 1e-4 * a
-        rate = (self._off(a + step, depth) - self._off(a - step, depth)) / (2 * step)
-        last = math.inf
+        rate = (self.off(a + step) - self.off(a - step)) / (2 * step)
+        before, last = math.nan, math.inf
         for _ in range(_NEWTON):
-            move = (self.condensed(a, tolerance).depth(self.excess) - depth) / rate
-            a -= move
-            if abs(move) <= _STILL * a or (last <= abs(move) <= math.sqrt(_STILL) * a):
+            own = self.body.condensed(a, tolerance)
+            off = own.depth(self.excess) - self.depth
+            if math.isfinite(before):
+                rate = (off - before) / moved if moved else rate  # noqa: F821
+            move = off / rate
+            if abs(move) <= _STILL * a or last <= abs(move) <= math.sqrt(_STILL) * a:
                 return a
-            last = abs(move)
-        raise NotCertifiedError(f"no contact line at depth = {depth!r} [h]; try another depth")
+            moved, before, last = -move, off, abs(move)
+            a -= move
+        raise NotCertifiedError(
+            f"no contact line is found at depth = {self.depth * self.body.h!r}; try another depth"
+        )
 
-    def fields(self, found: Condensed, depth: float, tolerance: float) -> Fields:
-        """Of the poles under the indenter."""
-        own = self.poles(tolerance)
-        amplitudes = found.amplitudes @ np.array([depth - found.f, 1.0])
-        at_line = -(own.decays**2 / (own.tau[:, None] - own.decays**2)) @ amplitudes
-        return fields(self.geometry, self.profile, own.tau, at_line, found.a)
 
-    def energy(self, found: Condensed, depth: float, tolerance: float) -> float:
-        """U = whole [½∫ p g dm + Γ/2 ∫ f'² dm + ½ m S u(a)] - w |contact|."""
-        own, inner = self.poles(tolerance), self.fields(found, depth, tolerance)
-        g = depth - self.profile.height(inner.x)
-        u = depth - found.f
-        pressed = (inner.weights * g * g).sum() * own.still
-        pressed += np.tensordot(own.c, (inner.v * (inner.weights * g)).sum(axis=(1, 2)), 1).real
-        stretched = self.gamma * (inner.weights * self.profile.slope(inner.x) ** 2).sum()
-        line = float(self.geometry.measure(np.array(found.a)))
-        held = self.gamma * line * (found.sigma * u + found.rest) * u
-        bound = self.excess**2 * self.gamma * inner.weights.sum()
-        return float(self.geometry.whole * (pressed + stretched + held - bound) / 2)
+def _reached(part: Any, value: float, most: float) -> float:
+    """Where a function that does not fall reaches a value, or the narrowest or widest place."""
+    low, high = math.log(_NARROWEST), math.log(most)
+    for _ in range(50):
+        middle = (low + high) / 2
+        low, high = (middle, high) if float(part(math.exp(middle))) < value else (low, middle)
+    return math.exp(low)

@@ -40,7 +40,7 @@ class Profile(NamedTuple):
     """Heights and slopes of a profile in units of h; places where it is not smooth."""
 
     height: Callable[[Any], Any]
-    slope: Callable[[Any], Any]
+    slope: Callable[..., Any]
     breaks: tuple[float, ...] = ()
 
 
@@ -97,7 +97,7 @@ def condensed(
     """The contact of this half-width or radius."""
     r, decays = np.sqrt(poles.tau), poles.decays
     x, weights, beside = points(a, 1 / float(np.abs(r).max()), profile.breaks)
-    f, slope = (float(part(np.array(a))) for part in (profile.height, profile.slope))
+    f, slope = float(profile.height(np.array(a))), float(profile.slope(np.array(a), -1))
     t = geometry.inside(r, np.array([a]), np.zeros(1), a)[:, 0]
     pressed = geometry.inside(r, x, beside, a) @ (weights * profile.slope(x))
     share = poles.tau[:, None] / (poles.tau[:, None] - decays**2)  # φ_j of u

@@ -21,6 +21,7 @@ from scipy.special import ive, kve
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+_UNFELT = 38.0  # decay lengths, beyond which nothing is left
 _LARGEST = 2e4  # arguments of Bessel functions; beyond, 1/z² terms are the last that count
 
 
@@ -37,6 +38,9 @@ class Geometry(Protocol):
 
     def inside(self, r: Complex, x: Array, beside: Array, a: float) -> Complex:
         """t(x, a) (n, k) of poles r (n,) at x (k,), which are `beside` = a - x from the line."""
+
+    def decayed(self, decays: Complex, a: float, beside: Array) -> Complex:
+        """Fields (n, k) outside, so far beside a line where they are 1."""
 
     def moment(self, x: Array, a: float) -> Array:
         """∫ₓᵃ (a² - x²)/2 as a weight: what flow at x adds to the force inside a."""
@@ -59,6 +63,10 @@ class Line:
         """sinh rx/cosh ra."""
         far = np.exp(-np.outer(r, 2 * a - beside))
         return np.asarray((np.exp(-np.outer(r, beside)) - far) / (1 + np.exp(-2 * r * a))[:, None])
+
+    def decayed(self, decays: Complex, a: float, beside: Array) -> Complex:
+        """exp(-λx)."""
+        return np.asarray(np.exp(-np.outer(decays, beside)))
 
     def moment(self, x: Array, a: float) -> Array:
         """(a² - x²)/2."""
@@ -83,8 +91,15 @@ class Axis:
 
     def inside(self, r: Complex, x: Array, beside: Array, a: float) -> Complex:
         """(x/a) I₁(rx)/I₀(ra)."""
-        rise = _scaled(1, np.outer(r, x)) / _scaled(0, r * a)[:, None]
-        return np.asarray(rise * np.exp(-np.outer(r.real, beside)) * (x / a))
+        decay, found = np.outer(r.real, beside), np.zeros((r.size, x.size), complex)
+        felt = decay < _UNFELT
+        found[felt] = _scaled(1, np.outer(r, x)[felt]) * np.exp(-decay[felt])
+        return np.asarray(found / _scaled(0, r * a)[:, None] * (x / a))
+
+    def decayed(self, decays: Complex, a: float, beside: Array) -> Complex:
+        """K₀(λ(a + x))/K₀(λa)."""
+        far = _scaled_k(np.outer(decays, a + beside)) / _scaled_k(decays * a)[:, None]
+        return np.asarray(far * np.exp(-np.outer(decays, beside)))
 
     def moment(self, x: Array, a: float) -> Array:
         """(a² - r²)/4."""
@@ -97,3 +112,10 @@ def _scaled(order: int, z: Complex) -> Complex:
     with np.errstate(divide="ignore", invalid="ignore"):
         far = np.exp(1j * z.imag) / np.sqrt(2 * math.pi * z) * (1 - (4 * order - 1) / (8 * z))
     return np.where(np.abs(z) < _LARGEST, ive(order, near), far)
+
+
+def _scaled_k(z: Complex) -> Complex:
+    """K₀(z) exp(z)."""
+    near = np.where(np.abs(z) < _LARGEST, z, 1.0)
+    far = np.sqrt(math.pi / (2 * z)) * (1 - 1 / (8 * z))
+    return np.where(np.abs(z) < _LARGEST, kve(0, near), far)

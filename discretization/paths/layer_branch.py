@@ -1,0 +1,246 @@
+"""Load paths of one contact of a layer with its exact response.
+
+The half-width a tells everything: D(a), where a line rests that advances or recedes, and at a depth
+the force and the energy, which is a parabola of the depth at fixed a (../layer/table.py). So a line
+advances to the first a at which D is the depth, or recedes to it; between D of closing and D of
+opening it is held; and where D turns, it jumps to the next a with the same D.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.layer.body import Body, Search
+from discretization.layer.state import Layer, certify
+from discretization.layer.table import Table
+from discretization.paths.branch import Branch, Leg, Point
+from discretization.roots import bracketed, crossings, least
+from energy import Scene
+
+Array = NDArray[np.float64]
+_TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the same
+_NARROWEST = 1e-8  # of the half-width below which adhesion rules
+_SPREADS = (
+    "depth = {depth!r} spreads the contact over the whole known profile, to {x!r}; give a wider "
+    "profile, or a smaller depth"
+)
+_STEPS = 12  # places in an octave at which it is looked whether D turns
+
+
+@dataclass(eq=False)
+class Slide(Leg):
+    """A leg on which the line is held, or slides where D is the depth."""
+
+    def between(self, depths: Array) -> list[Point]:
+        """The contacts at depths on the way (n,)."""
+        branch, one, other = self.branch, self.start.memory, self.end.memory
+        a = np.full(depths.size, one)
+        if one != other:
+            a = branch.rests(depths, one, other)
+        return [branch.point(d, x) for d, x in zip(depths.tolist(), a.tolist(), strict=True)]
+
+    @property
+    def rounding(self) -> float:
+        """Of P."""
+        return 1e-14 * max(abs(self.branch.force(p)) for p in (self.start, self.end) if p.lines)
+
+
+@dataclass(frozen=True, eq=False)
+class LayerBranch(Branch):
+    """One contact under a prescribed depth; what a point remembers is a, in units of h."""
+
+    scene: Scene
+    body: Body
+    table: Table
+    tolerance: float
+
+    @classmethod
+    def of(cls, scene: Scene, rtol: float) -> LayerBranch:
+        """The poles, and what is computed at half-widths, are good to rtol."""
+        body = Body(scene)
+        return cls(scene, body, Table(body, rtol), rtol)
+
+    @property
+    def h(self) -> float:
+        """Unit of lengths."""
+        return self.body.h
+
+    @property
+    def touch(self) -> float:
+        """Depth at which contact begins."""
+        return self.body.touch * self.h
+
+    @functools.cached_property
+    def lift(self) -> float:
+        """Displacement at the line of a contact as it begins."""
+        a = self.first.memory
+        if not a:
+            return 0.0
+        return (
+            self.h * self.body.excess(self.scene.opened) / float(self.table.at(np.array([a]))[0, 0])
+        )
+
+    @functools.cached_property
+    def first(self) -> Point:
+        """The contact at first touch."""
+        search = Search(self.body, self.body.touch, self.body.excess(self.scene))
+        a, pinned = search.looked_for(search.start(), 1)
+        if math.isnan(a):
+            return Point(self.touch, ())
+        return self.point(self.touch, a if pinned else search.found(a, self.tolerance))
+
+    def point(self, depth: float, a: float) -> Point:
+        """The contact of this half-width at a depth."""
+        x = a * self.h
+        return Point(
+            depth,
+            ((0.0 if self.scene.axisymmetric else -x) + self.body.apex, x + self.body.apex),
+            a,
+        )
+
+    def contact(self, depth: float, *lines: float) -> Point:
+        """The point with these lines; nan: detached."""
+        if math.isnan(lines[0]):
+            return Point(depth, None)
+        return self.point(depth, (lines[1] - self.body.apex) / self.h)
+
+    def rest_depth(self, a: Array, way: int, within: float = math.nan) -> Array:
+        """D [h] of lines that move this way (n,), at corners on that side; at `within` before it."""
+        sigma, rest = self.table.at(a)[:2]
+        scene, profile = (self.scene if way > 0 else self.scene.opened), self.body.profile
+        side = np.where(a == within, -way, way)
+        slope = profile.slope(a, side)
+        found = profile.height(a) + (slope - rest - self.body.excess(scene)) / sigma
+        return np.where((a >= self.body.edge) & (side > 0), math.inf, found)
+
+    def rests(self, depths: Array, one: float, other: float) -> Array:
+        """Where D is each of these depths between two half-widths, as it does not turn there."""
+        way = 1 if other > one else -1
+        lo, hi = np.full(depths.size, min(one, other)), np.full(depths.size, max(one, other))
+
+        def off(a: Array, own: NDArray[np.int64]) -> Array:
+            return self.rest_depth(a, way, other) - depths[own] / self.h
+
+        span = self.rest_depth(np.array([one, other]), way, other)
+        rise = np.full(depths.size, float(np.diff(span)[0]) / (other - one))
+        share = np.clip((depths / self.h - span[0]) / (span[1] - span[0]), 0, 1)
+        return crossings(off, lo, hi, one + share * (other - one), rise, 0.0)
+
+    def _ahead(self, a: float, way: int) -> Iterator[tuple[Array, Array]]:
+        """Places from a line on (n,), and D there on the side of the line, octave by octave.
+
+        Up to the next corner, or so narrow that nothing is left.
+        """
+        ahead = [x for x in (*self.body.corners, self.body.edge) if way * (x - a) > 0]
+        stop = min(ahead) if way > 0 else max([*ahead, min(self.narrowest, a)])
+        while a != stop:
+            x = a * 2.0 ** (way * np.arange(_STEPS + 1) / _STEPS)
+            x = np.append(x[way * (stop - x) > 0], stop) if way * (stop - x[-1]) <= 0 else x
+            yield x, self.rest_depth(x, way, stop)
+            a = float(x[-1])
+
+    @functools.cached_property
+    def narrowest(self) -> float:
+        """Below which no line rests about an axis, as adhesion rules; of a line contact, how far
+        it is followed on its way to nothing."""
+        start = Search(self.body, self.body.touch, self.body.excess(self.scene)).start()
+        return start if self.scene.axisymmetric else _NARROWEST * start
+
+    def leg(self, point: Point, goal: float) -> Slide:
+        """The way from a point towards another depth, up to where the line comes free or jumps."""
+        a, here, to = point.memory, point.depth / self.h, goal / self.h
+        way = 1 if goal >= point.depth else -1
+        rest = float(self.rest_depth(np.array([a]), way)[0])
+        if way * (rest - here) > self._tie(here):  # held so far
+            end = goal if way * (to - rest) <= 0 else rest * self.h
+            return Slide(self, point, self.point(end, a), None, False)
+        far, depth, turns = self._slides(a, here, to, way)
+        if turns:
+            end, after = self.point(depth * self.h, far), self._landing(far, depth, way)
+            return Slide(self, point, end, after, True)
+        end = self.point(goal if depth == to else depth * self.h, far)
+        lost = far <= self.narrowest and way < 0
+        return Slide(self, point, end, Point(end.depth, None) if lost else None, False)
+
+    def _tie(self, depth: float) -> float:
+        return _TIE * (abs(depth) + self.lift / self.h)
+
+    def _slides(self, a: float, here: float, to: float, way: int) -> tuple[float, float, bool]:
+        """How far a line slides on the way to a depth, the depth there, and whether D turns there."""
+        before, last, far = a, here, a
+        for x, rest in self._ahead(a, way):
+            rest[0] = last
+            for i in range(1, x.size):
+                if way * (rest[i] - rest[i - 1]) < -self._tie(here):
+                    top, value = least(
+                        lambda y: -way * self._one(y, way), *sorted((before, float(x[i])))
+                    )
+                    found, top = way * -float(value), float(top)
+                    if way * (found - to) < 0:
+                        return top, found, True
+                    return self._between(to, before, top, way), to, False
+                if way * (rest[i] - to) >= 0:
+                    return self._between(to, float(x[i - 1]), float(x[i]), way), to, False
+                before = float(x[i - 1])
+            last, far = float(rest[-1]), float(x[-1])
+        if way > 0 and far not in self.body.corners:
+            raise ValueError(_SPREADS.format(depth=to * self.h, x=far * self.h))
+        return far, last, False
+
+    def _one(self, a: float, way: int) -> float:
+        return float(self.rest_depth(np.array([a]), way)[0])
+
+    def _between(self, depth: float, one: float, other: float, way: int) -> float:
+        """Where D is a depth."""
+        return bracketed(lambda y: way * (self._one(y, way) - depth), one, other)
+
+    def _landing(self, a: float, depth: float, way: int) -> Point:
+        """Where a line that has come free at a depth rests next."""
+        left = False
+        while True:
+            for x, rest in self._ahead(a, way):
+                off = way * (rest - depth)
+                left |= bool((off < 0).any())
+                stays = (off[1:] >= 0) & (off[:-1] < 0)
+                if stays.any():
+                    i = int(np.argmax(stays))
+                    found = self._between(depth, float(x[i]), float(x[i + 1]), way)
+                    return self.point(depth * self.h, found)
+                a = float(x[-1])
+            if way < 0 and a not in self.body.corners:
+                return Point(depth * self.h, None)
+            if a not in self.body.corners:
+                raise ValueError(_SPREADS.format(depth=depth * self.h, x=a * self.h))
+            if way * (self._one(a, way) - depth) >= 0:
+                return self.point(depth * self.h, a)
+
+    def totals(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n) of points in contact."""
+        a = np.array([point.memory for point in points])
+        u = np.array([point.depth for point in points]) / self.h - self.body.profile.height(a)
+        _, _, stiffness, force, stored = self.table.at(a)
+        bound = self.body.excess(self.scene) ** 2 * self.body.gamma / 2 * self._area(a)
+        energy = stored + force * u + stiffness * u * u / 2 - bound
+        return self.body.unit * np.array([energy * self.h, stiffness * u + force])
+
+    def _area(self, a: Array) -> Array:
+        """In contact [h, or h² about an axis]."""
+        return math.pi * a * a if self.scene.axisymmetric else 2 * a
+
+    def opened(self, before: Point, after: Point) -> float:
+        """The length or area that opens between two points."""
+        if not before.lines or not after.lines:
+            return 0.0
+        lost = self._area(np.array([before.memory])) - self._area(np.array([after.memory]))
+        return max(0.0, float(lost[0])) * self.h ** (2 if self.scene.axisymmetric else 1)
+
+    def certify(self, point: Point) -> None:
+        """NotCertifiedError unless the contact is in equilibrium."""
+        if not point.lines:
+            return
