@@ -54,6 +54,8 @@ class Track:
             return found
         depths = depths[inside]
         guess = piece.drawn(depths, way)
+        # lines that come free of a corner or an edge stay on the side they leave it to
+        guess = np.clip(guess, lines.min(axis=1)[:, None], lines.max(axis=1)[:, None])
         if roughly:
             found[inside] = guess.transpose(1, 0, 2)
             return found

@@ -24,6 +24,9 @@ ONCE_WRONG = (  # the path or the reference, or refused
     ("machine_opening", 217),
     ("load_opening", 146),  # a jump so short that the reference steps over it at first
     ("load_pattern", 31),  # a contact as wide as the rounding of its tip
+    ("load_pattern", 128),  # a top of C where a line has just come free of an edge
+    ("load_pattern", 158),  # and of a corner
+    ("load_pattern", 318),  # on nodes a corner between two of them holds longer
     ("load_pattern", 23),  # a line that jumps over an edge, by little
     ("load_no_adhesion", 24),  # pulled by rounding at first touch
     ("machine_no_adhesion", 62),  # a narrow gap over a smooth crest, which is felt by its rounding
