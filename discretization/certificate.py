@@ -16,6 +16,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+EPSILON = 2.0**-52  # what double precision leaves of a number
+ROUNDING = 16 * EPSILON  # of the sizes of the terms that a result is summed from, a dozen or so
 TOLERANCE = 1e-9  # of the scales of the terms: far above rounding, far below what is asked
 
 

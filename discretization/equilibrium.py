@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization import display, plots
 from discretization.certificate import Certificate, Proof
-from discretization.parts import Parts, parts_of
+from discretization.parts import ACTING, STORED, parts_of
+from discretization.profile import breaks
 from discretization.routes import one_contact
-from discretization.tail import FreeSurfaces, Tail
+from discretization.surfaces.protocol import At, Shape
 from energy import Assumption, Scene
 from energy.validity import Deformation, assumptions
 
@@ -32,11 +33,11 @@ class Equilibrium:
 
     contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
     themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
-    without contact; tail: the free surface; errors: `error_estimate`, or the function of this state
-    that finds it when it is asked for; scales: of force and energy, the sums of their terms'
-    absolute values; spacing: nan where there are no nodes; proof: why no state on these nodes has a
-    lower energy, where `shortest_path` has found it; neutral: whether a line rests anywhere in a
-    range at no cost.
+    without contact; surfaces: what the free ones look like; errors: `error_estimate`, or the
+    function of this state that finds it when it is asked for; scales: of force and energy, the sums
+    of their terms' absolute values; spacing: nan where there are no nodes; proof: why no state on
+    these nodes has a lower energy, where `shortest_path` has found it; neutral: whether a line
+    rests anywhere in a range at no cost.
     """
 
     scene: Scene
@@ -44,7 +45,7 @@ class Equilibrium:
     branch: str
     method: str
     certificate: Certificate
-    tail: Tail
+    surfaces: Shape
     spacing: float = math.nan
     contacts: Array = field(default_factory=lambda: np.empty((0, 2)))
     nodes: Array = field(default_factory=lambda: np.empty((0, 2)))
@@ -115,8 +116,7 @@ class Equilibrium:
         indenter, ends, x = self.scene.indenter, self.contacts, np.zeros(1)
         bounded = bool(np.isfinite(ends).all())
         if bounded:
-            apex = [] if indenter.apex is None else [indenter.apex]
-            kinks = np.array([*indenter.corners, *indenter.knots, *apex], float)
+            kinks = breaks(indenter)
             even = np.linspace(ends[:, 0], ends[:, 1], _SAMPLES).ravel()
             x = np.concatenate([even, kinks[self.inside(kinks)]])
         u = self.depth - indenter.height(x)
@@ -126,18 +126,18 @@ class Equilibrium:
         return Deformation(float(u.max()), float(np.abs(u).max()), narrowest, steepest)
 
     @functools.cached_property
-    def _parts(self) -> Parts:
+    def _parts(self) -> dict[str, float]:
         return parts_of(self)
 
     @property
     def energy_parts(self) -> dict[str, float]:
         """Energy [energy/length] of springs, surface and adhesion; see discretization.parts."""
-        return dict(self._parts.energy)
+        return {name: self._parts[name] for name in STORED}
 
     @property
     def force_parts(self) -> dict[str, float]:
         """Force [force/length] of the pressure (9) and of the lines (10); likewise."""
-        return dict(self._parts.force)
+        return {name: self._parts[name] for name in ACTING}
 
     @property
     def half_width(self) -> float:
@@ -162,11 +162,12 @@ class Equilibrium:
         return 2 * self.half_width
 
     @functools.cached_property
-    def _free(self) -> FreeSurfaces:
-        """The free surfaces beside and between the contacts."""
-        u = self.depth - self.scene.indenter.height(self.contacts)
-        radii = self.contacts * (-1, 1) if self.scene.axisymmetric else np.full_like(u, math.inf)
-        return FreeSurfaces(self.tail, self.contacts, u, radii)
+    def free(self) -> list[tuple[At | None, At | None]]:
+        """The lines of every free surface from left to right, None infinitely far away."""
+        x = self.contacts.ravel()
+        f = np.asarray(self.scene.indenter.height(x), float)
+        lines = [None, *map(At, x.tolist(), f.tolist()), None]
+        return list(zip(lines[::2], lines[1::2], strict=True))
 
     @functools.cached_property
     def line_slopes(self) -> tuple[Array, Array]:
@@ -178,7 +179,12 @@ class Equilibrium:
         wide = self.contacts[:, 1:] > self.contacts[:, :1]
         own = np.where(self.pinned, np.where(wide, -sides, sides), 0.0)
         f1 = self.scene.indenter.slope_beside(self.contacts, own)
-        return sides * f1, self._free.slopes() if self.scene.gamma1 else np.zeros_like(f1)
+        if not self.scene.gamma1:
+            return sides * f1, np.zeros_like(f1)
+        at = [np.array([line.x for line in pair if line]) for pair in self.free]
+        parts = zip(at, self.free, strict=True)
+        u1 = [self.surfaces.shape(x, *pair, self.depth)[1] for x, pair in parts]
+        return sides * f1, sides * np.concatenate(u1).reshape(-1, 2)
 
     @property
     def angle_deficits(self) -> Array:
@@ -219,8 +225,11 @@ class Equilibrium:
         u, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
         u[inside] = self.depth - self.scene.indenter.height(x[inside])
         free = ~inside & ~np.isnan(x)
-        if self.scene.gamma1 and self.contacts.size and free.any():
-            u[free] = self._free.displacement(x[free])
+        part = np.searchsorted(self.contacts[:, 0], x)
+        for i, pair in enumerate(self.free if self.scene.gamma1 and self.contacts.size else ()):
+            own = free & (part == i)
+            if own.any():
+                u[own] = self.surfaces.shape(x[own], *pair, self.depth)[0]
         return u
 
     def _measured(self, x: ArrayLike) -> Array:
@@ -264,10 +273,10 @@ def detached(
     scene: Scene,
     depth: float,
     branch: str,
-    tail: Tail,
+    surfaces: Shape,
     certificate: Certificate,
     spacing: float = math.nan,
 ) -> Equilibrium:
     """The flat surface without contact."""
     method = "fitted" if math.isnan(spacing) else "lattice"
-    return Equilibrium(scene, depth, branch, method, certificate, tail, spacing)
+    return Equilibrium(scene, depth, branch, method, certificate, surfaces, spacing)

@@ -47,8 +47,12 @@ def load_path(
     machine_stiffness K [force/length²]: the indenter hangs on a spring whose far end is at the
     drive D, P = K (D - d). A path under imposed depth starts out of contact where the first depth
     is below touching, and by touching else; under force and machine control it starts at first
-    touch. Without long-range attraction contact begins on touching, at d = min f. How a force or a
-    machine is balanced, and when the indenter jumps, stands in paths/control.py.
+    touch. Without long-range attraction contact begins on touching, at d = min f.
+
+    A dead load is in equilibrium at depths where it is P(d), the drive of a machine where it is
+    d + P(d)/K. As one of them rises, the indenter goes down from where it is to the first depth at
+    which that number is as large, as it falls, up to the first one at which it is as small: a depth
+    that changes by a jump on the way is an event.
 
     method "fitted": contact lines as unknowns, for any profile with any number of contacts.
     "lattice": fixed nodes `spacing` apart, for small slopes with gamma1 > 0; its force is that
@@ -146,8 +150,8 @@ def _branch_for(
     """
     if control.stiffness is None:
         return branch_of(scene, rtol, spacing, deepest)
-    touch, lift = resolve(scene, 0.0).touch, scene.opened.critical_separation
-    below, deeper = (lift, 2.0) if lift else (_SHALLOW * scene.layer.h, 4.0)
+    touch, reach = resolve(scene, 0.0).touch, scene.opened.critical_separation
+    below, deeper = (reach, 2.0) if reach else (_SHALLOW * scene.layer.h, 4.0)
     try:
         while control.value(touch + below, _least_force(scene, touch + below)) < deepest:
             below *= deeper

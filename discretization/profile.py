@@ -152,8 +152,8 @@ def _window(scene: Scene, indenter: Indenter, depth: float) -> tuple[float, floa
         x = np.linspace(*ends, 2 * _FIRST + 1)
         f = heights(indenter, x)
         low, touch = float(x[int(np.argmin(f))]), float(f.min())
-        top, lift = max(depth, touch), scene.opened.critical_separation  # none is held any higher
-        level = top + lift + _MARGIN * (lift + top - touch)
+        top, reach = max(depth, touch), scene.opened.critical_separation  # none is held any higher
+        level = top + reach + _MARGIN * (reach + top - touch)
         clear = (f[0] > level or ends[0] == lo) and (f[-1] > level or ends[1] == hi)
         if clear and abs(low - start) <= half / 2:
             return ends
@@ -184,11 +184,15 @@ def heights(indenter: Indenter, x: Array) -> Array:
     return f
 
 
+def breaks(indenter: Indenter) -> Array:
+    """x of the corners, the knots and the apex, between which a built-in profile is smooth."""
+    apex = () if indenter.apex is None else (indenter.apex,)
+    return np.array([*indenter.corners, *indenter.knots, *apex], float)
+
+
 def _cuts(indenter: Indenter, window: tuple[float, float], edges: Array) -> Array:
     """Ends of the window, and the corners, knots and edges of a pattern in it."""
-    apex = () if indenter.apex is None else (indenter.apex,)
-    known = np.concatenate([indenter.corners, indenter.knots, apex]).astype(float)
-    known = np.concatenate([known, edges, np.nextafter(edges, -math.inf)])
+    known = np.concatenate([breaks(indenter), edges, np.nextafter(edges, -math.inf)])
     inner = known[(known > window[0]) & (known < window[1])]
     return np.unique(np.concatenate([window, inner]))
 

@@ -5,19 +5,32 @@ is smooth. Of one that does not say so (Indenter.complete) a panel and its halve
 beside a jump of the slope or of a higher derivative. There the halves are no better than a part of
 what the panel was off by: that is counted, too. What is off by the rounding of its sum, or of the
 heights, is not halved.
+
+States integrate over their contacts (`refined`); for lines that move the sums are made once
+(`Integrals`). A free surface between the contact lines q < p bounds the contact on its left and
+that on its right. Of the energy and the force of a state it accounts for
+
+    E = C(q) - C(p) + F,      P = ∂C/∂d (q) - ∂C/∂d (p) + S_q + S_p,
+    C(x) = ∫ [k/2 (d - f)² + γ₁ ψ(f') - w s(f')] dx  from the lowest point to x,
+
+ψ and s the density and the length of the surface in contact (energy/terms.py), F and S what the
+free surface stores and pulls. Summed over all free surfaces, the tails among them, that is U and P:
+what lies between the lowest point and a line cancels.
 """
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.rounding import EPSILON, ROUNDING, height_rounding
-from energy import Scene, terms
+from discretization.certificate import EPSILON, ROUNDING
+from discretization.profile import Resolved, breaks
+from energy import Indenter, Scene, terms
 
 Array = NDArray[np.float64]
 Density = Callable[[Array], Array]  # of places (n, p): several densities (m, n, p)
@@ -29,6 +42,12 @@ _HALVINGS = 48  # of a panel, to the spacing of floating-point numbers
 _PART = 0.1  # of rtol for the quadrature
 _SUMMED = 80 * EPSILON  # of the sizes of the terms of a panel's sum
 _LUCK = 1 / 8  # of what the whole was off by
+_EXACT = 1e-15  # of a whole integral: what halving a panel may change it by
+_STEPS = 32  # steps of a contact in which heights are read
+_SHORT = 2.0**-10  # of a panel: a slope is smooth there, a height changes by more than its rounding
+_LEFT_OUT = 2  # of the steps, those with the largest differences
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+_GOLDEN = 0.6180339887498949  # irrational: no period of the profile falls on all steps
 
 
 class Sums(NamedTuple):
@@ -51,12 +70,22 @@ def over(density: Density, ends: Array, *, few: bool = False) -> tuple[Array, Ar
     return (values @ weights) * width, (np.abs(values) @ weights) * width
 
 
-def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: bool) -> Sums:
+def summed(
+    density: Density,
+    ends: Array,
+    part: float,
+    lost: Array,
+    *,
+    smooth: bool,
+    few: bool | None = None,
+) -> Sums:
     """Integrals over panels, those halved that are off by more than a part of the whole's size.
 
-    lost (m, 1): what they are off by however often they are halved; smooth: on each panel.
+    lost (m, 1): what they are off by however often they are halved; smooth: on each
+    panel; few: whether panels get many points, by default if they are few.
     """
-    few, n = ends.shape[1] < _FEW_PANELS, ends.shape[1]
+    n = ends.shape[1]
+    few = n < _FEW_PANELS if few is None else few
     left, done = Sums(ends, *over(density, ends, few=few), np.zeros((len(lost), n))), []
     limit = part * left.sizes.sum(axis=1, keepdims=True) + lost
     for _ in range(_HALVINGS):
@@ -79,49 +108,48 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
     return found
 
 
+def densities(scene: Scene, level: float, x: Array) -> Array:
+    """Of ∫1, ∫g, ∫g², ∫γ₁ψ(f') and ∫c s(f'), g = level - f, over dx or 2πr dr.
+
+    c: the factor of the scene's pattern on the work of adhesion.
+    """
+    g, slope = level - scene.indenter.height(x), np.asarray(scene.indenter.slope(x), float)
+    stored = terms.contact(slope, gamma1=scene.gamma1, w=0.0, slopes=scene.slopes)
+    bound = np.ones_like(slope) if scene.slopes == "small" else np.sqrt(1 + slope * slope)
+    if scene.pattern is not None:
+        bound = bound * scene.pattern.factor(x)
+    found = np.array([np.ones_like(slope), g, g * g, stored, bound])
+    return found * scene.measure(x) if scene.axisymmetric else found
+
+
 def in_contact(scene: Scene, depth: float, contacts: Array, rtol: float) -> tuple[Sums, float]:
     """Springs, surface, adhesion as it binds and pressure over contacts (m, 2).
 
     And what the heights are off by as measured, which is counted in what the sums are off by.
     """
-    ends, smooth = _ends(scene, contacts), scene.indenter.complete
-    rounding, lost = height_rounding(scene.indenter, ends.T), np.zeros((4, 1))
+    ends, smooth, k = _ends(scene, contacts), scene.indenter.complete, scene.stiffness
+    rounding, lost = height_rounding(scene.indenter, ends.T), np.zeros((5, 1))
     if rounding:
         deepest = float(np.abs(depth - scene.indenter.height(ends)).max())
         wide = np.diff(contacts).sum() + 2 * scene.elastocapillary_length
-        felt = rounding * scene.stiffness * wide * float(scene.measure(contacts.max()))
-        lost[[0, 3], 0] = felt * deepest, felt
+        lost[1] = rounding * wide * float(scene.measure(contacts.max()))
+        lost[2] = 2 * deepest * lost[1]
     part = max(_PART * rtol, ROUNDING) / max(1, ends.shape[1])
-    found = summed(lambda x: _densities(scene, depth, x), ends, part, lost, smooth=smooth)
-    return found, rounding
+    found = summed(lambda x: densities(scene, depth, x), ends, part, lost, smooth=smooth)
+    units = np.array([[k / 2], [1.0], [scene.work_of_adhesion], [k]])
+    parts = (units * part[[2, 3, 4, 1]] for part in found[1:])
+    return Sums(ends, *parts), rounding
 
 
 def _ends(scene: Scene, contacts: Array) -> Array:
     """Ends (2, n) of the panels of contacts (m, 2)."""
-    indenter, pattern = scene.indenter, scene.pattern
-    apex = () if indenter.apex is None else (indenter.apex,)
-    edges = () if pattern is None else pattern.edges
-    cuts = np.unique(np.concatenate([indenter.corners, indenter.knots, apex, edges]))
+    edges = () if scene.pattern is None else scene.pattern.edges
+    cuts = np.union1d(breaks(scene.indenter), edges)
     parts = [
         np.concatenate([[left], cuts[(cuts > left) & (cuts < right)], [right]])
         for left, right in contacts.tolist()
     ]
     return np.hstack([[part[:-1], part[1:]] for part in parts])
-
-
-def stretched(scene: Scene, x: Array, slope: Array) -> tuple[Array, Array]:
-    """What the surface stores in contact at x, and its length as it adheres, over dx."""
-    stored = terms.contact(slope, gamma1=scene.gamma1, w=0.0, slopes=scene.slopes)
-    bound = np.ones_like(slope) if scene.slopes == "small" else np.sqrt(1 + slope * slope)
-    return stored, bound if scene.pattern is None else bound * scene.pattern.factor(x)
-
-
-def _densities(scene: Scene, depth: float, x: Array) -> Array:
-    """Of what is integrated over contacts."""
-    spring, pressure, _ = terms.spring(depth - scene.indenter.height(x), k=scene.stiffness)
-    stored, bound = stretched(scene, x, np.asarray(scene.indenter.slope(x), float))
-    found = np.array([spring, stored, scene.work_of_adhesion * bound, pressure])
-    return found * scene.measure(x) if scene.axisymmetric else found
 
 
 @functools.lru_cache(maxsize=2)
@@ -136,6 +164,30 @@ def _rule(few: bool) -> tuple[Array, Array]:
         return t, weights
     near, weights = t**4 / 2, 2 * weights * t**3
     return np.concatenate([near, 1 - near]), np.concatenate([weights, weights])
+
+
+def height_rounding(indenter: Indenter, ends: Array) -> float:
+    """How far f(x) is off by its own arithmetic [length], on panels with ends (n, 2).
+
+    It may lose digits that the height itself has not: cosh(x) - 1 is a multiple of 2⁻⁵³ however
+    small x is. Over a short step s the height must change by the integral of the slope,
+
+        f(x + s) - f(x) = ∫ f' dx,    s = 2⁻¹⁰ of a panel,
+
+    which Gauss points give exactly for a profile that is smooth on s; what the two differ by is the
+    rounding of f. Corners nobody declared fall on few of the steps, which are left out. 0 for
+    indenters that say where they are smooth: their heights are computed without such a loss.
+    """
+    if indenter.complete or not (ends[:, 1] > ends[:, 0]).any():
+        return 0.0
+    wide = ends[ends[:, 1] > ends[:, 0]]
+    lo, hi = wide[np.arange(_STEPS) * len(wide) // _STEPS].T
+    start = lo + (hi - lo) * (1 - _SHORT) * (np.arange(_STEPS) * _GOLDEN % 1)
+    stop = np.minimum(start + _SHORT * (hi - lo), hi)
+    x = start[:, None] + np.outer(stop - start, (_POINTS + 1) / 2)
+    rise = (np.asarray(indenter.slope(x), float) @ _WEIGHTS) * ((stop - start) / 2)
+    step = np.asarray(indenter.height(stop), float) - np.asarray(indenter.height(start), float)
+    return float(np.sort(np.abs(step - rise))[-1 - _LEFT_OUT])
 
 
 class Interval(NamedTuple):
@@ -163,3 +215,51 @@ def refined(scene: Scene, depth: float, contacts: Array, free: Free, rtol: float
     stored = springs + tension + energy
     totals = stored - adhesion, force + pull, force + area, stored + adhesion, size + pulls
     return Interval(*totals, (float(off[:3].sum()), float(off[3])), rounding)
+
+
+@dataclass(frozen=True, eq=False)
+class Integrals:
+    """The integrals of `densities` over a resolved profile, g from the depth of first touch.
+
+    Only of what may be in contact, f <= level: what stands higher would but cost digits. parts
+    (5, n): from the lowest point to each x (n,), increasing, with the heights f.
+    """
+
+    scene: Scene
+    profile: Resolved
+    x: Array
+    f: Array
+    parts: Array
+
+    @classmethod
+    def of(cls, scene: Scene, profile: Resolved, level: float) -> Integrals:
+        """Summed between the samples, outwards from the lowest point."""
+        density = functools.partial(densities, scene, profile.touch)
+        ends = np.array([profile.x[:-1], profile.x[1:]])
+        low = np.minimum(profile.f[:-1], profile.f[1:]) <= level
+        found = summed(density, ends[:, low], _EXACT, np.zeros((5, 1)), smooth=True)
+        ends = np.hstack([found.ends, ends[:, ~low]])
+        sums = np.hstack([found.sums, np.zeros((5, int((~low).sum())))])
+        order = np.lexsort(ends[::-1])
+        x = np.append(ends[0][order], ends[1][order[-1]])
+        f = np.asarray(profile.indenter.height(x), float)
+        start = int(np.argmin(f))
+        before = -np.cumsum(sums[:, order][:, :start][:, ::-1], axis=1)[:, ::-1]
+        after = np.cumsum(sums[:, order][:, start:], axis=1)
+        return cls(scene, profile, x, f, np.hstack([before, np.zeros((5, 1)), after]))
+
+    def at(self, x: Array) -> Array:
+        """The five integrals from the lowest point to x (n,)."""
+        last = self.x.size - 1
+        i = np.clip(np.searchsorted(self.x, x) - 1, 0, last)
+        beyond = np.minimum(i + 1, last)
+        i = np.where(self.f[i] <= self.f[beyond], i, beyond)  # the lower
+        density = functools.partial(densities, self.scene, self.profile.touch)
+        return self.parts[:, i] + over(density, np.array([self.x[i], x]))[0]
+
+    def contact(self, x: Array, depth: Array, w: float) -> Array:
+        """C(x), the sum of its terms' absolute values, and ∂C/∂d (3, n)."""
+        width, g, square, stored, bound = self.at(x)
+        d, k = depth - self.profile.touch, self.scene.stiffness
+        parts = np.array([k / 2 * d * d * width, k * d * g, k / 2 * square, stored, -w * bound])
+        return np.array([parts.sum(axis=0), np.abs(parts).sum(axis=0), k * (d * width + g)])

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import ROUNDING
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.quadrature import Interval, refined
-from discretization.rounding import ROUNDING
 from discretization.surfaces.protocol import Free
 from energy import Scene
 

@@ -24,14 +24,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate
+from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.contacts import Contacts, estimated, push
 from discretization.fitted.motion import free
 from discretization.fitted.rests import margins
 from discretization.quadrature import Interval
 from discretization.roots import least
-from discretization.rounding import ROUNDING
 
 Array = NDArray[np.float64]
 _ULPS = 4.0  # roundings of its position, within which a line is where it is

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import EPSILON
 from discretization.profile import Resolved
-from discretization.rounding import EPSILON
 from discretization.surfaces.protocol import At
 
 Array = NDArray[np.float64]

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import TOLERANCE
+from discretization.certificate import EPSILON, TOLERANCE
 from discretization.fitted.narrow import noise, rise
 from discretization.profile import Resolved
-from discretization.rounding import EPSILON
 from discretization.surfaces.protocol import At, Surfaces
 from energy import Scene
 

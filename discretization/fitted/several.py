@@ -27,7 +27,6 @@ from discretization.nodes.lattice import Lattice
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of
-from discretization.surfaces.tail import FittedTail
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -159,8 +158,7 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
     """
     scene = motion.scene
     if not lines:
-        tail = FittedTail(motion.surfaces)
-        flat = detached(scene, depth, branch, tail, _UNKNOWN)
+        flat = detached(scene, depth, branch, motion.surfaces, _UNKNOWN)
         lift = max(abs(depth), scene.opened.critical_separation) or 1.0
         through = motion.penetration(lines, depth) / lift
         return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
@@ -184,7 +182,7 @@ def certified(
         depth=depth,
         pinned=contacts.pinned,
         certificate=_UNKNOWN,
-        tail=FittedTail(motion.surfaces),
+        surfaces=motion.surfaces,
         errors=errors,
         branch=branch,
         neutral=motion.neutral(contacts.lines, depth),

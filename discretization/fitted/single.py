@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from discretization.certificate import Certificate
+from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import equilibrium, estimated, push
 from discretization.fitted.single_lines import Line, Single, ends_of, lines_of
 from discretization.quadrature import Interval, refined
-from discretization.rounding import ROUNDING
 from discretization.surfaces.protocol import Free
-from discretization.surfaces.tail import FittedTail
 from energy import Scene
 
 _UNDECIDED = 1e-7  # letting go and turning over at once
@@ -37,8 +35,7 @@ def on_one_contact(
     elif abs(problem.shortfall(1, problem.apex)) <= _UNDECIDED * problem.displacement_scale:
         problem.free(1, problem.apex)
     pressed = max(0.0, depth - problem.touch) / problem.displacement_scale
-    tail = FittedTail(problem.surfaces)
-    return detached(scene, depth, branch, tail, Certificate.undeformed(pressed))
+    return detached(scene, depth, branch, problem.surfaces, Certificate.undeformed(pressed))
 
 
 def _state(problem: Single, lines: list[Line], branch: str, rtol: float) -> Equilibrium:
@@ -58,7 +55,7 @@ def _state(problem: Single, lines: list[Line], branch: str, rtol: float) -> Equi
         depth=depth,
         pinned=np.array([held]),
         certificate=certificate,
-        tail=FittedTail(problem.surfaces),
+        surfaces=problem.surfaces,
         errors=errors(problem, lines, found),
         branch=branch,
         neutral=any(line.neutral for line in lines),

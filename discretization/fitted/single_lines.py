@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import ROUNDING
 from discretization.roots import bracketed, least
-from discretization.rounding import ROUNDING
 from discretization.surfaces import surfaces_of
 from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene

@@ -14,15 +14,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate
+from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.contacts import equilibrium, estimated
 from discretization.profile import Resolved, resolve
 from discretization.quadrature import NONE, Interval, refined
 from discretization.roots import crossings
-from discretization.rounding import ROUNDING
 from discretization.surfaces.small import SmallSurfaces
-from discretization.surfaces.tail import FittedTail
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -47,11 +45,11 @@ def at_level(
 ) -> Equilibrium:
     """The certified state in which what lies below a level is in contact."""
     reach, touch = scene.opened.critical_separation, profile.touch
-    tail = FittedTail(SmallSurfaces(scene))
+    surfaces = SmallSurfaces(scene)
     lift = max(abs(depth), reach) or 1.0
     if touch > level + _TIE * lift:
         apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))
-        return detached(scene, depth, branch, tail, apart)
+        return detached(scene, depth, branch, surfaces, apart)
     lines = below(profile, max(level, touch))
     found = refined(scene, depth, lines, NONE, rtol)
     pinned = np.isin(lines, profile.indenter.walls)
@@ -64,7 +62,7 @@ def at_level(
         depth=depth,
         pinned=pinned,
         certificate=judged,
-        tail=tail,
+        surfaces=surfaces,
         errors=_errors(scene, lines, pinned, depth, found),
         branch=branch,
     )

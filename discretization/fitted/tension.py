@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import EPSILON
 from discretization.profile import Resolved
-from discretization.rounding import EPSILON
 from energy import Scene
 
 Array = NDArray[np.float64]

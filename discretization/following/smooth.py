@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from discretization.fitted.rests import Rests, margins, solved
 from discretization.following.pieces import DEGREE, Piece, way_of
-from discretization.integrals import Integrals
+from discretization.quadrature import Integrals
 from discretization.surfaces.spectral import rounded
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
 from discretization.following.pieces import Piece, restricted
 from discretization.following.smooth import Smooth
-from discretization.integrals import Integrals
+from discretization.quadrature import Integrals
 
 Array = NDArray[np.float64]
 Rooms = dict[tuple[str, int], float]

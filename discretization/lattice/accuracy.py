@@ -48,12 +48,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import AccuracyWarning, NotCertifiedError
+from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.nodes.ground import heights, region
 from discretization.nodes.lattice import Lattice
 from discretization.profile import resolve
-from discretization.rounding import EPSILON
 from energy import Scene
 
 Array = NDArray[np.float64]

@@ -112,7 +112,7 @@ def certified(
         force=sum((end.force for end in lines), start=sums.force),
         energy=sum((end.energy for end in lines), start=sums.energy),
         certificate=certificate,
-        tail=tail,
+        surfaces=tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
         errors=_UNKNOWN,
         method="lattice",

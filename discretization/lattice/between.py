@@ -21,9 +21,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import EPSILON
 from discretization.nodes.row import Contacts, Parts, Row
 from discretization.nodes.rules import Rules
-from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]

@@ -26,10 +26,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate
+from discretization.certificate import EPSILON, Certificate
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
-from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]

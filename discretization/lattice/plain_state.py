@@ -211,21 +211,17 @@ class SteepTail(LatticeTail):
         chord = np.diff(u) / lat.spacing
         return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
 
-    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
-        """u at these distances from the line."""
-        (u, slope), dx = self._nodes(float(u_line)), self.lattice.spacing
+    def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
+        """u and u' beside one contact line."""
+        line, side = (left, 1) if right is None else (right, -1)
+        (u, slope), dx = self._nodes(float(depth - line.f)), self.lattice.spacing
+        distance, last = side * (z - line.x), dx * (u.size - 1)
         i = np.minimum((distance / dx).astype(int), u.size - 2)
-        t, last = distance / dx - i, dx * (u.size - 1)
-        chord, one, other = u[i + 1] - u[i], dx * slope[i], dx * slope[i + 1]
-        bend = t * (1 - t) * ((1 - t) * (one - chord) - t * (other - chord))
+        t, chord = distance / dx - i, u[i + 1] - u[i]
+        one, other = dx * slope[i] - chord, dx * slope[i + 1] - chord
+        bent = u[i] + t * chord + t * (1 - t) * ((1 - t) * one - t * other)
+        steep = chord + (1 - t) * (1 - 3 * t) * one + t * (3 * t - 2) * other
         beyond = u[-1] * np.exp(-self.rate * np.maximum(distance - last, 0.0))
-        return np.where(distance <= last, u[i] + t * chord + bend, beyond)
-
-    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
-        """u' outwards where the surface is displaced by these: it is the same from there on."""
-        most = float(np.abs(u_line).max(initial=0.0))
-        if not most:
-            return np.zeros_like(u_line)
-        u, slope = self._nodes(most)
-        u, slope = np.append(0.0, u[::-1]), np.append(0.0, slope[::-1])
-        return np.asarray(np.sign(u_line) * np.interp(np.abs(u_line), u, slope))
+        near = distance <= last
+        slope = side * np.where(near, steep / dx, -self.rate * beyond)
+        return np.where(near, bent, beyond), slope

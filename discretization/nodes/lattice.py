@@ -61,27 +61,18 @@ class LatticeTail:
 
     rate: float
 
-    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
-        """u_line exp(-rate·distance)."""
-        return u_line * np.exp(-self.rate * distance)
+    def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
+        """u and u' between two contact lines at x, where the profile has the height f; or None.
 
-    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
-        """-rate·u_line."""
-        return -self.rate * u_line
-
-    def between(
-        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
-    ) -> Array:
-        """[left sinh(rate·q) + right sinh(rate·p)]/sinh(rate·width), small slopes only."""
+        [u_left sinh(rate·q) + u_right sinh(rate·p)]/sinh(rate·(p + q)), p from left, q from right.
+        """
+        nowhere = np.full(np.shape(z), math.inf)
+        p, u = (nowhere, 0.0) if left is None else (z - left.x, depth - left.f)
+        q, v = (nowhere, 0.0) if right is None else (right.x - z, depth - right.f)
         near, far, _ = shares(self.rate, p, q)
-        return near * left + far * right
-
-    def slope_between(
-        self, width: Array, own: Array, other: Array, radius: Any = math.inf
-    ) -> Array:
-        """Slope of `between` at a line with u = own towards the next one, `width` away."""
-        once, twice = np.exp(-self.rate * width), np.expm1(-2 * self.rate * width)
-        return self.rate * ((2 + twice) * own - 2 * once * other) / twice
+        once, other = np.exp(-self.rate * p), np.exp(-self.rate * q)
+        steep = once * (1 + other * other) * u - other * (1 + once * once) * v
+        return near * u + far * v, self.rate * steep / np.expm1(-2 * self.rate * (p + q))
 
 
 class Beside(NamedTuple):

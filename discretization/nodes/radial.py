@@ -107,50 +107,35 @@ class RadialLattice(Lattice):
 class RadialTail(LatticeTail):
     """Free surfaces around the axis as functions of r, in between the nodes, too.
 
-    K₀ outside, I₀ inside; rate: as far from the axis. Radii are negative where the free surface is
-    on the side of the axis.
+    K₀ outside, I₀ inside; rate: as far from the axis.
     """
 
-    def displacement(self, distance: Array, u_line: float, radius: float = math.inf) -> Array:
-        """u_line K₀(rate r)/K₀(rate a), or I₀."""
-        if not (distance.size and radius):
-            return np.zeros_like(distance)
-        own, x = self.rate * abs(radius), self.rate * distance
-        if radius > 0:
-            return np.asarray(u_line * k0e(own + x) / k0e(own) * np.exp(-x))
-        return np.asarray(u_line * i0e(own - x) / i0e(own) * np.exp(-x))
-
-    def between(
-        self, p: Array, q: Array, width: float, left: float, right: float, radius: float = math.inf
-    ) -> Array:
-        """The part of K₀ and I₀ each that is 1 at one line and 0 at the other."""
-        own, other = self.rate * radius, self.rate * (radius + width)
-        at, whole = own + self.rate * p, _parted(own, other)
-        near = np.exp(-self.rate * p) * _parted(at, other) / whole * left
-        return np.asarray(near + np.exp(-self.rate * q) * _parted(own, at) / whole * right)
-
-    def slope_between(
-        self, width: Array, own: Array, other: Array, radius: Any = math.inf
-    ) -> Array:
-        """Slope of `between` at a line with u = own towards the next one, `width` away."""
-        s, d = self.rate * np.abs(radius), self.rate * width
-        t, decay = np.where(radius > 0, s + d, s - d), np.exp(-d)
-        inside, outside = np.minimum(s, t), np.maximum(s, t)
-        one, two = k1e(s) * i0e(t), i1e(s) * k0e(t)
-        pull = np.where(radius > 0, one + two * decay**2, two + one * decay**2)
-        return self.rate * (other * decay / s - own * pull) / _parted(inside, outside)
-
-    def slope(self, u_line: Array, radius: Any = math.inf) -> Array:
-        """-rate u_line K₁/K₀, or I₁/I₀."""
-        own = self.rate * np.abs(radius)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            outside = np.where(own > 0, k1e(own) / k0e(own), 0.0)
-        return np.asarray(-self.rate * u_line * np.where(radius > 0, outside, i1e(own) / i0e(own)))
+    def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
+        """In a ring the parts of K₀ and I₀ each that are 1 at one line and 0 at the other."""
+        r = self.rate * z
+        if left is None and not right.x:
+            return np.zeros_like(z), np.zeros_like(z)
+        if left is None or right is None:
+            line, side = (left, 1) if right is None else (right, -1)
+            zero, one, a = *((k0e, k1e) if side > 0 else (i0e, i1e)), self.rate * line.x
+            u = (depth - line.f) * np.exp(side * (a - r)) / zero(a)
+            return u * zero(r), -side * self.rate * u * one(r)
+        q, p = self.rate * left.x, self.rate * right.x
+        near = np.exp(q - r) / _parted(q, p) * (depth - left.f)
+        far = np.exp(r - p) / _parted(q, p) * (depth - right.f)
+        steep = far * _bent(r, q) - near * _bent(r, p)
+        return near * _parted(r, p) + far * _parted(q, r), self.rate * steep
 
 
 def _parted(s: Any, t: Any) -> Array:
     """e^{s-t} (K₀(s) I₀(t) - I₀(s) K₀(t)), s <= t."""
     return np.asarray(k0e(s) * i0e(t) - i0e(s) * k0e(t) * np.exp(-2 * (t - s)))
+
+
+def _bent(s: Any, t: Any) -> Array:
+    """e^{-|s-t|} (K₁(s) I₀(t) + I₁(s) K₀(t))."""
+    outer, inner = np.exp(-2 * np.maximum(s - t, 0.0)), np.exp(-2 * np.maximum(t - s, 0.0))
+    return np.asarray(k1e(s) * i0e(t) * outer + i1e(s) * k0e(t) * inner)
 
 
 def _weights(nodes: Any) -> Array:

@@ -32,8 +32,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import EPSILON
 from discretization.nodes.lattice import Lattice
-from discretization.rounding import EPSILON
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]

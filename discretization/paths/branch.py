@@ -14,14 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.spectral import rounded
+from discretization.quadrature import summed
 from energy import Scene
 
 Array = NDArray[np.float64]
 Pinned = tuple[str, str]
-_ORDER = 24  # of the rule for ∫P dd
 _ROUNDING = 2e-16  # of the sum of what P is made of
-_KNOWN, _HALVINGS = 1e-14, 20  # of ∫|P dd|: as well as it is known, and halvings at most
+_KNOWN = 1e-14  # of ∫|P dd|: as well as it is known
 
 
 class Snapshot(NamedTuple):
@@ -169,33 +168,22 @@ class Leg:
         branch, scene = self.branch, self.branch.scene
         widths = [point.ends[1] - point.ends[0] for point in (self.start, self.end) if point.lines]
         width = max(widths, default=0.0) + scene.elastocapillary_length
-        lift = max(abs(self.start.depth), abs(self.end.depth)) + 2 * abs(branch.touch) + branch.lift
-        return _ROUNDING * scene.stiffness * lift * (width**2 if scene.axisymmetric else width)
+        size = max(abs(self.start.depth), abs(self.end.depth)) + 2 * abs(branch.touch)
+        pushed = scene.stiffness * (size + branch.holding_range)
+        return _ROUNDING * pushed * (width**2 if scene.axisymmetric else width)
 
     def work(self) -> float:
         """∫P dd from the start to the end, on parts halved until that changes it no more."""
-        lo, hi, done = np.zeros(1), np.ones(1), 0.0
-        whole, size = self._integrals(lo, hi)
-        for _ in range(_HALVINGS):
-            middle = (lo + hi) / 2
-            lo, hi = np.append(lo, middle), np.append(middle, hi)
-            halves = self._integrals(lo, hi)[0]
-            apart = np.abs(halves.reshape(2, -1).sum(axis=0) - whole)
-            rough = np.tile(apart > _KNOWN * size, 2)
-            done += float(halves[~rough].sum())
-            lo, hi, whole = lo[rough], hi[rough], halves[rough]
-            if not lo.size:
-                break
-        return done + float(whole.sum())
+        span = self.end.depth - self.start.depth
 
-    def _integrals(self, lo: Array, hi: Array) -> tuple[Array, float]:
-        """∫P dd over parts of t (n,), and ∫|P| |dd| over all of them."""
-        points, weights, _ = rounded(_ORDER)
-        width = (hi - lo)[:, None]
-        t = lo[:, None] + width * ((1 + points) / 2)
-        steps = (self.end.depth - self.start.depth) * 3 * t * (1 - t) * width * weights
-        parts = steps * self.forces(self.depths(t.ravel())).reshape(t.shape)
-        return parts.sum(axis=1), float(np.abs(parts).sum())
+        def density(t: Array) -> Array:
+            """P dd/dt."""
+            force = self.forces(self.depths(t.ravel())).reshape(t.shape)
+            return np.array([span * 6 * t * (1 - t) * force])
+
+        whole = np.array([[0.0], [1.0]])
+        found = summed(density, whole, _KNOWN, np.zeros((1, 1)), smooth=True, few=False)
+        return float(found.sums.sum())
 
 
 class Branch:
@@ -218,7 +206,7 @@ class Branch:
         raise NotImplementedError
 
     @property
-    def lift(self) -> float:
+    def holding_range(self) -> float:
         """How far below touching a contact can be held: δ₀ of opening."""
         return self.scene.opened.critical_separation
 
@@ -243,6 +231,13 @@ class Branch:
 
     def totals(self, points: Sequence[Point]) -> Array:
         """U, with the work of adhesion of closing, and P (2, n) of points in contact."""
+        found = np.empty((2, len(points)))
+        for own in alike(points):
+            found[:, own] = self.many([points[i] for i in own])
+        return found
+
+    def many(self, points: Sequence[Point]) -> Array:
+        """The same of points with as many lines as each other."""
         raise NotImplementedError
 
     def force(self, point: Point) -> float:

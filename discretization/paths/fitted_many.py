@@ -15,19 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.rests import TIE
-from discretization.fitted.several import certified
+from discretization.fitted.several import state_of
 from discretization.following.events import Events
 from discretization.following.track import Track
-from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
+from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.profile import resolve
-from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]
+_RTOL = 1e-8  # of the energy and the force of a state that is certified
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
 
@@ -112,15 +111,10 @@ class FittedMany(Branch):
         noise = TIE * self.motion.rests.size * float(np.abs(force).sum())
         return self.events.happens(before.lines, after.lines) and energy[0] - energy[1] > noise
 
-    def totals(self, points: Sequence[Point]) -> Array:
-        """U and P (2, n) of points in contact."""
-        found = np.empty((2, len(points)))
-        for own in alike(points):
-            lines = np.array([free(points[i].lines or ()) for i in own])
-            found[:, own] = self.events.trials.smooth.many(
-                lines, np.array([points[i].depth for i in own])
-            )
-        return found
+    def many(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n) of points with as many lines as each other."""
+        lines = np.array([free(point.lines or ()) for point in points])
+        return self.events.trials.smooth.many(lines, np.array([point.depth for point in points]))
 
     def opened(self, before: Point, after: Point) -> float:
         """The length that opens between two points, weighted with the pattern's factor."""
@@ -135,14 +129,8 @@ class FittedMany(Branch):
         """NotCertifiedError unless the contacts are in equilibrium."""
         if not point.lines:
             return
-        contacts = Contacts(self.motion, point.lines, point.depth)
-        energy, force = self.totals([point])[:, 0].tolist()
-        pulls, area = contacts.pulls, sum(each.area for each in contacts.free)
-        press = force - float(pulls.sum())
-        scale = abs(press) + float(np.abs(pulls).sum())
-        found = Interval(energy, force, press + area, abs(energy), scale)
         try:
-            certified(contacts, found, {}, "adhered")
+            state_of(self.motion, point.lines, point.depth, "adhered", _RTOL)
         except NotCertifiedError as problem:
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"

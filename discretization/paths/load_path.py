@@ -95,7 +95,7 @@ class LoadPath:
     def _touch(self) -> None:
         """The indenter touches, and is pulled in by adhesion."""
         after = self.branch.first
-        pulled = self.branch.lift > 0 and self.branch.force(after) < 0
+        pulled = self.branch.holding_range > 0 and self.branch.force(after) < 0
         if self.control.stiffness is not None and pulled:
             after = self._landing(after, self._free, 1)
         self._jump("touch", Point(self.branch.touch, None), after, self._free)
@@ -172,7 +172,7 @@ class LoadPath:
 
     def _size(self, point: Point) -> float:
         """A length by which depths change: how far below touching, and δ₀."""
-        return abs(point.depth - self.branch.touch) + self.branch.lift
+        return abs(point.depth - self.branch.touch) + self.branch.holding_range
 
     def _hold(self, pinned: Pinned) -> None:
         """Events of lines that leave or reach a corner where the path is."""

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.springs import at_level, lines_below
-from discretization.integrals import Integrals
-from discretization.paths.branch import Branch, Leg, Point, alike
+from discretization.paths.branch import Branch, Leg, Point
 from discretization.profile import Resolved, resolve
+from discretization.quadrature import Integrals
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -85,7 +85,7 @@ class SpringsBranch(Branch):
 
     def moved(self, before: Point, depths: Array) -> list[Point]:
         """The points at depths (n,) on one way from a point."""
-        levels = np.clip(before.memory, depths, depths + self.lift)
+        levels = np.clip(before.memory, depths, depths + self.holding_range)
         levels = np.maximum(levels, self.touch)  # but for rounding it is
         found = lines_below(self.profile, levels)
         return [
@@ -96,8 +96,9 @@ class SpringsBranch(Branch):
     def leg(self, point: Point, goal: float) -> Levels:
         """The way from a point towards another depth, up to the next change of the contact."""
         here, level, way = point.depth, point.memory, (1 if goal > point.depth else -1)
-        off, lowest = (0.0, -math.inf) if way > 0 else (self.lift, self.touch - self.lift)
-        least = _APART * (abs(here) + abs(goal) + abs(self.touch) + self.lift)
+        reach = self.holding_range
+        off, lowest = (0.0, -math.inf) if way > 0 else (reach, self.touch - reach)
+        least = _APART * (abs(here) + abs(goal) + abs(self.touch) + reach)
         ahead = np.append(self.heights[way * (self.heights - level) > 0], level) - off
         ahead = ahead[way * (ahead - here) > least]
         end = way * min(way * goal, float((way * ahead).min(initial=math.inf)))
@@ -106,16 +107,13 @@ class SpringsBranch(Branch):
         (there,) = self.moved(point, np.array([end]))
         return Levels(self, point, there, Point(end, None) if lost else None, False)
 
-    def totals(self, points: Sequence[Point]) -> Array:
-        """U and P (2, n) of points in contact."""
-        found = np.empty((2, len(points)))
-        for own in alike(points):
-            lines = np.array([points[i].lines for i in own])
-            depths = np.repeat([points[i].depth for i in own], lines.shape[1])
-            parts = self.integrals.contact(lines.ravel(), depths, self.scene.work_of_adhesion)
-            parts = parts[::2].reshape(2, *lines.shape)
-            found[:, own] = (parts[..., 1::2] - parts[..., ::2]).sum(axis=2)
-        return found
+    def many(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n) of points with as many lines as each other."""
+        lines = np.array([point.lines for point in points])
+        depths = np.repeat([point.depth for point in points], lines.shape[1])
+        parts = self.integrals.contact(lines.ravel(), depths, self.scene.work_of_adhesion)
+        parts = parts[::2].reshape(2, *lines.shape)
+        return np.asarray((parts[..., 1::2] - parts[..., ::2]).sum(axis=2))
 
     def friction(self, before: Point, after: Point) -> float:
         """w of what closes, which had to be touched, and w_opening - w of what opens."""

@@ -4,18 +4,17 @@ They answer the questions of protocol.py: at which depth a line rests beside the
 and pull, their shape. One module answers for each geometry and energy:
 
     small slopes   line, axisymmetric  small.py on network.py and rings.py
-    finite         line                finite_surfaces.py on finite_range.py, finite_gap.py
+    finite         line                finite_line.py on finite_range.py
                    axisymmetric        meniscus_surfaces.py on menisci.py
 
-They are solved on spectral elements (spectral.py) whose errors are rounding. tail.py answers for
-them what an equilibrium asks.
+They are solved on spectral elements (spectral.py) whose errors are rounding.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from discretization.surfaces.finite_surfaces import FiniteSurfaces
+from discretization.surfaces.finite_line import FiniteSurfaces
 from discretization.surfaces.meniscus_surfaces import MeniscusSurfaces
 from discretization.surfaces.protocol import Surfaces
 from discretization.surfaces.small import SmallSurfaces

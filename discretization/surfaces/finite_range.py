@@ -35,8 +35,8 @@ _ENDS = (0.0, 0.4, 1.0, 2.5, 5.0, 9.0, 14.0, 21.0)  # from either line up to the
 FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 OVERHANG = math.sqrt(2)  # l: displacement at which a tail is upright
 UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
-_UPRIGHT = OVERHANG * (1 - UPRIGHT)
-_STEEPEST = _UPRIGHT**2
+STEEPEST = OVERHANG * (1 - UPRIGHT)  # p, and the displacement of a tail, at most
+_MOST = STEEPEST**2
 _LEAST = 1e-8  # of dx/dT: what keeps Newton's method going where x does not grow
 _CLOSE = 2e-16  # of T: a step cubed over the one before squared, which is about what is left
 _STEPS = 80  # of halving, to the spacing of floating-point numbers
@@ -69,12 +69,12 @@ def rate(p: Any) -> tuple[Any, Any]:
     """h(p) and h'(p)."""
     square = p * p
     top = square.max()
-    if top > _STEEPEST:
-        square = np.minimum(square, _STEEPEST)
+    if top > _MOST:
+        square = np.minimum(square, _MOST)
     root = np.sqrt(1 - square / 4)
     change = p * (square / 8 - 0.75) / (root * root * root)
-    if top > _STEEPEST:
-        change = np.where(square < _STEEPEST, change, 0.0)
+    if top > _MOST:
+        change = np.where(square < _MOST, change, 0.0)
     return (1 - square / 2) / root, change
 
 
@@ -136,12 +136,12 @@ def rest_displacement(p: Any, rise: Any, length: Any) -> Any:
 
     def far_end(T: Array) -> Array:
         """p there, at most upright: a surface that would turn over falls short of the line."""
-        return np.clip(rise / np.tanh(T / 2) - p, -_UPRIGHT, _UPRIGHT)
+        return np.clip(rise / np.tanh(T / 2) - p, -STEEPEST, STEEPEST)
 
     def ends(T: Array) -> Lines:
         end, half = far_end(T), np.sinh(T / 2)
         u = (end * np.cosh(T) - p) / np.sinh(T)
-        return Lines(p, end, -u - (np.abs(end) < _UPRIGHT) * rise / (2 * half * half))
+        return Lines(p, end, -u - (np.abs(end) < STEEPEST) * rise / (2 * half * half))
 
     T = range_of(length, ends)
     u = (far_end(T) - p * np.cosh(T)) / np.sinh(T)

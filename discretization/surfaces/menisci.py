@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from discretization.surfaces.rings import decayed, far_stiffness, stiffness
-from discretization.surfaces.spectral import band, polynomial, rounded
+from discretization.surfaces.spectral import band, on_elements, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
@@ -236,25 +236,20 @@ def inclination(side: int, s: Array, u0: Array) -> Array:
 
 
 class Meniscus(NamedTuple):
-    """The surface beside a line of radius s: lengths (m,) of its elements, nodal u, u[0] there."""
+    """The surface beside a line of radius s: ends of its elements, nodal u, u[0] there."""
 
     side: int
     s: float
-    lengths: tuple[float, ...]
+    ends: Array
     u: Array
 
     def at(self, x: Array) -> tuple[Array, Array]:
         """u and u' at distances from the line: the elements' polynomials, then the far field."""
-        r, end = self.s + self.side * x, self.s + self.side * sum(self.lengths)
-        u = self.u[-1] * decayed(self.side, end, r)
-        slope, lo = -u * far_stiffness(self.side, r), 0.0
-        for e, length in enumerate(self.lengths):
-            inside = (x >= lo) & (x < lo + length)
-            own, at = self.u[e * DEGREE : (e + 1) * DEGREE + 1], 2 * (x[inside] - lo) / length - 1
-            u[inside] = polynomial(DEGREE, at, own)
-            slope[inside] = polynomial(DEGREE, at, rounded(DEGREE)[2] @ own) * 2 / length
-            lo += length
-        return u, slope
+        r, end = self.s + self.side * x, float(self.ends[-1])
+        far = self.u[-1] * decayed(self.side, self.s + self.side * end, r)
+        near, slope = on_elements(self.ends, self.u, np.minimum(x, end))
+        steep = -far * far_stiffness(self.side, r)
+        return np.where(x < end, near, far), np.where(x < end, slope, steep)
 
 
 @functools.lru_cache(maxsize=256)
@@ -263,4 +258,4 @@ def surface(side: int, s: float, u0: float) -> Meniscus:
     radius = np.array([s])
     phi = inclination(side, radius, np.array([u0]))
     solved = solve(side, radius, np.sin(phi), _HALVINGS[abs(float(phi[0])) > _MILD])
-    return Meniscus(side, s, tuple(solved.lengths[0].tolist()), solved.u[0])
+    return Meniscus(side, s, np.append(0.0, np.cumsum(solved.lengths[0])), solved.u[0])

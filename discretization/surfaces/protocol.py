@@ -54,8 +54,17 @@ class Free(NamedTuple):
     residual: float
 
 
-class Surfaces(Protocol):
-    """Free surfaces beside contacts; a line that is None is infinitely far away."""
+class Shape(Protocol):
+    """What free surfaces look like; a line that is None is infinitely far away."""
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """u and u' at positions between two lines."""
+
+
+class Surfaces(Shape, Protocol):
+    """Free surfaces beside contacts."""
 
     @property
     def scene(self) -> Scene: ...
@@ -66,11 +75,6 @@ class Surfaces(Protocol):
         side: +1 for a line whose contact is on its left, else -1; facing: the line beyond the free
         surface.
         """
-
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
-        """u and u' at positions between two lines."""
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """Energy F of free surfaces (n,) and what they pull at all their lines, ∂F/∂d."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from scipy.linalg import solveh_banded
 from scipy.special import i0e, i1e, k0e, k1e
 
 from discretization.surfaces.network import FAR, Network
-from discretization.surfaces.spectral import band, polynomials, rounded
+from discretization.surfaces.spectral import band, on_elements, rounded
 
 Array = NDArray[np.float64]
 _POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding
@@ -176,33 +176,18 @@ class Axis:
 
     def shape(self, q: float, width: float, x: Array, u: float, rise: float) -> tuple[Array, Array]:
         """u and u' between lines displaced by u and u + rise, on a mesh of the whole ring."""
-        return _mesh(self.degree, q, width).at(x, u, rise)
-
-
-class Mesh(NamedTuple):
-    """The surface between two lines displaced by u and u + r: u (1 + w₀) + r (t + w₁), solved once.
-
-    ends (m + 1,): of the elements; w (2, nodes), which vanishes at the lines; t runs from 0 to 1.
-    """
-
-    ends: Array
-    w: Array
-
-    def at(self, x: Array, u: float, rise: float) -> tuple[Array, Array]:
-        """The surface and its slope at places between the lines."""
-        degree, ends = (self.w.shape[1] - 1) // (self.ends.size - 1), self.ends
-        e = np.clip(np.searchsorted(ends, x, side="right") - 1, 0, ends.size - 2)
-        width, whole = np.diff(ends)[e], ends[-1] - ends[0]
-        at = 2 * (x - ends[e]) / width - 1
-        d, own = rounded(degree)[2], e[:, None] * degree + np.arange(degree + 1)
-        bent = (u * self.w[0] + rise * self.w[1])[own]
-        slope = rise / whole + polynomials(degree, at, bent @ d.T) * 2 / width
-        return u + rise * (x - ends[0]) / whole + polynomials(degree, at, bent), slope
+        ends, w = _mesh(self.degree, q, width)
+        bent, slope = on_elements(ends, u * w[0] + rise * w[1], x)
+        return u + rise * x / width + bent, rise / width + slope
 
 
 @functools.lru_cache(maxsize=256)
-def _mesh(degree: int, q: float, width: float) -> Mesh:
-    """The surfaces of a ring, by elimination, repeated on its residual."""
+def _mesh(degree: int, q: float, width: float) -> tuple[Array, Array]:
+    """Ends of elements from the inner line on, and nodal w (2, nodes), which vanishes at the lines.
+
+    The surface between two lines displaced by u and u + r is u (1 + w₀) + r (t + w₁), t from 0 to 1
+    in between: by elimination, repeated on its residual.
+    """
     parts = [0.0]
     while parts[-1] < width:
         parts.append(min(width, parts[-1] + float(_longest(np.array(q + parts[-1])))))
@@ -216,4 +201,4 @@ def _mesh(degree: int, q: float, width: float) -> Mesh:
     stiff[:, np.arange(degree + 1), np.arange(degree + 1)] += mass
     w = np.zeros_like(flat)
     w[1:-1] = -solveh_banded(band(stiff)[:, 1:-1], loads[1:-1], lower=True, check_finite=False)
-    return Mesh(q + ends, w.T)
+    return ends, w.T

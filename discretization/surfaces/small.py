@@ -132,8 +132,8 @@ class SmallSurfaces:
         if left is not None and right is not None:
             q, width = left.x / length, (right.x - left.x) / length
             if self._near(q, width):
-                at = (x - left.x) / length if self.scene.geometry == "line" else x / length
-                u, u1 = self.net.shape(q, width, at, depth - left.f, left.f - right.f)
+                distance = (x - left.x) / length
+                u, u1 = self.net.shape(q, width, distance, depth - left.f, left.f - right.f)
                 return u.reshape(np.shape(z)), u1.reshape(np.shape(z)) / length
         for side, line in ((-1, right), (1, left)):
             if line is None or (self.scene.axisymmetric and not line.x):

@@ -58,9 +58,14 @@ def polynomial(degree: int, at: Array, values: Array) -> Array:
     return np.asarray(legendre.legval(at, _transform(degree) @ values))
 
 
-def polynomials(degree: int, at: Array, values: Array) -> Array:
-    """Several polynomials, each with its own values (n, degree+1), each at one point (n,)."""
-    return np.asarray(legendre.legval(at, _transform(degree) @ values.T, tensor=False))
+def on_elements(ends: Array, u: Array, x: Array) -> tuple[Array, Array]:
+    """A surface and its slope at x (n,), from its nodal values on elements between ends."""
+    degree, e = (u.size - 1) // (ends.size - 1), np.searchsorted(ends[1:-1], x, side="right")
+    own, width = u[e[:, None] * degree + np.arange(degree + 1)], np.diff(ends)[e]
+    both = _transform(degree) @ np.array([own.T, rounded(degree)[2] @ own.T])
+    at = 2 * (x - ends[e]) / width - 1
+    values, slopes = (legendre.legval(at, part, tensor=False) for part in both)
+    return np.asarray(values), np.asarray(slopes * 2 / width)
 
 
 @functools.lru_cache(maxsize=64)

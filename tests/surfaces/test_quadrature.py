@@ -13,10 +13,8 @@ import pytest
 from random_scenes import ASKED
 
 from discretization import AccuracyWarning, minimise, quadrature
-from discretization.integrals import Integrals
 from discretization.profile import resolve
-from discretization.quadrature import NONE, refined
-from discretization.rounding import height_rounding
+from discretization.quadrature import NONE, Integrals, height_rounding, refined
 from energy import (
     ElasticLayer,
     FlatPunch,

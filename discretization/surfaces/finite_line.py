@@ -1,8 +1,11 @@
-"""The free surface between two contacts with finite slopes, on a mesh anchored at both lines.
+"""Free surfaces of line contacts with finite slopes, on a mesh anchored at their lines.
 
-    F(u_a, u_b; L) = min over u, u(0) = u_a, u(L) = u_b, of ∫₀^L (k/2 u² + γ₁ (√(1+u'²) - 1)) dx
+D = f + u of the tail or of the gap that is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line,
+tan β = f'. Of a tail p = 2 sin(φ/2) is its displacement. A gap stores
 
-in units of l and γ₁: k = γ₁ = l = 1. The elements are laid out in the coordinate τ in which the
+    F(u_a, u_b; L) = min over u, u(0) = u_a, u(L) = u_b, of ∫₀^L (k/2 u² + γ₁ (√(1+u'²) - 1)) dx.
+
+In units of l and γ₁, k = γ₁ = l = 1, the elements are laid out in the coordinate τ in which the
 surface is a sum of two exponentials (finite_range.py). That grades them towards steep lines, and u
 and x are smooth functions of τ however steep the surface is. The discrete energy is that of the
 nodal u at the nodes' fixed x, by the Gauss-Lobatto rule in τ, convex in u:
@@ -27,14 +30,19 @@ from numpy.typing import NDArray
 from discretization.surfaces.finite_range import (
     DEGREE,
     FAR,
+    OVERHANG,
+    STEEPEST,
     UPRIGHT,
     Lines,
     Mesh,
     mesh_of,
     range_of,
     rate,
+    rest_displacement,
 )
+from discretization.surfaces.protocol import MET, At, Free, alone
 from discretization.surfaces.spectral import coefficients, rounded
+from energy import Scene
 
 Array = NDArray[np.float64]
 _INSIDE = 1e-8  # of an element: a step to a place in it after which the error is rounding
@@ -45,12 +53,11 @@ _INVERSE = 8  # steps of Newton's method, from a place in the right element
 class FiniteGap:
     """A free surface between two lines.
 
-    length: of the gap, at most FAR; half (elements, 1): half the elements in τ; x, p, rises
-    (elements, nodes): places of the nodes, p = 2 sin(φ/2) = du/dτ there, and u - left, which a
-    short gap would not leave digits of; left: u at the left line.
+    half (elements, 1): half the elements in τ; x, p, rises (elements, nodes): places of the nodes,
+    p = 2 sin(φ/2) = du/dτ there, and u - left, which a short gap would not leave digits of; left: u
+    at the left line.
     """
 
-    length: float
     half: Array
     x: Array
     p: Array
@@ -100,12 +107,12 @@ class FiniteGap:
         return float(np.abs(off).max()) / size
 
     def at(self, p: Array, q: Array) -> tuple[Array, Array]:
-        """u and u' at distances p from the left and q from the right line."""
-        x = np.where(
-            p <= q, np.minimum(p, self.length / 2), self.length - np.minimum(q, self.length / 2)
-        )
-        shape, x = x.shape, x.ravel()
-        starts, ends = self.x[:, 0], self.x[:, -1]
+        """u and u' at distances p from the left and q from the right line (n,), apart or further.
+
+        Where they are further apart than here, the nearer one counts.
+        """
+        starts, ends, half = self.x[:, 0], self.x[:, -1], self.x[-1, -1] / 2
+        x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
         e = np.searchsorted(starts[1:], x, side="right")
         places, rates, rises, steeps = self._series[:, e]
         t = np.clip(2 * (x - starts[e]) / (ends[e] - starts[e]) - 1, -1, 1)
@@ -117,7 +124,7 @@ class FiniteGap:
             if (np.abs(step) <= _INSIDE).all():
                 break
         h, u, u1 = (np.array([rates, rises, steeps]) * legendre.legvander(t, DEGREE)).sum(axis=2)
-        return (self.left + u).reshape(shape), (u1 / h).reshape(shape)
+        return self.left + u, u1 / h
 
     @functools.cached_property
     def _series(self) -> Array:
@@ -140,7 +147,7 @@ def solved(left: float, rise: float, length: float) -> FiniteGap:
     """The surface displaced by `left` and `left + rise` at its lines, by its exponentials."""
     length = min(length, FAR)
     T, _, p, rises = _exponentials(*(np.full((1, 1), part) for part in (left, rise, length)))
-    return _laid(float(T[0, 0]), left, p[0], rises[0], length)
+    return _laid(float(T[0, 0]), left, p[0], rises[0])
 
 
 @functools.lru_cache(maxsize=256)
@@ -150,13 +157,13 @@ def tail(u0: float) -> FiniteGap:
     return _laid(FAR, u0, -u0 * np.exp(-tau), u0 * np.expm1(-tau))
 
 
-def _laid(T: float, left: float, p: Array, rises: Array, length: float | None = None) -> FiniteGap:
-    """The surface of a range T on its mesh; length: where it is known."""
+def _laid(T: float, left: float, p: Array, rises: Array) -> FiniteGap:
+    """The surface of a range T on its mesh."""
     half = T * mesh_of(T).half[:, None]
     p, rises = (part.reshape(half.size, -1) for part in (p, rises))
     x = half * (rate(p)[0] @ _integrals().T)
     x[1:] += np.cumsum(x[:-1, -1:], axis=0)
-    return FiniteGap(float(x[-1, -1]) if length is None else length, half, x, p, left, rises)
+    return FiniteGap(half, x, p, left, rises)
 
 
 def tails(u0: Array) -> tuple[Array, Array]:
@@ -206,3 +213,82 @@ def _integrals() -> Array:
     values = legendre.legvander(points, DEGREE)
     integrals = legendre.legval(points, legendre.legint(np.eye(DEGREE + 1), lbnd=-1, axis=0)).T
     return np.asarray(integrals @ np.linalg.inv(values))
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteSurfaces:
+    """Free surfaces of a scene."""
+
+    scene: Scene
+
+    def rest_depth(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
+        """D: the inclination at rest is known, and the displacement that has it is solved for.
+
+        Where a gap would turn over its inclination is cut at ±π/2; a tail is refused if its line is
+        at rest there.
+        """
+        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
+        phi = np.arctan(side * f1) - 2 * np.arcsin(np.sqrt(w / (2 * gamma1)))
+        if facing is None:
+            return f + 2 * length * np.sin(phi / 2)
+        phi = np.maximum(phi, -math.pi / 2)
+        apart, rise = np.maximum(side * (facing.x - x) / length, MET), (f - facing.f) / length
+        return f + length * rest_displacement(-2 * np.sin(phi / 2), rise, apart)
+
+    def _found(self, left: At | None, right: At | None, depth: float) -> FiniteGap:
+        """The surface beyond or between lines, at most upright; of a tail from its line on."""
+        length = self.scene.elastocapillary_length
+        u = (depth - alone(left, right).f) / length
+        if left is None or right is None:
+            return tail(min(max(u, -STEEPEST), STEEPEST))
+        return solved(u, (left.f - right.f) / length, (right.x - left.x) / length)
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """As the exponentials have it."""
+        if left is None and right is None:
+            return np.zeros_like(z), np.zeros_like(z)
+        length, side = self.scene.elastocapillary_length, -1 if left is None else 1
+        p = side * (np.ravel(z) - alone(left, right).x) / length
+        q = np.maximum(FAR - p, 0.0)
+        if left is not None and right is not None:
+            q = (right.x - np.ravel(z)) / length
+        u, slope = self._found(left, right, depth).at(p, q)
+        return length * u.reshape(np.shape(z)), side * slope.reshape(np.shape(z))
+
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F and S of tails and of gaps. ValueError if a tail would turn over."""
+        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
+        u = (depth - alone(left, right).f) / length
+        if left is not None and right is not None:
+            energy, pull = stored(u, (left.f - right.f) / length, (right.x - left.x) / length)
+        elif np.max(np.abs(u), initial=0.0) < OVERHANG:
+            energy, pull = tails(u)
+        else:
+            raise ValueError(self._overhang(depth, left, right))
+        return gamma1 * length * energy, gamma1 * pull
+
+    def free(self, left: At | None, right: At | None, depth: float) -> Free:
+        """One free surface."""
+        length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
+        found = self._found(left, right, depth)
+        if found.upright:
+            raise ValueError(self._overhang(depth, left, right))
+        one, other = (gamma1 * pull for pull in found.reactions)
+        if left is None or right is None:
+            one, other = (one, 0.0) if right is None else (0.0, one)
+        return Free(
+            gamma1 * length * found.energy, (one, other), gamma1 * found.area, found.residual
+        )
+
+    def _overhang(self, depth: Any, left: At | None, right: At | None) -> str:
+        line, limit = alone(left, right), OVERHANG * self.scene.elastocapillary_length
+        place = f"at the contact line x = {line.x!r}"
+        if left is not None and right is not None:
+            place = f"between the contact lines x = {left.x!r} and {right.x!r}"
+        return (
+            f"depth = {depth!r}: {place} the surface, displaced by {depth - line.f!r}, would turn "
+            f"over and be no graph u(x), as it does at √2 l = {limit!r} beside a single contact; "
+            "use a smaller |depth|, a smaller w or a blunter indenter"
+        )
