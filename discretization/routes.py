@@ -50,6 +50,17 @@ def _searched(scene: Scene) -> bool:
     return scene.gamma1 > 0 and scene.work_of_adhesion > 0 and not one_contact(scene)
 
 
+def _layer(scene: Scene) -> bool:
+    return scene.layer.exact
+
+
+def _layer_known(scene: Scene) -> bool:
+    """Whether the response of the layer itself is known."""
+    mirrored = scene.axisymmetric or (scene.indenter.symmetric and not _plane(scene))
+    known = scene.gamma1 > 0 and scene.slopes == "small" and scene.pattern is None
+    return known and mirrored and scene.indenter.convex
+
+
 class Row(NamedTuple):
     """Of what and what is asked, of which scenes; what answers, or why nothing does."""
 
@@ -90,7 +101,23 @@ _ENDLESS = (
     "punch, wedge, parabola, power law, or a sum of these"
 )
 
+_LAYER_NODES = (
+    "response = 'layer': nodes only answer states there, no load paths; use method='fitted'"
+)
+_LAYER = (
+    "response = 'layer' answers one contact of a convex indenter, mirror-symmetric or turned "
+    "about an axis, with gamma1 > 0, slopes = 'small' and no pattern, on branch = 'adhered'; got "
+    "gamma1 = {scene.gamma1!r}, slopes = {scene.slopes!r}, pattern = {scene.pattern!r}, indenter = "
+    "{scene.indenter!r}; use response='springs' for what is not among these"
+)
+
 TABLE = (
+    Row(BOTH, LOWEST, _layer, refused=_LAYER),
+    Row(BOTH, ANY, lambda s: _layer(s) and not _layer_known(s), refused=_LAYER),
+    Row(MESH, STATES, lambda s: _layer(s) and _held_twice(s), refused=_PATH),
+    Row(MESH, ANY, _layer, "layer"),
+    Row(NODES, ("path",), _layer, refused=_LAYER_NODES),
+    Row(NODES, STATES, _layer, "layer"),
     Row(BOTH, LOWEST, _held_twice, refused=_PATH),
     Row(BOTH, STATES, lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)), refused=_PATH),
     Row(MESH, STATES, _plane, "plane"),

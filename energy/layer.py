@@ -13,6 +13,8 @@ Array = NDArray[np.float64]
 RESPONSES = ("springs", "layer")
 _SERIES = 1.6  # 2qh, up to which sinh 2qh - 2qh is summed, as its terms cancel
 _TERMS = 16
+_FLATTEST, _STEEPEST, _STEP = -40.0, 50.0, 0.05  # of ln qh
+_SMALL = 1e-4  # qh, below which the ratio to springs is a parabola to rounding
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,33 @@ class ElasticLayer:
         if not self.exact:
             return np.full(q.shape, self.stiffness)
         return self.shear_modulus / self.h * relative_stiffness(self.nu, q * self.h)
+
+
+def effective_length(layer: ElasticLayer, gamma1: float) -> float:
+    """ℓ = (1/π) ∫₀^∞ ln[(k(q) + γ₁q²)/k] dq/q² [length], l for springs.
+
+    By the trapezoidal rule in ln q, where the integrand decays both ways; for qh -> 0 the ratio is
+    1 + (l² - c₂h²) q². ValueError for an incompressible layer, whose k is infinite.
+    """
+    if not layer.exact:
+        return float(np.sqrt(gamma1 / layer.stiffness))
+    if layer.nu == 0.5:
+        raise ValueError(
+            "nu = 0.5: an incompressible layer has no effective length, as without variation "
+            "nothing displaces it; give a smaller Poisson's ratio"
+        )
+    t = np.arange(_FLATTEST, _STEEPEST, _STEP)
+    qh, still = np.exp(t), 2 * (1 - layer.nu) / (1 - 2 * layer.nu)
+    tension = gamma1 / (layer.shear_modulus * layer.h)
+    more = (relative_stiffness(layer.nu, qh) - still + tension * qh**2) / still
+    flat = (tension / still - second_order(layer.nu)) * qh**2
+    more = np.where(qh < _SMALL, flat, more)
+    return float(layer.h / np.pi * _STEP * (np.log1p(more) / qh).sum())
+
+
+def second_order(nu: float) -> float:
+    """c₂ = ν(4ν - 1)/(3(1 - ν)(1 - 2ν)) of the bonded layer, k(q) = k (1 - c₂q²h²); 0 for 0, ¼."""
+    return nu * (4 * nu - 1) / (3 * (1 - nu) * (1 - 2 * nu))
 
 
 def relative_stiffness(nu: float, qh: ArrayLike) -> Array:

@@ -50,7 +50,7 @@ class Body:
 
     @property
     def unit(self) -> float:
-        """Of forces: Gh per length of a line contact, Gh² about an axis; energies have one h more."""
+        """Of forces: Gh per length of a line contact, Gh² about an axis; of energies h more."""
         return self.scene.layer.shear_modulus * self.h ** (2 if self.scene.axisymmetric else 1)
 
     @functools.cached_property
@@ -175,20 +175,19 @@ class Search:
             before, a, off = (a, off), beyond, value
         return math.nan, False
 
-    def found(self, a: float, tolerance: float) -> float:
-        """The same with many poles."""
+    def found(self, a: float, tolerance: float) -> tuple[float, float]:
+        """The same with many poles, and dD/da there."""
         step = 1e-4 * a
-        rate = (self.off(a + step) - self.off(a - step)) / (2 * step)
-        before, last = math.nan, math.inf
+        first = rate = (self.off(a + step) - self.off(a - step)) / (2 * step)
+        off = move = math.inf
         for _ in range(_NEWTON):
-            own = self.body.condensed(a, tolerance)
-            off = own.depth(self.excess) - self.depth
+            before, last = off, move
+            off = self.body.condensed(a, tolerance).depth(self.excess) - self.depth
             if math.isfinite(before):
-                rate = (off - before) / moved if moved else rate  # noqa: F821
-            move = off / rate
-            if abs(move) <= _STILL * a or last <= abs(move) <= math.sqrt(_STILL) * a:
-                return a
-            moved, before, last = -move, off, abs(move)
+                rate = (before - off) / last
+            move = off / rate if rate * first > 0 else off / first
+            if abs(move) <= _STILL * a or abs(last) <= abs(move) <= math.sqrt(_STILL) * a:
+                return a, first
             a -= move
         raise NotCertifiedError(
             f"no contact line is found at depth = {self.depth * self.body.h!r}; try another depth"

@@ -39,8 +39,8 @@ class Geometry(Protocol):
     def inside(self, r: Complex, x: Array, beside: Array, a: float) -> Complex:
         """t(x, a) (n, k) of poles r (n,) at x (k,), which are `beside` = a - x from the line."""
 
-    def decayed(self, decays: Complex, a: float, beside: Array) -> Complex:
-        """Fields (n, k) outside, so far beside a line where they are 1."""
+    def decayed(self, decays: Complex, a: float, beside: Array) -> tuple[Complex, Complex]:
+        """Fields and their slopes (n, k) outside, so far beside a line where they are 1."""
 
     def moment(self, x: Array, a: float) -> Array:
         """∫ₓᵃ (a² - x²)/2 as a weight: what flow at x adds to the force inside a."""
@@ -64,9 +64,10 @@ class Line:
         far = np.exp(-np.outer(r, 2 * a - beside))
         return np.asarray((np.exp(-np.outer(r, beside)) - far) / (1 + np.exp(-2 * r * a))[:, None])
 
-    def decayed(self, decays: Complex, a: float, beside: Array) -> Complex:
+    def decayed(self, decays: Complex, a: float, beside: Array) -> tuple[Complex, Complex]:
         """exp(-λx)."""
-        return np.asarray(np.exp(-np.outer(decays, beside)))
+        found = np.exp(-np.outer(decays, beside))
+        return found, -decays[:, None] * found
 
     def moment(self, x: Array, a: float) -> Array:
         """(a² - x²)/2."""
@@ -96,10 +97,13 @@ class Axis:
         found[felt] = _scaled(1, np.outer(r, x)[felt]) * np.exp(-decay[felt])
         return np.asarray(found / _scaled(0, r * a)[:, None] * (x / a))
 
-    def decayed(self, decays: Complex, a: float, beside: Array) -> Complex:
+    def decayed(self, decays: Complex, a: float, beside: Array) -> tuple[Complex, Complex]:
         """K₀(λ(a + x))/K₀(λa)."""
-        far = _scaled_k(np.outer(decays, a + beside)) / _scaled_k(decays * a)[:, None]
-        return np.asarray(far * np.exp(-np.outer(decays, beside)))
+        z, less = np.outer(decays, a + beside), np.exp(-np.outer(decays, beside))
+        found, slope = (
+            _scaled_k(order, z) / _scaled_k(0, decays * a)[:, None] * less for order in (0, 1)
+        )
+        return found, -decays[:, None] * slope
 
     def moment(self, x: Array, a: float) -> Array:
         """(a² - r²)/4."""
@@ -114,8 +118,8 @@ def _scaled(order: int, z: Complex) -> Complex:
     return np.where(np.abs(z) < _LARGEST, ive(order, near), far)
 
 
-def _scaled_k(z: Complex) -> Complex:
-    """K₀(z) exp(z)."""
+def _scaled_k(order: int, z: Complex) -> Complex:
+    """K(z) exp(z)."""
     near = np.where(np.abs(z) < _LARGEST, z, 1.0)
-    far = np.sqrt(math.pi / (2 * z)) * (1 - 1 / (8 * z))
-    return np.where(np.abs(z) < _LARGEST, kve(0, near), far)
+    far = np.sqrt(math.pi / (2 * z)) * (1 + (4 * order - 1) / (8 * z))
+    return np.where(np.abs(z) < _LARGEST, kve(order, near), far)

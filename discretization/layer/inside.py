@@ -31,12 +31,13 @@ _INTO = np.array([1] + [0] * (_DEGREE - 1) + [-1])  # of a corner the slope insi
 class Fields(NamedTuple):
     """v (n, e, 13) of n poles at nodes x (e, 13) of e elements; weights with the measure.
 
-    pressure (e, 13): k₀u + Σ c_j v_j + p₀.
+    slope, pressure (e, 13): f', of corners inside the element, and k₀u + Σ c_j v_j + p₀.
     """
 
     x: Array
     weights: Array
     v: Complex
+    slope: Array
     pressure: Array
 
     def pulls(self, tau: Complex) -> Complex:
@@ -68,7 +69,8 @@ def fields(
     slopes = w * geometry.measure(x) / half
     stiffness = np.einsum("ki,ek,kj->eij", d, slopes, d)
     load = np.empty((tau.size, *x.shape))
-    load[:] = -np.einsum("ki,ek->ei", d, slopes * half * profile.slope(x, _INTO))
+    slope = np.asarray(profile.slope(x, _INTO))
+    load[:] = -np.einsum("ki,ek->ei", d, slopes * half * slope)
     u = depth - profile.height(x)
     load[poles.tau.size :] = poles.flow * mass * u
     values, modes = _modes(stiffness[:, 1:-1, 1:-1], mass[:, 1:-1])
@@ -84,7 +86,7 @@ def fields(
     v = np.empty((tau.size, *x.shape), complex)
     v[..., [0, -1]], v[..., 1:-1] = both, np.einsum("eim,nem->nei", modes, inner)
     c = poles.c if not poles.flow else np.append(poles.c, 1.0)
-    return Fields(x, mass, v, poles.still * u + np.tensordot(c, v, 1).real)
+    return Fields(x, mass, v, slope, poles.still * u + np.tensordot(c, v, 1).real)
 
 
 def _modes(stiffness: Array, mass: Array) -> tuple[Array, Array]:

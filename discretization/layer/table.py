@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from discretization.layer.body import Body
 from discretization.layer.state import Layer
-from discretization.surfaces.spectral import coefficients, polynomials, rounded
+from discretization.surfaces.spectral import coefficients, polynomial, rounded
 
 Array = NDArray[np.float64]
 _DEGREE = 10
@@ -48,10 +48,7 @@ class Table:
         for panel in {id(p): p for p in own}.values():
             here = np.array([p is panel for p in own])
             at = (2 * t[here] - panel.lo - panel.hi) / (panel.hi - panel.lo)
-            found[:, here] = [
-                polynomials(_DEGREE, at, np.broadcast_to(row, (at.size, _DEGREE + 1)))
-                for row in panel.values.T
-            ]
+            found[:, here] = polynomial(_DEGREE, at, panel.values)
         return found
 
     def _panel(self, t: float) -> Panel:

@@ -77,7 +77,7 @@ class LayerBranch(Branch):
         return self.body.touch * self.h
 
     @functools.cached_property
-    def lift(self) -> float:
+    def holding_range(self) -> float:
         """Displacement at the line of a contact as it begins."""
         a = self.first.memory
         if not a:
@@ -93,7 +93,7 @@ class LayerBranch(Branch):
         a, pinned = search.looked_for(search.start(), 1)
         if math.isnan(a):
             return Point(self.touch, ())
-        return self.point(self.touch, a if pinned else search.found(a, self.tolerance))
+        return self.point(self.touch, a if pinned else search.found(a, self.tolerance)[0])
 
     def point(self, depth: float, a: float) -> Point:
         """The contact of this half-width at a depth."""
@@ -111,7 +111,7 @@ class LayerBranch(Branch):
         return self.point(depth, (lines[1] - self.body.apex) / self.h)
 
     def rest_depth(self, a: Array, way: int, within: float = math.nan) -> Array:
-        """D [h] of lines that move this way (n,), at corners on that side; at `within` before it."""
+        """D [h] of lines that move this way (n,), beyond corners, but for the one at `within`."""
         sigma, rest = self.table.at(a)[:2]
         scene, profile = (self.scene if way > 0 else self.scene.opened), self.body.profile
         side = np.where(a == within, -way, way)
@@ -147,8 +147,10 @@ class LayerBranch(Branch):
 
     @functools.cached_property
     def narrowest(self) -> float:
-        """Below which no line rests about an axis, as adhesion rules; of a line contact, how far
-        it is followed on its way to nothing."""
+        """Half-width down to which a contact is followed.
+
+        Where adhesion rules, no line rests about an axis; a line contact closes up.
+        """
         start = Search(self.body, self.body.touch, self.body.excess(self.scene)).start()
         return start if self.scene.axisymmetric else _NARROWEST * start
 
@@ -158,21 +160,21 @@ class LayerBranch(Branch):
         way = 1 if goal >= point.depth else -1
         rest = float(self.rest_depth(np.array([a]), way)[0])
         if way * (rest - here) > self._tie(here):  # held so far
-            end = goal if way * (to - rest) <= 0 else rest * self.h
-            return Slide(self, point, self.point(end, a), None, False)
+            held = goal if way * (to - rest) <= 0 else rest * self.h
+            return Slide(self, point, self.point(held, a), None, False)
         far, depth, turns = self._slides(a, here, to, way)
         if turns:
-            end, after = self.point(depth * self.h, far), self._landing(far, depth, way)
-            return Slide(self, point, end, after, True)
+            top, after = self.point(depth * self.h, far), self._landing(far, depth, way)
+            return Slide(self, point, top, after, True)
         end = self.point(goal if depth == to else depth * self.h, far)
         lost = far <= self.narrowest and way < 0
         return Slide(self, point, end, Point(end.depth, None) if lost else None, False)
 
     def _tie(self, depth: float) -> float:
-        return _TIE * (abs(depth) + self.lift / self.h)
+        return _TIE * (abs(depth) + self.holding_range / self.h)
 
     def _slides(self, a: float, here: float, to: float, way: int) -> tuple[float, float, bool]:
-        """How far a line slides on the way to a depth, the depth there, and whether D turns there."""
+        """How far a line slides on the way to a depth, the depth there, and whether D turns."""
         before, last, far = a, here, a
         for x, rest in self._ahead(a, way):
             rest[0] = last
@@ -220,7 +222,7 @@ class LayerBranch(Branch):
             if way * (self._one(a, way) - depth) >= 0:
                 return self.point(depth * self.h, a)
 
-    def totals(self, points: Sequence[Point]) -> Array:
+    def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""
         a = np.array([point.memory for point in points])
         u = np.array([point.depth for point in points]) / self.h - self.body.profile.height(a)
@@ -242,5 +244,14 @@ class LayerBranch(Branch):
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contact is in equilibrium."""
-        if not point.lines:
-            return
+        if point.lines:
+            a, depth = point.memory, point.depth / self.h
+            state = Layer(self.body, self.body.condensed(a, self.tolerance), depth, self.tolerance)
+            way = (
+                self.scene
+                if depth >= float(self.rest_depth(np.array([a]), 1)[0])
+                else self.scene.opened
+            )
+            found = certify(state, Search(self.body, depth, self.body.excess(way)), math.inf)
+            found = found._replace(neighbours=0.0)
+            found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")
