@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from energy.layer import relative_stiffness, second_order
+
 if TYPE_CHECKING:
-    from energy.layer import relative_stiffness, second_order
-from energy.scene import Scene
+    from energy.scene import Scene
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(200)
 MUCH_LESS = 0.1  # how "≪" is read
