@@ -26,6 +26,7 @@ from energy import Scene
 Array = NDArray[np.float64]
 _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the same
 _NARROWEST = 1e-8  # of the half-width below which adhesion rules
+_LEFT = 1 / 8  # of how far below touching a line about an axis rests at most
 _SPREADS = (
     "depth = {depth!r} spreads the contact over the whole known profile, to {x!r}; give a wider "
     "profile, or a smaller depth"
@@ -149,10 +150,19 @@ class LayerBranch(Branch):
     def narrowest(self) -> float:
         """Half-width down to which a contact is followed.
 
-        Where adhesion rules, no line rests about an axis; a line contact closes up.
+        A line contact closes up. About an axis D returns to first touch as the radius vanishes, and
+        in contacts so small that it has nearly done so no line rests.
         """
-        start = Search(self.body, self.body.touch, self.body.excess(self.scene)).start()
-        return start if self.scene.axisymmetric else _NARROWEST * start
+        search = Search(self.body, self.body.touch, self.body.excess(self.scene.opened))
+        a = search.start()
+        if not self.scene.axisymmetric:
+            return _NARROWEST * a
+        least = here = search.off(a)
+        while here < _LEFT * least:
+            a /= 2
+            here = search.off(a)
+            least = min(least, here)
+        return a
 
     def leg(self, point: Point, goal: float) -> Slide:
         """The way from a point towards another depth, up to where the line comes free or jumps."""
