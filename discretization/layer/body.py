@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 _ROUGHLY = 1e-3  # tolerance of the poles with which a line is looked for
 _RATIO = 2.0  # of half-widths at which it is looked for
 _NARROWEST, _WIDEST = 1e-9, 1e9  # half-widths, in h
+TIP = 1e-12  # half-width of a contact at the lowest point alone, in h
 _SMALL = 1 / 8  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _NEWTON = 20
 _STILL = 1e-15  # of the half-width
@@ -113,7 +114,12 @@ class Body:
         return condensed(self.poles(tolerance), self.gamma, self.geometry, self.profile, a)
 
     def rest_depth(self, found: Condensed, excess: float, side: int = 0) -> float:
-        """D; side: which slope of a corner counts, beyond the edge of the body none."""
+        """D; side: which slope of a corner counts, beyond the edge of the body none.
+
+        What touches with its lowest point alone lets go at first touch.
+        """
+        if side < 0 and found.a <= TIP:
+            return self.touch
         if side > 0 and found.a == self.edge:
             return math.inf
         slope = float(self.profile.slope(found.a, side)) if side else found.slope
@@ -141,8 +147,8 @@ class Search:
             if limit > 0:
                 found.append(_reached(part, _SMALL * limit, min(body.edge, _WIDEST)))
         a = min(found)
-        while self.off(a) >= 0 and a > _NARROWEST:
-            a /= 8
+        while self.off(a) >= 0 and a > TIP:
+            a = max(a / 8, TIP)
         return a
 
     def _rise(self, a: float) -> float:
@@ -156,7 +162,7 @@ class Search:
         corners = [x for x in self.body.corners if way * (x - start) > 0][::way]
         a, off, before = start, way * self.off(start, way), (math.nan, math.nan)
         if off >= 0:
-            return start, start in self.body.corners
+            return start, start == TIP or start in self.body.corners
         while _NARROWEST <= a <= _WIDEST:
             far = a * _RATIO**way
             corner = next((x for x in corners if way * (x - a) > 0), math.inf * way)
@@ -188,7 +194,7 @@ class Search:
             move = off / rate if rate * first > 0 else off / first
             if abs(move) <= _STILL * a or abs(last) <= abs(move) <= math.sqrt(_STILL) * a:
                 return a, first
-            a -= move
+            a = max(a - move, a / 2)
         raise NotCertifiedError(
             f"no contact line is found at depth = {self.depth * self.body.h!r}; try another depth"
         )

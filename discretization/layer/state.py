@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.layer.body import Body, Search
+from discretization.layer.body import TIP, Body, Search
 from discretization.layer.contact import Condensed
 from discretization.layer.inside import Fields, fields
 from discretization.quadrature import summed
@@ -109,15 +109,15 @@ class Layer:
         outside = (share * geometry.outside(own.decays, self.a)) @ self.amplitudes
         line = float(geometry.measure(np.array(self.a)))
         off = (own.c / own.tau * (line * outside - self.fields.pulls(own.tau))).sum()
-        return geometry.whole * abs(off) / self.force_scale
+        return geometry.whole * float(abs(off)) / (self.force_scale or 1.0)
 
     @functools.cached_property
     def rounding(self) -> float:
         """How far the force is from dU/dd, over the sizes of its terms: of both."""
-        step = abs(self.u) + self.a * abs(self.contact.slope) + 1e-3 * self.a
+        step = abs(self.u) + self.a * abs(self.contact.slope) or self.a
         rise = (self.stored(self.depth + step) - self.stored(self.depth - step)) / (2 * step)
         off = abs(self.body.geometry.whole * rise - self.contact.load(self.depth))
-        return off / self.force_scale
+        return off / (self.force_scale or 1.0)
 
     @functools.cached_property
     def force_scale(self) -> float:
@@ -249,7 +249,8 @@ def equilibrium(state: Layer, search: Search, rate: float, branch: str) -> Equil
         )
     certificate.demand(named, "try another depth")
     fields, energy = LayerFields(state), body.unit * body.h
-    x = np.array([[0.0 if scene.axisymmetric else -state.a, state.a]]) * body.h + body.apex
+    a = 0.0 if state.a <= TIP else state.a
+    x = np.array([[0.0 if scene.axisymmetric else -a, a]]) * body.h + body.apex
     return Equilibrium(
         scene,
         state.depth * body.h,
@@ -285,7 +286,7 @@ def certify(state: Layer, search: Search, rate: float) -> Certificate:
     else:
         off = abs(contact.depth(search.excess) - depth) if rate > 0 else size
     pulled = 0.0
-    if not search.excess:
+    if not search.excess and state.a > TIP:
         pressure = state.fields.pressure
         pulled = max(0.0, -float(pressure.min())) / (float(np.abs(pressure).max()) or 1.0)
     return Certificate(
@@ -316,7 +317,7 @@ def errors(state: Layer, search: Search, rate: float) -> dict[str, float]:
     least = state.rounding + ROUNDING + _LUCKY * fit
     parts = (
         move / state.a / _COARSER + least,
-        force / state.force_scale / _COARSER + least,
+        force / (state.force_scale or 1.0) / _COARSER + least,
         fit + least,
     )
     return dict(zip(QUANTITIES, map(float, parts), strict=True))

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.layer.body import Body, Search
+from discretization.layer.body import TIP, Body, Search
 from discretization.layer.state import Layer, certify
 from discretization.layer.table import Table
-from discretization.paths.branch import Branch, Leg, Point
+from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.roots import bracketed, crossings, least
 from energy import Scene
 
@@ -98,7 +98,7 @@ class LayerBranch(Branch):
 
     def point(self, depth: float, a: float) -> Point:
         """The contact of this half-width at a depth."""
-        x = a * self.h
+        x = 0.0 if a <= TIP else a * self.h
         return Point(
             depth,
             ((0.0 if self.scene.axisymmetric else -x) + self.body.apex, x + self.body.apex),
@@ -109,7 +109,14 @@ class LayerBranch(Branch):
         """The point with these lines; nan: detached."""
         if math.isnan(lines[0]):
             return Point(depth, None)
-        return self.point(depth, (lines[1] - self.body.apex) / self.h)
+        return self.point(depth, max((lines[1] - self.body.apex) / self.h, TIP))
+
+    def pinned(self, point: Point) -> Pinned:
+        """What holds each line: "edge", "tip" or ""."""
+        tips = point.memory == TIP and not self.scene.axisymmetric
+        if tips and self.body.apex in self.scene.indenter.corners:
+            return "tip", "tip"
+        return super().pinned(point)
 
     def rest_depth(self, a: Array, way: int, within: float = math.nan) -> Array:
         """D [h] of lines that move this way (n,), beyond corners, but for the one at `within`."""
@@ -118,6 +125,7 @@ class LayerBranch(Branch):
         side = np.where(a == within, -way, way)
         slope = profile.slope(a, side)
         found = profile.height(a) + (slope - rest - self.body.excess(scene)) / sigma
+        found = np.where((a <= TIP) & (side < 0), self.body.touch, found)
         return np.where((a >= self.body.edge) & (side > 0), math.inf, found)
 
     def rests(self, depths: Array, one: float, other: float) -> Array:
@@ -156,7 +164,7 @@ class LayerBranch(Branch):
         search = Search(self.body, self.body.touch, self.body.excess(self.scene.opened))
         a = search.start()
         if not self.scene.axisymmetric:
-            return _NARROWEST * a
+            return max(_NARROWEST * a, TIP)
         least = here = search.off(a)
         while here < _LEFT * least:
             a /= 2
@@ -177,7 +185,8 @@ class LayerBranch(Branch):
             top, after = self.point(depth * self.h, far), self._landing(far, depth, way)
             return Slide(self, point, top, after, True)
         end = self.point(goal if depth == to else depth * self.h, far)
-        lost = far <= self.narrowest and way < 0
+        lost = way < 0 and far <= self.narrowest
+        lost = lost and self._one(far, way) >= depth - self._tie(depth)
         return Slide(self, point, end, Point(end.depth, None) if lost else None, False)
 
     def _tie(self, depth: float) -> float:

@@ -50,7 +50,9 @@ def halved(length, times):
 
 def split(ends, parts):
     """Every interval in so many parts, and the midpoints of these: nodes."""
-    return np.interp(np.arange(0, 2 * parts * (ends.size - 1) + 1) / (2 * parts), np.arange(ends.size), ends)
+    return np.interp(
+        np.arange(0, 2 * parts * (ends.size - 1) + 1) / (2 * parts), np.arange(ends.size), ends
+    )
 
 
 def sums(nodes, measure, left, right):
@@ -76,8 +78,12 @@ def stiffness(geometry, nu, gamma, x, y):
     def one(z):
         return np.ones_like(z)
 
-    kx, mx, gx = (sums(x, m, *pair) for pair in ((SLOPES, SLOPES), (SHAPES, SHAPES), (SLOPES, SHAPES)))
-    ky, my, gy = (sums(y, one, *pair) for pair in ((SLOPES, SLOPES), (SHAPES, SHAPES), (SLOPES, SHAPES)))
+    kx, mx, gx = (
+        sums(x, m, *pair) for pair in ((SLOPES, SLOPES), (SHAPES, SHAPES), (SLOPES, SHAPES))
+    )
+    ky, my, gy = (
+        sums(y, one, *pair) for pair in ((SLOPES, SLOPES), (SHAPES, SHAPES), (SLOPES, SHAPES))
+    )
     sideways = whole * sparse.kron(kx, my) + sparse.kron(mx, ky)
     both = first * sparse.kron(gx, gy.T) + sparse.kron(gx.T, gy)
     if geometry.turned:  # the strain along circles, u/r
