@@ -54,13 +54,6 @@ def _layer(scene: Scene) -> bool:
     return scene.layer.exact
 
 
-def _layer_known(scene: Scene) -> bool:
-    """Whether the response of the layer itself is known."""
-    mirrored = scene.axisymmetric or (scene.indenter.symmetric and not _plane(scene))
-    known = scene.gamma1 > 0 and scene.slopes == "small" and scene.pattern is None
-    return known and mirrored and scene.indenter.convex
-
-
 class Row(NamedTuple):
     """Of what and what is asked, of which scenes; what answers, or why nothing does."""
 
@@ -101,19 +94,42 @@ _ENDLESS = (
     "punch, wedge, parabola, power law, or a sum of these"
 )
 
-_LAYER_NODES = (
-    "response = 'layer': nodes only answer states there, no load paths; use method='fitted'"
-)
 _LAYER = (
-    "response = 'layer' answers one contact of a convex indenter, mirror-symmetric or turned "
-    "about an axis, with gamma1 > 0, slopes = 'small' and no pattern, on branch = 'adhered'; got "
-    "gamma1 = {scene.gamma1!r}, slopes = {scene.slopes!r}, pattern = {scene.pattern!r}, indenter = "
-    "{scene.indenter!r}; use response='springs' for what is not among these"
+    ": response = 'layer' answers one contact of a convex indenter, mirror-symmetric or turned "
+    "about an axis, with small slopes, gamma1 > 0 and branch = 'adhered'; "
 )
+_OTHERWISE = "change that, or use response='springs'"
+_LAYER_GLOBAL = (
+    "branch = 'global'"
+    + _LAYER
+    + "use that branch, or response='springs' for what has least energy"
+)
+_LAYER_NODES = (
+    "method = 'lattice': with response = 'layer' nodes only answer states, no load paths; use "
+    "method='fitted'"
+)
+_BEYOND_LAYER: dict[str, Callable[[Scene], bool]] = {
+    "slopes = {scene.slopes!r}": lambda s: s.slopes != "small",
+    "gamma1 = {scene.gamma1!r}": lambda s: not s.gamma1,
+    "pattern = {scene.pattern!r}": lambda s: s.pattern is not None,
+    "indenter = {scene.indenter!r} has no lowest point": _plane,
+    "indenter = {scene.indenter!r} is not convex": lambda s: not s.indenter.convex,
+    "indenter = {scene.indenter!r} is not mirror-symmetric": lambda s: (
+        not (s.axisymmetric or s.indenter.symmetric)
+    ),
+}
+
+
+def _beyond(applies: Callable[[Scene], bool]) -> Callable[[Scene], bool]:
+    return lambda scene: _layer(scene) and applies(scene)
+
 
 TABLE = (
-    Row(BOTH, LOWEST, _layer, refused=_LAYER),
-    Row(BOTH, ANY, lambda s: _layer(s) and not _layer_known(s), refused=_LAYER),
+    *(
+        Row(BOTH, (*ANY, *SEARCH), _beyond(applies), refused=what + _LAYER + _OTHERWISE)
+        for what, applies in _BEYOND_LAYER.items()
+    ),
+    Row(BOTH, LOWEST, _layer, refused=_LAYER_GLOBAL),
     Row(MESH, STATES, lambda s: _layer(s) and _held_twice(s), refused=_PATH),
     Row(MESH, ANY, _layer, "layer"),
     Row(NODES, ("path",), _layer, refused=_LAYER_NODES),

@@ -33,6 +33,11 @@ class ElasticLayer:
 
     def __post_init__(self) -> None:
         positive("E", self.E)
+        if self.h == np.inf:
+            raise ValueError(
+                f"h = {self.h!r} is a half-space; take h much larger than the contact, with "
+                "response='layer'"
+            )
         positive("h", self.h)
         option("response", self.response, RESPONSES)
         if not -1 < finite("nu", self.nu) <= 0.5:

@@ -33,6 +33,10 @@ TIP = 1e-12  # half-width of a contact at the lowest point alone, in h
 _SMALL = 1 / 8  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _NEWTON = 20
 _STILL = 1e-15  # of the half-width
+SPREADS = (
+    "depth = {depth!r} spreads the contact over the whole known profile, to {x!r}; give a wider "
+    "profile, or a smaller depth"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,14 +161,15 @@ class Search:
     def looked_for(self, start: float, way: int) -> tuple[float, bool]:
         """The first place where a line rests that moves from here, and whether it is pinned.
 
-        nan: nowhere.
+        nan: nowhere. ValueError where the profile is not known so far.
         """
         corners = [x for x in self.body.corners if way * (x - start) > 0][::way]
         a, off, before = start, way * self.off(start, way), (math.nan, math.nan)
         if off >= 0:
             return start, start == TIP or start in self.body.corners
-        while _NARROWEST <= a <= _WIDEST:
-            far = a * _RATIO**way
+        most = min(self.body.edge, _WIDEST)
+        while _NARROWEST <= a < most or (a == most and way < 0):
+            far = min(a * _RATIO**way, most)
             corner = next((x for x in corners if way * (x - a) > 0), math.inf * way)
             beyond, there = (corner, -way) if way * (far - corner) >= 0 else (far, 0)
             value = way * self.off(beyond, there)
@@ -179,6 +184,9 @@ class Search:
                 if value >= 0:
                     return corner, True
             before, a, off = (a, off), beyond, value
+        if way > 0 and a >= most:
+            h = self.body.h
+            raise ValueError(SPREADS.format(depth=self.depth * h, x=most * h + self.body.apex))
         return math.nan, False
 
     def found(self, a: float, tolerance: float) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.layer.body import TIP, Body, Search
+from discretization.layer.body import SPREADS, TIP, Body, Search
 from discretization.layer.state import Layer, certify
 from discretization.layer.table import Table
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -27,10 +27,6 @@ Array = NDArray[np.float64]
 _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the same
 _NARROWEST = 1e-8  # of the half-width below which adhesion rules
 _LEFT = 1 / 8  # of how far below touching a line about an axis rests at most
-_SPREADS = (
-    "depth = {depth!r} spreads the contact over the whole known profile, to {x!r}; give a wider "
-    "profile, or a smaller depth"
-)
 _STEPS = 12  # places in an octave at which it is looked whether D turns
 
 
@@ -211,7 +207,7 @@ class LayerBranch(Branch):
                 before = float(x[i - 1])
             last, far = float(rest[-1]), float(x[-1])
         if way > 0 and far not in self.body.corners:
-            raise ValueError(_SPREADS.format(depth=to * self.h, x=far * self.h))
+            raise ValueError(SPREADS.format(depth=to * self.h, x=far * self.h + self.body.apex))
         return far, last, False
 
     def _one(self, a: float, way: int) -> float:
@@ -237,7 +233,9 @@ class LayerBranch(Branch):
             if way < 0 and a not in self.body.corners:
                 return Point(depth * self.h, None)
             if a not in self.body.corners:
-                raise ValueError(_SPREADS.format(depth=depth * self.h, x=a * self.h))
+                raise ValueError(
+                    SPREADS.format(depth=depth * self.h, x=a * self.h + self.body.apex)
+                )
             if way * (self._one(a, way) - depth) >= 0:
                 return self.point(depth * self.h, a)
 

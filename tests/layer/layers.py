@@ -16,8 +16,11 @@ def layer(nu, *, unit=1.0, stress=1.0, response="layer"):
 def scene_of(body, nu=0.45, gamma=0.7, w=0.01, geometry="line", *, opening=None, **given):
     """γ₁ and works of adhesion over Gh; the body in units of the layer's thickness."""
     tension = given.get("unit", 1.0) * given.get("stress", 1.0)
-    works = [work and SurfaceEnergies.from_work(gamma * tension, work * tension) for work in (w, opening)]
-    return Scene(layer(nu, **given), works[0], body, geometry=geometry, opening=works[1])
+    first, second = (
+        work if work is None else SurfaceEnergies.from_work(gamma * tension, work * tension)
+        for work in (w, opening)
+    )
+    return Scene(layer(nu, **given), first, body, geometry=geometry, opening=second)
 
 
 def body_of(kind, a, rise, n=3.0):
@@ -32,7 +35,11 @@ def body_of(kind, a, rise, n=3.0):
 
 def random_scene(rng, kind, geometry, *, widest=1.5, nu=None):
     """A scene, a depth at which it is in contact for most choices, and about how wide."""
-    nu = float(rng.choice([0.5, rng.uniform(-0.9, 0.5), rng.uniform(0.3, 0.5)])) if nu is None else nu
+    nu = (
+        float(rng.choice([0.5, rng.uniform(-0.9, 0.5), rng.uniform(0.3, 0.5)]))
+        if nu is None
+        else nu
+    )
     gamma, a = 10 ** rng.uniform(-2, 2), 10 ** rng.uniform(-1, widest)
     slope = 0.1
     rise = slope * 10 ** rng.uniform(-0.5, 0.5)
