@@ -33,6 +33,8 @@ TIP = 1e-12  # half-width of a contact at the lowest point alone, in h
 _SMALL = 1 / 8  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _NEWTON = 20
 _STILL = 1e-15  # of the half-width
+_NEAR = 1e-6  # places, in h, by which it is seen whether f' is a whole power beside 0
+_SMOOTH = 1e-9  # by how much of a power it may differ
 SPREADS = (
     "depth = {depth!r} spreads the contact over the whole known profile, to {x!r}; give a wider "
     "profile, or a smaller depth"
@@ -89,7 +91,10 @@ class Body:
             return np.asarray(indenter.slope_beside(apex + np.asarray(x) * h, side), float)
 
         places = np.union1d(indenter.corners, indenter.knots).astype(float)
-        return Profile(height, slope, tuple(((places - apex) / h).tolist()))
+        near = slope(_NEAR * min(1.0, self.edge) * np.array([1.0, 2.0]))
+        power = math.log2(near[1] / near[0]) if near[0] > 0 else 0.0
+        rough = abs(power - round(power)) > _SMOOTH
+        return Profile(height, slope, tuple(((places - apex) / h).tolist()), rough)
 
     @functools.cached_property
     def touch(self) -> float:

@@ -33,15 +33,20 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 _ORDER = 16  # Gauss points of a panel
 _NEAREST = 0.5  # of the shortest length on which a pole acts: the panel beside the line
+_TOWARDS, _ROUGH = 0.25, 5  # of panels towards 0, and their number
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
 
 
 class Profile(NamedTuple):
-    """Heights and slopes of a profile in units of h; places where it is not smooth."""
+    """Heights and slopes of a profile in units of h; places where it is not smooth.
+
+    rough: whether it is not smooth on the way to 0 either, as a power of the distance.
+    """
 
     height: Callable[[Any], Any]
     slope: Callable[..., Any]
     breaks: tuple[float, ...] = ()
+    rough: bool = False
 
 
 class Points(NamedTuple):
@@ -73,19 +78,22 @@ class Condensed(NamedTuple):
         return self.stiffness * (depth - self.f) + self.force
 
 
-def points_apart(a: float, shortest: float, breaks: tuple[float, ...] = ()) -> Array:
+def points_apart(a: float, shortest: float, profile: Profile) -> Array:
     """Distances from the line of the ends of panels, from a to 0.
 
-    Panels are halved towards the line until they resolve the shortest length there.
+    Panels are halved towards the line until they resolve the shortest length there, and shrink
+    towards 0 where the profile is not smooth.
     """
     halvings = max(0, math.ceil(math.log2(max(a / (_NEAREST * shortest), 1.0))))
-    inner = [a - x for x in breaks if 0 < x < a]
+    inner = [a - x for x in profile.breaks if 0 < x < a]
+    if profile.rough:
+        inner += (a - a * _TOWARDS ** np.arange(1, _ROUGH + 1)).tolist()
     return np.unique([*a * 0.5 ** np.arange(halvings + 1), 0.0, *inner])[::-1]
 
 
-def points(a: float, shortest: float, breaks: tuple[float, ...] = ()) -> Points:
+def points(a: float, shortest: float, profile: Profile) -> Points:
     """Gauss points on these panels."""
-    ends = points_apart(a, shortest, breaks)
+    ends = points_apart(a, shortest, profile)
     middle, half = (ends[:-1] + ends[1:]) / 2, (ends[:-1] - ends[1:]) / 2
     beside = (middle[:, None] - half[:, None] * _POINTS).ravel()
     return Points(a - beside, (half[:, None] * _WEIGHTS).ravel(), beside)
@@ -96,7 +104,7 @@ def condensed(
 ) -> Condensed:
     """The contact of this half-width or radius."""
     r, decays = np.sqrt(poles.tau), poles.decays
-    x, weights, beside = points(a, 1 / float(np.abs(r).max()), profile.breaks)
+    x, weights, beside = points(a, 1 / float(np.abs(r).max()), profile)
     f, slope = float(profile.height(np.array(a))), float(profile.slope(np.array(a), -1))
     t = geometry.inside(r, np.array([a]), np.zeros(1), a)[:, 0]
     pressed = geometry.inside(r, x, beside, a) @ (weights * profile.slope(x))

@@ -61,7 +61,7 @@ def fields(
     """The fields of poles, and of the flow if there is one, known at the line (n,), at a depth."""
     z, w, d = rounded(_DEGREE)
     tau = poles.tau if not poles.flow else np.append(poles.tau, 0.0)
-    ends = points_apart(a, 1 / float(np.abs(np.sqrt(tau)).max()), profile.breaks)
+    ends = points_apart(a, 1 / float(np.abs(np.sqrt(tau)).max()), profile)
     half = (ends[:-1] - ends[1:])[:, None] / 2  # of elements; ends are distances from the line
     x = a - ((ends[:-1] + ends[1:])[:, None] / 2 - half * z)
     x[0, 0], x[-1, -1] = 0.0, a
