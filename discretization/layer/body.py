@@ -94,7 +94,10 @@ class Body:
         near = slope(_NEAR * min(1.0, self.edge) * np.array([1.0, 2.0]))
         power = math.log2(near[1] / near[0]) if near[0] > 0 else 0.0
         rough = abs(power - round(power)) > _SMOOTH
-        return Profile(height, slope, tuple(((places - apex) / h).tolist()), rough)
+        breaks, corners = (
+            tuple(((x - apex) / h).tolist()) for x in (places, np.asarray(indenter.corners, float))
+        )
+        return Profile(height, slope, breaks, tuple(x for x in corners if x >= 0), rough)
 
     @functools.cached_property
     def touch(self) -> float:

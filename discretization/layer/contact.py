@@ -40,12 +40,14 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
 class Profile(NamedTuple):
     """Heights and slopes of a profile in units of h; places where it is not smooth.
 
-    rough: whether it is not smooth on the way to 0 either, as a power of the distance.
+    corners: where the slope jumps; rough: whether it is not smooth on the way to 0 either, as a
+    power of the distance.
     """
 
     height: Callable[[Any], Any]
     slope: Callable[..., Any]
     breaks: tuple[float, ...] = ()
+    corners: tuple[float, ...] = ()
     rough: bool = False
 
 

@@ -61,8 +61,8 @@ class Line:
 
     def inside(self, r: Complex, x: Array, beside: Array, a: float) -> Complex:
         """sinh rx/cosh ra."""
-        far = np.exp(-np.outer(r, 2 * a - beside))
-        return np.asarray((np.exp(-np.outer(r, beside)) - far) / (1 + np.exp(-2 * r * a))[:, None])
+        found = -np.exp(-np.outer(r, beside)) * np.expm1(-2 * np.outer(r, x))
+        return np.asarray(found / (1 + np.exp(-2 * r * a))[:, None])
 
     def decayed(self, decays: Complex, a: float, beside: Array) -> tuple[Complex, Complex]:
         """exp(-λx)."""

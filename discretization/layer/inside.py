@@ -12,6 +12,7 @@ tridiagonal. Interior elements need not resolve 1/√τ_j, as v is about f''/τ_
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +62,7 @@ def fields(
     """The fields of poles, and of the flow if there is one, known at the line (n,), at a depth."""
     z, w, d = rounded(_DEGREE)
     tau = poles.tau if not poles.flow else np.append(poles.tau, 0.0)
-    ends = points_apart(a, 1 / float(np.abs(np.sqrt(tau)).max()), profile)
+    ends = _elements(a, 1 / float(np.abs(np.sqrt(tau)).max()), profile)
     half = (ends[:-1] - ends[1:])[:, None] / 2  # of elements; ends are distances from the line
     x = a - ((ends[:-1] + ends[1:])[:, None] / 2 - half * z)
     x[0, 0], x[-1, -1] = 0.0, a
@@ -77,10 +78,12 @@ def fields(
     share = 1 / (values + tau[:, None, None])  # (n, e, 11)
     ties = np.einsum("eim,eib->emb", modes, stiffness[:, 1:-1][:, :, [0, -1]])
     forced = np.einsum("eim,nei->nem", modes, load[..., 1:-1])
-    outer = stiffness[:, [0, -1]][:, :, [0, -1]] - np.einsum("nem,emb,emc->nebc", share, ties, ties)
-    outer = outer + np.einsum("n,eb,bc->nebc", tau, mass[:, [0, -1]], np.eye(2))
+    tie = stiffness[:, 0, -1] - np.einsum("nem,em,em->ne", share, ties[..., 0], ties[..., 1])
+    # what a displacement that is 1 everywhere takes, without the large numbers that cancel
+    flat = tau[:, None, None] * np.einsum("eim,ei->em", modes, mass[:, 1:-1])
+    own = tau[:, None, None] * mass[:, [0, -1]] - np.einsum("nem,emb,nem->neb", share, ties, flat)
     given = load[..., [0, -1]] - np.einsum("nem,emb,nem->neb", share, ties, forced)
-    joints = _joined(outer, given, at_line)
+    joints = _joined(-tie, own, given, at_line)
     both = np.stack([joints[:, :-1], joints[:, 1:]], axis=2)
     inner = share * (forced - np.einsum("emb,neb->nem", ties, both))
     v = np.empty((tau.size, *x.shape), complex)
@@ -96,18 +99,33 @@ def _modes(stiffness: Array, mass: Array) -> tuple[Array, Array]:
     return values, vectors / root[:, :, None]
 
 
-def _joined(outer: Complex, given: Complex, at_line: Complex) -> Complex:
-    """Values at the ends of elements (n, e + 1)."""
-    n, e = given.shape[:2]
-    diagonal, right = outer[:, 0, 0, 0].copy(), given[:, 0, 0].copy()
+def _joined(tie: Complex, own: Complex, given: Complex, at_line: Complex) -> Complex:
+    """Values at the ends of elements (n, e + 1).
+
+    An element takes own v at its ends (n, e, 2), and tie (n, e) times the difference of these two.
+    """
+    n, e = tie.shape
     passed, rest = np.empty((n, e), complex), np.empty((n, e), complex)
+    before, right = np.zeros(n, complex), np.zeros(n, complex)
     for i in range(e):
-        passed[:, i], rest[:, i] = outer[:, i, 0, 1] / diagonal, right / diagonal
-        if i + 1 < e:
-            diagonal = outer[:, i, 1, 1] - outer[:, i, 1, 0] * passed[:, i] + outer[:, i + 1, 0, 0]
-            right = given[:, i, 1] - outer[:, i, 1, 0] * rest[:, i] + given[:, i + 1, 0]
+        held, right = before + own[:, i, 0], right + given[:, i, 0]
+        passed[:, i], rest[:, i] = tie[:, i] / (held + tie[:, i]), right / (held + tie[:, i])
+        before = own[:, i, 1] + passed[:, i] * held
+        right = given[:, i, 1] + passed[:, i] * right
     values = np.empty((n, e + 1), complex)
     values[:, -1] = at_line
     for i in range(e - 1, -1, -1):
-        values[:, i] = rest[:, i] - passed[:, i] * values[:, i + 1]
+        values[:, i] = rest[:, i] + passed[:, i] * values[:, i + 1]
     return values
+
+
+def _elements(a: float, shortest: float, profile: Profile) -> Array:
+    """As points_apart, and towards corners, beside which the fields change as near the line."""
+    ends = points_apart(a, shortest, profile)
+    for corner in profile.corners:
+        if corner < a:
+            beside = a * 0.5 ** np.arange(1, 2 + math.ceil(math.log2(max(a / shortest, 1.0))))
+            places = np.concatenate([corner - beside, corner + beside])
+            near = np.abs(ends[:, None] - (a - places)).min(axis=0) > beside.min() / 2
+            ends = np.concatenate([ends, a - places[(places > 0) & (places < a) & near]])
+    return np.unique(ends)[::-1]

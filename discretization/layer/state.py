@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
 _EXACT = 1e-11  # of the energy of the free surface
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
-_LUCKY = 0.05  # of the error of the poles: what may be left where coarser ones happen to agree
+_LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
 _OUTSIDE = 400  # places at which the free surface is compared with the indenter
 _FAR = 40.0  # decay lengths
 
@@ -276,8 +276,10 @@ def certify(state: Layer, search: Search, rate: float) -> Certificate:
     force         P against dU/dd, by the energy of the elements
     """
     body, contact, depth = state.body, state.contact, state.depth
+    if state.a <= TIP and depth == body.touch:  # nothing is pressed
+        return Certificate.undeformed()
     size = abs(depth - body.touch) + abs(state.u) + search.excess / contact.sigma
-    size += abs(contact.slope) / contact.sigma
+    size = size + abs(contact.slope) / contact.sigma or 1.0
     if math.isinf(rate):
         off = max(
             body.rest_depth(contact, search.excess, -1) - depth,
@@ -304,16 +306,15 @@ def errors(state: Layer, search: Search, rate: float) -> dict[str, float]:
     The energy at a fixed contact is the least of a quadratic form, and as wrong as its stiffness.
     """
     body, depth, rough = state.body, state.depth, _COARSER * state.tolerance
-    coarse = body.condensed(state.a, rough)
+    coarse, fit = body.condensed(state.a, rough), body.poles(state.tolerance).error
     force, move = abs(coarse.load(depth) - state.contact.load(depth)), 0.0
     if math.isfinite(rate):
         move = abs(coarse.depth(search.excess) - state.contact.depth(search.excess)) / abs(rate)
         step = 1e-4 * state.a
         pair = (body.condensed(state.a + part * step, rough).load(depth) for part in (1, -1))
         force += move * abs(next(pair) - next(pair)) / (2 * step)
-        lost = state.rounding * (abs(state.u) + abs(state.contact.slope) / state.contact.sigma)
-        move += _COARSER * lost / abs(rate)
-    fit = body.poles(state.tolerance).error
+        size = abs(state.u) + abs(state.contact.slope) / state.contact.sigma
+        move += _COARSER * (state.rounding + _LUCKY * fit) * size / abs(rate)
     least = state.rounding + ROUNDING + _LUCKY * fit
     parts = (
         move / state.a / _COARSER + least,
