@@ -2,10 +2,28 @@
 
 import math
 
+import numpy as np
+
 from energy import ElasticLayer, FlatPunch, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge
+from energy.indenter import Indenter
 
 GEOMETRIES = ("line", "axisymmetric")
 BODIES = ("parabola", "power law", "wedge", "punch")
+
+
+class FlatTo(Indenter):
+    """Flat up to a corner at c, rising with a slope beyond."""
+
+    apex, symmetric, convex, complete = 0.0, True, True, True
+
+    def __init__(self, c, rise):
+        self.c, self.rise, self.corners = c, rise, (-c, c)
+
+    def height(self, x):
+        return self.rise * np.maximum(np.abs(x) - self.c, 0.0)
+
+    def slope(self, x):
+        return self.rise * np.sign(x) * (np.abs(x) > self.c)
 
 
 def layer(nu, *, unit=1.0, stress=1.0, response="layer"):
