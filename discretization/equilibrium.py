@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from discretization import display, plots
 from discretization.certificate import Certificate, Proof
-from discretization.parts import ACTING, STORED, parts_of
+from discretization.parts import ACTING, SPRINGS, STORED, Elastic
 from discretization.profile import breaks
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At, Shape
@@ -37,7 +37,7 @@ class Equilibrium:
     function of this state that finds it when it is asked for; scales: of force and energy, the sums
     of their terms' absolute values; spacing: nan where there are no nodes; proof: why no state on
     these nodes has a lower energy, where `shortest_path` has found it; neutral: whether a line
-    rests anywhere in a range at no cost.
+    rests anywhere in a range at no cost; elastic: what presses, springs or the layer itself.
     """
 
     scene: Scene
@@ -58,6 +58,7 @@ class Equilibrium:
     )
     proof: Proof | None = None
     neutral: bool = False
+    elastic: Elastic = SPRINGS
 
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
@@ -127,7 +128,7 @@ class Equilibrium:
 
     @functools.cached_property
     def _parts(self) -> dict[str, float]:
-        return parts_of(self)
+        return self.elastic.parts(self)
 
     @property
     def energy_parts(self) -> dict[str, float]:
@@ -244,13 +245,14 @@ class Equilibrium:
         return (left >= 0) & (x <= self.contacts[left, 1])
 
     def pressure(self, x: ArrayLike) -> Array:
-        """Elastic stress k u(x) of the layer on the indenter, the integrand of Eq. (9).
+        """Elastic stress of the layer on the indenter, k u(x) of springs: the integrand of Eq. (9).
 
         Zero outside the contact. The surface tension adds line forces at the contact lines (10).
         """
         x = self._measured(x)
-        known = self.inside(x) | np.isnan(x)
-        return np.where(known, self.scene.stiffness * self.displacement(x), 0.0)
+        found, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
+        found[inside] = self.elastic.pressure(self, x[inside])
+        return found
 
     @property
     def validity(self) -> tuple[Assumption, ...]:

@@ -148,7 +148,7 @@ def _branch_for(
     Of a load or a machine it is that for depths down to one at which the force is certainly enough,
     or to the last one tried at which the profile is known.
     """
-    if control.stiffness is None:
+    if control.stiffness is None or scene.layer.exact:
         return branch_of(scene, rtol, spacing, deepest)
     touch, reach = resolve(scene, 0.0).touch, scene.opened.critical_separation
     below, deeper = (reach, 2.0) if reach else (_SHALLOW * scene.layer.h, 4.0)

@@ -10,9 +10,11 @@ from discretization.fitted.several import on_several
 from discretization.fitted.single import on_one_contact
 from discretization.fitted.springs import on_springs
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
+from discretization.layer.node_state import on_layer_nodes
+from discretization.layer.state import on_layer
 from discretization.routes import question_of, route, usable
 from energy import Scene
-from energy.checks import finite, option
+from energy.checks import finite, option, positive
 
 METHODS = ("auto", "lattice", "fitted", "shortest_path", "oracle")
 ON_NODES = ("lattice", "shortest_path", "oracle")
@@ -22,6 +24,7 @@ ON_MESH = {
     "one contact": on_one_contact,
     "several contacts": on_several,
     "springs": on_springs,
+    "layer": on_layer,
 }
 
 
@@ -64,9 +67,12 @@ def minimise(
             f"branch = {branch!r} is not what method={method!r} finds: use branch='global'"
         )
     if method in ON_NODES:
-        route(scene, question_of(method, branch), nodes=True)
+        way = route(scene, question_of(method, branch), nodes=True)
         if spacing is None:
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
+        if way == "layer":
+            spacing = positive("spacing", spacing)
+            return on_layer_nodes(scene, float(depth), spacing, branch=branch)
         return looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)
     way = route(scene, branch, nodes=False)
     if spacing is not None:

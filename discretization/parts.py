@@ -15,7 +15,7 @@ state: an `Equilibrium`, which is built on this module, not it on that.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,3 +73,28 @@ def _of_free(state: Any) -> Array:
         ends = np.array([[start], [end]])
         found += summed(density, ends, _EXACT, np.zeros((2, 1)), smooth=True).sums.sum(axis=1)
     return found
+
+
+class Elastic(Protocol):
+    """What presses on the indenter in contact, and stores energy."""
+
+    def pressure(self, state: Any, x: Array) -> Array:
+        """In contact at positions."""
+
+    def parts(self, state: Any) -> dict[str, float]:
+        """Energy and force in parts."""
+
+
+class Springs:
+    """The layer as independent springs, which press with k u."""
+
+    def pressure(self, state: Any, x: Array) -> Array:
+        """In contact at positions."""
+        return np.asarray(state.scene.stiffness * state.displacement(x))
+
+    def parts(self, state: Any) -> dict[str, float]:
+        """Energy and force in parts."""
+        return parts_of(state)
+
+
+SPRINGS = Springs()

@@ -50,6 +50,10 @@ def _searched(scene: Scene) -> bool:
     return scene.gamma1 > 0 and scene.work_of_adhesion > 0 and not one_contact(scene)
 
 
+def _layer(scene: Scene) -> bool:
+    return scene.layer.exact
+
+
 class Row(NamedTuple):
     """Of what and what is asked, of which scenes; what answers, or why nothing does."""
 
@@ -90,7 +94,46 @@ _ENDLESS = (
     "punch, wedge, parabola, power law, or a sum of these"
 )
 
+_LAYER = (
+    ": response = 'layer' answers one contact of a convex indenter, mirror-symmetric or turned "
+    "about an axis, with small slopes, gamma1 > 0 and branch = 'adhered'; "
+)
+_OTHERWISE = "change that, or use response='springs'"
+_LAYER_GLOBAL = (
+    "branch = 'global'"
+    + _LAYER
+    + "use that branch, or response='springs' for what has least energy"
+)
+_LAYER_NODES = (
+    "method = 'lattice': with response = 'layer' nodes only answer states, no load paths; use "
+    "method='fitted'"
+)
+_BEYOND_LAYER: dict[str, Callable[[Scene], bool]] = {
+    "slopes = {scene.slopes!r}": lambda s: s.slopes != "small",
+    "gamma1 = {scene.gamma1!r}": lambda s: not s.gamma1,
+    "pattern = {scene.pattern!r}": lambda s: s.pattern is not None,
+    "indenter = {scene.indenter!r} has no lowest point": _plane,
+    "indenter = {scene.indenter!r} is not convex": lambda s: not s.indenter.convex,
+    "indenter = {scene.indenter!r} is not mirror-symmetric": lambda s: (
+        not (s.axisymmetric or s.indenter.symmetric)
+    ),
+}
+
+
+def _beyond(applies: Callable[[Scene], bool]) -> Callable[[Scene], bool]:
+    return lambda scene: _layer(scene) and applies(scene)
+
+
 TABLE = (
+    *(
+        Row(BOTH, (*ANY, *SEARCH), _beyond(applies), refused=what + _LAYER + _OTHERWISE)
+        for what, applies in _BEYOND_LAYER.items()
+    ),
+    Row(BOTH, LOWEST, _layer, refused=_LAYER_GLOBAL),
+    Row(MESH, STATES, lambda s: _layer(s) and _held_twice(s), refused=_PATH),
+    Row(MESH, ANY, _layer, "layer"),
+    Row(NODES, ("path",), _layer, refused=_LAYER_NODES),
+    Row(NODES, STATES, _layer, "layer"),
     Row(BOTH, LOWEST, _held_twice, refused=_PATH),
     Row(BOTH, STATES, lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)), refused=_PATH),
     Row(MESH, STATES, _plane, "plane"),

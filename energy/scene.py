@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from energy.axis import about_axis, check_rings
 from energy.checks import not_a_class, option
 from energy.indenter import Indenter, as_indenter
-from energy.layer import ElasticLayer
+from energy.layer import ElasticLayer, effective_length
 from energy.pattern import Patches
 from energy.surfaces import SurfaceEnergies
 from energy.terms import GEOMETRIES, SLOPES
@@ -121,6 +121,11 @@ class Scene:
     def elastocapillary_length(self) -> float:
         """l = √(γ₁/k), Eq. (7)."""
         return math.sqrt(self.gamma1 / self.stiffness)
+
+    @functools.cached_property
+    def effective_length(self) -> float:
+        """ℓ, which stands for l in Eq. (16) of a layer; see energy.layer.effective_length."""
+        return effective_length(self.layer, self.gamma1)
 
     @functools.cached_property
     def critical_separation(self) -> float:

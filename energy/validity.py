@@ -14,7 +14,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from energy.layer import relative_stiffness, second_order
 
 if TYPE_CHECKING:
     from energy.scene import Scene
@@ -70,9 +71,14 @@ def _of_layer(scene: Scene, deformed: Deformation) -> tuple[Assumption, ...]:
     """Strain of the layer, and its thickness against the narrowest contact."""
     h, strained = scene.layer.h, "the layer is strained beyond linearity"
     thickness = h / deformed.half_width if deformed.half_width else math.inf
-    return (
+    strained_little = (
         Assumption("d/h", abs(deformed.indentation) / h, MUCH_LESS, strained),
         Assumption("u/h", deformed.displacement / h, MUCH_LESS, strained),
+    )
+    if scene.layer.exact:
+        return strained_little
+    return (
+        *strained_little,
         Assumption("h/a", thickness, MUCH_LESS, "the layer is not thin against a contact"),
         Assumption(
             "(h/a)²/(1-2ν)",
@@ -97,7 +103,7 @@ def _of_slopes(scene: Scene, deformed: Deformation | None) -> tuple[Assumption, 
 
 def _of_free_surface(scene: Scene) -> tuple[Assumption, ...]:
     """The thickness against the elastocapillary length; nothing without tension."""
-    if not scene.gamma1:
+    if scene.layer.exact or not scene.gamma1:
         return ()
     ratio = scene.layer.h / scene.elastocapillary_length
     off = abs(compliance_error(scene.layer.nu, ratio))
@@ -115,11 +121,6 @@ def _of_free_surface(scene: Scene) -> tuple[Assumption, ...]:
     )
 
 
-def second_order(nu: float) -> float:
-    """c₂ = ν(4ν - 1)/(3(1 - ν)(1 - 2ν)) of the bonded layer; 0 for ν = 0 and ¼."""
-    return nu * (4 * nu - 1) / (3 * (1 - nu) * (1 - 2 * nu))
-
-
 def compliance_error(nu: float, thickness: float) -> float:
     """Compliance of the free surface of the exact bonded layer over that of springs, minus 1.
 
@@ -130,19 +131,7 @@ def compliance_error(nu: float, thickness: float) -> float:
     thickness: h/l.
     """
     angle = math.pi / 4 * (_POINTS + 1)
-    relative = _stiffness(nu, thickness * np.tan(angle))
+    still = 2 * (1 - nu) / (1 - 2 * nu)
+    relative = relative_stiffness(nu, thickness * np.tan(angle)) / still
     density = 1 / (np.cos(angle) ** 2 * relative + np.sin(angle) ** 2)
     return float(_WEIGHTS @ density) / 2 - 1
-
-
-def _stiffness(nu: float, qh: NDArray[np.float64]) -> NDArray[np.float64]:
-    """k(q)/k of the bonded layer in plane strain without shear stress on its surface, qh > 0.
-
-    With κ = qh: κ [(3-4ν) cosh 2κ + 2κ² + 5 - 12ν + 8ν²]/[(3-4ν) sinh 2κ - 2κ] (1-2ν)/(2(1-ν)²);
-    both brackets are divided by cosh 2κ here.
-    """
-    decay = np.exp(-2 * qh)
-    sech = 2 * decay / (1 + decay**2)
-    above = 3 - 4 * nu + (2 * qh**2 + 5 - 12 * nu + 8 * nu**2) * sech
-    below = (3 - 4 * nu) * np.tanh(2 * qh) - 2 * qh * sech
-    return np.asarray(qh * above / below * (1 - 2 * nu) / (2 * (1 - nu) ** 2))

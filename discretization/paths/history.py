@@ -19,6 +19,7 @@ from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snap
 from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
+from discretization.paths.layer_branch import LayerBranch
 from discretization.paths.springs_branch import SpringsBranch
 from discretization.routes import route
 from energy import Scene
@@ -251,6 +252,9 @@ def branch_of(scene: Scene, rtol: float, spacing: float | None, deepest: float) 
     """The branch for depths up to the deepest, on nodes if there is a spacing."""
     if spacing is not None:
         return LatticeBranch.of(scene, spacing, deepest)
-    if route(scene, "path", nodes=False) == "springs":
+    way = route(scene, "path", nodes=False)
+    if way == "springs":
         return SpringsBranch.of(scene, rtol, deepest)
+    if way == "layer":
+        return LayerBranch.of(scene, rtol)
     return FittedMany.of(scene, deepest)

@@ -11,7 +11,8 @@ from scipy.linalg import expm
 
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, SurfaceEnergies
-from energy.validity import compliance_error, second_order
+from energy.layer import second_order
+from energy.validity import compliance_error
 from studies.scenes import run
 from studies.scenes.fit.trials import SCENE as FITTED
 from studies.verify import scenes as checks

@@ -1,0 +1,1 @@
+"""One contact of a layer with its exact response."""

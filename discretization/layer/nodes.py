@@ -1,0 +1,193 @@
+"""One contact of a layer on nodes: energies from the layer's own kernel, a line moved by links.
+
+Forces on nodes (about an axis on rings) displace the surface of the layer with its tension by the
+compliance C between them, an integral over wave numbers q of 1/(k(q) + γ₁q²); of that what springs
+of stiffness γ₁m² under the same tension give is known in closed form, and the rest falls like q⁻³.
+Held down by g on the nodes of a contact the surface has the energy gᵀC⁻¹g/2, and with the Cholesky
+factor of C, nodes from the middle outwards, y = L⁻¹g,
+
+    U_n = ½ Σ_{i≤n} y_i² - w A_n,    P_n = Σ_{i≤n} y_i ∂y_i/∂d,
+
+for all contacts of n nodes at once. So a line passes the link to node n where that lowers U, at
+
+    y_n(d)² = 2w (A_n - A_{n-1}),
+
+and D is known in the middle of every link. Neither poles nor the fields under the indenter are
+used. Places, force and energy between the nodes are those of polynomials through the four nearest;
+they are of second order in the spacing.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+from scipy.special import i0e, j0, k0e
+
+from discretization.roots import bracketed
+from energy import Scene
+
+Array = NDArray[np.float64]
+_ORDER = 8  # Gauss points of a panel
+_TURN = 2.0  # of q times the largest distance: panels
+_LEFT = 1e-6  # of the compliance: what is left beyond the largest q
+_FLATTEST = 1e-3  # of the wave numbers that matter: the first panel
+KNOWN = 1e-6  # of results: what the compliance is good for
+_LEAST = 1e-9  # of the spacing: a ring that is none
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """Contacts of 1, 2, ... nodes on each side of a scene's lowest point.
+
+    x (n,): their distances from there; lower: L; start, rate (n,): y at d = 0 and its change;
+    area (n,): in contact up to each node; edge: whether the body ends at the last one.
+    """
+
+    scene: Scene
+    spacing: float
+    x: Array
+    lower: Array
+    start: Array
+    rate: Array
+    area: Array
+    edge: bool
+
+    @classmethod
+    def of(cls, scene: Scene, spacing: float, count: int) -> Nodes:
+        """At most so many nodes on each side; the outermost one at the edge of a body that ends."""
+        apex = lowest(scene)
+        end, walls = scene.indenter.extent[1], scene.indenter.walls
+        first = (end - apex) % spacing if end in walls else 0.0
+        if scene.axisymmetric and first < _LEAST * spacing:
+            first += spacing
+        known = math.floor((end - apex - first) / spacing + 1e-9) + 1 if end < math.inf else count
+        x = np.asarray(first + spacing * np.arange(min(count, known)), float)
+        lower = cholesky(compliance(scene, x, x), lower=True)
+        both = np.array([-scene.indenter.height(apex + x), np.ones(x.size)]).T
+        start, rate = solve_triangular(lower, both, lower=True).T
+        area = np.asarray(math.pi * x * x if scene.axisymmetric else 2 * x, float)
+        return cls(scene, spacing, x, lower, start, rate, area, x.size == known and end in walls)
+
+    def coarser(self, times: int) -> Nodes:
+        """Nodes that many times further apart, the outermost one among them at an edge."""
+        first = round(float(self.x[0]) / self.spacing)
+        start = (self.x.size - 1) % times if self.edge else (-first) % times
+        own = np.arange(start, self.x.size, times)
+        lower = cholesky((self.lower @ self.lower.T)[np.ix_(own, own)], lower=True)
+        g = np.array([self.lower @ self.start, self.lower @ self.rate]).T[own]
+        start, rate = solve_triangular(lower, g, lower=True).T
+        part = self.x[own], lower, start, rate, self.area[own]
+        return Nodes(self.scene, times * self.spacing, *part, self.edge)
+
+    @property
+    def apex(self) -> float:
+        """x of the lowest point."""
+        return lowest(self.scene)
+
+    @functools.cached_property
+    def rest_depths(self) -> Array:
+        """D of the links (n - 1,), in the middle between the nodes."""
+        lift = np.sqrt(2 * self.scene.work_of_adhesion * np.diff(self.area))
+        return -(self.start[1:] + lift) / self.rate[1:]
+
+    def last(self, depth: float, touch: float) -> int | None:
+        """The outermost node in contact on the way from first touch; None: none, -1: beyond all."""
+        ahead = np.flatnonzero(self.rest_depths >= max(depth, touch))
+        if not ahead.size:
+            return self.x.size - 1 if self.edge else -1
+        n = int(ahead[0])
+        if depth < touch:
+            back = np.flatnonzero(self.rest_depths[:n] <= depth)
+            return int(back[-1]) + 1 if back.size else None
+        return n
+
+    def found(self, depth: float, n: int) -> tuple[float, float, float]:
+        """a, P and U between the nodes, where node n is the outermost in contact."""
+        y = self.start + depth * self.rate
+        force = np.cumsum(y * self.rate)
+        energy = np.cumsum(y * y) / 2 - self.scene.work_of_adhesion * self.area
+        if n == self.x.size - 1:
+            return float(self.x[n]), float(force[n]), float(energy[n])
+        own = np.arange(*_four(n - 1, self.x.size - 1))
+        middle = (self.x[own] + self.x[own + 1]) / 2
+        off = interpolation(middle, self.rest_depths[own] - depth)
+        lo, hi = self.x[n] - self.spacing / 2, self.x[n] + self.spacing / 2
+        a = bracketed(off, lo, hi) if off(lo) <= 0 < off(hi) else float(self.x[n])
+        own = np.arange(*_four(int(np.searchsorted(self.x, a)) - 1, self.x.size))
+        press, stored = (interpolation(self.x[own], part[own])(a) for part in (force, energy))
+        return a, press, stored
+
+    def forces(self, depth: float, n: int) -> Array:
+        """On the nodes (n + 1,) of that contact."""
+        y = (self.start + depth * self.rate)[: n + 1]
+        return np.asarray(solve_triangular(self.lower[: n + 1, : n + 1], y, lower=True, trans=1))
+
+
+def lowest(scene: Scene) -> float:
+    """x of the lowest point."""
+    return 0.0 if scene.axisymmetric else float(scene.indenter.apex or 0.0)
+
+
+def _four(first: int, size: int) -> tuple[int, int]:
+    """Four places around that one and the next, of so many."""
+    start = min(max(first - 1, 0), max(size - 4, 0))
+    return start, min(start + 4, size)
+
+
+def interpolation(x: Array, y: Array) -> Callable[[float], float]:
+    """The polynomial through a few points."""
+    middle, size = float(x.mean()), float(np.ptp(x)) or 1.0
+    curve = np.polynomial.Polynomial.fit((x - middle) / size, y, x.size - 1)
+    return lambda at: float(curve((at - middle) / size))
+
+
+def compliance(scene: Scene, z: Array, x: Array) -> Array:
+    """Displacement at places z (m,) over the total force on pairs of nodes, or rings, x (n,).
+
+    Beyond the largest q, the rest of 1/(k + γ₁q²) counts where a force acts on its own place.
+    """
+    layer, gamma = scene.layer, scene.gamma1
+    still = layer.stiffness if layer.nu < 0.5 else layer.shear_modulus / layer.h
+    m, half = math.sqrt(still / gamma), layer.shear_modulus / (1 - layer.nu)
+    last = math.sqrt(half * m / (2 * gamma * _LEFT)) + 10 / layer.h + 10 * m
+    q, weights = _wave_numbers(last, float(max(x[-1], z[-1])), 1 / layer.h + m)
+    k = layer.stiffness_at(q)
+    rest = (gamma * m * m - k) / ((k + gamma * q * q) * gamma * (q * q + m * m)) * weights
+    rest *= q / (2 * math.pi) if scene.axisymmetric else 1 / math.pi
+    found, wave = _springs(scene, z, x, m), j0 if scene.axisymmetric else np.cos
+    for part in np.array_split(np.arange(q.size), max(1, q.size * max(x.size, z.size) // 10**7)):
+        there = wave(np.outer(z, q[part]))
+        found += (there * rest[part]) @ (there if z is x else wave(np.outer(x, q[part]))).T
+    if z is x:
+        beyond = half / (4 * math.pi * gamma**2 * last**2) * (1 + (x == 0))
+        found[np.diag_indices(x.size)] -= beyond / (math.pi * x) if scene.axisymmetric else beyond
+    return found
+
+
+def _wave_numbers(last: float, far: float, near: float) -> tuple[Array, Array]:
+    """q and weights up to the last: panels that grow until waves turn within a length `far`."""
+    wide = _TURN / far
+    turn = min(last, 2 * wide)
+    steps = max(1, math.ceil(math.log2(turn / (_FLATTEST * near)) * 2))
+    grown = turn * 2.0 ** (-0.5 * np.arange(steps, -1, -1))
+    even = np.linspace(turn, last, max(1, math.ceil((last - turn) / wide)) + 1)[1:]
+    ends = np.concatenate([[0.0], grown, even if last > turn else []])
+    middle, width = (ends[1:] + ends[:-1]) / 2, (ends[1:] - ends[:-1]) / 2
+    q = (middle[:, None] + width[:, None] * _POINTS).ravel()
+    return q, (width[:, None] * _WEIGHTS).ravel()
+
+
+def _springs(scene: Scene, z: Array, x: Array, m: float) -> Array:
+    near, far = np.minimum.outer(z, x), np.maximum.outer(z, x)
+    if scene.axisymmetric:
+        apart = np.exp(-m * (far - near))
+        return np.asarray(i0e(m * near) * k0e(m * far) * apart / (2 * math.pi * scene.gamma1))
+    both = np.exp(-m * (far - near)) + np.exp(-m * (far + near))
+    return np.asarray(both / (4 * m * scene.gamma1))

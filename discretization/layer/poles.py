@@ -1,0 +1,175 @@
+"""The stiffness of a bonded layer as a sum of poles, to a tolerance.
+
+In units of the thickness h and the shear modulus G, with s = q² and Γ = γ₁/(Gh),
+
+    k(s) = k₀ + k₁/s + Σ c_j s/(s + τ_j),
+
+k₀ that of q = 0 and k₁ = 0; an incompressible layer flows sideways instead, k₁ = 3 and k₀ fitted.
+The first poles are the layer's own: k is infinite where (3 - 4ν) sinh z = z, s = z²/4. The others
+are real, in steps as far apart as the tolerance allows where tension has not yet taken over from
+the layer, k < γ₁q² times the tolerance: a sum over poles in steps of a factor e^h is off by
+4 exp(-π²/h). The c_j are those of least squares of the error relative to k + γ₁q².
+
+A sum that is bounded for q -> ∞ leaves to tension alone what happens at a contact line: there the
+displacement has a kink, and nothing of the layer may compete with γ₁u'².
+"""
+
+from __future__ import annotations
+
+import cmath
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import NotCertifiedError
+from discretization.roots import bracketed
+from energy.layer import relative_stiffness
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+FLOW = 3.0  # k₁ of an incompressible layer
+_DIGITS = 2.0  # of the tolerance that one of the layer's own pairs of poles is good for
+_BEYOND = 1.5  # times the last of them, where the others begin
+_LEAST = 0.3  # of k: an error that may be, where tension rules
+_SAMPLES, _CHECKS = 1000, 3001
+_FLATTEST, _FURTHEST = 1e-3, 100.0  # q of the first sample; of the last, times where tension rules
+_NEWTON, _ABERTH = 50, 100
+_STILL = (
+    1e-9  # of a decay squared: a step of Aberth's method that is rounding if it shrinks no more
+)
+
+
+class Poles(NamedTuple):
+    """k₀, k₁, τ (n,), c (n,), complex in pairs, and what these make of a free surface.
+
+    decays (n + 1 or n + 2,): λ with k(-λ²) = Γλ², real parts positive: a free surface is a sum of
+    exp(-λx). error: largest |k - sum of poles|/(k + Γq²).
+    """
+
+    still: float
+    flow: float
+    tau: Complex
+    c: Complex
+    decays: Complex
+    error: float
+
+
+@functools.lru_cache(maxsize=32)
+def poles(nu: float, gamma: float, tolerance: float) -> Poles:
+    """The poles of a layer with this Poisson's ratio and Γ.
+
+    NotCertifiedError if the decays of its free surface are not found.
+    """
+    own = _own(nu, max(1, round(-math.log10(tolerance) / _DIGITS)))
+    known = own[1:] if nu == 0.5 else own
+    tau = [*known, *_others(abs(own[-1]) * _BEYOND, gamma * (1 - nu), tolerance)]
+    last = max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST)
+    still, c = _fitted(nu, gamma, tau, np.geomspace(_FLATTEST, last, _SAMPLES))
+    whole = np.array([t for one in tau for t in _pair(one)])
+    flow = FLOW if nu == 0.5 else 0.0
+    found = Poles(still, flow, whole, c, np.empty(0, complex), math.inf)
+    q = np.geomspace(_FLATTEST / 2, 10 * last, _CHECKS)
+    exact = relative_stiffness(nu, q)
+    off = np.abs(stiffness(found, q * q) - exact) / (exact + gamma * q * q)
+    return found._replace(decays=_decays(found, gamma), error=float(off.max()))
+
+
+def stiffness(found: Poles, s: Array) -> Array:
+    """k(s) as the sum of poles."""
+    square = s[:, None]
+    parts = (found.c * square / (square + found.tau)).sum(axis=1)
+    return np.asarray(found.still + found.flow / s + parts.real)
+
+
+def _pair(tau: complex) -> tuple[complex, ...]:
+    return (tau,) if tau.imag == 0 else (tau, tau.conjugate())
+
+
+def _own(nu: float, pairs: int) -> list[complex]:
+    """τ of the layer's own poles: a real one, 0 for ν = ½, and so many pairs."""
+    ratio = 3 - 4 * nu
+    first = 0.0
+    if nu < 0.5:  # i y with ratio sin y = y
+        low = math.sqrt(6 * (1 - 1 / ratio)) / 2
+        first = bracketed(lambda y: ratio * math.sin(y) - y, math.pi, low) ** 2 / 4
+    found = [complex(first)]
+    for n in range(1, pairs + 1):
+        height = (2 * n + 0.5) * math.pi
+        z = complex(math.log(2 * height / ratio), height)
+        for _ in range(_NEWTON):
+            step = (ratio * cmath.sinh(z) - z) / (ratio * cmath.cosh(z) - 1)
+            z -= step
+            if abs(step) <= 1e-15 * abs(z):
+                break
+        tau = -z * z / 4
+        found.append(complex(tau.real, abs(tau.imag)))
+    return found
+
+
+def _others(first: float, gamma: float, tolerance: float) -> list[complex]:
+    """Real τ from here to where tension rules; gamma: Γ over the stiffness of a half-space."""
+    found, tau, error = [], first, 0.0
+    while error < _LEAST:
+        error = min(tolerance * (1 + gamma * math.sqrt(tau)), _LEAST)
+        step = math.exp(math.pi**2 / math.log(4 / error))
+        found.append(complex(tau * math.sqrt(step)))
+        tau *= step
+    return found
+
+
+def _fitted(nu: float, gamma: float, tau: list[complex], q: Array) -> tuple[float, Complex]:
+    """k₀ and c of poles, those with Im τ > 0 standing for a pair."""
+    s, exact = q * q, relative_stiffness(nu, q)
+    columns = []
+    for one in tau:
+        part = s / (s + one)
+        columns += [part.real] if one.imag == 0 else [2 * part.real, -2 * part.imag]
+    if nu == 0.5:
+        still, wanted = 0.0, exact - FLOW / s
+        columns.insert(0, np.ones(s.size))
+    else:
+        still = float(relative_stiffness(nu, 0.0))
+        wanted = exact - still
+    matrix = np.array(columns).T / (exact + gamma * s)[:, None]
+    size = np.sqrt((matrix * matrix).sum(axis=0))
+    rest = (np.linalg.lstsq(matrix / size, wanted / (exact + gamma * s))[0] / size).tolist()
+    if nu == 0.5:
+        still = rest.pop(0)
+    c: list[complex] = []
+    for one in tau:
+        own = complex(rest.pop(0), 0.0 if one.imag == 0 else rest.pop(0))
+        c += _pair(own) if one.imag else [own]
+    return still, np.array(c)
+
+
+def _decays(found: Poles, gamma: float) -> Complex:
+    """λ with Γμ = k₀ - k₁/μ + Σ c μ/(μ - τ), μ = λ²: all zeros at once, by Aberth's method.
+
+    O. Aberth, Mathematics of Computation 27 (1973) 339.
+    """
+    side = np.where(found.tau.imag == 0, 0.5, np.sign(found.tau.imag))
+    more = [found.still / gamma * (0.9 + 0.05j)] if not found.flow else [0.1 - 0.5j, 0.1 + 0.6j]
+    mu = np.concatenate([found.tau * 1.05 * np.exp(0.05j * side), more])
+    last = math.inf
+    for _ in range(_ABERTH):
+        apart = 1 / (mu[:, None] - found.tau)
+        value = gamma * mu - found.still + found.flow / mu - (found.c * mu[:, None] * apart).sum(1)
+        rate = gamma - found.flow / mu**2 + (found.c * found.tau * apart**2).sum(axis=1)
+        others = mu[:, None] - mu
+        np.fill_diagonal(others, math.inf)
+        pull = apart.sum(axis=1) - (1 / others).sum(axis=1)
+        pull = pull + 1 / mu if found.flow else pull
+        step = value / (rate + value * pull)
+        mu = mu - step
+        now, before = float(np.abs(step / mu).max()), last
+        last = now
+        if before / 2 <= now <= _STILL:
+            root = np.sqrt(mu)
+            return np.where(root.real < 0, -root, root)
+    raise NotCertifiedError(
+        f"the free surface of a layer with gamma1/(G h) = {gamma!r} is not resolved; use another "
+        "rtol, or response='springs'"
+    )

@@ -1,0 +1,66 @@
+"""Scenes of a bonded layer with its exact response, fixed and random, in any units."""
+
+import math
+
+import numpy as np
+
+from energy import ElasticLayer, FlatPunch, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge
+from energy.indenter import Indenter
+
+GEOMETRIES = ("line", "axisymmetric")
+BODIES = ("parabola", "power law", "wedge", "punch")
+
+
+class FlatTo(Indenter):
+    """Flat up to a corner at c, rising with a slope beyond."""
+
+    apex, symmetric, convex, complete = 0.0, True, True, True
+
+    def __init__(self, c, rise):
+        self.c, self.rise, self.corners = c, rise, (-c, c)
+
+    def height(self, x):
+        return self.rise * np.maximum(np.abs(x) - self.c, 0.0)
+
+    def slope(self, x):
+        return self.rise * np.sign(x) * (np.abs(x) > self.c)
+
+
+def layer(nu, *, unit=1.0, stress=1.0, response="layer"):
+    """A layer of thickness and shear modulus 1, in these units."""
+    return ElasticLayer(2 * (1 + nu) * stress, nu, unit, response=response)
+
+
+def scene_of(body, nu=0.45, gamma=0.7, w=0.01, geometry="line", *, opening=None, **given):
+    """γ₁ and works of adhesion over Gh; the body in units of the layer's thickness."""
+    tension = given.get("unit", 1.0) * given.get("stress", 1.0)
+    first, second = (
+        work if work is None else SurfaceEnergies.from_work(gamma * tension, work * tension)
+        for work in (w, opening)
+    )
+    return Scene(layer(nu, **given), first, body, geometry=geometry, opening=second)
+
+
+def body_of(kind, a, rise, n=3.0):
+    """A body whose slope is `rise` at a, or that ends there."""
+    return {
+        "parabola": lambda: Parabola(a / rise),
+        "power law": lambda: PowerLaw(rise / n * a ** (1 - n), n),
+        "wedge": lambda: Wedge(math.atan(rise)),
+        "punch": lambda: FlatPunch(a),
+    }[kind]()
+
+
+def random_scene(rng, kind, geometry, *, widest=1.5, nu=None):
+    """A scene, a depth at which it is in contact for most choices, and about how wide."""
+    nu = (
+        float(rng.choice([0.5, rng.uniform(-0.9, 0.5), rng.uniform(0.3, 0.5)]))
+        if nu is None
+        else nu
+    )
+    gamma, a = 10 ** rng.uniform(-2, 2), 10 ** rng.uniform(-1, widest)
+    slope = 0.1
+    rise = slope * 10 ** rng.uniform(-0.5, 0.5)
+    body = body_of(kind, a, rise, float(rng.uniform(1.5, 4)))
+    depth = rise * a * (rng.uniform(-0.02, 0.7) if kind != "punch" else rng.uniform(-0.02, 0.5))
+    return scene_of(body, nu, gamma, gamma * slope**2 / 2, geometry), depth, a

@@ -1,0 +1,133 @@
+"""A bonded elastic layer resolved through its thickness by finite elements: a truth of its own.
+
+Biquadratic elements on a grid that is graded towards the contact line, half of a line contact or a
+section through an axis; the base is fixed, the top without shear stress, its surface tension a sum
+over the top edges, and nodes in contact are prescribed. With the line at a node the least energy is
+a quadratic form of the depth; where the line rests follows from how it changes with the place of
+the line, and nothing is used of Fourier's kernel, of poles, or of the angle at the line.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
+SHAPES = np.array([POINTS * (POINTS - 1) / 2, 1 - POINTS**2, POINTS * (POINTS + 1) / 2])
+SLOPES = np.array([POINTS - 0.5, -2 * POINTS, POINTS + 0.5])
+AROUND = 0.04 * np.arange(-2, 3)  # places of the line beside the one that is asked, over it
+HALVINGS, FAR = 9, 14  # of elements towards the line; thicknesses beside it
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line contact, mirrored about x = 0."""
+
+    whole = 2.0
+    turned = False
+
+    def area(self, a):
+        return 2 * a
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A contact about an axis."""
+
+    whole = 2 * math.pi
+    turned = True
+
+    def area(self, a):
+        return math.pi * a * a
+
+
+def halved(length, times):
+    """0, and places up to a length, the first steps halved so often."""
+    return np.concatenate([[0.0], length * 0.5 ** np.arange(times, -1, -1)])
+
+
+def split(ends, parts):
+    """Every interval in so many parts, and the midpoints of these: nodes."""
+    return np.interp(
+        np.arange(0, 2 * parts * (ends.size - 1) + 1) / (2 * parts), np.arange(ends.size), ends
+    )
+
+
+def sums(nodes, measure, left, right):
+    """∫ left right m dx of all pairs of shape functions, of which SHAPES or SLOPES are given."""
+    elements = (nodes.size - 1) // 2
+    middle, half = nodes[1::2], (nodes[2::2] - nodes[:-1:2]) / 2
+    weights = measure(middle[:, None] + half[:, None] * POINTS) * WEIGHTS
+    power = 1 - (left is SLOPES) - (right is SLOPES)
+    values = np.einsum("ip,jp,ep->eij", left, right, weights) * half[:, None, None] ** power
+    own = 2 * np.arange(elements)[:, None] + np.arange(3)
+    rows, columns = np.repeat(own, 3, axis=1).ravel(), np.tile(own, 3).ravel()
+    return sparse.csr_matrix((values.ravel(), (rows, columns)), shape=(nodes.size,) * 2)
+
+
+def stiffness(geometry, nu, gamma, x, y):
+    """K of the displacements along x and downwards at nodes (x, y), y first; shear modulus 1."""
+    first = 2 * nu / (1 - 2 * nu)
+    whole = first + 2
+
+    def m(z):
+        return z if geometry.turned else np.ones_like(z)
+
+    def one(z):
+        return np.ones_like(z)
+
+    kx, mx, gx = (
+        sums(x, m, *pair) for pair in ((SLOPES, SLOPES), (SHAPES, SHAPES), (SLOPES, SHAPES))
+    )
+    ky, my, gy = (
+        sums(y, one, *pair) for pair in ((SLOPES, SLOPES), (SHAPES, SHAPES), (SLOPES, SHAPES))
+    )
+    sideways = whole * sparse.kron(kx, my) + sparse.kron(mx, ky)
+    both = first * sparse.kron(gx, gy.T) + sparse.kron(gx.T, gy)
+    if geometry.turned:  # the strain along circles, u/r
+        ring, across = sums(x, lambda r: 1 / r, SHAPES, SHAPES), sums(x, one, SLOPES, SHAPES)
+        sideways = sideways + whole * sparse.kron(ring, my)
+        sideways = sideways + first * sparse.kron(across + across.T, my)
+        both = both + first * sparse.kron(sums(x, one, SHAPES, SHAPES), gy.T)
+    top = sparse.csr_matrix(([1.0], ([0], [0])), shape=(y.size,) * 2)
+    down = whole * sparse.kron(mx, ky) + sparse.kron(kx, my) + gamma * sparse.kron(kx, top)
+    return sparse.bmat([[sideways, both], [both.T, down]], format="csc")
+
+
+def quadratic(geometry, nu, gamma, height, a, parts):
+    """A, B, C of the energy A d²/2 + B d + C/2 without adhesion, with the line at a."""
+    inside, outside = a - a * halved(1.0, HALVINGS)[::-1], halved(1.0, HALVINGS)
+    outside = np.concatenate([outside, 1 + np.arange(1, FAR)])
+    x = split(np.concatenate([inside, a + outside[1:]]), parts)
+    y = split(halved(1.0, HALVINGS), parts)
+    number = np.arange(2 * x.size * y.size).reshape(2, x.size, y.size)
+    touching = number[1, : 2 * parts * (inside.size - 1) + 1, 0]
+    fixed = np.concatenate([number[:, :, -1].ravel(), number[0, 0], touching])
+    free = np.setdiff1d(number.ravel(), fixed)
+    own, g = x[: touching.size], np.ones((touching.size, 2))
+    g[:, 1] = -height(own)
+    k = stiffness(geometry, nu, gamma, x, y)
+    beside = k[:, touching] @ g
+    moved = splu(k[free][:, free]).solve(-beside[free])
+    form = g.T @ (beside[touching] + k[touching][:, free] @ moved) * geometry.whole
+    return form[0, 0], form[0, 1], form[1, 1]
+
+
+def rests(geometry, nu, gamma, height, a, works, parts):
+    """For works of adhesion: the depths at which a line rests at a, the force and the energy there.
+
+    A line that moves by da changes the energy by U' da; at rest U' = 0, of two depths the lower.
+    """
+    forms = np.array([quadratic(geometry, nu, gamma, height, a * (1 + t), parts) for t in AROUND])
+    rate = np.polynomial.polynomial.polyfit(AROUND * a, forms, AROUND.size - 1)[1]
+    second, first, none = forms[AROUND.size // 2]
+    found = []
+    for w in works:
+        more = w * geometry.area(1.0) * (2 * a if geometry.turned else 1.0)
+        half, rest = rate[1] / rate[0], (rate[2] - 2 * more) / rate[0]
+        depth = -half - math.sqrt(half * half - rest)
+        energy = second * depth * depth / 2 + first * depth + none / 2 - w * geometry.area(a)
+        found.append((depth, second * depth + first, energy))
+    return np.array(found)

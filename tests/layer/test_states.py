@@ -1,0 +1,258 @@
+"""States of one contact of a layer: error estimates, balances, limits, units, corners, refusals."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from layers import BODIES, GEOMETRIES, FlatTo, layer, random_scene, scene_of
+
+from discretization import load_path, minimise
+from energy import FlatPunch, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge
+
+EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
+QUANTITIES = ("half_width", "force", "energy")
+
+
+def numbers(state):
+    """Half-width, force and energy, over the scales of their error estimates."""
+    scales = (state.half_width, state.scales["force"], state.scales["energy"])
+    return np.array([state.half_width, state.force, state.energy]) / scales
+
+
+def resting(seed, kind, geometry, **given):
+    """A random scene in contact at a depth, and its state good to 1e-6."""
+    rng = np.random.default_rng(seed)
+    while True:
+        scene, depth, _ = random_scene(rng, kind, geometry, **given)
+        state = minimise(scene, depth, rtol=1e-6)
+        if state.half_width:
+            return scene, depth, state
+
+
+@pytest.mark.parametrize(("kind", "geometry"), EVERY)
+@pytest.mark.parametrize("seed", [0, pytest.param(range(1, 13), marks=pytest.mark.slow)])
+def test_errors_are_within_their_estimate(kind, geometry, seed):
+    for one in [seed] if seed == 0 else seed:
+        scene, depth, state = resting(one, kind, geometry, widest=2.0)
+        finer = minimise(scene, depth, rtol=1e-9)
+        estimate, rest = ([s.error_estimate[q] for q in QUANTITIES] for s in (state, finer))
+        assert (np.array(estimate) <= 1e-6).all()
+        off = np.abs(numbers(state) * numbers_of_scales(state, finer) - numbers(finer))
+        assert (off <= np.add(estimate, rest)).all()
+
+
+def numbers_of_scales(one, other):
+    """The scales of one state over those of another."""
+    scales = [(s.half_width, s.scales["force"], s.scales["energy"]) for s in (one, other)]
+    return np.divide(*scales)
+
+
+@pytest.mark.parametrize(("kind", "geometry"), EVERY)
+def test_the_force_is_the_slope_of_the_energy(kind, geometry):
+    scene, depth, state = resting(1, kind, geometry)
+    step = (
+        2e-3 * state.energy_parts["springs"] / max(abs(state.force), 1e-3 * state.scales["force"])
+    )
+    near, far = (
+        (minimise(scene, depth + s).energy - minimise(scene, depth - s).energy) / (2 * s)
+        for s in (step, 2 * step)
+    )
+    extrapolated = near + (near - far) / 3
+    assert abs(extrapolated - state.force) <= abs(near - far) / 3 + 1e-6 * state.scales["force"]
+    assert abs(near - far) <= 0.02 * state.scales["force"]
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [0.2, 0.5])
+def test_at_the_line_the_energy_is_least_among_neighbouring_contacts(geometry, nu):
+    """A punch as wide as a contact that is a little wider or narrower, with the same profile."""
+    scene = scene_of(Parabola(40.0), nu, geometry=geometry)
+    state = minimise(scene, 0.03, rtol=1e-9)
+    a = state.half_width
+
+    def energy(width):
+        """Pressed so deep that all of it is in contact, down to this depth, by ∫P dd."""
+        cut = replace(scene, indenter=Parabola(40.0) + FlatPunch(width))
+        held = [minimise(cut, d) for d in 0.03 + width**2 / 40 * np.array([1.0, 2.0, 3.0])]
+        assert all(one.pinned.any() and one.half_width == width for one in held)
+        deep = np.array([one.depth for one in held])
+        return float(np.polyval(np.polyfit(deep - 0.03, [one.energy for one in held], 2), 0.0))
+
+    t = np.array([-0.03, -0.015, 0.0, 0.015, 0.03])
+    found = [energy(a * (1 + x)) for x in t]
+    curve = np.polynomial.Polynomial.fit(t, found, 4).convert()
+    assert curve.coef[2] > 0
+    assert abs(found[2] - state.energy) <= 1e-8 * state.scales["energy"]
+    assert abs(curve.coef[1]) <= 1e-4 * 2 * curve.coef[2]  # least at t = 0, to 1e-4 of a
+
+
+@pytest.mark.parametrize(("kind", "geometry"), EVERY)
+def test_parts_and_fields_make_the_whole(kind, geometry):
+    scene, depth, state = resting(2, kind, geometry, nu=0.35)
+    parts, scales = state.energy_parts, state.scales
+    assert abs(sum(parts.values()) - state.energy) <= 1e-9 * scales["energy"]
+    assert abs(sum(state.force_parts.values()) - state.force) <= 1e-12 * scales["force"]
+    assert parts["adhesion"] == pytest.approx(
+        -scene.work_of_adhesion * state.contact_area, rel=1e-12
+    )
+    a, k = state.half_width, scene.stiffness
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+
+    def total(density, ends):
+        """∫ over x, or 2πr dr, of panels between these ends, both sides of a line contact."""
+        lo, hi = np.array(ends[:-1])[:, None], np.array(ends[1:])[:, None]
+        x = (lo + hi) / 2 + (hi - lo) / 2 * nodes
+        whole = 2 * math.pi * x if scene.axisymmetric else 2.0
+        return float((density(x) * whole * weights * (hi - lo) / 2).sum())
+
+    towards, far = a * 0.5 ** np.arange(1, 30)[::-1], 60 * (1 + math.sqrt(scene.gamma1))
+    under = np.concatenate([[0.0], towards, a - towards[::-1][1:], [a]])
+    beside = np.concatenate([[a], a + towards, a + np.linspace(a, a + far, 80)])
+    pressed = total(state.pressure, under)
+    moved = total(state.displacement, np.concatenate([under, beside[1:]]))
+    assert abs(pressed - state.force_parts["pressure"]) <= 1e-6 * scales["force"]
+    assert abs(k * moved - state.force) <= 2e-5 * scales["force"]  # what is left of the poles
+    assert (state.pressure(np.array([1.01, 3.0]) * a) == 0).all()
+    x = np.array([0.3, 1.0]) * a
+    assert np.allclose(state.displacement(-x), depth - scene.indenter.height(x), rtol=1e-12)
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [-0.5, 0.3, 0.45])
+def test_springs_are_recovered_where_the_tension_is_felt_far(geometry, nu):
+    """By a factor of ten in l, a hundredth of the difference is left."""
+    c2, off = nu * (4 * nu - 1) / (3 * (1 - nu) * (1 - 2 * nu)), []
+    for length in (30.0, 300.0):  # l/h
+        gamma = layer(nu).stiffness * length**2
+        scene = scene_of(Parabola(1e3 * length), nu, gamma, 1e-6 * gamma, geometry)
+        both = [
+            minimise(replace(scene, layer=layer(nu, response=way)), 0.3e-3 * length, rtol=1e-9)
+            for way in ("springs", "layer")
+        ]
+        off.append(np.abs(numbers(both[1]) * numbers_of_scales(*both[::-1]) / numbers(both[0]) - 1))
+    assert (off[0] <= 100 * (abs(c2) + 0.1) / 30**2).all()
+    assert (off[1] <= 0.02 * off[0] + 1e-8).all()
+
+
+def pull_off(nu, gamma, w, R, deep):
+    """The most tensile force under a sphere, over πwR."""
+    scene = scene_of(Parabola(R), nu, gamma, w, "axisymmetric")
+    path = load_path(scene, depths=[deep, -30 * deep], rtol=1e-5)
+    return -path.pull_off.force / (math.pi * w * R)
+
+
+def half_space(a):
+    """Contacts far smaller than the thickness, and far larger than what tension rules."""
+    return pull_off(0.3, 1e-2 * a**2, 8 * 2 / 0.7 * a**3 / (9 * math.pi), 1.0, a * a)
+
+
+def compressible(a):
+    """Wide contacts of a layer that is compressed."""
+    deep = a * a / 2e4 / 2
+    return pull_off(0.0, 0.5, deep**2, 1e4, deep)
+
+
+def incompressible(a):
+    """Wide contacts of a layer that has to flow sideways."""
+    return pull_off(0.5, 0.1, 1.5 * (a**3 / 12e4) ** 2, 1e4, a * a / 2e4)
+
+
+def tension(a):
+    """Contacts so small that tension rules."""
+    return pull_off(0.3, 1.0, a * a, 1.0, a * a)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("limit", "value", "widths", "bounds"),
+    [
+        (half_space, 1.5, (0.3, 0.03), (0.06, 0.006)),
+        (compressible, 2.0, (30.0, 300.0), (0.06, 0.006)),
+        (incompressible, 3.0, (20.0, 98.0, 459.0), (0.3, 0.06, 0.012)),
+        (tension, 1.0, (1e-2, 1e-3, 1e-4), (5e-3, 6e-4, 7e-5)),
+    ],
+)
+def test_how_hard_a_sphere_sticks_in_the_limits(limit, value, widths, bounds):
+    off = np.array([abs(limit(a) - value) for a in widths])
+    assert (off <= bounds).all() and (np.diff(off) < 0).all()
+
+
+@pytest.mark.parametrize(("kind", "geometry"), EVERY)
+def test_units_do_not_matter(kind, geometry):
+    scene, depth, state = resting(3, kind, geometry)
+    for unit, stress in ((1e-8, 1e5), (1e7, 1e-9)):
+        w, tension = scene.work_of_adhesion * unit * stress, scene.gamma1 * unit * stress
+        other = Scene(
+            layer(scene.layer.nu, unit=unit, stress=stress),
+            SurfaceEnergies.from_work(tension, w),
+            in_units(scene.indenter, unit),
+            geometry=geometry,
+        )
+        found = minimise(other, depth * unit, rtol=1e-6)
+        force = stress * unit ** (2 if scene.axisymmetric else 1)
+        values = np.divide(
+            [found.half_width, found.force, found.energy], [unit, force, force * unit]
+        )
+        off = np.abs(values - [state.half_width, state.force, state.energy])
+        assert (off <= 1e-11 * np.array([state.half_width, *state.scales.values()])).all()
+
+
+def in_units(body, unit):
+    """The body with this unit of lengths."""
+    if isinstance(body, Parabola):
+        return Parabola(body.R * unit)
+    if isinstance(body, PowerLaw):
+        return PowerLaw(body.c * unit ** (1 - body.n), body.n)
+    return FlatPunch(body.half_width * unit) if isinstance(body, FlatPunch) else body
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+def test_the_line_rests_at_a_corner_inside_a_body(geometry, nu):
+    """A flat face that rises with slope 0.3 beyond 1.2: held while D is between its two values."""
+    kinked = FlatTo(1.2, 0.3)
+    scene = scene_of(kinked, nu, geometry=geometry)
+    punch = replace(scene, indenter=FlatPunch(1.2))
+    for depth in (0.0, 0.02):
+        held, same = minimise(scene, depth), minimise(punch, depth)
+        assert held.half_width == 1.2 and held.pinned[0, 1]
+        assert held.force == pytest.approx(same.force, rel=1e-9, abs=1e-15)
+        assert held.energy == pytest.approx(same.energy, rel=1e-9)
+    wide, deficit = minimise(scene, 0.5), scene.surfaces.small_slope_deficit
+    assert wide.half_width > 1.2 and not wide.pinned[0, 1]
+    assert wide.angle_deficit == pytest.approx(deficit, rel=1e-9)
+    inside = wide.pressure(np.linspace(1.1, 1.3, 201))
+    assert inside.argmax() == 100 and inside.max() > 1.2 * max(inside[0], inside[-1])
+    assert not minimise(scene, -0.5).contacts.size
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+def test_a_steep_wedge_touches_with_its_tip(nu):
+    """As a line force on the surface."""
+    scene = scene_of(Wedge(math.atan(0.3)), nu)  # √(2w/γ₁) = 0.17
+    some, more = minimise(scene, 0.004), minimise(scene, 0.008)
+    for state in (some, more):
+        assert state.half_width == 0 and state.pinned.all() and (state.contacts == 0).all()
+        assert state.angle_deficits[0, 1] > math.sqrt(2 * 0.01 / 0.7)  # on the outer side
+    assert more.force == pytest.approx(2 * some.force, rel=1e-9)
+    assert more.energy == pytest.approx(4 * some.energy, rel=1e-9)
+    q = np.geomspace(1e-5, 1e7, 4001)
+    k = scene.layer.stiffness_at(q) + scene.gamma1 * q * q
+    gives = float(np.trapezoid(q / k, np.log(q))) / math.pi  # u under a force per length
+    assert some.force == pytest.approx(0.004 / gives, rel=1e-5)
+    assert minimise(scene, 0.2).half_width > 0.01
+    assert not minimise(scene, -1e-6).contacts.size
+
+
+@pytest.mark.parametrize(("kind", "geometry"), EVERY)
+def test_without_adhesion_nothing_pulls(kind, geometry):
+    scene, depth, _ = resting(4, kind, geometry)
+    scene = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
+    state = minimise(scene, abs(depth), rtol=1e-6)
+    x = np.linspace(0, state.half_width, 200)
+    assert state.pressure(x).min() >= -1e-9 * state.pressure(x).max() and state.force > 0
+    if kind != "punch" and state.half_width:
+        assert abs(state.angle_deficit) <= 1e-9 * state._deformation.slope
+    assert not minimise(scene, -1e-9).contacts.size
+    assert minimise(scene, 0.0).force == pytest.approx(0, abs=1e-9 * state.force)
