@@ -121,6 +121,16 @@ def incompressible_cylinder_pull_off(
     return _pulled(-1.2 * stiff * mu * a**2, 0.0, a)
 
 
+def tension_force(a: ArrayLike, *, R: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """P = 2πa (γ₁a/R - √(2wγ₁)) of a sphere where tension rules, a ≪ γ₁/E: its line alone.
+
+    The most tensile is at a = R √(w/(2γ₁)).
+    """
+    a, gamma1 = non_negative("a", a), positive("gamma1", gamma1)
+    pull = np.sqrt(2 * non_negative("w", w) * gamma1)
+    return 2 * np.pi * a * (gamma1 * a / positive("R", R) - pull)
+
+
 def tension_pull_off_force(*, R: ArrayLike, w: ArrayLike) -> Values:
     """-πwR: of a sphere where tension rules, whatever lies below the surface."""
     return -np.pi * positive("R", R) * non_negative("w", w)

@@ -66,6 +66,8 @@ def test_pull_off_is_the_most_tensile_state_with_its_published_force():
         check(force(a), found.force, 1e-13)
         check(found.force, -factor * np.pi * W * R, 1e-15)
     check(card.tension_pull_off_force(R=R, w=W), -np.pi * W * R, 1e-15)
+    a = R * np.sqrt(W / (2 * 0.031))
+    check(card.tension_force(a, R=R, gamma1=0.031, w=W), -np.pi * W * R, 1e-14)
     check(
         card.half_space_force(1e-3, **SOFT | {"w": 0.0}), 4 * E * 1e-9 / (1 - NU**2) / 3 / R, 1e-14
     )
