@@ -9,10 +9,10 @@ from studies.layer.cases import Angle, Length, Pull, Springs
 from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas, plain_ticks
 
 LEVELS = (
-    (3.0, "3: thin, incompressible"),
-    (2.0, "2: thin, compressible (springs)"),
-    (1.5, "3/2: half-space (JKR)"),
-    (1.0, "1: tension rules"),
+    (3.0, 0.022, "3: thin, incompressible"),
+    (2.0, 0.022, "2: thin, compressible (springs)"),
+    (1.5, 14.0, "3/2: half-space (JKR)"),
+    (1.0, 14.0, "1: tension rules"),
 )
 
 
@@ -67,9 +67,9 @@ def lengths(rows: Sequence[Length], worst: float) -> Figure:
 def pulls(rows: Sequence[Pull]) -> Figure:
     """The force that pulls a sphere off, over its radius of contact."""
     figure, axes = canvas(8.5, 5.2)
-    for level, text in LEVELS:
+    for level, at, text in LEVELS:
         axes.axhline(level, color=GREY, lw=0.8, ls=":")
-        axes.text(0.022, level + 0.03, text, color="black", fontsize=9)
+        axes.text(at, level + 0.03, text, fontsize=9)
     for nu, own, look in _by_nu([row for row in rows if row.tension == "weak"]):
         x, y = [row.radius for row in own], [row.force for row in own]
         axes.plot(x, y, ms=5, label=f"weak tension, ν = {nu:g}", **look)

@@ -52,7 +52,7 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
     assert [float(row["half_width"]) > 0 for row in rows] == [True, True, False]
     assert "title: A test" in header
     assert header[0] == f"command: python -m studies run {path} --out {out}"
-    scene = ("ElasticLayer(E=2000.0, nu=0.31, h=6e-05)", "Parabola(R=0.017)", "'rtol': 1e-06")
+    scene = ("ElasticLayer(E=2000.0, nu=0.31, h=6e-05, ", "Parabola(R=0.017)", "'rtol': 1e-06")
     for part in (*scene, "nowhere", "force in N/m", "force > 0 compressive"):
         assert any(part in line for line in header), part
     assert (out / "tiny.png").stat().st_size > 10_000
@@ -188,6 +188,11 @@ def test_a_loaded_scene_equals_one_built_by_hand(written):
             'geometry = "axisymmetric"',
             by_hand(Parabola(0.017), geometry="axisymmetric"),
         ),
+        (
+            "nu = 0.31",
+            'nu = 0.5\nresponse = "layer"',
+            by_hand(Parabola(0.017), layer=ElasticLayer(2e3, 0.5, 60e-6, response="layer")),
+        ),
     ],
 )
 def test_every_shape_and_option_reaches_the_scene(written, old, new, scene):
@@ -230,7 +235,7 @@ def test_title_source_and_options_may_be_left_out(written):
 
 
 TOP = "title, source, depth, layer, surfaces, opening, indenter, path, measured, options"
-LAYER, STEPS = "E, nu, h", "from, to, steps, spacing"
+LAYER, STEPS = "E, nu, h, response", "from, to, steps, spacing"
 ENERGIES = "gamma1, gamma2, gamma12, w"
 PARABOLA = "shape, R, shifted, tilted"
 WEDGE = "shape, delta, delta_degrees, shifted, tilted"
@@ -284,6 +289,8 @@ BAD = [  # replaced, by, what is told, which keys are called known
     (DEPTH, "depth = {from = 1, to = 0, steps = 1}", "depth.steps = 1 must be a whole", STEPS),
     (DEPTH, "depth = {from = 1, to = 0, steps = 2.5}", "depth.steps = 2.5 must be a whole", STEPS),
     ("h = 60e-6", "h = 0", "layer.h = 0.0 must be positive", ""),
+    ("h = 60e-6", 'h = 60e-6\nresponse = "exact"', "layer.response = 'exact' is unknown", ""),
+    ("h = 60e-6", "h = 60e-6\nresponse = 1", "layer.response = 1 must be a text", LAYER),
     ("nu = 0.31", "nu = 0.5", "layer.nu = 0.5 is outside (-1, 0.5)", ""),
     ("gamma12 = 0.0791", "gamma12 = 1", "surfaces.gamma12 = 1.0 exceeds gamma1 + gamma2", ""),
     ("R = 0.017", "R = -1", "indenter.R = -1.0 must be positive", ""),
