@@ -1,6 +1,6 @@
 """The four figures of the study of the layer, each with its answer above it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from energy import ElasticLayer
@@ -9,10 +9,10 @@ from studies.layer.cases import Angle, Length, Pull, Springs
 from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas, plain_ticks
 
 LEVELS = (
-    (3.0, 0.022, "3: thin, incompressible"),
-    (2.0, 0.022, "2: thin, compressible (springs)"),
-    (1.5, 14.0, "3/2: half-space (JKR)"),
-    (1.0, 14.0, "1: tension rules"),
+    (3.03, 0.022, "3: thin, incompressible"),
+    (2.03, 0.022, "2: thin, compressible (springs)"),
+    (1.53, 14.0, "3/2: half-space (JKR)"),
+    (0.91, 14.0, "1: tension rules"),
 )
 
 
@@ -41,7 +41,9 @@ def angles(rows: Sequence[Angle], worst: float) -> Figure:
     axes.set_ylim(1 - reach, 1 + reach)
     plain_ticks(axes.xaxis, steps=(1.0, 2.0, 3.0, 5.0))
     axes.legend(fontsize=9)
-    axes.set_title(f"The contact angle is a constant, whatever the layer (within {worst:.1%})")
+    axes.set_title(
+        f"The contact angle is a constant, whatever the layer (within {100 * worst:.1f} %)"
+    )
     return figure
 
 
@@ -67,9 +69,9 @@ def lengths(rows: Sequence[Length], worst: float) -> Figure:
 def pulls(rows: Sequence[Pull]) -> Figure:
     """The force that pulls a sphere off, over its radius of contact."""
     figure, axes = canvas(8.5, 5.2)
-    for level, at, text in LEVELS:
-        axes.axhline(level, color=GREY, lw=0.8, ls=":")
-        axes.text(at, level + 0.03, text, fontsize=9)
+    for height, at, text in LEVELS:
+        axes.axhline(round(2 * height) / 2, color=GREY, lw=0.8, ls=":")
+        axes.text(at, height, text, fontsize=9)
     for nu, own, look in _by_nu([row for row in rows if row.tension == "weak"]):
         x, y = [row.radius for row in own], [row.force for row in own]
         axes.plot(x, y, ms=5, label=f"weak tension, ν = {nu:g}", **look)
@@ -81,16 +83,18 @@ def pulls(rows: Sequence[Pull]) -> Figure:
     axes.set(xlabel="radius of contact at pull-off  a / h", ylabel="pull-off force  F / πwR")
     plain_ticks(axes.xaxis)
     axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(0.0, 0.9))
-    axes.set_title("A sphere sticks with 3/2 to 3 πwR, the most to thin rubber; tension makes it 1")
+    axes.set_title(
+        "A sphere sticks with 3/2 to 3 πwR, most to thin rubber; πwR where tension rules"
+    )
     return figure
 
 
-def springs(rows: Sequence[Springs], least: Mapping[float, float]) -> Figure:
+def springs(rows: Sequence[Springs], told: str) -> Figure:
     """Errors of springs at pull-off, at the worst Λ, over l/h."""
     figure, panels = canvas(10.5, 4.8, 1, 2, sharey=True)
     for axes, name in zip(panels, ("force", "radius"), strict=True):
         for nu, own, look in _by_nu(rows):
-            x, y = [row.ratio for row in own], [100 * abs(getattr(row, name)) for row in own]
+            x, y = [row.ratio for row in own], [100 * getattr(row, name) for row in own]
             axes.plot(x, y, ms=5, label=f"ν = {nu:g}", **look)
         axes.axhline(5, color=GREY, lw=0.8, ls=":")
         axes.set(xscale="log", yscale="log", xlabel="elastocapillary length  l / h")
@@ -101,6 +105,5 @@ def springs(rows: Sequence[Springs], least: Mapping[float, float]) -> Figure:
         axes.grid(alpha=0.25)
     panels[0].set_ylabel("error of springs at the worst Λ, in %")
     panels[1].legend(fontsize=9)
-    told = ", ".join(f"{ratio:g} (ν = {nu:g})" for nu, ratio in least.items() if ratio == ratio)
     figure.suptitle(f"Springs serve within 5 % where l/h is at least {told}", fontsize=12)
     return figure
