@@ -11,7 +11,7 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 
 GENTLE = 1e-6  # w/γ₁
 SLOPE = math.sqrt(2 * GENTLE)  # at the line
-RTOL, LENGTH_RTOL = 1e-4, 1e-7
+RTOL, FINE = 1e-4, 1e-7
 WIDE = 15.0  # half-width in h from which Eq. (16) is read
 WEAK, STRONG = 1e-3, 1e2  # γ₁ over the least and the most that can withstand it
 BEYOND = 3.3  # of πwR: no sphere bears as much
@@ -63,7 +63,7 @@ def length(case: tuple[float, float]) -> Length:
     R = WIDE**2 / SLOPE
     scene = scene_of(nu, ElasticLayer(1.0, nu, 1.0).stiffness * ratio**2, R, "line")
     depths = [part * WIDE**2 / (2 * R) for part in (1.0, 2.0)]
-    narrow, wide = (minimise(scene, d, rtol=LENGTH_RTOL).half_width for d in depths)
+    narrow, wide = (minimise(scene, d, rtol=FINE).half_width for d in depths)
     measured = R * (depths[1] - depths[0]) / (wide - narrow) - (wide + narrow) / 2
     return Length(nu, ratio, measured, scene.effective_length)
 

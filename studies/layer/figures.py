@@ -35,15 +35,11 @@ def angles(rows: Sequence[Angle], worst: float) -> Figure:
         x, y = [beside * row.thickness for row in own], [row.measured for row in own]
         error = [row.error for row in own]
         axes.errorbar(x, y, error, ls="", capsize=3, ms=5, label=f"nodes, ν = {nu:g}", **look)
-    axes.set(xscale="log", xlabel="thickness of the layer  h / √(γ₁h/G)")
-    axes.set(ylabel="measured angle  (π - θ) / √(2w/γ₁)")
-    reach = max(4 * worst, 0.02)
-    axes.set_ylim(1 - reach, 1 + reach)
+    axes.set(xscale="log", xlabel="thickness of the layer  h / √(γ₁h/G)", ylim=(0.975, 1.025))
+    axes.set_ylabel("measured angle  (π - θ) / √(2w/γ₁)")
     plain_ticks(axes.xaxis, steps=(1.0, 2.0, 3.0, 5.0))
     axes.legend(fontsize=9)
-    axes.set_title(
-        f"The contact angle is a constant, whatever the layer (within {100 * worst:.1f} %)"
-    )
+    axes.set_title(f"The contact angle is a constant on any layer (within {100 * worst:.1f} %)")
     return figure
 
 
@@ -72,20 +68,17 @@ def pulls(rows: Sequence[Pull]) -> Figure:
     for height, at, text in LEVELS:
         axes.axhline(round(2 * height) / 2, color=GREY, lw=0.8, ls=":")
         axes.text(at, height, text, fontsize=9)
-    for nu, own, look in _by_nu([row for row in rows if row.tension == "weak"]):
-        x, y = [row.radius for row in own], [row.force for row in own]
-        axes.plot(x, y, ms=5, label=f"weak tension, ν = {nu:g}", **look)
+    drawn = _by_nu([row for row in rows if row.tension == "weak"])
     strong = [row for row in rows if row.tension == "strong"]
-    look = {"color": COLOURS[6], "marker": MARKERS[6], "ls": "--"}
-    x, y = [row.radius for row in strong], [row.force for row in strong]
-    axes.plot(x, y, ms=6, label=f"strong tension, ν = {strong[0].nu:g}", **look)
+    drawn.append((strong[0].nu, strong, {"color": COLOURS[6], "marker": MARKERS[6], "ls": "--"}))
+    for nu, own, look in drawn:
+        x, y = [row.radius for row in own], [row.force for row in own]
+        axes.plot(x, y, ms=5, label=f"{own[0].tension} tension, ν = {nu:g}", **look)
     axes.set(xscale="log", xlim=(0.02, 150), ylim=(0.8, 3.25))
     axes.set(xlabel="radius of contact at pull-off  a / h", ylabel="pull-off force  F / πwR")
     plain_ticks(axes.xaxis)
     axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(0.0, 0.9))
-    axes.set_title(
-        "A sphere sticks with 3/2 to 3 πwR, most to thin rubber; πwR where tension rules"
-    )
+    axes.set_title("A sphere sticks with 3/2 to 3 πwR, most to thin rubber; πwR if tension rules")
     return figure
 
 
@@ -97,13 +90,12 @@ def springs(rows: Sequence[Springs], told: str) -> Figure:
             x, y = [row.ratio for row in own], [100 * getattr(row, name) for row in own]
             axes.plot(x, y, ms=5, label=f"ν = {nu:g}", **look)
         axes.axhline(5, color=GREY, lw=0.8, ls=":")
-        axes.set(xscale="log", yscale="log", xlabel="elastocapillary length  l / h")
-        axes.set_title(f"{name} at pull-off of a sphere", fontsize=11)
-        axes.set_ylim(1e-2, 1e2)
+        axes.set(xscale="log", yscale="log", ylim=(1e-2, 1e2))
+        axes.set(xlabel="elastocapillary length  l / h", title=f"{name} at pull-off of a sphere")
         plain_ticks(axes.xaxis)
         plain_ticks(axes.yaxis, steps=(1.0,))
         axes.grid(alpha=0.25)
     panels[0].set_ylabel("error of springs at the worst Λ, in %")
     panels[1].legend(fontsize=9)
-    figure.suptitle(f"Springs serve within 5 % where l/h is at least {told}", fontsize=12)
+    figure.suptitle(f"Springs serve within 5 % where l/h is at least {told}")
     return figure

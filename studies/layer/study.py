@@ -1,14 +1,13 @@
 """What does a real layer change: the angle, Eq. (16), a sphere's pull-off? Where do springs serve?
 
-The stiffness k(q) of a bonded elastic layer depends on the wave number q; springs, k = Ẽ/h, are its
-limit q → 0 for ν < ½. Four questions:
+Springs are the limit q → 0 of the stiffness k(q) of a bonded elastic layer with ν < ½. It is asked:
 
 - Is the contact angle π - θ = √(2w/γ₁) whatever ν and h? It is measured on nodes, which know
   nothing of it, and extrapolated to vanishing distance.
 - Which length stands in Eq. (16), f(a) + ℓ f'(a) + ... = d + δ₀, of a wide contact? Measured from
   two states of the fitted side, next to ℓ = (1/π) ∫ ln[(k(q) + γ₁q²)/k] dq/q².
-- With which force F does a dead load pull a sphere off: F = 3/2 πwR (half-space), 2 (thin and
-  compressible), 3 (thin and incompressible), 1 (tension rules)?
+- Does a dead load pull a sphere off with F = 3/2 πwR (half-space), 2 (thin, compressible), 3 (thin,
+  incompressible), 1 (tension rules)?
 - How far off are springs in force and radius at pull-off of a sphere, at the worst Λ = l/√(Rδ₀)?
   `energy/validity.py` has the numbers of layer_springs_worst.csv.
 
@@ -82,19 +81,15 @@ class Record(NamedTuple):
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     """Every case, in `jobs` processes; `show` gets a line for each."""
     p = parameters
-    pulls = [
-        *product(p.pull_nus, ["weak"], p.radii),
-        *product(p.pull_nus[:1], ["strong"], p.strong),
-    ]
+    weak, strong = product(p.pull_nus, ["weak"], p.radii), product([0.3], ["strong"], p.strong)
     asked: dict[Callable[..., Any], Sequence[Any]] = {
         angle: list(product(p.angle_nus, p.thicknesses, [p.nodes])),
         length: list(product(p.length_nus, p.lengths)),
-        pull: pulls,
+        pull: [*weak, *strong],
         springs: list(product(p.springs_nus, p.ratios, p.Lambdas)),
     }
-    return Record(
-        *(tuple(each(*one, jobs, say=lambda row: show(line(row)))) for one in asked.items())
-    )
+    found = (each(*one, jobs, say=lambda row: show(line(row))) for one in asked.items())
+    return Record(*map(tuple, found))
 
 
 def line(row: Any) -> str:
