@@ -13,11 +13,13 @@ Per unit length of the line contact, any consistent units; arrays are float64 of
 | θ      | contact angle, in the outer medium  | rad             | π: the surface is smooth      |
 | P      | force on the indenter per length    | force/length    | positive compressive          |
 | U      | energy per length                   | energy/length   | 0: flat, no contact           |
-| E, ν, h| layer modulus, Poisson ratio, depth | stress, 1, length | > 0, (-1, ½), > 0           |
+| E, ν, h| layer modulus, Poisson ratio, depth | stress, 1, length | > 0, (-1, ½], > 0           |
 | Ẽ, k   | uniaxial modulus, stiffness Ẽ/h     | stress, stress/length | > 0                     |
 | γ₁, γ₂, γ₁₂ | energies of layer, indenter, interface | energy/area | γ₁ >= 0                   |
 | w      | work of adhesion γ₁ + γ₂ - γ₁₂      | energy/area     | >= 0                          |
 | l      | elastocapillary length √(γ₁/k)      | length          |                               |
+| k(q)   | of the exact response, wave number q | stress/length  | k(0) = k                      |
+| ℓ      | its length in place of l, Eq. (16)  | length          | either; l for springs         |
 | δ₀     | critical separation √(2w/k)         | length          |                               |
 | α      | √(2w/γ₁) = δ₀/l, small-slope π - θ  | 1               |                               |
 """

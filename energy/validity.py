@@ -22,6 +22,25 @@ if TYPE_CHECKING:
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(200)
 MUCH_LESS = 0.1  # how "≪" is read
+# What springs miss at pull-off of a sphere, in %, over ν (rows) and l/h: layer_springs_worst.csv of
+# `python -m studies layer`
+_NU, _RATIOS = (0.0, 0.3, 0.4, 0.45, 0.48, 0.49), (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+_FORCE = (
+    (8.2, 3.3, 1.1, 0.30, 0.069, 0.011),
+    (7.7, 3.2, 0.84, 0.33, 0.068, 0.021),
+    (8.1, 4.4, 2.0, 1.0, 0.34, 0.11),
+    (9.5, 6.9, 3.6, 2.3, 0.99, 0.34),
+    (14, 12, 7.5, 4.4, 2.5, 0.91),
+    (18, 16, 11, 5.9, 3.9, 1.7),
+)
+_RADIUS = (
+    (21, 7.9, 3.0, 0.63, 0.18, 0.053),
+    (17, 6.4, 2.0, 0.33, 0.15, 0.035),
+    (10, 4.4, 3.3, 1.9, 0.85, 0.31),
+    (13, 11, 8.0, 4.6, 2.4, 0.83),
+    (24, 20, 15, 9.8, 5.3, 2.3),
+    (32, 27, 20, 14, 7.8, 4.0),
+)
 
 
 class Assumption(NamedTuple):
@@ -108,6 +127,7 @@ def _of_free_surface(scene: Scene) -> tuple[Assumption, ...]:
     ratio = scene.layer.h / scene.elastocapillary_length
     off = abs(compliance_error(scene.layer.nu, ratio))
     bends = f"its compliance under a line load is off by {100 * off:.2g} %"
+    bends += _pull_off(scene.layer.nu, 1 / ratio) + "; use response='layer'"
     return (
         Assumption(
             "|c₂|(h/l)²",
@@ -119,6 +139,27 @@ def _of_free_surface(scene: Scene) -> tuple[Assumption, ...]:
             "h/l", ratio, 1.0, f"the free surface bends within less than the thickness: {bends}"
         ),
     )
+
+
+def _pull_off(nu: float, ratio: float) -> str:
+    """What is said of springs at pull-off: nothing where the table does not know."""
+    if not _NU[0] <= nu <= _NU[-1] or ratio < _RATIOS[0]:
+        return ""
+    force, radius = (f"{value:.2g} %" for value in springs_error(nu, ratio))
+    return f", a sphere's force at pull-off by up to {force}, its radius there by up to {radius}"
+
+
+def springs_error(nu: float, ratio: float) -> tuple[float, float]:
+    """By how many % springs miss force and radius at pull-off of a sphere, at the worst tension.
+
+    Interpolated in ν and the logarithm of ratio = l/h; beyond the table its nearest entry.
+    """
+
+    def at(table: tuple[tuple[float, ...], ...]) -> float:
+        rows = [np.interp(math.log(ratio), np.log(_RATIOS), row) for row in table]
+        return float(np.interp(nu, _NU, rows))
+
+    return at(_FORCE), at(_RADIUS)
 
 
 def compliance_error(nu: float, thickness: float) -> float:

@@ -9,7 +9,7 @@ package also stands in the table below.
 shared/       command line, tables, figures, timing, processes, scenes that several studies use
 scenes/       scene files and what is done with them: new, run, sweep, fit
 benchmarks/   time against error, and how far tolerances and digits can be trusted
-verify/, contact_angle/, applicability/, hysteresis/, pull_off/   a folder for each larger study
+verify/, contact_angle/, applicability/, hysteresis/, pull_off/, layer/   each larger study
 """
 
 TIMED = ("speed", "skipping", "runtime_vs_error")  # one job
@@ -17,6 +17,7 @@ MODULES = {
     **{name: f"studies.{name}.study" for name in ("verify", "contact_angle", "applicability")},
     **{name: f"studies.{name}.study" for name in ("hysteresis", "pull_off")},
     "sphere": "studies.sphere",
+    "layer": "studies.layer.study",
     "rough": "studies.rough",
     "tolerance": "studies.benchmarks.tolerance",
     "stress": "studies.benchmarks.stress.study",

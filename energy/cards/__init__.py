@@ -19,6 +19,7 @@ Of the line contact but for `axisymmetric`, with small slopes but for `finite`.
 | `machine_control` | | the same under a machine of finite stiffness |
 | `two_works` | | closing and opening works of adhesion: pinned line, loop areas |
 | `finite` | (8), (10), (16) | true surface length: Young's law at any slope |
+| `layer` | (16) | the layer itself: half-space (JKR), thin and incompressible, a ≫ h |
 | `axisymmetric` | | a package: sphere, cone, flat cylinder, power law, ring |
 
 | symbol | name | meaning | unit | range |
@@ -51,6 +52,7 @@ from energy.cards import (
     flat_punch,
     force,
     foundation,
+    layer,
     load_control,
     machine_control,
     nonadhesive,
@@ -73,6 +75,7 @@ __all__ = [
     "flat_punch",
     "force",
     "foundation",
+    "layer",
     "load_control",
     "machine_control",
     "nonadhesive",

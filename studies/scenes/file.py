@@ -8,6 +8,7 @@
     E = 3e3                       # Pa
     nu = 0.45
     h = 50e-6                     # m
+    response = "springs"          # optional; "layer": the exact response, nu up to 0.5
 
     [surfaces]                    # J/m²
     gamma1 = 0.07
@@ -127,8 +128,9 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
         key: (asked.text if key in TEXTS else asked.number)(key) for key in asked.table
     }
     slopes, geometry = options.pop("slopes", "small"), options.pop("geometry", "line")
-    film = Table(path, "layer", file.get("layer"), ("E", "nu", "h"))
-    layer = film.build(ElasticLayer, *(film.number(key) for key in film.known))
+    film = Table(path, "layer", file.get("layer"), ("E", "nu", "h", "response"))
+    numbers = (film.number(key) for key in film.known[:3])
+    layer = film.build(ElasticLayer, *numbers, film.text("response", "springs"))
     energies = Table(path, "surfaces", file.get("surfaces"), ("gamma1", *ENERGIES))
     surfaces, opening = _energies(energies, energies.number("gamma1")), None
     if "opening" in content:

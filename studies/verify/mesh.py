@@ -62,9 +62,12 @@ class Grid(Mesh):
     ) -> Equilibrium:
         """Equilibrium on the lattice; its tip or centre is `offset` links beside a node.
 
-        A node stands on an axis of rotation; there the spacing shrinks a little instead.
+        A node stands on an axis of rotation, and at the tip on a layer with its exact response;
+        there the spacing shrinks a little instead.
         """
         spacing, origin = self._spacing(scene, length), None
+        if scene.layer.exact:
+            return minimise(scene, float(depth), branch=branch, method="lattice", spacing=spacing)
         if self.offset and not scene.axisymmetric:
             origin = (scene.indenter.apex or 0.0) + self.offset * spacing
         return _solved(on_lattice, scene, float(depth), spacing, branch, origin)
@@ -76,7 +79,8 @@ class Grid(Mesh):
         return load_path(scene, depths=depths, method="lattice", spacing=self._spacing(scene))
 
     def _spacing(self, scene: Scene, length: float | None = None) -> float:
-        links = self.cells + self.offset if scene.axisymmetric else self.cells
+        fixed = scene.axisymmetric or scene.layer.exact
+        links = self.cells + self.offset if fixed else self.cells
         return (length or scene.elastocapillary_length) / links
 
 

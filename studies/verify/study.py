@@ -157,7 +157,9 @@ def report(record: Record, closing: str, drawn: Sequence[str] = ()) -> str:
             "both are measured where that is less than 1e-7. Other fitted limits "
             "above 1e-10 are those of difference quotients, of a closed form by quadrature, and of "
             "states just short of detachment. Checks of a wedge's energy and of a line at a tip "
-            "keep the tip on a node; off it they are of first order.\n",
+            "keep the tip on a node; off it they are of first order. Checks of a layer with its "
+            "exact response towards a limit go further with every level, on the fitted mesh: their "
+            "error is how far the limit still is.\n",
             markdown(COLUMNS, map(_row, record.results), RULES),
             "",
             *images,

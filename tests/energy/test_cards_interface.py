@@ -31,7 +31,7 @@ VALUES = {  # arguments in SI, none of them 1, by the powers of force and length
     | {"slope_a": 0.11, "slope_b": -0.06, "slope_f": 0.07, "slope_u": 0.23},
     (0, 1): {"R": 0.013, "a": 2.1e-3, "d": 3.4e-5, "x": 2.2e-3, "h": 1.3e-3}
     | {"f_a": 1.7e-5, "u_a": -2.3e-5, "u": -1.1e-5, "d_min": -7e-6, "d_max": 5.2e-5}
-    | {"b": 2.4e-3, "f_b": 1.2e-5, "u_b": -1.9e-5},
+    | {"ell": 1.7e-3, "b": 2.4e-3, "f_b": 1.2e-5, "u_b": -1.9e-5},
 }
 
 

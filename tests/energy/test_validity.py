@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Plane, Sampled, Scene, SurfaceEnergies
 from energy.layer import second_order
-from energy.validity import compliance_error
+from energy.validity import compliance_error, springs_error
 from studies.scenes import run
 from studies.scenes.fit.trials import SCENE as FITTED
 from studies.verify import scenes as checks
@@ -81,6 +81,19 @@ def test_the_error_that_is_told_is_that_of_the_exact_layer(nu, ratio, percent):
     for one in measures(minimise(film(nu, ratio), 0.0)).values():
         if one.name in ("h/l", "|c₂|(h/l)²"):
             assert f"is off by {abs(exact):.2g} %" in one.consequence
+
+
+def test_springs_say_what_the_layer_would_change():
+    """The entries of the table are held in the test of the study that computes them."""
+    told = measures(minimise(film(0.45, 0.5), 0.0))["h/l"].consequence
+    assert "force at pull-off by up to 6.9 %, its radius there by up to 11 %" in told
+    assert told.endswith("; use response='layer'")
+    between = [springs_error(0.465, ratio) for ratio in (0.5, 0.7, 1.0)]
+    assert between[0] == pytest.approx((9.45, 15.5), rel=1e-9)
+    assert between[0] > between[1] > between[2]
+    for outside in (film(-0.2, 0.5), film(0.3, 0.2)):
+        told = measures(minimise(outside, 0.0))["h/l"].consequence
+        assert "pull-off" not in told and told.endswith("; use response='layer'")
 
 
 @pytest.mark.parametrize("nu", [-0.5, 0.3, 0.45, 0.49])

@@ -11,6 +11,7 @@
 | parabola | 31-33 | parabola |
 | nonadhesive | 36-40 | w = 0 |
 | beyond | none | what the paper leaves open |
+| bonded | none | the layer with its exact response |
 | axisymmetric | none | spheres, cones, cylinders and power laws, turned about their axis |
 
 convergence.py is the engine, mesh.py the two discretisations, scenes.py the scenes, observe.py how
@@ -23,7 +24,7 @@ from importlib import import_module
 from studies.verify.convergence import Check
 
 _FILES = ("layer", "tail", "force", "contact_line", "flat", "wedge", "parabola", "nonadhesive")
-_BEYOND = ("beyond", "axisymmetric")
+_BEYOND = ("beyond", "axisymmetric", "bonded")
 _FOUND = [vars(import_module(f"{__name__}.{file}")).values() for file in (*_FILES, *_BEYOND)]
 CHECKS: tuple[Check, ...] = tuple(
     sorted(

@@ -117,9 +117,9 @@ def refused(path, told):
     return pytest.raises(ValueError, match=f"^{re.escape(str(path))}: {told}")
 
 
-def by_hand(indenter, **options):
+def by_hand(indenter, layer=None, **options):
     surfaces = SurfaceEnergies(0.05, 0.03, 0.0791)
-    return Scene(ElasticLayer(2e3, 0.31, 60e-6), surfaces, indenter, **options)
+    return Scene(layer or ElasticLayer(2e3, 0.31, 60e-6), surfaces, indenter, **options)
 
 
 FIT_SCENE = """

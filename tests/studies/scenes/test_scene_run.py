@@ -48,7 +48,7 @@ def test_a_run_writes_what_minimise_says(written, tmp_path, capsys):
             assert float(row[name]) == value or (math.isnan(value) and row[name] == "nan"), name
     assert [float(row["half_width"]) > 0 for row in rows] == [True, True, False]
     assert text.startswith(f"# command: python -m studies run {path} --out {out}\n")
-    scene = ("ElasticLayer(E=2000.0, nu=0.31, h=6e-05)", "Parabola(R=0.017)", "'rtol': 1e-06")
+    scene = ("ElasticLayer(E=2000.0, nu=0.31, h=6e-05, ", "Parabola(R=0.017)", "'rtol': 1e-06")
     for part in (*scene, "title: A test", "nowhere", "force in N/m", "force > 0 compressive"):
         assert part in text, part
     assert (out / "tiny.png").stat().st_size > 10_000
@@ -140,6 +140,12 @@ def test_every_shape_reaches_the_scene(written, text, indenter):
     assert (given.title, given.source, given.options) == ("A test", "nowhere", {"rtol": 1e-6})
 
 
+def test_the_response_of_the_layer_reaches_the_scene(written):
+    given = load(written(("nu = 0.31", 'nu = 0.5\nresponse = "layer"')))
+    layer = ElasticLayer(2e3, 0.5, 60e-6, response="layer")
+    assert given.scene == by_hand(Parabola(0.017), layer=layer)
+
+
 @pytest.mark.parametrize("option", [{"slopes": "finite"}, {"geometry": "axisymmetric"}])
 def test_options_and_the_work_of_adhesion_reach_the_scene(written, option):
     ((name, value),) = option.items()
@@ -168,7 +174,7 @@ def test_title_source_and_options_may_be_left_out(written):
 
 
 TOP = "title, source, depth, layer, surfaces, opening, indenter, path, measured, options"
-LAYER, STEPS = "E, nu, h", "from, to, steps, spacing"
+LAYER, STEPS = "E, nu, h, response", "from, to, steps, spacing"
 ENERGIES = "gamma1, gamma2, gamma12, w"
 PARABOLA = "shape, R, shifted, tilted"
 WEDGE = "shape, delta, delta_degrees, shifted, tilted"

@@ -1,0 +1,161 @@
+"""Limits of a bonded elastic layer with its exact response, and Eq. (16) for a contact wide in it.
+
+A sphere, f = r²/(2R), is pulled off with -P = c πwR. Where tension is weak, c is 3/2 on a half-
+space (JKR: a ≪ h), 2 on a thin, compressible layer (springs: `axisymmetric.sphere` with γ₁ = 0),
+and 3 on a thin, incompressible one (a ≫ h, ν = ½); where tension rules c is 1. A cylinder,
+f = x²/(2R), is pulled off in plane strain, forces per length.
+
+The half-space follows Johnson, Kendall, Roberts (1971) with E* = E/(1-ν²); without adhesion, w = 0,
+it is Hertz's. The thin incompressible layer flows: what is displaced inside r leaves through it,
+
+    -h³/(3G) p' 2πr = ∫₀ʳ u dA,    p(a) = 0,    w = h³/(6G) p'(a)²,
+
+so that the displaced volume over the length of the line is -μ, μ = √(2wh³/(3G)), G = E/3.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from energy.cards._checks import Array, finite, non_negative, positive, refuse, unwrap
+from energy.cards._types import PullOff, Values
+from energy.cards.contact_line import depth as _depth
+from energy.cards.foundation import stiffness
+from energy.cards.tail import elastocapillary_length
+
+
+def half_space_modulus(E: ArrayLike, nu: ArrayLike) -> Values:
+    """E* = E/(1-ν²). ValueError for E <= 0 or ν outside (-1, ½]."""
+    E, nu = positive("E", E), finite("nu", nu)
+    refuse("nu", nu, (nu <= -1.0) | (nu > 0.5), "must lie in (-1, 1/2]: pass Poisson's ratio")
+    return E / (1.0 - nu**2)
+
+
+def half_space_depth(
+    a: ArrayLike, *, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike
+) -> Values:
+    """d = a²/R - √(2πwa/E*) of a sphere."""
+    a, modulus = non_negative("a", a), half_space_modulus(E, nu)
+    return unwrap(a**2 / positive("R", R) - np.sqrt(2 * np.pi * non_negative("w", w) * a / modulus))
+
+
+def half_space_force(
+    a: ArrayLike, *, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = 4E*a³/(3R) - √(8πwE*a³) of a sphere."""
+    a, modulus = non_negative("a", a), half_space_modulus(E, nu)
+    pull = np.sqrt(8 * np.pi * non_negative("w", w) * modulus * a**3)
+    return unwrap(4 * modulus * a**3 / (3 * positive("R", R)) - pull)
+
+
+def half_space_pull_off(*, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike) -> PullOff:
+    """-(3/2)πwR at a³ = 9πwR²/(8E*): the most tensile state of a sphere."""
+    R, w = positive("R", R), positive("w", w)
+    a = np.cbrt(9 * np.pi * w * R**2 / (8 * half_space_modulus(E, nu)))
+    return _pulled(-1.5 * np.pi * w * R, half_space_depth(a, R=R, E=E, nu=nu, w=w), a)
+
+
+def half_space_cylinder_force(
+    a: ArrayLike, *, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = πE*a²/(4R) - √(2πE*wa) per length; its most tensile is at a³ = 2wR²/(πE*).
+
+    The depth of a half-space below a line load has no bound.
+    """
+    a, modulus = non_negative("a", a), half_space_modulus(E, nu)
+    pull = np.sqrt(2 * np.pi * modulus * non_negative("w", w) * a)
+    return unwrap(np.pi * modulus * a**2 / (4 * positive("R", R)) - pull)
+
+
+def _pulled(*state: ArrayLike) -> PullOff:
+    """All three broadcast to one shape."""
+    return PullOff(*map(unwrap, np.array(np.broadcast_arrays(*state), np.float64)))
+
+
+def _flow(E: ArrayLike, h: ArrayLike, w: ArrayLike) -> tuple[Array, Array]:
+    """G/h³ and μ of an incompressible layer."""
+    compliance = np.asarray(positive("h", h)) ** 3 / (positive("E", E) / 3)
+    return unwrap(1 / compliance), unwrap(np.sqrt(2 / 3 * non_negative("w", w) * compliance))
+
+
+def incompressible_depth(
+    a: ArrayLike, *, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike
+) -> Values:
+    """d = a²/(4R) - 2μ/a of a sphere on a thin layer, ν = ½ and a ≫ h."""
+    a = positive("a", a)
+    return a**2 / (4 * positive("R", R)) - 2 * _flow(E, h, w)[1] / a
+
+
+def incompressible_force(
+    a: ArrayLike, *, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike
+) -> Values:
+    """P = πG/(32Rh³) (a⁶ - 24Rμa³) of a sphere, likewise."""
+    (stiff, mu), a, R = _flow(E, h, w), positive("a", a), positive("R", R)
+    return np.pi * stiff / (32 * R) * (a**6 - 24 * R * mu * a**3)
+
+
+def incompressible_pull_off(*, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike) -> PullOff:
+    """-3πwR at a³ = 12Rμ, d = μ/a: the most tensile state of a sphere, likewise."""
+    R, w, mu = positive("R", R), positive("w", w), _flow(E, h, w)[1]
+    a = np.cbrt(12 * R * mu)
+    return _pulled(-3 * np.pi * w * R, mu / a, a)
+
+
+def incompressible_cylinder_depth(
+    a: ArrayLike, *, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike
+) -> Values:
+    """d = a²/(6R) - μ/a of a cylinder, likewise."""
+    a = positive("a", a)
+    return a**2 / (6 * positive("R", R)) - _flow(E, h, w)[1] / a
+
+
+def incompressible_cylinder_pull_off(
+    *, R: ArrayLike, E: ArrayLike, h: ArrayLike, w: ArrayLike
+) -> PullOff:
+    """-(6G/(5h³)) μa² at a³ = 6Rμ, d = 0: the most tensile state of a cylinder, likewise.
+
+    The least of P = (G/h³)(2a⁵/(15R) - 2μa²).
+    """
+    R, w = positive("R", R), positive("w", w)
+    stiff, mu = _flow(E, h, w)
+    a = np.cbrt(6 * R * mu)
+    return _pulled(-1.2 * stiff * mu * a**2, 0.0, a)
+
+
+def tension_force(a: ArrayLike, *, R: ArrayLike, gamma1: ArrayLike, w: ArrayLike) -> Values:
+    """P = 2πa (γ₁a/R - √(2wγ₁)) of a sphere where tension rules, a ≪ γ₁/E: its line alone.
+
+    The most tensile is at a = R √(w/(2γ₁)).
+    """
+    a, gamma1 = non_negative("a", a), positive("gamma1", gamma1)
+    pull = np.sqrt(2 * non_negative("w", w) * gamma1)
+    return 2 * np.pi * a * (gamma1 * a / positive("R", R) - pull)
+
+
+def tension_pull_off_force(*, R: ArrayLike, w: ArrayLike) -> Values:
+    """-πwR: of a sphere where tension rules, whatever lies below the surface."""
+    return -np.pi * positive("R", R) * non_negative("w", w)
+
+
+def depth(
+    f_a: ArrayLike,
+    slope_a: ArrayLike,
+    bend_a: ArrayLike,
+    *,
+    ell: ArrayLike,
+    E: ArrayLike,
+    nu: ArrayLike,
+    h: ArrayLike,
+    gamma1: ArrayLike,
+    w: ArrayLike,
+) -> Values:
+    """d = f(a) + ℓf'(a) + (ℓ² + c₂h² - l²) f''(a)/2 - δ₀: Eq. (16) of a layer, a ≫ h, ν < ½.
+
+    By the method of Wiener and Hopf; for profiles whose f'' is constant, else with f''' and so on.
+    ell: ℓ of `Scene.effective_length`, an integral; l and c₂ as for the springs, on which ℓ = l.
+    """
+    k = stiffness(E, nu, h)
+    nu, h, ell = np.asarray(nu), np.asarray(h), finite("ell", ell)
+    second = nu * (4 * nu - 1) / (3 * (1 - nu) * (1 - 2 * nu)) * h**2
+    bent = (ell**2 + second - np.square(elastocapillary_length(k, gamma1))) / 2
+    still = _depth(f_a, 0.0, k=k, gamma1=gamma1, w=w)
+    return still + ell * finite("slope_a", slope_a) + bent * finite("bend_a", bend_a)
