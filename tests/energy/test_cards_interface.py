@@ -26,6 +26,7 @@ VALUES = {  # arguments in SI, none of them 1, by the powers of force and length
     (1, -2): {"E": 8.3e3, "K": 1.1e3},
     (1, -1): {"gamma1": 0.031, "gamma2": 0.021, "gamma12": 0.047}
     | {"w": 4.3e-3, "w_closing": 1.7e-3},
+    (0, -1): {"bend_a": 71.0},
     (0, -0.5): {"c": 3.3},
     (0, 0): {"n": 1.5, "nu": 0.4, "delta": 0.2, "beta": 0.05, "theta": 2.9, "phi": 0.4}
     | {"slope_a": 0.11, "slope_b": -0.06, "slope_f": 0.07, "slope_u": 0.23},
