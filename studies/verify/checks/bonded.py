@@ -48,7 +48,9 @@ def _wide(nu: float) -> tuple[Scene, Callable[[float], float], float]:
     return scene, depth, depth(20 * H)
 
 
-@check(what="a layer: depth by (16) with ℓ for l, a = 20h, l = 3h", unit="m", bar=5e-4)
+@check(
+    what="a layer: depth by (16) with ℓ for l, a = 20h, l = 3h", unit="m", bar=5e-4, anchored=True
+)
 def effective_length(mesh: Mesh) -> Found:
     """ν = 0.3 and -0.2; nodes are a/6 to a/50 apart."""
     for nu in (0.3, -0.2):
@@ -57,7 +59,7 @@ def effective_length(mesh: Mesh) -> Found:
         yield Comparison(depth(a), d, scene.critical_separation)
 
 
-@check(what="a layer: π-θ = √(2w/γ₁), ν = 0.3", unit="rad", order=KINK, bar=5e-3)
+@check(what="a layer: π-θ = √(2w/γ₁), ν = 0.3", unit="rad", order=KINK, bar=5e-3, anchored=True)
 def angle(mesh: Mesh) -> Comparison:
     """The slope beside the outermost node, by differences, is of first order or better."""
     scene, _, d = _wide(0.3)
