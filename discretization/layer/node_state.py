@@ -21,7 +21,9 @@ _FIRST, _MOST = 32, 4096  # nodes on each side that are tried
 _SPARE = 4  # links beyond the line, for polynomials
 _LEAST = 8  # nodes of a contact whose error is known
 _CLEAR = 64  # places beside a contact at which the surface is compared with the indenter
-_SAFE = 2.0  # times the difference of two spacings
+_SAFE = 4.0  # times the difference of two spacings
+_COARSE = 0.1  # relative errors that are no small ones: nodes do not resolve the free surface
+_LUCKY = 0.05  # of the errors of force and energy: where half-widths happen to agree
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,4 +202,8 @@ def _errors(
         off = np.abs(np.subtract(coarse.found(depth, other), found)) / (times**2 - 1)
         worst = np.maximum(worst, _SAFE * off / sizes)
     worst[1:] = worst.max()  # by what a line moves they change as well
+    if n < nodes.x.size - 1:
+        worst[0] = max(worst[0], _LUCKY * worst[1])
+    if worst.max() > _COARSE:
+        return dict.fromkeys(QUANTITIES, float("inf"))
     return dict(zip(QUANTITIES, worst.tolist(), strict=True))

@@ -118,7 +118,8 @@ def quadratic(geometry, nu, gamma, height, a, parts):
 def rests(geometry, nu, gamma, height, a, works, parts):
     """For works of adhesion: the depths at which a line rests at a, the force and the energy there.
 
-    A line that moves by da changes the energy by U' da; at rest U' = 0, of two depths the lower.
+    A line that moves by da changes the energy by U' da; at rest U' = 0, of two depths the lower;
+    without adhesion they are one.
     """
     forms = np.array([quadratic(geometry, nu, gamma, height, a * (1 + t), parts) for t in AROUND])
     rate = np.polynomial.polynomial.polyfit(AROUND * a, forms, AROUND.size - 1)[1]
@@ -127,7 +128,7 @@ def rests(geometry, nu, gamma, height, a, works, parts):
     for w in works:
         more = w * geometry.area(1.0) * (2 * a if geometry.turned else 1.0)
         half, rest = rate[1] / rate[0], (rate[2] - 2 * more) / rate[0]
-        depth = -half - math.sqrt(half * half - rest)
+        depth = -half - (math.sqrt(half * half - rest) if w else 0.0)
         energy = second * depth * depth / 2 + first * depth + none / 2 - w * geometry.area(a)
         found.append((depth, second * depth + first, energy))
     return np.array(found)

@@ -1,0 +1,117 @@
+"""The layer against two truths of its own: nodes with the kernel itself, and finite elements."""
+
+import math
+
+import numpy as np
+import pytest
+import resolved
+from layers import BODIES, GEOMETRIES, random_scene, scene_of
+
+from discretization import minimise
+from energy import Parabola, PowerLaw
+
+EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
+SHAPES = {"line": resolved.Line(), "axisymmetric": resolved.Axis()}
+PLACES = [(nu, geometry) for nu in (0.0, 0.3, 0.45) for geometry in GEOMETRIES]
+QUANTITIES = ("half_width", "force", "energy")
+
+
+def off(one, other):
+    """Differences of half-width, force and energy, over the scales of error estimates."""
+    scales = [other.half_width, other.scales["force"], other.scales["energy"]]
+    return np.abs([getattr(one, q) - getattr(other, q) for q in QUANTITIES]) / scales
+
+
+def on_nodes(scene, depth, a, links):
+    return minimise(scene, depth, method="lattice", spacing=a / links)
+
+
+@pytest.mark.parametrize(("kind", "geometry"), EVERY)
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 9), marks=pytest.mark.slow)])
+def test_nodes_and_poles_agree_within_the_estimate_of_the_nodes(kind, geometry, seeds):
+    for seed in seeds:
+        rng = np.random.default_rng([seed, *map(ord, kind + geometry)])
+        scene, depth, _ = random_scene(rng, kind, geometry, widest=0.7)
+        fitted = minimise(scene, depth, rtol=1e-6)
+        if not fitted.half_width:
+            continue
+        nodes = on_nodes(scene, depth, fitted.half_width, 24.3 if kind != "punch" else 24)
+        for q in QUANTITIES:
+            known = nodes.uncertainty[q] + fitted.uncertainty[q]
+            apart = abs(getattr(nodes, q) - getattr(fitted, q))
+            assert apart <= known, (seed, q, scene, depth)  # infinite: not resolved
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+def test_nodes_are_of_second_order(geometry, nu):
+    """By the worst error of three offsets of the nodes from the line."""
+    scene = scene_of(Parabola(40.0), nu, geometry=geometry)
+    fitted = minimise(scene, 0.03, rtol=1e-7)
+    errors = [
+        np.max(
+            [
+                off(on_nodes(scene, 0.03, fitted.half_width, n + part), fitted)
+                for part in (0.0, 0.3, 0.6)
+            ],
+            axis=0,
+        )
+        for n in (15, 60)
+    ]
+    order = np.log(errors[0] / errors[1]) / math.log(4)
+    assert (order >= 1.6).all() and (errors[1] <= 4e-3).all()
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+def test_fields_and_angle_of_the_nodes(geometry, nu):
+    scene = scene_of(Parabola(40.0), nu, geometry=geometry)
+    fitted = minimise(scene, 0.03, rtol=1e-7)
+    a, errors = fitted.half_width, []
+    x = a * np.array([0.0, 0.3, 0.7, 1.0, 1.2, 1.7, 3.0, 6.0])
+    under = a * np.array([0.2, 0.5, 0.7])
+    u, p = fitted.displacement(x), fitted.pressure(under)
+    for links in (20.3, 40.3):
+        nodes = on_nodes(scene, 0.03, a, links)
+        errors.append(
+            (
+                np.abs(nodes.displacement(x) - u).max() / np.abs(u).max(),
+                np.abs(nodes.pressure(under) - p).max() / np.abs(p).max(),
+                abs(nodes.angle_deficit / fitted.angle_deficit - 1),
+            )
+        )
+    assert (np.array(errors[1]) <= (1e-2, 3e-2, 0.03)).all()
+    assert (np.array(errors[1]) <= np.array(errors[0]) * (0.45, 0.95, 0.75)).all()
+    assert fitted.angle_deficit == pytest.approx(scene.surfaces.small_slope_deficit, rel=1e-9)
+
+
+def truths(nu, geometry, height, a, works, parts, gamma=0.7):
+    return resolved.rests(SHAPES[geometry], nu, gamma, height, a, works, parts)
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_a_layer_of_finite_elements(geometry):
+    """Coarse; the depth at which a line rests at 1.5, the force and the energy there."""
+    ((depth, force, energy),) = truths(0.3, geometry, lambda x: x * x / 80, 1.5, [0.01], 1)
+    state = minimise(scene_of(Parabola(40.0), 0.3, geometry=geometry), depth, rtol=1e-6)
+    assert state.half_width == pytest.approx(1.5, rel=1e-3)
+    assert abs(state.force - force) <= 1e-3 * state.scales["force"]
+    assert abs(state.energy - energy) <= 1e-3 * state.scales["energy"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("nu", "geometry"), PLACES)
+@pytest.mark.parametrize("a", [0.4, 3.0])
+def test_a_layer_of_finite_elements_by_its_extrapolated_error(nu, geometry, a):
+    bodies = [(Parabola(40.0), lambda x: x * x / 80), (PowerLaw(0.004, 3), lambda x: 0.004 * x**3)]
+    works = [0.0, 0.004, 0.02]
+    for body, height in bodies:
+        coarse, fine = (truths(nu, geometry, height, a, works, parts) for parts in (1, 2))
+        for w, one, two in zip(works, coarse, fine, strict=True):
+            state = minimise(scene_of(body, nu, w=w, geometry=geometry), two[0], rtol=1e-7)
+            other = minimise(scene_of(body, nu, w=w, geometry=geometry), one[0], rtol=1e-7)
+            scales = np.array([a, state.scales["force"], state.scales["energy"]])
+            known = np.array([[s.half_width, s.force, s.energy] for s in (other, state)])
+            found = np.array([[a, *one[1:]], [a, *two[1:]]])
+            first, second = np.abs(known - found) / scales
+            assert (second <= 1e-3).all() and (second <= 0.3 * first + 2e-5).all()

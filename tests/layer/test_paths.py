@@ -1,0 +1,126 @@
+"""Load paths of one contact of a layer: loops, loads, machines, hysteresis, and what they lose."""
+
+import math
+
+import numpy as np
+import pytest
+from layers import BODIES, GEOMETRIES, body_of, scene_of
+
+from discretization import load_path, minimise
+from energy import FlatPunch, Parabola, Wedge
+
+EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
+SOME = [
+    pair if pair[0] == "wedge" else pytest.param(*pair, marks=pytest.mark.slow) for pair in EVERY
+]
+
+
+def loop(steps=200, deep=0.05, far=-0.25):
+    return np.concatenate(
+        [np.linspace(-0.02, deep, steps // 2), np.linspace(deep, far, steps // 2)]
+    )
+
+
+def sized(path):
+    """The energies of a path's largest state."""
+    return np.abs(path.energy).max() + sum(abs(event.energy_released) for event in path.events)
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [0.2, 0.45, 0.5])
+def test_a_loop_loses_what_its_events_release(geometry, nu):
+    scene = scene_of(Parabola(40.0), nu, geometry=geometry)
+    path = load_path(scene, depths=loop(), rtol=1e-6)
+    assert [event.kind for event in path.events] == ["jump-in", "detachment"]
+    assert all(event.energy_released > 0 for event in path.events)
+    assert abs(path.work() - path.dissipated) <= 1e-9 * sized(path)
+    assert path.pull_off.force <= path.force.min() < 0
+    last = path.events[1].before
+    for depth in (0.03, 0.0, 0.5 * last.depth):  # on the way out
+        step = int(np.argmin(np.abs(path.depth[100:] - depth))) + 100
+        depth = float(path.depth[step])
+        if depth < last.depth:
+            continue
+        state = minimise(scene, depth, rtol=1e-5)
+        assert path.half_width[step] == pytest.approx(state.half_width, rel=1e-5)
+        assert abs(path.force[step] - state.force) <= 2e-6 * state.scales["force"]
+        assert abs(path.energy[step] - state.energy) <= 2e-6 * state.scales["energy"]
+    assert minimise(scene, last.depth * 0.99, rtol=1e-4).half_width > last.half_width
+    assert not minimise(scene, last.depth * 1.001).contacts.size
+
+
+@pytest.mark.parametrize(("kind", "geometry"), SOME)
+def test_the_force_does_the_work_between_events(kind, geometry):
+    """Of every body, under depth, a dead load and a machine."""
+    scene = scene_of(body_of(kind, 1.5, 0.1), 0.4, geometry=geometry)
+    path = load_path(scene, depths=loop(12, 0.4), rtol=1e-6)
+    assert abs(path.work() - path.dissipated) <= 1e-9 * sized(path)
+    worst = path.pull_off.force
+    dead = load_path(scene, forces=[0.0, 1.0, 0.98 * worst, 1.02 * worst], rtol=1e-6)
+    *_, last = dead.events
+    assert last.kind == "pull-off" and last.force == pytest.approx(worst, rel=1e-6)
+    assert math.isnan(dead.contacts[-1, 1]) and dead.half_width[2] > 0
+    assert dead.force[:3] == pytest.approx([0.0, 1.0, 0.98 * worst], abs=1e-9 * abs(worst))
+    assert all(event.energy_released >= -1e-9 * sized(dead) for event in dead.events)
+    stiff = 10.0 * scene.stiffness
+    drives = [-0.01, 0.0, 0.1, 0.0, -1.0]
+    held = load_path(scene, drives=drives, machine_stiffness=stiff, rtol=1e-6)
+    away = stiff * (np.array(drives) - held.depth)
+    assert np.abs(away - held.force).max() <= 1e-8 * np.abs(held.force).max()
+    assert abs(held.work() - held.dissipated) <= 1e-9 * sized(held)
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_two_works_of_adhesion_hold_the_line(geometry):
+    scene = scene_of(Parabola(40.0), 0.45, w=0.005, opening=0.015, geometry=geometry)
+    path = load_path(scene, depths=loop(60), rtol=1e-6)
+    a, top = path.half_width, 30
+    assert (np.abs(a[top + 1 : top + 3] - a[top]) <= 1e-12 * a[top]).all() and a[-10] < a[top]
+    assert (np.diff(path.force[top : top + 3]) < 0).all()
+    assert path.friction > 0.1 * path.dissipated
+    assert abs(path.work() - path.dissipated) <= 1e-9 * sized(path)
+    single = load_path(scene.opened, depths=loop(60), rtol=1e-6)
+    assert path.events[-1].depth == pytest.approx(single.events[-1].depth, rel=1e-7)
+    alike = np.abs(a - single.half_width) <= 1e-7 * single.half_width
+    assert (alike & (a > 0))[top:].sum() > 3  # where the line opens
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [0.3, 0.5])
+@pytest.mark.filterwarnings("ignore::discretization.AccuracyWarning")  # nearly any width rests
+def test_a_punch_is_pulled_off_from_its_edge(geometry, nu):
+    scene = scene_of(FlatPunch(1.5), nu, geometry=geometry)
+    path = load_path(scene, depths=[0.0, 0.1, 0.0, -0.02, -1.0], rtol=1e-6)
+    kinds = [event.kind for event in path.events]
+    assert kinds[0] == "jump-in" and kinds[-1] == "detachment" and "edge depinning" in kinds
+    assert (path.half_width[:4] == 1.5).all() and math.isnan(path.contacts[-1, 0])
+    assert path.force[1] / path.depth[1] == pytest.approx(path.force[3] / path.depth[3], rel=1e-9)
+    off = next(event for event in path.events if event.kind == "edge depinning")
+    held, lost = (minimise(scene, off.depth * t, rtol=1e-4) for t in (0.999, 1.001))
+    assert held.half_width == 1.5 and lost.half_width < 1.5
+    assert abs(path.work() - path.dissipated) <= 1e-9 * sized(path)
+
+
+@pytest.mark.parametrize("w", [0.01, 0.0])
+def test_a_steep_wedge_is_held_at_its_tip(w):
+    scene = scene_of(Wedge(math.atan(0.3)), 0.45, w=w)
+    path = load_path(scene, depths=[-0.1, 0.002, 0.2, 0.002, -0.1], rtol=1e-6)
+    kinds = [event.kind for event in path.events]
+    assert kinds[:3] == ["touch", "tip depinning", "tip pinning"] and kinds[-1] == "detachment"
+    assert path.half_width[1] == path.half_width[3] == 0 < path.half_width[2]
+    assert path.force[1] == pytest.approx(path.force[3], rel=1e-12)
+    assert path.events[-1].depth == 0 and abs(path.dissipated) <= 1e-9 * sized(path)
+    out = load_path(scene, depths=[-0.1, -0.05], rtol=1e-6)
+    assert np.isnan(out.contacts).all() and not out.events and (out.force == 0).all()
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_a_path_goes_on_where_it_stopped(geometry, tmp_path):
+    scene, depths = scene_of(Parabola(40.0), 0.45, geometry=geometry), loop(12)
+    whole = load_path(scene, depths=depths, rtol=1e-6)
+    parts = load_path(scene, depths=depths[:7], rtol=1e-6)
+    parts = load_path(scene, depths=depths[7:], after=parts, rtol=1e-6)
+    assert np.allclose(parts.table, whole.table, rtol=1e-9, atol=1e-12, equal_nan=True)
+    whole.to_csv(tmp_path / "path.csv")
+    again = type(whole).from_csv(tmp_path / "path.csv")
+    assert again.scene == scene and again.work() == pytest.approx(whole.work(), rel=1e-12)
