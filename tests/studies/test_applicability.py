@@ -141,8 +141,9 @@ def test_report_table_and_figures_are_written_from_the_record(record, tmp_path):
     rows = read(tmp_path / "applicability.csv")
     assert len(rows) == len(points(record))
     assert float(rows[0]["error_half_width"]) == record.maps["wedge"][0].errors.half_width
+    page = (tmp_path / "applicability.md").read_text("utf-8")
     for name in ("applicability.png", "conjecture.png"):
-        assert (tmp_path / name).exists() and f"]({name})" in text
+        assert (tmp_path / name).exists() and f"]({name})" in page
 
 
 def test_the_answer_follows_the_numbers(record):
