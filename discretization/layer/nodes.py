@@ -37,6 +37,7 @@ _ORDER = 8  # Gauss points of a panel
 _TURN = 2.0  # of q times the largest distance: panels
 _LEFT = 1e-6  # of the compliance: what is left beyond the largest q
 _FLATTEST = 1e-3  # of the wave numbers that matter: the first panel
+_MOST = 100_000  # panels of wave numbers
 KNOWN = 1e-6  # of results: what the compliance is good for
 _LEAST = 1e-9  # of the spacing: a ring that is none
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
@@ -177,7 +178,13 @@ def _wave_numbers(last: float, far: float, near: float) -> tuple[Array, Array]:
     turn = min(last, 2 * wide)
     steps = max(1, math.ceil(math.log2(turn / (_FLATTEST * near)) * 2))
     grown = turn * 2.0 ** (-0.5 * np.arange(steps, -1, -1))
-    even = np.linspace(turn, last, max(1, math.ceil((last - turn) / wide)) + 1)[1:]
+    panels = math.ceil((last - turn) / wide)
+    if panels > _MOST:
+        raise ValueError(
+            f"the surface {far!r} from the middle of the contact is {panels} times as wide as what "
+            "nodes have to resolve beside its line: use method='fitted', or a smaller depth"
+        )
+    even = np.linspace(turn, last, max(1, panels) + 1)[1:]
     ends = np.concatenate([[0.0], grown, even if last > turn else []])
     middle, width = (ends[1:] + ends[:-1]) / 2, (ends[1:] - ends[:-1]) / 2
     q = (middle[:, None] + width[:, None] * _POINTS).ravel()

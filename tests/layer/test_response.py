@@ -216,3 +216,10 @@ def test_a_contact_beyond_the_known_profile():
         minimise(scene, 3.0, **NODES)
     with pytest.raises(ValueError, match=r"depth = "):
         minimise(scene_of(Parabola(1e25)), 3.0)
+
+
+def test_a_contact_too_wide_for_nodes():
+    body = Parabola(1e4)
+    scene = scene_of(body, nu=0.5, gamma=0.05, w=1e-4, geometry="axisymmetric")
+    with pytest.raises(ValueError, match=r"times as wide as .*use method='fitted'"):
+        minimise(scene, 0.05, method="lattice", spacing=2.0)

@@ -28,7 +28,15 @@ APART = 0.5  # of the logarithms of both works of adhesion, to start from where 
 
 
 def parameters_of(scene: Scene) -> dict[str, float]:
-    """What can be fitted, as it is in a scene; opening: 0 where a contact opens with w, too."""
+    """What can be fitted, as it is in a scene; opening: 0 where a contact opens with w, too.
+
+    ValueError for an incompressible layer.
+    """
+    if math.isinf(scene.stiffness):
+        raise ValueError(
+            f"nu = {scene.layer.nu!r}: a fit asks for the stiffness of the layer pressed evenly, "
+            "which is infinite; give a smaller Poisson's ratio, such as 0.49"
+        )
     energies = {"w": scene.work_of_adhesion, "gamma1": scene.gamma1}
     opening = scene.opening.work_of_adhesion if scene.opening else 0.0
     return energies | {"stiffness": scene.stiffness, "offset": 0.0, "opening": opening}

@@ -35,6 +35,12 @@ def curve_of(scene, steps=12, share=0.0, seed=5):
 
 
 @pytest.mark.slow
+def test_an_incompressible_layer_has_no_stiffness_to_fit():
+    layer = ElasticLayer(1.0, 0.5, 1.0, response="layer")
+    with pytest.raises(ValueError, match=r"nu = 0\.5: .* Poisson's ratio, such as 0\.49"):
+        parameters_of(replace(SCENE, layer=layer))
+
+
 def test_the_intervals_hold_the_truth():
     record = fit_trials.run(FEW)
     for i, name in enumerate(FEW.names):
