@@ -42,6 +42,7 @@ def test_nodes_and_poles_agree_within_the_estimate_of_the_nodes(kind, geometry, 
             assert apart <= known, (seed, q, scene, depth)  # infinite: not resolved
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 @pytest.mark.parametrize("nu", [0.3, 0.5])
 def test_nodes_are_of_second_order(geometry, nu):

@@ -49,6 +49,7 @@ def test_a_loop_loses_what_its_events_release(geometry, nu):
     assert not minimise(scene, last.depth * 1.001).contacts.size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "geometry"), SOME)
 def test_the_force_does_the_work_between_events(kind, geometry):
     """Of every body, under depth, a dead load and a machine."""
@@ -114,6 +115,7 @@ def test_a_steep_wedge_is_held_at_its_tip(w):
     assert np.isnan(out.contacts).all() and not out.events and (out.force == 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_a_path_goes_on_where_it_stopped(geometry, tmp_path):
     scene, depths = scene_of(Parabola(40.0), 0.45, geometry=geometry), loop(12)

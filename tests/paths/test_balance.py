@@ -180,15 +180,15 @@ def loop(spacing, seed):
     return "done", abs(path.work() - path.dissipated) / size, contacts
 
 
-@pytest.mark.parametrize("seed", [pytest.param(16, marks=pytest.mark.slow), 68])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [16, 68])
 def test_lines_pass_where_an_equilibrium_has_just_disappeared(seed):
     word, error, contacts = loop(None, seed)  # under hysteresis there is no way back to look from
     assert word == "done" and contacts > 1 and error <= UNBALANCED
 
 
-@pytest.mark.parametrize(
-    ("spacing", "asked"), [pytest.param(None, 3, marks=pytest.mark.slow), (1 / 40, 8)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("spacing", "asked"), [(None, 3), (1 / 40, 8)])
 def test_random_loops_balance(spacing, asked):
     found = [loop(spacing, seed) for seed in range(asked)]
     done = {seed: error for seed, (word, error, _) in enumerate(found) if word == "done"}

@@ -222,6 +222,7 @@ def test_a_load_is_followed_however_small_its_number_is():
     assert other.half_width == pytest.approx(one.half_width, rel=1e-9, abs=0)
 
 
+@pytest.mark.slow
 def test_a_path_does_not_go_on_beyond_the_steepest_surface():
     """Also where it comes back before it ends: what is asked for in between is judged, too."""
     own = plain(FlatPunch(0.3), w=2e-4, gamma1=0.04, slopes="finite")

@@ -58,6 +58,7 @@ def test_the_table_of_validity_is_what_the_study_finds(case, at_worst):
     assert found[1 - at_worst] <= 1.02 * told[1 - at_worst]
 
 
+@pytest.mark.slow
 def test_the_command_writes_tables_and_figures(record, monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(study, "run", lambda preset, show, jobs: record)
     assert main(["layer", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
