@@ -104,8 +104,13 @@ def test_a_layer_of_finite_elements(geometry):
 @pytest.mark.parametrize(("nu", "geometry"), PLACES)
 @pytest.mark.parametrize("a", [0.4, 3.0])
 def test_a_layer_of_finite_elements_by_its_extrapolated_error(nu, geometry, a):
-    bodies = [(Parabola(40.0), lambda x: x * x / 80), (PowerLaw(0.004, 3), lambda x: 0.004 * x**3)]
-    works = [0.0, 0.004, 0.02]
+    """So steep at the line, f' = 0.2, that it rests there in stable equilibrium."""
+    radius, c = a / 0.2, 0.2 / (3 * a * a)
+    bodies = [
+        (Parabola(radius), lambda x: x * x / (2 * radius)),
+        (PowerLaw(c, 3), lambda x: c * x**3),
+    ]
+    works = [0.0, 0.001, 0.004]
     for body, height in bodies:
         coarse, fine = (truths(nu, geometry, height, a, works, parts) for parts in (1, 2))
         for w, one, two in zip(works, coarse, fine, strict=True):
