@@ -135,7 +135,9 @@ def _fitted(nu: float, gamma: float, tau: list[complex], q: Array) -> tuple[floa
         wanted = exact - still
     matrix = np.array(columns).T / (exact + gamma * s)[:, None]
     size = np.sqrt((matrix * matrix).sum(axis=0))
-    rest = (np.linalg.lstsq(matrix / size, wanted / (exact + gamma * s))[0] / size).tolist()
+    rest = (
+        np.linalg.lstsq(matrix / size, wanted / (exact + gamma * s), rcond=None)[0] / size
+    ).tolist()
     if nu == 0.5:
         still = rest.pop(0)
     c: list[complex] = []
