@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.layer.contact import Condensed, Profile, condensed
-from discretization.layer.geometry import Axis, Geometry, Line
+from discretization.layer.geometry import Axis, Geometry, Line, lowest
 from discretization.layer.poles import Poles, poles
 from discretization.roots import bracketed, least
 from energy import Scene
@@ -43,10 +43,7 @@ SPREADS = (
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A scene whose layer has its exact response; w: the work of adhesion against which it rests.
-
-    corners: where the slope jumps; edge: where the body ends, or is not known any more.
-    """
+    """A scene whose layer has its exact response, and the contacts it may have, by half-width."""
 
     scene: Scene
 
@@ -77,7 +74,7 @@ class Body:
     @functools.cached_property
     def apex(self) -> float:
         """x of the lowest point, in units of the scene."""
-        return 0.0 if self.scene.axisymmetric else float(self.scene.indenter.apex or 0.0)
+        return lowest(self.scene)
 
     @functools.cached_property
     def profile(self) -> Profile:

@@ -110,7 +110,7 @@ def condensed(
     f, slope = float(profile.height(np.array(a))), float(profile.slope(np.array(a), -1))
     t = geometry.inside(r, np.array([a]), np.zeros(1), a)[:, 0]
     pressed = geometry.inside(r, x, beside, a) @ (weights * profile.slope(x))
-    share = poles.tau[:, None] / (poles.tau[:, None] - decays**2)  # φ_j of u
+    share = poles.share
     out = geometry.outside(decays, a)
     line, weights = float(geometry.measure(np.array(a))), weights * geometry.measure(x)
     above = f - profile.height(x)

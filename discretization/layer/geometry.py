@@ -19,10 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ive, kve
 
+from energy import Scene
+
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 _UNFELT = 38.0  # decay lengths, beyond which nothing is left
 _LARGEST = 2e4  # arguments of Bessel functions; beyond, 1/z² terms are the last that count
+
+
+def lowest(scene: Scene) -> float:
+    """x of the lowest point of an indenter that is mirrored about it, or turned about an axis."""
+    return 0.0 if scene.axisymmetric else float(scene.indenter.apex or 0.0)
 
 
 class Geometry(Protocol):

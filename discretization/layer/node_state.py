@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.layer.nodes import KNOWN, Nodes, compliance, lowest
+from discretization.layer.geometry import lowest
+from discretization.layer.nodes import KNOWN, Nodes, compliance
 from discretization.layer.state import NOTHING
 from discretization.surfaces.protocol import At, alone
-from energy import Scene
+from energy import Scene, SurfaceEnergies
 
 Array = NDArray[np.float64]
 _FIRST, _MOST = 32, 4096  # nodes on each side that are tried
@@ -23,6 +24,7 @@ _LEAST = 8  # nodes of a contact whose error is known
 _CLEAR = 64  # places beside a contact at which the surface is compared with the indenter
 _SAFE = 4.0  # times the difference of two spacings
 _COARSE = 0.1  # relative errors that are no small ones: nodes do not resolve the free surface
+_STEP = 1e-2  # of γ₁: a difference as good as the nodes
 _LUCKY = 0.05  # of the errors of force and energy: where half-widths happen to agree
 
 
@@ -85,17 +87,32 @@ class NodeFields:
         return np.interp(np.abs(x - apex), own, force / share - scene.gamma1 * bend)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """What is pressed and what pulls, split at the outermost node; energies as a whole."""
-        adhesion = -self.nodes.scene.work_of_adhesion * state.contact_area
-        forces = self.nodes.forces(self.depth, self.n)
-        pressed = state.force * float(forces[:-1].sum() / forces.sum())
+        """As parts.parts_of, with what is stored in the layer for the springs.
+
+        The energy of the surface is γ₁ ∂U/∂γ₁, as the displacements are those of least energy.
+        """
+        scene, surface = self.nodes.scene, self._stretched()
+        adhesion = -scene.work_of_adhesion * state.contact_area
+        lines = -scene.gamma1 * float((state.line_slopes[1] * scene.measure(state.contacts)).sum())
         return {
-            "springs": state.energy - adhesion,
-            "surface": 0.0,
+            "springs": float(state.energy - adhesion - surface),
+            "surface": surface,
             "adhesion": adhesion,
-            "pressure": pressed,
-            "lines": state.force - pressed,
+            "pressure": state.force - lines,
+            "lines": lines,
         }
+
+    def _stretched(self) -> float:
+        """γ₁ ∂U/∂γ₁ = -γ₁/2 F (∂C/∂γ₁) F, by a difference, between the nodes as all else."""
+        scene, x = self.nodes.scene, self.nodes.x[: self._ends[-1][0] + 1]
+        tensions = (part * scene.gamma1 for part in (1 - _STEP, 1 + _STEP))
+        scenes = (replace(scene, surfaces=SurfaceEnergies.from_work(t, 0.0)) for t in tensions)
+        less, more = (compliance(each, x, x) for each in scenes)
+        found = 0.0
+        for n, share in self._ends:
+            force, own = self.nodes.forces(self.depth, n), slice(n + 1)
+            found += share * float(force @ (less - more)[own, own] @ force) / (4 * _STEP)
+        return found
 
 
 def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -> Equilibrium:

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.special import i0e, j0, k0e
 
+from discretization.layer.geometry import lowest
 from discretization.roots import bracketed
 from energy import Scene
 
@@ -129,11 +130,6 @@ class Nodes:
         """On the nodes (n + 1,) of that contact."""
         y = (self.start + depth * self.rate)[: n + 1]
         return np.asarray(solve_triangular(self.lower[: n + 1, : n + 1], y, lower=True, trans=1))
-
-
-def lowest(scene: Scene) -> float:
-    """x of the lowest point."""
-    return 0.0 if scene.axisymmetric else float(scene.indenter.apex or 0.0)
 
 
 def _four(first: int, size: int) -> tuple[int, int]:

@@ -56,6 +56,11 @@ class Poles(NamedTuple):
     decays: Complex
     error: float
 
+    @property
+    def share(self) -> Complex:
+        """φ_j over u (n, m) of what decays by each λ: τ/(τ - λ²)."""
+        return np.asarray(self.tau[:, None] / (self.tau[:, None] - self.decays**2))
+
 
 @functools.lru_cache(maxsize=32)
 def poles(nu: float, gamma: float, tolerance: float) -> Poles:

@@ -1,13 +1,11 @@
 """States of one contact of a layer with its exact response: totals, certificate, error estimate.
 
 Every number is found in two ways: what pulls at the line by Green's identities with the exact
-solutions of the poles (contact.py), and by elements under the indenter (inside.py); the force from
-the fields, and as dU/dd of the energy at fixed contact, which is a parabola of the depth.
+solutions of the poles (contact.py), and by elements under the indenter (inside.py, totals.py).
 """
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -18,8 +16,7 @@ from numpy.typing import NDArray
 from discretization.certificate import ROUNDING, Certificate, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import TIP, Body, Search
-from discretization.layer.contact import Condensed
-from discretization.layer.inside import Fields, fields
+from discretization.layer.totals import Layer
 from discretization.quadrature import summed
 from discretization.surfaces.protocol import At, alone
 from energy import Scene
@@ -29,138 +26,6 @@ _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
 _EXACT = 1e-11  # of the energy of the free surface
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
-_OUTSIDE = 400  # places at which the free surface is compared with the indenter
-_FAR = 40.0  # decay lengths
-
-
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """A contact at a depth [h], condensed with many poles."""
-
-    body: Body
-    contact: Condensed
-    depth: float
-    tolerance: float
-
-    @property
-    def a(self) -> float:
-        """Half-width [h]."""
-        return self.contact.a
-
-    @property
-    def u(self) -> float:
-        """At the line."""
-        return self.depth - self.contact.f
-
-    @functools.cached_property
-    def amplitudes(self) -> Any:
-        """Of the free surface."""
-        return self.contact.amplitudes @ np.array([self.u, 1.0])
-
-    def inside(self, depth: float) -> Fields:
-        """Fields under the indenter with this contact at a depth."""
-        own = self.body.poles(self.tolerance)
-        amplitudes = self.contact.amplitudes @ np.array([depth - self.contact.f, 1.0])
-        at_line = -(own.decays**2 / (own.tau[:, None] - own.decays**2)) @ amplitudes
-        if own.flow:
-            at_line = np.append(at_line, (-own.flow / own.decays**2) @ amplitudes)
-        return fields(self.body.geometry, self.body.profile, own, at_line, self.a, depth)
-
-    @functools.cached_property
-    def fields(self) -> Fields:
-        """At its own depth."""
-        return self.inside(self.depth)
-
-    def stored(self, depth: float) -> float:
-        """½ ∫p u + ½ S u(a): of the layer, and of the free surface's stretching."""
-        inner, u = (
-            self.fields if depth == self.depth else self.inside(depth),
-            depth - self.contact.f,
-        )
-        pressed = float(
-            (inner.weights * inner.pressure * (depth - self.body.profile.height(inner.x))).sum()
-        )
-        return (pressed + self.line * (self.contact.sigma * u + self.contact.rest) * u) / 2
-
-    @property
-    def line(self) -> float:
-        """Γ times the length of the line."""
-        return self.body.gamma * float(self.body.geometry.measure(np.array(self.a)))
-
-    @property
-    def stretched(self) -> float:
-        """Γ/2 ∫ f'² in contact."""
-        inner = self.fields
-        return self.body.gamma * float((inner.weights * inner.slope**2).sum()) / 2
-
-    @property
-    def area(self) -> float:
-        """In contact, over `whole` of its geometry."""
-        return float(self.fields.weights.sum())
-
-    @property
-    def unbalanced(self) -> float:
-        """By how much the pulls of the poles' fields at the line differ from both sides.
-
-        Over all that presses; each pole with its share of the pressure.
-        """
-        own, geometry = self.body.poles(self.tolerance), self.body.geometry
-        share = own.tau[:, None] / (own.tau[:, None] - own.decays**2)
-        outside = (share * geometry.outside(own.decays, self.a)) @ self.amplitudes
-        line = float(geometry.measure(np.array(self.a)))
-        off = (own.c / own.tau * (line * outside - self.fields.pulls(own.tau))).sum()
-        return geometry.whole * float(abs(off)) / (self.force_scale or 1.0)
-
-    @functools.cached_property
-    def rounding(self) -> float:
-        """How far the force is from dU/dd, over the sizes of its terms: of both."""
-        step = abs(self.u) + self.a * abs(self.contact.slope) or self.a
-        rise = (self.stored(self.depth + step) - self.stored(self.depth - step)) / (2 * step)
-        off = abs(self.body.geometry.whole * rise - self.contact.load(self.depth))
-        return off / (self.force_scale or 1.0)
-
-    @functools.cached_property
-    def force_scale(self) -> float:
-        """∫|p| and what the free surface pulls."""
-        inner, pull = self.fields, self.contact.sigma * self.u + self.contact.rest
-        parts = float((inner.weights * np.abs(inner.pressure)).sum()) + self.line * abs(pull)
-        return self.body.geometry.whole * parts
-
-    @property
-    def energy_scale(self) -> float:
-        """Of the stored energy and of the adhesion."""
-        return self.body.geometry.whole * (self.stored(self.depth) + self.stretched + self.bound)
-
-    @property
-    def bound(self) -> float:
-        """What adheres, over `whole` of its geometry."""
-        return self.body.excess(self.body.scene) ** 2 * self.body.gamma / 2 * self.area
-
-    @property
-    def energy(self) -> float:
-        """U."""
-        return self.body.geometry.whole * (self.stored(self.depth) + self.stretched - self.bound)
-
-    def free(self, beside: Array) -> tuple[Array, Array]:
-        """u of the free surface and its slope outwards, so far from the line."""
-        decays = self.body.poles(self.tolerance).decays
-        found = self.body.geometry.decayed(decays, self.a, beside)
-        u, slope = ((self.amplitudes @ part).real for part in found)
-        return u, slope
-
-    @property
-    def reach(self) -> float:
-        """How far the free surface is felt."""
-        slowest = float(self.body.poles(self.tolerance).decays.real.min())
-        return min(_FAR / slowest, self.body.edge - self.a)
-
-    @functools.cached_property
-    def through(self) -> float:
-        """How far the free surface is inside the indenter at most."""
-        part = np.concatenate([np.geomspace(1e-9, 1, _OUTSIDE), np.linspace(0, 1, _OUTSIDE)])
-        beside = self.reach * part
-        g = self.depth - self.body.profile.height(self.a + beside)
-        return float((g - self.free(beside)[0]).max())
 
 
 class Flat:
@@ -240,7 +105,9 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
 def equilibrium(state: Layer, search: Search, rate: float, branch: str) -> Equilibrium:
     """The certified state of a contact; rate: dD/da, infinite of a line that is pinned."""
     body, scene, pinned = state.body, state.body.scene, math.isinf(rate)
-    certificate = certify(state, search, rate)
+    certificate = certify(state, search.excess, search.excess)
+    if rate < 0:  # D falls outwards: the line would run away
+        certificate = certificate._replace(neighbours=1.0)
     named = f"the state at depth = {state.depth * body.h!r}"
     if not certificate.penetration <= certificate.tolerance:
         raise NotCertifiedError(
@@ -269,33 +136,31 @@ def equilibrium(state: Layer, search: Search, rate: float, branch: str) -> Equil
     )
 
 
-def certify(state: Layer, search: Search, rate: float) -> Certificate:
+def certify(state: Layer, closing: float, opening: float) -> Certificate:
     """The conditions of ../certificate.py, depths over the largest of |d|, u and what lifts a line.
 
+    closing, opening: √(2w/γ₁) of both works of adhesion.
+
     stationarity  what pulls at the line from both sides of the fields of the poles
+    neighbours    d <= D just outside the line by closing, D just inside by opening <= d
     force         P against dU/dd, by the energy of the elements
     """
     body, contact, depth = state.body, state.contact, state.depth
     if state.a <= TIP and depth == body.touch:  # nothing is pressed
         return Certificate.undeformed()
-    size = abs(depth - body.touch) + abs(state.u) + search.excess / contact.sigma
+    size = abs(depth - body.touch) + abs(state.u) + opening / contact.sigma
     size = size + abs(contact.slope) / contact.sigma or 1.0
-    if math.isinf(rate):
-        off = max(
-            body.rest_depth(contact, search.excess, -1) - depth,
-            depth - body.rest_depth(contact, search.excess, 1),
-        )
-    else:
-        off = abs(contact.depth(search.excess) - depth) if rate > 0 else size
+    beyond = depth - body.rest_depth(contact, closing, 1)
+    within = body.rest_depth(contact, opening, -1) - depth
     pulled = 0.0
-    if not search.excess and state.a > TIP:
+    if not opening and state.a > TIP:
         pressure = state.fields.pressure
         pulled = max(0.0, -float(pressure.min())) / (float(np.abs(pressure).max()) or 1.0)
     return Certificate(
         max(0.0, state.through) / size,
         state.unbalanced,
         pulled,
-        max(0.0, off) / size,
+        max(0.0, beyond, within) / size,
         state.rounding,
     )
 

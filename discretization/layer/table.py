@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.layer.body import Body
-from discretization.layer.state import Layer
+from discretization.layer.totals import Layer
 from discretization.surfaces.spectral import coefficients, polynomial, rounded
 
 Array = NDArray[np.float64]

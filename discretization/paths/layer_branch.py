@@ -16,9 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import TOLERANCE
 from discretization.layer.body import SPREADS, TIP, Body, Search
-from discretization.layer.state import Layer, certify
+from discretization.layer.state import certify
 from discretization.layer.table import Table
+from discretization.layer.totals import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.roots import bracketed, crossings, least
 from energy import Scene
@@ -219,11 +221,9 @@ class LayerBranch(Branch):
 
     def _landing(self, a: float, depth: float, way: int) -> Point:
         """Where a line that has come free at a depth rests next."""
-        left = False
         while True:
             for x, rest in self._ahead(a, way):
                 off = way * (rest - depth)
-                left |= bool((off < 0).any())
                 stays = (off[1:] >= 0) & (off[:-1] < 0)
                 if stays.any():
                     i = int(np.argmax(stays))
@@ -260,15 +260,12 @@ class LayerBranch(Branch):
         return max(0.0, float(lost[0])) * self.h ** (2 if self.scene.axisymmetric else 1)
 
     def certify(self, point: Point) -> None:
-        """NotCertifiedError unless the contact is in equilibrium."""
+        """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
             a, depth = point.memory, point.depth / self.h
             state = Layer(self.body, self.body.condensed(a, self.tolerance), depth, self.tolerance)
-            way = (
-                self.scene
-                if depth >= float(self.rest_depth(np.array([a]), 1)[0])
-                else self.scene.opened
+            closing, opening = map(self.body.excess, (self.scene, self.scene.opened))
+            found = certify(state, closing, opening)._replace(
+                tolerance=max(TOLERANCE, self.tolerance)
             )
-            found = certify(state, Search(self.body, depth, self.body.excess(way)), math.inf)
-            found = found._replace(neighbours=0.0)
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")

@@ -86,6 +86,21 @@ def test_fields_and_angle_of_the_nodes(geometry, nu):
     assert fitted.angle_deficit == pytest.approx(scene.surfaces.small_slope_deficit, rel=1e-9)
 
 
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_parts_of_energy_and_force_on_nodes(geometry):
+    scene, errors = scene_of(Parabola(40.0), 0.5, geometry=geometry), []
+    fitted = minimise(scene, 0.03, rtol=1e-7)
+    parts = fitted.energy_parts | fitted.force_parts
+    for links in (20, 40):
+        nodes = on_nodes(scene, 0.03, fitted.half_width, links)
+        own = nodes.energy_parts | nodes.force_parts
+        assert sum(nodes.energy_parts.values()) == pytest.approx(nodes.energy, rel=1e-12)
+        assert sum(nodes.force_parts.values()) == pytest.approx(nodes.force, rel=1e-12)
+        errors.append([abs(own[name] / value - 1) for name, value in parts.items()])
+    order = np.log2(np.array(errors[0]) / errors[1])
+    assert (order[:3] >= 1.6).all() and (order[3:] >= 0.9).all()  # forces by slopes beside the line
+
+
 def truths(nu, geometry, height, a, works, parts, gamma=0.7):
     return resolved.rests(SHAPES[geometry], nu, gamma, height, a, works, parts)
 

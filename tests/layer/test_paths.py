@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from layers import BODIES, GEOMETRIES, body_of, scene_of
 
-from discretization import load_path, minimise
+from discretization import NotCertifiedError, load_path, minimise
+from discretization.paths.layer_branch import LayerBranch
 from energy import FlatPunch, Parabola, Wedge
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
@@ -126,3 +127,26 @@ def test_a_path_goes_on_where_it_stopped(geometry, tmp_path):
     whole.to_csv(tmp_path / "path.csv")
     again = type(whole).from_csv(tmp_path / "path.csv")
     assert again.scene == scene and again.work() == pytest.approx(whole.work(), rel=1e-12)
+
+
+@pytest.mark.parametrize("opening", [None, 0.015])
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_a_line_that_does_not_rest_is_not_certified(geometry, opening):
+    scene = scene_of(Parabola(40.0), 0.45, w=0.005, opening=opening, geometry=geometry)
+    branch = LayerBranch.of(scene, 1e-6)
+    first = branch.first
+    pressed = branch.leg(first, first.depth + 0.02).end
+    for point in (first, pressed):
+        branch.certify(point)
+        just = branch.point(point.depth, point.memory * (1 - 1e-9))
+        branch.certify(just)
+        with pytest.raises(NotCertifiedError, match="neighbours"):  # it would advance
+            branch.certify(branch.point(point.depth, point.memory * (1 - 1e-4)))
+    wide = branch.point(pressed.depth, pressed.memory * 1.02)
+    if opening is None:
+        with pytest.raises(NotCertifiedError, match="neighbours"):  # it would recede
+            branch.certify(wide)
+    else:
+        branch.certify(wide)  # it is held
+        with pytest.raises(NotCertifiedError, match="neighbours"):
+            branch.certify(branch.point(pressed.depth, pressed.memory * 2))
