@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
 _GRADED = (6, 16)  # parts of a way on which lines never jump
+_BEGUN = 50  # the same from where contact begins: in the first lines may move as any root
+_BACK, _ON, _OFF = 0.25, 0.5, 0.6  # ratios of parts on a way back, on, and from where it begins
 
 
 class Part(NamedTuple):
@@ -96,7 +98,7 @@ class Events:
         """
         surfaces, rests, after = np.array(free(lines)), self.motion.rests, None
         way, least = (1 if end >= start else -1), CLOSE * rests.size
-        if len(lines) != 2 or lines[0] == lines[1]:
+        if len(lines) != 2 or (way < 0 and lines[0] == lines[1]):
             return None
         axis = int(self.motion.scene.axisymmetric)  # which is no line
         ahead = way * np.diagonal(rests.ahead(surfaces, way)[:, ::-1])[axis:]
@@ -106,12 +108,16 @@ class Events:
         elif way < 0 and (lost := vanishing.lost(rests, surfaces) + least / 2) > end:
             end, after = lost, ()
         surfaces = rests.snapped(surfaces)
-        for parts in _GRADED:
-            depths = way_of(start, end, parts, graded=True)
-            x, good, _ = self.trials.smooth.followed(surfaces, depths, way)
+        begins = int(lines[0] == lines[1])
+        ratio = _BACK if way < 0 else _OFF if begins else _ON
+        for parts in (_BEGUN,) if begins else _GRADED:
+            depths = way_of(start, end, parts, ratio)
+            x, good, margin = self.trials.smooth.followed(surfaces, depths, way)
             if not good.all() or (x[0, :, 1] > x[1, :, 0]).any():
                 return None
-            if represented(x[[0, 1], :, [1, 0]].reshape(2, parts, -1)):
+            blurred = np.nan_to_num(least / np.sqrt(margin))[:, None]
+            drawn = x[[0, 1], :, [1, 0]].reshape(2, parts, -1)[:, begins:]
+            if represented(drawn, blurred):
                 whole = Piece((0, 1), depths.reshape(parts, -1), x)
                 found = _flat(x[:, -1])
                 beside = Contacts(self.motion, found, end).free  # ValueError if one turns over

@@ -7,6 +7,7 @@ disappears a line moves as the root of the distance in depth, which is smooth in
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -52,26 +53,28 @@ class Piece(NamedTuple):
         return np.where(moves, guess, first)
 
 
-def way_of(start: float, end: float, parts: int = 1, *, graded: bool = False) -> Array:
+def way_of(start: float, end: float, parts: int = 1, ratio: float = math.nan) -> Array:
     """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way.
 
-    graded: parts are the shorter the less deep: of a half each on the way down, of a quarter each
-    on the way back to where contact is lost.
+    ratio: of a part to the next one on the way down from where contact begins, or to the one
+    before on the way back to where it is lost; nan: parts are alike.
     """
     t, cuts = (rounded(DEGREE)[0] + 1) / 2, np.arange(parts + 1) / parts
-    if graded and end > start:
-        cuts = np.append(0.0, 0.5 ** np.arange(parts)[::-1])
-    elif graded:
-        cuts = np.append(1 - 0.25 ** np.arange(parts), 1.0)
+    if not math.isnan(ratio):
+        cuts = np.append(0.0, ratio ** np.arange(parts)[::-1])
+        cuts = cuts if end > start else 1 - cuts[::-1]
     depths = start + (end - start) * (cuts[:-1, None] + np.diff(cuts)[:, None] * (t * (2 - t)))
     depths[-1, -1] = end
     return np.asarray(depths.ravel())
 
 
-def represented(lines: Array) -> bool:
-    """Whether lines (.., j) at the Gauss-Lobatto points of ways are polynomials of t there."""
+def represented(lines: Array, blurred: Array) -> bool:
+    """Whether lines (n, p, j) at the Gauss-Lobatto points of parts are polynomials of t there.
+
+    blurred (n, 1): how far rounding of the depth moves lines at the end.
+    """
     coef = np.abs(coefficients(DEGREE, lines))
-    known = _DRAWN * coef[..., 1:].max() + _ROUNDING * coef[..., 0]
+    known = _DRAWN * coef[..., 1:].max() + _ROUNDING * coef[..., 0] + blurred
     return bool((coef[..., -2:].max(axis=-1) <= known).all())
 
 

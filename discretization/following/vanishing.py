@@ -58,7 +58,7 @@ def closing(rests: Rests, lines: Array) -> float:
 def lost(rests: Rests, lines: Array) -> float:
     """The depth at which the one contact between two surfaces (2, 2) is lost; nan: not known.
 
-    It closes, or, about an axis, the depth at which its line rests is least there.
+    It closes, or, about an axis, the depth at which its line rests is least there or at the axis.
     """
     if not rests.scene.axisymmetric:
         return closing(rests, lines)
@@ -70,9 +70,10 @@ def lost(rests: Rests, lines: Array) -> float:
         assert rates is not None
         return -float(rates[0, 0, 0, 0])
 
-    if not falls(_INNERMOST * outer) > 0 > falls(outer):
+    if not falls(outer) < 0:
         return math.nan
-    x = bracketed(falls, outer, _INNERMOST * outer)
+    inmost = _INNERMOST * outer
+    x = bracketed(falls, outer, inmost) if falls(inmost) > 0 else 0.0
     return float(rests.ahead(np.array([(x, math.inf)]), -1)[0, 0])
 
 

@@ -10,8 +10,9 @@ from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
 from discretization.following import vanishing
+from discretization.following.trials import Trials
 from discretization.profile import resolve
-from energy import Parabola, Profile, Sampled
+from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies
 from studies.benchmarks.speed import rough_scene
 
 
@@ -38,6 +39,25 @@ def test_without_adhesion_a_path_begins_with_less_than_rounding():
     states = [minimise(case.scene, float(depth)) for depth in path.depth[2:]]
     assert path.force[2:] == pytest.approx([state.force for state in states], rel=1e-11, abs=0)
     assert len(states[-1].contacts) == 4
+
+
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+@pytest.mark.parametrize("indenter", [Parabola(0.02), PowerLaw(2e5, 3), PowerLaw(4e9, 4)])
+@pytest.mark.parametrize("w", [0.0, 6e-5])
+def test_one_contact_of_a_smooth_profile_is_followed_without_a_search(
+    indenter, w, geometry, monkeypatch
+):
+    searches, tried = [], Trials.tried
+    monkeypatch.setattr(Trials, "tried", lambda *given: searches.append(1) or tried(*given))
+    surfaces = SurfaceEnergies.from_work(0.07, w)
+    scene = Scene(ElasticLayer(2.5e3, 0.3, 5e-6), surfaces, indenter, geometry=geometry)
+    depths = np.r_[np.linspace(0.0, 4e-7, 40), np.linspace(4e-7, -8e-7, 80)]
+    path = load_path(scene, depths=depths)
+    assert path.events[-1].kind == "detachment"
+    assert not searches
+    for step in (1, 20, 60):
+        force = minimise(scene, float(depths[step])).force
+        assert path.force[step] == pytest.approx(force, rel=1e-10, abs=0)
 
 
 def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_touches():
