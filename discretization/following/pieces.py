@@ -7,18 +7,15 @@ disappears a line moves as the root of the distance in depth, which is smooth in
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.spectral import coefficients, polynomial, rounded
+from discretization.surfaces.spectral import polynomial, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 12  # of the Lobatto rule in t
-_DRAWN = 1e-6  # of how far a line moves: as well polynomials tell where it is
-_ROUNDING = 1e-14  # of its place
 
 
 class Piece(NamedTuple):
@@ -53,29 +50,12 @@ class Piece(NamedTuple):
         return np.where(moves, guess, first)
 
 
-def way_of(start: float, end: float, parts: int = 1, ratio: float = math.nan) -> Array:
-    """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way.
-
-    ratio: of a part to the next one on the way down from where contact begins, or to the one
-    before on the way back to where it is lost; nan: parts are alike.
-    """
+def way_of(start: float, end: float, parts: int = 1) -> Array:
+    """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way."""
     t, cuts = (rounded(DEGREE)[0] + 1) / 2, np.arange(parts + 1) / parts
-    if not math.isnan(ratio):
-        cuts = np.append(0.0, ratio ** np.arange(parts)[::-1])
-        cuts = cuts if end > start else 1 - cuts[::-1]
     depths = start + (end - start) * (cuts[:-1, None] + np.diff(cuts)[:, None] * (t * (2 - t)))
     depths[-1, -1] = end
     return np.asarray(depths.ravel())
-
-
-def represented(lines: Array, blurred: Array) -> bool:
-    """Whether lines (n, p, j) at the Gauss-Lobatto points of parts are polynomials of t there.
-
-    blurred (n, 1): how far rounding of the depth moves lines at the end.
-    """
-    coef = np.abs(coefficients(DEGREE, lines))
-    known = _DRAWN * coef[..., 1:].max() + _ROUNDING * coef[..., 0] + blurred
-    return bool((coef[..., -2:].max(axis=-1) <= known).all())
 
 
 def restricted(whole: tuple[Piece, ...], own: set[int]) -> tuple[Piece, ...]:

@@ -29,7 +29,7 @@ from discretization.surfaces.spectral import rounded
 Array = NDArray[np.float64]
 _HALVED, _MOST = 10, 128  # halvings of a part whose energy does not balance, and such parts
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
-_SHRINKS, _PATIENCE = 0.8, 4  # steps that shrink less, and how many of them are too many
+_SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
 _STILL = 1e-15  # of the position and l: a step of Newton's method that is rounding
 _GUESSED = 1e-4  # of the same: so far polynomials through neighbouring lines may be off
 _ROUNDED = 1e-12  # of the same: it may be, if it shrinks no more; a longer one if it has not before
