@@ -41,13 +41,15 @@ class Alone:
     @classmethod
     def of(cls, rests: Rests, surfaces: Array, start: float, end: float) -> Alone | None:
         """The way towards a depth up to its first event; None where that is not known to be one."""
+        surfaces = rests.snapped(surfaces)
         way, first = (1 if end >= start else -1), surfaces[[0, 1], [1, 0]]
         axis = int(rests.scene.axisymmetric)  # which is no line
         ahead = way * np.diagonal(rests.ahead(surfaces, way)[:, ::-1])[axis:]
         point = way < 0 and first[0] == first[1]  # of a tip, which lets go where it is pulled
-        held = (ahead - way * start > TIE * rests.size) & (not point)
+        size = _size(rests, start, end)
+        held = (ahead - way * start > TIE * size) & (not point)
         place, lost = vanishing.lost(rests, surfaces) if way < 0 else (math.nan, math.nan)
-        lost += vanishing.CLOSE / 2 * rests.size
+        lost += vanishing.CLOSE / 2 * size
         gone = not held.any() and lost > end
         if held.any():
             end = way * min(way * end, float(ahead[held].min()))
@@ -63,10 +65,10 @@ class Alone:
         return cls(rests, way, (start, end), first, one.at(np.array([end]))[0], gone)
 
     def rest(self, x: Array, line: NDArray[np.int64]) -> Array:
-        """D of left and right lines (0, 1) at x."""
-        indenter = self.rests.profile.indenter
-        f, slope = np.asarray(indenter.height(x), float), np.asarray(indenter.slope(x), float)
-        return np.asarray(self.rests.rest(_SIDES[line], x, f, slope, None, self.way))
+        """D of left and right lines (0, 1) at x, just ahead of a corner."""
+        side, profile = _SIDES[line], self.rests.profile
+        ahead = profile.beside(x, side * self.way)
+        return np.asarray(self.rests.rest(side, x, *ahead, None, self.way))
 
     def beyond(self, line: int, room: Array, place: float) -> float:
         """Where D of a line is beyond the end: no corner lies between. nan: nowhere."""
@@ -109,7 +111,7 @@ class Alone:
         found[:, 0, 1], found[:, 1, 0] = x.T
         moves = np.flatnonzero(self.first != self.last)
         off = self.rest(x[:, moves].ravel(), np.tile(moves, depths.size)).reshape(x[:, moves].shape)
-        known = _NEAR * self.rests.size + self.rests.noise(found)[:, moves]
+        known = _NEAR * _size(self.rests, *self.depths) + self.rests.noise(found)[:, moves]
         if (np.abs(off - depths[:, None]) > known).any():
             start, end = self.depths
             raise NotCertifiedError(
@@ -117,3 +119,8 @@ class Alone:
                 "other depths, or method='lattice'"
             )
         return found
+
+
+def _size(rests: Rests, *depths: float) -> float:
+    """Of these depths: the largest, and δ₀."""
+    return max(map(abs, depths)) + rests.scene.opened.critical_separation

@@ -62,6 +62,25 @@ def test_one_contact_of_a_smooth_profile_is_followed_without_a_search(
         assert path.force[step] == pytest.approx(force, rel=1e-10, abs=0)
 
 
+@pytest.mark.parametrize("w", [0.0, 2e-3])
+def test_lines_leave_the_corners_of_a_polygon_where_they_do_as_states(w):
+    """With steps just beside the depths at which they come free, too."""
+    x = np.array([-6.0, -3.0, -1.2, 0.1, 1.5, 2.9, 6.0])
+    polygon = Sampled(x, 0.01 * x**2 + 0.003 * x, kind="linear")
+    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, w), polygon)
+    free = [event.depth for event in load_path(scene, depths=[0.0, 0.3]).events[1:]]
+    near = (0.0, 1e-9, -1e-9) if w else (1e-4, -1e-4)  # a tip's first steps are hardly resolved
+    up = np.sort([0.0, 0.02, 0.1, *(depth + off for depth in free for off in near), 0.3])
+    path = load_path(scene, depths=np.r_[up, up[::-1]])
+    for step, depth in enumerate(path.depth[1:-1], 1):
+        state = minimise(scene, float(depth))
+        assert path.half_width[step] == pytest.approx(state.half_width, rel=1e-12)
+        assert path.force[step] == pytest.approx(state.force, rel=1e-11)
+    loads = np.linspace(0.0, path.force.max(), 30)
+    for depth, load in zip(load_path(scene, forces=loads).depth[1:], loads[1:], strict=True):
+        assert minimise(scene, float(depth)).force == pytest.approx(load, rel=1e-10)
+
+
 def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_touches():
     """Each is there from the depth of its event on."""
     scene, up = wavy(crests=3), np.array([-0.1, 0.6, 1.485]) * DELTA0
