@@ -81,6 +81,16 @@ def test_lines_leave_the_corners_of_a_polygon_where_they_do_as_states(w):
         assert minimise(scene, float(depth)).force == pytest.approx(load, rel=1e-10)
 
 
+def test_a_body_that_is_all_but_flat_is_pulled_off_by_the_largest_pull_of_its_states():
+    """The known profile ends 10²³ times as high as any state is deep."""
+    surfaces = SurfaceEnergies.from_work(12276.2, 122762.3)
+    scene = Scene(ElasticLayer(356.3, -0.9, 0.1108), surfaces, PowerLaw(1.3376e37, 20))
+    (jump, pull) = load_path(scene, forces=[0.0, -1e6]).events
+    assert jump.energy_released > 0 < pull.energy_released
+    pulls = [minimise(scene, pull.depth + off).force for off in (-1e-4, 0.0, 1e-4)]
+    assert pulls[1] == pytest.approx(pull.force, rel=1e-10) and pulls[1] == min(pulls)
+
+
 def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_touches():
     """Each is there from the depth of its event on."""
     scene, up = wavy(crests=3), np.array([-0.1, 0.6, 1.485]) * DELTA0
