@@ -106,10 +106,27 @@ class Profile(Indenter):
         ends = array("extent", self.extent)
         if ends.shape != (2,) or not ends[0] < ends[1]:
             raise ValueError(f"extent = {self.extent!r} must be (lo, hi) with lo < hi")
+        for name in ("height", "slope"):
+            _takes_arrays(name, getattr(self, name), np.full(2, np.clip(0.0, *ends)))
         for name in ("corners", "knots"):
             x = array(name, getattr(self, name))
             if x.ndim != 1 or not (np.diff(x) > 0).all() or np.isnan(x).any():
                 raise ValueError(f"{name} = {getattr(self, name)!r} must increase; sort them")
+
+
+def _takes_arrays(name: str, function: Callable[[ArrayLike], Any], x: Array) -> None:
+    """ValueError unless the function of x answers an array with one number for each position."""
+    try:
+        with np.errstate(all="ignore"):
+            found = np.shape(function(x))
+        said = f"for {x.size} positions it gives {found or 'one number'}"
+    except (TypeError, ValueError, IndexError) as error:
+        found, said = None, f"{type(error).__name__}: {error}"
+    if found != x.shape:
+        raise ValueError(
+            f"{name} = {function!r} must take an array of x and give one number for each: write it "
+            f"with numpy (np.maximum for max, np.where for if, np.zeros_like(x) for 0); {said}"
+        )
 
 
 def floats(x: ArrayLike | float) -> Array:

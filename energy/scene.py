@@ -65,6 +65,7 @@ class Scene:
             raise ValueError(
                 f"w = {w!r} exceeds 2 gamma1 = {2 * self.gamma1!r}: with finite slopes there is no "
                 "Young angle; lower w, raise gamma1 or use slopes='small'"
+                f"{self.opened.surfaces.doubt}"
             )
 
     def _check_opening(self, opening: SurfaceEnergies) -> None:

@@ -68,6 +68,14 @@ class SurfaceEnergies:
         return 0.0 if abs(w) <= _ROUNDING * size and self.gamma1 != self.gamma12 else w
 
     @property
+    def doubt(self) -> str:
+        """A question behind messages about w > 2γ₁ where the two may have changed places."""
+        w, gamma1 = self.work_of_adhesion, self.gamma1
+        return (
+            f"; w is {w / gamma1:.3g} gamma1: are the two swapped?" if w > 10 * gamma1 > 0 else ""
+        )
+
+    @property
     def angle_deficit(self) -> float:
         """π - θ [rad] of Young's law without cancellation: 2 asin √(w/(2γ₁)), Eq. (8).
 
@@ -77,7 +85,7 @@ class SurfaceEnergies:
         if w > 2 * gamma1 or gamma1 == 0:
             raise ValueError(
                 f"w = {w!r} with gamma1 = {gamma1!r} has no Young angle (cos θ = w/γ₁ - 1 > 1 or "
-                "undefined); give 0 < gamma1 and w <= 2 gamma1"
+                f"undefined); give 0 < gamma1 and w <= 2 gamma1{self.doubt}"
             )
         return 2 * math.asin(math.sqrt(w / (2 * gamma1)))
 

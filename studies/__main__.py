@@ -99,6 +99,10 @@ def answered(name: str, rest: Sequence[str]) -> int:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         print(f"{told}{where}{error.strerror or error}", file=sys.stderr)
+    except ImportError as error:
+        if error.name != "energy":
+            raise
+        print(error, file=sys.stderr)
     except (ValueError, RuntimeError) as error:
         print(f"{told}{error}", file=sys.stderr)
     return 2
