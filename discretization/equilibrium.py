@@ -14,6 +14,7 @@ from discretization import display, plots
 from discretization.certificate import Certificate, Proof
 from discretization.parts import ACTING, SPRINGS, STORED, Elastic
 from discretization.profile import breaks
+from discretization.resolution import resolution
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At, Shape
 from energy import Assumption, Scene
@@ -122,8 +123,7 @@ class Equilibrium:
             x = np.concatenate([even, kinks[self.inside(kinks)]])
         u = self.depth - indenter.height(x)
         slopes = [np.abs(indenter.slope(x)).max(), *np.ravel(self.line_slopes if bounded else 0.0)]
-        widths = (ends[:, 1] - ends[:, 0]) / np.where(self.at_axis[:, 0], 1, 2)
-        steepest, narrowest = float(np.abs(slopes).max()), float(widths.min())
+        steepest, narrowest = float(np.abs(slopes).max()), float(self._half_widths.min())
         return Deformation(float(u.max()), float(np.abs(u).max()), narrowest, steepest)
 
     @functools.cached_property
@@ -256,8 +256,22 @@ class Equilibrium:
 
     @property
     def validity(self) -> tuple[Assumption, ...]:
-        """How far the assumptions of the model hold here; see energy.validity."""
-        return assumptions(self.scene, self._deformation if self.contacts.size else None)
+        """How far the assumptions of the model hold here (energy.validity), and of its nodes."""
+        deformed = self._deformation if self.contacts.size else None
+        return (*assumptions(self.scene, deformed), *self.resolution)
+
+    @property
+    def resolution(self) -> tuple[Assumption, ...]:
+        """Whether the nodes are close enough for l and the contacts; nothing on a mesh."""
+        if not np.isfinite(self.contacts).all():  # an endless plane: one link is like another
+            return ()
+        own = ~self.pinned.all(axis=1)
+        return resolution(self.scene, self.spacing, self._half_widths[own])
+
+    @property
+    def _half_widths(self) -> Array:
+        """Of every contact (m,); the radius of one around the axis."""
+        return np.diff(self.contacts)[:, 0] / np.where(self.at_axis[:, 0], 1, 2)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from discretization.paths.control import Control
 from discretization.paths.history import History, branch_of
 from discretization.paths.load_path import LoadPath
 from discretization.profile import resolve
+from discretization.resolution import resolution, tell
 from discretization.routes import usable
 from energy import Scene
 from energy.checks import array, finite, positive
@@ -75,7 +76,9 @@ def load_path(
         raise ValueError(f"every = {every!r} is no number of steps; give at least 1")
     if (method == "lattice") != (spacing is not None):
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
-    spacing = None if spacing is None else positive("spacing", spacing)
+    if spacing is not None:
+        spacing = positive("spacing", spacing)
+        tell(resolution(scene, spacing, np.empty(0)), stacklevel=2)
     history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if save is not None and Path(save).exists():
         after = History.from_csv(save, scene)

@@ -12,6 +12,7 @@ from discretization.fitted.springs import on_springs
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
 from discretization.layer.node_state import on_layer_nodes
 from discretization.layer.state import on_layer
+from discretization.resolution import tell
 from discretization.routes import question_of, route, usable
 from energy import Scene
 from energy.checks import finite, option, positive
@@ -72,8 +73,11 @@ def minimise(
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
         if way == "layer":
             spacing = positive("spacing", spacing)
-            return on_layer_nodes(scene, float(depth), spacing, branch=branch)
-        return looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)
+            state = on_layer_nodes(scene, float(depth), spacing, branch=branch)
+        else:
+            state = looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)
+        tell(state.resolution, stacklevel=2)
+        return state
     way = route(scene, branch, nodes=False)
     if spacing is not None:
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
