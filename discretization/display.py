@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+_UNRESOLVED = "not resolved: use smaller spacing"
 OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
 
 
@@ -38,10 +39,10 @@ def state_line(state: Any) -> str:
 
 
 def state_text(state: Any) -> str:
-    """The observables with their errors, and how far the assumptions of the model hold."""
+    """The observables with their numerical errors, and how far the model's assumptions hold."""
     kind = f"{state.label}, {state.branch} branch, {state.method}"
     error = {
-        name: f"± {size:.1e}" if math.isfinite(size) else "not resolved: use smaller spacing"
+        name: f"numerical error {size:.1e}" if math.isfinite(size) else _UNRESOLVED
         for name, size in state.uncertainty.items()
     }
     width = "radius" if state.scene.axisymmetric else "half-width"
@@ -88,9 +89,10 @@ def path_text(history: Any, si: bool = False) -> str:
     }
     names = [f"{name}/{unit}" if si else name for name, unit in units.items()]
     lines = [f"load path: {len(history)} steps of {control}, {count} events"]
-    lines.append(f"{'event':18s}" + "".join(f"{name:>14s}" for name in (control, *names)))
+    imposed = () if control == "depth" else (control,)  # a depth has its column
+    lines.append(f"{'event':18s}" + "".join(f"{name:>14s}" for name in (*imposed, *names)))
     for event in history.events:
-        values = (event.control, event.depth, event.force, event.energy_released)
+        values = (event.control, event.depth, event.force, event.energy_released)[not imposed :]
         lines.append(f"{event.kind:18s}" + "".join(f"{value:>14.6g}" for value in values))
     metres, newtons, joules = (" m", f" N{per}", f" J{per}") if si else ("", "", "")
     if (pull := most_tensile(history)) is not None:

@@ -180,5 +180,5 @@ def test_errors_are_told_in_the_units_of_their_quantities():
     state = on_lattice(scene, level, L / 40)
     limit = state.uncertainty["force"]
     assert abs(state.force) <= limit == state.error_estimate["force"] * state.scales["force"]
-    assert f"force        P = {state.force:.10g}   (± {limit:.1e})" in str(state)
+    assert f"force        P = {state.force:.10g}   (numerical error {limit:.1e})" in str(state)
     assert limit > 100 * abs(minimise(scene, level).force)
