@@ -153,8 +153,12 @@ class History:
         for row, inner in zip(self.table.tolist(), self.inner, strict=True):
             lines.append(",".join([*map(repr, row), " ".join(map(repr, inner))]))
         beside = path.with_name(path.name + ".part")
-        beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        os.replace(beside, path)
+        try:
+            beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            os.replace(beside, path)
+        except OSError:
+            beside.unlink(missing_ok=True)
+            raise
 
     @classmethod
     def from_csv(cls, path: str | Path, scene: Scene | None = None) -> History:

@@ -11,6 +11,7 @@ Scene files of studies/scenes/ are drawn where they lie.
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -57,9 +58,9 @@ def draw_regimes() -> Figure:
     axes.axhline(steep, color=ORANGE, ls="-.", label="small slopes up to here")
     examples = sorted(Path(scenes.__path__[0]).glob("*.toml"))
     for path, colour, marker in zip(examples, COLOURS, MARKERS, strict=False):
-        style = {"color": colour, "marker": marker, "ms": 8, "mec": "white", "ls": ""}
-        axes.plot(*place(load(path).scene), **style, label=path.stem.replace("_", " "))
-    words = {"ha": "center", "va": "center", "fontsize": 11}
+        look = {"color": colour, "marker": marker, "ms": 8, "mec": "white", "ls": ""}
+        axes.plot(*place(load(path).scene), **look, label=path.stem.replace("_", " "))
+    words: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 11}
     axes.text(0.12, 0.004, "the layer is strained\nby more than a tenth", **words)
     axes.text(0.46, 4e-6, "springs", **words)
     axes.text(15, 1e-4, "the layer itself:\nresponse = 'layer'", **words)
