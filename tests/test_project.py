@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -250,12 +251,35 @@ def test_every_link_and_every_file_named_exists():
     assert found > 30
 
 
-def test_every_study_is_in_the_table_and_the_citation_has_the_version():
+def test_every_study_is_in_the_table():
     listed = re.findall(r"^\| (`.*?) \|", TEXT[ROOT / "studies" / "README.md"], re.M)
     assert sorted(re.findall(r"`(\w+)`", " ".join(listed))) == sorted(STUDIES)
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    citation = (ROOT / ".github" / "CITATION.cff").read_text("utf-8")
-    assert f"\nversion: {project['version']}\n" in citation
+
+
+def test_the_version_stands_in_one_place():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    kinds = ("*.toml", "*.py", "*.md", ".github/*.cff", *(f"{name}/**/*.py" for name in PACKAGES))
+    files = [path for kind in kinds for path in ROOT.glob(kind)]
+    stands = re.compile(rf"\b{re.escape(version)}\b")
+    assert [p.name for p in files if stands.search(p.read_text("utf-8"))] == ["pyproject.toml"]
+    assert f"## {version}" in (ROOT / ".github" / "CHANGELOG.md").read_text("utf-8")
+
+
+@pytest.fixture
+def setup_page():
+    """page() of setup.py: README.md as a package index shows it."""
+    pytest.importorskip("setuptools", reason="setuptools is not installed")
+    return runpy.run_path(str(ROOT / "setup.py"))["page"]
+
+
+def test_the_page_of_a_package_index_needs_no_files_beside_it(setup_page):
+    text = TEXT[ROOT / "README.md"]
+    bare, linked = setup_page(text, None), setup_page(text, "https://example.org/us")
+    assert not re.findall(r"\]\((?!https?:)", bare) and not re.findall(r"\]\((?!https?:)", linked)
+    assert "*(figure: A rough cylinder)*" in bare and "[" + "LICENSE](" not in bare
+    figures = text.count("](studies/gallery/")
+    assert figures == linked.count("(https://example.org/us/raw/HEAD/studies/gallery/") > 5
+    assert "(https://example.org/us/blob/HEAD/LICENSE)" in linked
 
 
 def test_the_first_page_is_read_in_five_minutes():

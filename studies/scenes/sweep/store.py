@@ -122,8 +122,8 @@ class Store:
 
         A lock ends where its process closes the file, even when it has opened it twice.
         """
-        if self.file.closed:
-            text = self.path.read_text("utf-8", errors="replace")
+        if "file" not in vars(self) or self.file.closed:
+            text = self.path.read_text("utf-8", errors="replace") if self.path.exists() else ""
         else:
             self.file.seek(0)
             text = self.file.read()
