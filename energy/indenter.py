@@ -83,13 +83,35 @@ class Indenter:
 
 @dataclass(frozen=True)
 class Profile(Indenter):
-    """Any profile from two vectorised functions, height(x) and its derivative slope(x).
+    """Any profile from two functions that take arrays, height(x) and its derivative slope(x).
 
-    `extent` limits where contact is looked for; needed if the profile has its lowest point far
-    from x = 0 or does not rise in the end. `corners` lists kinks a contact line may be pinned at,
-    `knots` where only a higher derivative jumps, such as the end of a rounding: integrals converge
-    at once where they are given, and are refined until they do where not.
-    `convex` promises that the slope never decreases: no other contacts are looked for.
+    Parameters
+    ----------
+    height, slope : callable
+        f(x) [length] and f'(x) [1] of arrays x, made of numpy's functions.
+    extent : tuple of two floats
+        Where contact is looked for; needed if the profile has its lowest point far from x = 0 or
+        does not rise in the end.
+    corners : sequence of float
+        Kinks that a contact line may be pinned at.
+    convex : bool
+        A promise that the slope never decreases: no other contacts are looked for.
+    knots : sequence of float
+        Where only a higher derivative jumps, such as the end of a rounding: integrals converge at
+        once where they are given, and are refined until they do where not.
+
+    Raises
+    ------
+    ValueError
+        For functions that do not take arrays, and places that do not increase.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from energy import Profile
+    >>> wavy = Profile(lambda x: x**2 - 0.1 * np.cos(x), lambda x: 2 * x + 0.1 * np.sin(x))
+    >>> print(wavy.height(0.0))
+    -0.1
     """
 
     height: Callable[[ArrayLike], Array] = field()  # type: ignore[assignment]

@@ -44,7 +44,23 @@ _RADIUS = (
 
 
 class Assumption(NamedTuple):
-    """One assumption of the model: a dimensionless measure that should stay below its limit."""
+    """One assumption of the model: a dimensionless measure that should stay below its limit.
+
+    Attributes
+    ----------
+    name : str
+        What is measured, such as "h/a".
+    value, limit : float
+        What it is, and what it may be at most.
+    consequence : str
+        What is wrong where it is larger.
+
+    Examples
+    --------
+    >>> from energy import Assumption
+    >>> print(Assumption("h/a", 0.5, 0.1, "the layer is not thin against a contact"))
+    h/a = 0.5 (limit 0.1): VIOLATED: the layer is not thin against a contact
+    """
 
     name: str
     value: float
