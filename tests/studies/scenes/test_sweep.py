@@ -18,10 +18,10 @@ from scenes import PLACES
 from discretization import minimise
 from studies.scenes import run as run_study
 from studies.scenes.file import built, read
-from studies.scenes.grid import SolvedScene, axes, placed
+from studies.scenes.grid import Axis, Grid, SolvedScene, axes, placed
 from studies.scenes.sweep import figure as sweep_figure
 from studies.scenes.sweep import study
-from studies.scenes.sweep.store import Store
+from studies.scenes.sweep.store import Record, Store
 from studies.scenes.sweep.study import sweep
 from studies.shared import table
 
@@ -96,7 +96,7 @@ def test_another_sweep_and_unusable_arguments_are_refused(tmp_path):
 LOCKED = """
 import sys, time
 from pathlib import Path
-from studies.scenes.sweep.store import Store
+from studies.scenes.sweep.store import Record, Store
 with Store(Path(sys.argv[1]), {}) as store:
     store.add(['{"at": 0, "found": {"sum": 1.0}}'])
     store.results()
@@ -285,3 +285,25 @@ def test_a_map_of_a_sweep_leaves_detached_states_out(written, tmp_path):
     (colours,) = force.collections
     assert np.ma.getmaskarray(colours.get_array()).sum() == apart > 0
     assert force.lines[-1].get_xdata().size == apart
+
+
+@pytest.mark.parametrize(("depths", "lines"), [((1.0, 2.0, 3.0), 2), (tuple(range(9)), 7)])
+def test_the_figure_says_what_its_axes_are_and_what_it_leaves_out(depths, lines):
+    """Three axes: the longest along x, the second as lines or a map, of the third one value."""
+    tensions = tuple(0.01 * n for n in range(1, lines + 1))
+    axes = Axis("depth", depths), Axis("surfaces.gamma1", tensions), Axis("layer.h", (1e-6,) * 2)
+    count = len(Grid(axes))
+    labels = ["detached" if at == 0 else "global" for at in range(count)]
+    found = [{"force": at, "half_width": 1e-6, "label": label} for at, label in enumerate(labels)]
+    record = Record(Grid(axes), tuple({"at": i, "found": f} for i, f in enumerate(found)))
+    figure = sweep_figure.plot(record, "A title")
+    first = figure.axes[0]
+    assert first.get_xlabel() == "depth d in m"
+    assert "thickness h = 1 µm, one of 2; the others are in the table" in figure.get_suptitle()
+    (legend,) = figure.legends
+    told = [text.get_text() for text in legend.get_texts()]
+    assert "detached" in told and first.get_legend() is None  # beside the data
+    if lines > sweep_figure.LINES:
+        assert first.get_ylabel() == "surface tension γ₁ in mJ/m²"
+    else:
+        assert "surface tension γ₁ = 10 mJ/m²" in told
