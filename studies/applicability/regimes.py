@@ -46,15 +46,9 @@ def draw_regimes() -> Figure:
     for part, colour in ((x <= 1, SKY), (x >= 1, ORANGE)):
         axes.fill_between(x[part], STICKY[0], strained[part], color=colour, alpha=0.35, lw=0)
     for nu, style in RATIOS.items():
-        at = thickest(nu)
-        top = MUCH_LESS**2 / 2 * at**2
-        axes.plot(
-            [at, at],
-            [STICKY[0], top],
-            style,
-            color="black",
-            label=f"springs up to here for ν = {nu:g}",
-        )
+        at, name = thickest(nu), f"springs up to here for ν = {nu:g}"
+        ends = STICKY[0], MUCH_LESS**2 / 2 * at**2
+        axes.plot([at, at], ends, style, color="black", label=name)
     axes.axhline(steep, color=ORANGE, ls="-.", label="small slopes up to here")
     examples = sorted(Path(scenes.__path__[0]).glob("*.toml"))
     for path, colour, marker in zip(examples, COLOURS, MARKERS, strict=False):

@@ -73,24 +73,27 @@ class Store:
         return self
 
     def _lock(self) -> None:
-        """A lock of this process, which those that it starts do not keep."""
+        """A lock of this process, not kept by those that it starts; where files have locks."""
         if sys.platform == "win32":
             return
         try:
             fcntl.lockf(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except (BlockingIOError, PermissionError):
             raise ValueError(
-                f"{self.path}: another sweep is writing this file; wait for its end, or give "
+                f"{self.path}: another command is writing this file; wait for its end, or give "
                 "another folder with --out"
             ) from None
+        except OSError:
+            return
 
     def _check(self, text: str) -> None:
         saved, wanted = _object(text.partition("\n")[0]), json.loads(json.dumps(self.identity))
         differing = [key for key in wanted if key not in saved or saved[key] != wanted[key]]
         if text and differing:
             raise ValueError(
-                f"{self.path} holds another sweep (it differs in {', '.join(differing)}): give "
-                "another folder with --out, or remove that file to begin anew"
+                f"{self.path} holds results of another command (it differs in "
+                f"{', '.join(differing)}): give another folder with --out, or remove that file to "
+                "begin anew"
             )
 
     def _begin(self) -> None:

@@ -79,12 +79,12 @@ def test_failed_points_are_tried_again_on_demand(tmp_path):
 def test_another_sweep_and_unusable_arguments_are_refused(tmp_path):
     path = tmp_path / "a.jsonl"
     sweep(cheap, AXES, path, jobs=1)
-    with pytest.raises(ValueError, match=r"another sweep \(it differs in axes\): give another"):
+    with pytest.raises(ValueError, match=r"another command \(it differs in axes\): give another"):
         sweep(cheap, AXES | {"y": [3.0]}, path, jobs=1)
     with pytest.raises(ValueError, match="differs in function"):
         sweep(slow, AXES, path, jobs=1)
     path.write_text("x,y\n1,2\n")
-    with pytest.raises(ValueError, match="another sweep"):
+    with pytest.raises(ValueError, match="another command"):
         sweep(cheap, AXES, path, jobs=1)
     with pytest.raises(ValueError, match="jobs = 0 must be at least 1"):
         sweep(cheap, AXES, tmp_path / "b", jobs=0)
@@ -113,7 +113,7 @@ def test_two_sweeps_in_one_folder_do_not_do_the_work_twice(tmp_path):
     child = subprocess.Popen(command, stdout=subprocess.PIPE, env=os.environ | given)
     assert child.stdout.readline() == b"locked\n"
     before = path.read_text("utf-8")
-    with refused(path, "another sweep is writing this file; wait for its end"), Store(path, {}):
+    with refused(path, "another command is writing this file; wait for its end"), Store(path, {}):
         pass
     assert path.read_text("utf-8") == before
     child.kill()
