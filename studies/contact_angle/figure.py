@@ -19,7 +19,7 @@ def plot(record: Record) -> Figure:
         axes.grid(alpha=0.25)
     worst = max(record.worst("finite"), record.worst("small"))
     law = "is a constant" if record.passed else "is NOT the constant of theory"
-    told = f"its laws hold within {worst:.0e} for every indenter, depth and way"
+    told = f"its laws hold within {worst:.0e} for every indenter, depth and direction"
     figure.suptitle(f"The contact angle {law}: {told}")
     return figure
 
