@@ -45,13 +45,15 @@ def state_text(state: Any) -> str:
         name: f"numerical error {size:.1e}" if math.isfinite(size) else _UNRESOLVED
         for name, size in state.uncertainty.items()
     }
+    theta = state.contact_angle
+    angle = "none with small slopes" if theta < 0 else f"θ = {theta:.10g} rad"
     width = "radius" if state.scene.axisymmetric else "half-width"
     lines = [
         f"depth        d = {state.depth:.10g}   ({kind})",
         f"{width:12s} a = {state.half_width:.10g}   ({error['half_width']})",
         f"force        P = {state.force:.10g}   ({error['force']})",
         f"energy       U = {state.energy:.10g}   ({error['energy']})",
-        f"angle        θ = {state.contact_angle:.10g} rad   (π - θ = {state.angle_deficit:.6g})",
+        f"angle        {angle}   (π - θ = {state.angle_deficit:.6g})",
     ]
     return "\n".join(lines + [f"validity     {a}" for a in state.validity])
 

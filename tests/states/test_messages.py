@@ -55,6 +55,8 @@ def test_swapped_energies_are_asked_about():
     assert "2w/γ₁" in warning and "there is no contact angle" in warning
     with pytest.raises(ValueError, match=asked):
         _ = swapped.contact_angle
+    told = str(minimise(Scene(layer, swapped, Parabola(0.02)), 3e-7))
+    assert "angle        none with small slopes" in told and "θ = -" not in told
     with pytest.raises(ValueError, match=asked):
         Scene(layer, swapped, Parabola(0.02), slopes="finite")
     for gamma1, w in ((0.03, 0.07), (0.0, 0.07)):  # as rubber may have them
