@@ -9,7 +9,6 @@ D jumps, and the line may be pinned. Lengths are in units of h.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -22,7 +21,7 @@ from discretization.roots import bracketed, least
 
 Array = NDArray[np.float64]
 _AT_ONCE = 6  # of these
-_NARROWEST, _WIDEST = 1e-9, 1e9  # half-widths
+_PLACES = 2.0 ** np.arange(-30, 31)  # half-widths at which a line is looked for first
 _SMALL = 1 / 8  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _CLOSED = 1e-8  # of the half-width below which adhesion rules
 _LEFT = 1 / 8  # of how far below touching a line about an axis rests at most
@@ -91,7 +90,7 @@ class Lines:
 
     def _ahead(self, a: float, way: int) -> Iterator[tuple[float, int, float]]:
         """Places from a line on, the side of corners on which they are reached, and D there."""
-        stops = [*self.body.corners, min(self.body.edge, _WIDEST)]
+        stops = [*self.body.corners, min(self.body.edge, float(_PLACES[-1]))]
         stops += [min(self.narrowest, a)] if way < 0 else []
         for stop in sorted((x for x in set(stops) if way * (x - a) > 0), key=lambda x: way * x):
             while a != stop:
@@ -125,16 +124,11 @@ class Lines:
 
     def start(self, depth: float) -> float:
         """A half-width so small that a line there advances, if there is any."""
-        body = self.body
-
-        def rise(a: Any) -> float:
-            return float(body.profile.height(a)) - body.touch
-
-        found = [body.edge]
-        for part, limit in ((body.profile.slope, self.excess), (rise, depth - body.touch)):
-            if limit > 0:
-                found.append(_reached(part, _SMALL * limit, min(body.edge, _WIDEST)))
-        a = 2.0 ** math.floor(math.log2(min(found) if min(found) < math.inf else 1.0))
+        profile, places = self.body.profile, np.minimum(_PLACES, self.body.edge / 2)
+        deep, rise = depth - self.body.touch, profile.height(places) - self.body.touch
+        limits = ((self.excess, profile.slope(places)), (deep, rise))
+        flat = [values < _SMALL * limit for limit, values in limits if limit > 0]
+        a = float(places[np.all(flat, axis=0)].max(initial=places[0])) if flat else 1.0
         while a > TIP and self.rest_depth(a, 1) >= depth:
             a = max(a / 8, TIP)
         return a
@@ -155,12 +149,3 @@ class Lines:
             here = self.rest_depth(a, 1) - self.body.touch
             least = min(least, here)
         return a
-
-
-def _reached(part: Any, value: float, most: float) -> float:
-    """Where a function that does not fall reaches a value, or the narrowest or widest place."""
-    low, high = math.log(_NARROWEST), math.log(most)
-    for _ in range(50):
-        middle = (low + high) / 2
-        low, high = (middle, high) if float(part(math.exp(middle))) < value else (low, middle)
-    return math.exp(low)
