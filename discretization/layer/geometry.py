@@ -29,7 +29,7 @@ _LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are
 
 def lowest(scene: Scene) -> float:
     """x of the lowest point of an indenter that is mirrored about it, or turned about an axis."""
-    return 0.0 if scene.axisymmetric else float(scene.indenter.apex or 0.0)
+    return 0.0 if scene.axisymmetric else scene.mirror or 0.0
 
 
 class Geometry(Protocol):

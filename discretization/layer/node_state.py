@@ -174,7 +174,8 @@ def _certify(
     """The conditions of ../certificate.py, judged by the displacements that the forces give."""
     scene, x = nodes.scene, nodes.x[: n + 1]
     size = float(np.abs(g).max()) or 1.0
-    off = compliance(scene, x, x) @ forces - g
+    own = nodes.lower[: n + 1, : n + 1]
+    off = own @ (own.T @ forces) - g
     beyond = nodes.x[n + 1 :]
     reach = np.linspace(float(x[-1]), 2 * float(nodes.x[-1]), _CLEAR)[1:]
     places = np.union1d(beyond, reach[reach <= scene.indenter.extent[1]])
