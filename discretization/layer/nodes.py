@@ -38,9 +38,9 @@ _ORDER = 8  # Gauss points of a panel
 _TURN = 2.0  # of q times the largest distance: panels
 _SAME = 1e-8  # waves over which two places are one
 _LEFT = 1e-7  # of the compliance: what is left beyond the largest q
-_RINGS = 20.0  # of that times the smallest radius, beyond which rings are far from the axis
+_RINGS = 20.0  # of that times the spacing, beyond which all rings are far from the axis
 _FLATTEST = 1e-3  # of the wave numbers that matter: the first panel
-_MOST = 200_000  # panels of wave numbers
+_MOST = 50_000  # panels of wave numbers
 KNOWN = 1e-6  # of results: what the compliance is good for
 _LEAST = 1e-9  # of the spacing: a ring that is none
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
@@ -157,7 +157,7 @@ def compliance(scene: Scene, z: Array, x: Array) -> Array:
     still = layer.stiffness if layer.nu < 0.5 else layer.shear_modulus / layer.h
     m, half = math.sqrt(still / gamma), layer.shear_modulus / (1 - layer.nu)
     last = math.cbrt(m * (m * m + (half / gamma) ** 2) / (4 * _LEFT))
-    last += 10 / layer.h + 10 * m + _RINGS / float(x[x > 0].min(initial=math.inf))
+    last += 10 / layer.h + 10 * m + _RINGS * x.size / float(x[-1])
     q, weights = _wave_numbers(last, float(max(x[-1], z[-1])), 1 / layer.h + m)
     k = layer.stiffness_at(q)
     rest = (gamma * m * m - k) / ((k + gamma * q * q) * gamma * (q * q + m * m)) * weights
