@@ -62,8 +62,11 @@ class Line:
 
     def inside(self, r: Complex, x: Array, beside: Array, a: float) -> Complex:
         """sinh rx/cosh ra."""
-        found = -np.exp(-np.outer(r, beside)) * np.expm1(-2 * np.outer(r, x))
-        return np.asarray(found / (1 + np.exp(-2 * r * a))[:, None])
+
+        def found(r: Complex) -> Complex:
+            return -np.exp(-r * beside) * np.expm1(-2 * r * x) / (1 + np.exp(-2 * r * a))
+
+        return paired(found, found, r[:, None])
 
     def decayed(self, decays: Complex, a: float, beside: Array, order: int) -> Complex:
         """exp(-λx)."""
