@@ -23,7 +23,7 @@ _SPARE = 4  # links beyond the line, for polynomials
 _LEAST = 8  # nodes of a contact whose error is known
 _CLEAR = 64  # places beside a contact at which the surface is compared with the indenter
 _SAFE = 4.0  # times the difference of two spacings
-_COARSE = 0.1  # relative errors that are no small ones: nodes do not resolve the free surface
+_COARSE = 0.05  # relative errors that are no small ones: nodes do not resolve the free surface
 _STEP = 1e-2  # of γ₁: a difference as good as the nodes
 _LUCKY = 0.05  # of the errors of force and energy: where half-widths happen to agree
 

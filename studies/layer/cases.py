@@ -146,11 +146,12 @@ def accuracy(case: tuple[str, float]) -> Accuracy:
     for depth in (SLOPE * part / 10 for part in range(-1, 10)):
         exact, state = minimise(scene, depth, rtol=EXACT), minimise(scene, depth, rtol=rtol)
         scales = exact.half_width, exact.scales["force"]
-        off.append([abs(state.half_width - exact.half_width), abs(state.force - exact.force)])
-        off[-1] = [error / scale for error, scale in zip(off[-1], scales, strict=True)]
+        apart = state.half_width - exact.half_width, state.force - exact.force
+        off.append([abs(d) / scale for d, scale in zip(apart, scales, strict=True)])
         times.append([timed(one, depth, rtol) for one in (scene, springs)])
     own, other = (statistics.median(each) for each in zip(*times, strict=True))
-    return Accuracy(geometry, rtol, *map(max, zip(*off, strict=True)), 1e3 * own, own / other)
+    width, force = (max(each) for each in zip(*off, strict=True))
+    return Accuracy(geometry, rtol, width, force, 1e3 * own, own / other)
 
 
 def timed(scene: Scene, depth: float, rtol: float) -> float:
