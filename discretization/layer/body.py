@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.layer.contact import Contacts, Profile, contacts
 from discretization.layer.geometry import Axis, Geometry, Line, lowest
 from discretization.layer.poles import Poles, poles
 from energy import Scene
@@ -56,30 +55,41 @@ class Body:
         """x of the lowest point, in units of the scene."""
         return lowest(self.scene)
 
+    def height(self, x: Any) -> Any:
+        """Of the profile, so far from its lowest point."""
+        place = self.apex + np.asarray(x) * self.h
+        return np.asarray(self.scene.indenter.height(place), float) / self.h
+
+    def slope(self, x: Any, side: Any = 0) -> Any:
+        """There, at a corner on this side of it."""
+        place = self.apex + np.asarray(x) * self.h
+        return np.asarray(self.scene.indenter.slope_beside(place, side), float)
+
     @functools.cached_property
-    def profile(self) -> Profile:
-        """In units of h, from its lowest point."""
-        indenter, h, apex = self.scene.indenter, self.h, self.apex
+    def kinks(self) -> list[float]:
+        """Where the slope jumps, from the lowest point outwards."""
+        return self._beyond(self.scene.indenter.corners)
 
-        def height(x: Any) -> Any:
-            return np.asarray(indenter.height(apex + np.asarray(x) * h), float) / h
+    @functools.cached_property
+    def breaks(self) -> list[float]:
+        """Where any derivative jumps."""
+        return sorted({*self.kinks, *self._beyond(self.scene.indenter.knots)} - {0.0})
 
-        def slope(x: Any, side: int = 0) -> Any:
-            return np.asarray(indenter.slope_beside(apex + np.asarray(x) * h, side), float)
+    def _beyond(self, places: Any) -> list[float]:
+        found = (np.asarray(places, float) - self.apex) / self.h
+        return sorted(found[found >= 0].tolist())
 
-        places = np.union1d(indenter.corners, indenter.knots).astype(float)
-        near = slope(_NEAR * min(1.0, self.edge) * np.array([1.0, 2.0]))
+    @functools.cached_property
+    def rough(self) -> bool:
+        """Whether the profile is not smooth on the way to 0 either, as a power of the distance."""
+        near = self.slope(_NEAR * min(1.0, self.edge) * np.array([1.0, 2.0]))
         power = math.log2(near[1] / near[0]) if near[0] > 0 else 0.0
-        rough = abs(power - round(power)) > _SMOOTH
-        breaks, corners = (
-            tuple(((x - apex) / h).tolist()) for x in (places, np.asarray(indenter.corners, float))
-        )
-        return Profile(height, slope, breaks, tuple(x for x in corners if x >= 0), rough)
+        return abs(power - round(power)) > _SMOOTH
 
     @functools.cached_property
     def touch(self) -> float:
         """Depth of first touch."""
-        return float(self.profile.height(np.zeros(1))[0])
+        return float(self.height(0.0))
 
     @functools.cached_property
     def edge(self) -> float:
@@ -88,19 +98,13 @@ class Body:
 
     @functools.cached_property
     def corners(self) -> list[float]:
-        """Beside the lowest point, from there outwards, the edge of the body the last."""
-        found = {(float(x) - self.apex) / self.h for x in self.scene.indenter.corners}
-        if self.scene.indenter.extent[1] in self.scene.indenter.walls:
-            found.add(self.edge)
-        return sorted(x for x in found if x > 0)
+        """Where a line may be held beside the lowest point, the edge of the body the last."""
+        wall = self.scene.indenter.extent[1] in self.scene.indenter.walls
+        return sorted({*self.kinks, *([self.edge] if wall else [])} - {0.0})
 
     def poles(self, tolerance: float) -> Poles:
         """Of the layer."""
         return poles(self.scene.layer.nu, self.gamma, tolerance)
-
-    def contacts(self, a: Array, tolerance: float) -> Contacts:
-        """Contacts of these half-widths, several only where no breaks are inside."""
-        return contacts(self.poles(tolerance), self.gamma, self.geometry, self.profile, a)
 
     def rest_depth(self, a: Array, reaction: Array, excess: float, side: Any) -> Array:
         """D of half-widths (m,) with σ, s₀ (2, m); side: which slope of a corner counts.
@@ -108,7 +112,7 @@ class Body:
         Beyond the edge of the body none; what touches with its lowest point alone lets go at first
         touch.
         """
-        slope = self.profile.slope(a, side)
-        found = self.profile.height(a) + (slope - reaction[1] - excess) / reaction[0]
+        slope = self.slope(a, side)
+        found = self.height(a) + (slope - reaction[1] - excess) / reaction[0]
         found = np.where((a <= TIP) & (side < 0), self.touch, found)
         return np.where((a >= self.edge) & (side > 0), math.inf, found)

@@ -26,34 +26,18 @@ on the line and a line that advances takes the surface along. What is stored at 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.layer.body import Body
 from discretization.layer.elements import Elements, Swept, elements, grid, risen, sweep, total
-from discretization.layer.geometry import Geometry
 from discretization.layer.poles import Poles
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 _INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
-
-
-class Profile(NamedTuple):
-    """Heights and slopes of a profile in units of h; places where it is not smooth.
-
-    corners: where the slope jumps; rough: whether it is not smooth on the way to 0 either, as a
-    power of the distance.
-    """
-
-    height: Callable[[Any], Any]
-    slope: Callable[..., Any]
-    breaks: tuple[float, ...] = ()
-    corners: tuple[float, ...] = ()
-    rough: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,24 +109,26 @@ class Contacts:
         return np.asarray(found)
 
 
-def contacts(
-    poles: Poles, gamma: float, geometry: Geometry, profile: Profile, a: Array
-) -> Contacts:
-    """Of half-widths or radii (m,): of several only where there are no breaks inside."""
+def contacts(body: Body, a: Array, tolerance: float) -> Contacts:
+    """Of half-widths or radii (m,), with poles to a tolerance.
+
+    Of several only where no breaks are inside.
+    """
+    poles, geometry = body.poles(tolerance), body.geometry
     shortest = 1 / float(np.abs(np.sqrt(poles.tau)).max())
-    ends = grid(float(a.max()), shortest, profile.breaks, profile.corners, rough=profile.rough)
+    ends = grid(float(a.max()), shortest, body.breaks, body.kinks, rough=body.rough)
     own, wide = elements(geometry.power, ends), a[:, None, None]
-    x, f = wide * own.x, np.asarray(profile.height(a), float)
-    slopes = np.asarray(profile.slope(x, _INTO))
+    x, f = wide * own.x, np.asarray(body.height(a), float)
+    slopes = np.asarray(body.slope(x, _INTO))
     u = np.ones((a.size, 2, *own.x.shape))
-    u[:, 1] = f[:, None, None] - profile.height(x)
+    u[:, 1] = f[:, None, None] - body.height(x)
     load = np.zeros_like(u)
     load[:, 1] = wide * risen(own, slopes)
     found = sweep(own, poles.tau * a[:, None] ** 2, load)
     flow = poles.flow * (u * own.mass).sum(axis=(2, 3)) * a[:, None]
     amplitudes, reaction = _outside(poles, geometry.outside(poles.decays, a), a, found, flow)
-    slope = np.asarray(profile.slope(a, -1), float)
-    known = (poles, gamma, geometry.power, own, a, f, slope, slopes, u)
+    slope = np.asarray(body.slope(a, -1), float)
+    known = (poles, body.gamma, geometry.power, own, a, f, slope, slopes, u)
     return Contacts(*known, found, amplitudes, reaction)
 
 

@@ -13,7 +13,6 @@ beyond where those end, their first terms for large arguments.
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,27 +31,14 @@ def lowest(scene: Scene) -> float:
     return 0.0 if scene.axisymmetric else scene.mirror or 0.0
 
 
-class Geometry(Protocol):
-    """A line contact that is mirrored about 0, or one about an axis.
-
-    whole: what an integral over 0 <= x counts with; power: of x in the measure of that.
-    """
-
-    whole: float
-    power: int
-
-    def outside(self, decays: Complex, a: Array) -> Complex:
-        """Pull of fields outside (n,) over their value at lines (m,): (m, n)."""
-
-    def inside(self, r: Complex, x: Array, beside: Array, a: float) -> Complex:
-        """t(x, a) (n, k) of poles r (n,) at x (k,), which are `beside` = a - x from the line."""
-
-    def decayed(self, decays: Complex, a: float, beside: Array, order: int) -> Complex:
-        """Fields (n, k) outside, 1 at the line, or their slopes (order 1), so far beside it."""
-
-
 class Line:
-    """A line contact."""
+    """A line contact that is mirrored about 0.
+
+    whole: what an integral over 0 <= x counts with; power: of x in the measure of that. outside:
+    pull of fields (n,) over their value at lines (m,), (m, n). inside: t(x, a) (n, k) of r (n,) at
+    x (k,), which are `beside` = a - x from the line. decayed: fields (n, k) outside, 1 at the line,
+    or their slopes (order 1), so far beside it.
+    """
 
     whole, power = 2.0, 0
 
@@ -74,7 +60,7 @@ class Line:
 
 
 class Axis:
-    """A contact about an axis."""
+    """A contact about an axis, likewise."""
 
     whole, power = 2 * math.pi, 1
 
@@ -93,6 +79,9 @@ class Axis:
         found = _k(order, np.outer(decays, a + beside)) / _k(0, decays[:, None] * a)
         less = np.exp(-np.outer(decays, beside))
         return np.asarray(found * less * (-decays[:, None]) ** order)
+
+
+Geometry = Line | Axis
 
 
 def _i(order: int, z: Complex) -> Complex:

@@ -124,9 +124,9 @@ class Lines:
 
     def start(self, depth: float) -> float:
         """A half-width so small that a line there advances, if there is any."""
-        profile, places = self.body.profile, np.minimum(_PLACES, self.body.edge / 2)
-        deep, rise = depth - self.body.touch, profile.height(places) - self.body.touch
-        limits = ((self.excess, profile.slope(places)), (deep, rise))
+        body, places = self.body, np.minimum(_PLACES, self.body.edge / 2)
+        deep, rise = depth - self.body.touch, body.height(places) - self.body.touch
+        limits = ((self.excess, body.slope(places)), (deep, rise))
         flat = [values < _SMALL * limit for limit, values in limits if limit > 0]
         a = float(places[np.all(flat, axis=0)].max(initial=places[0])) if flat else 1.0
         while a > TIP and self.rest_depth(a, 1) >= depth:

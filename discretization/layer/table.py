@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.layer.body import Body
-from discretization.layer.contact import Contacts
+from discretization.layer.contact import Contacts, contacts
 from discretization.surfaces.spectral import coefficients, polynomial, rounded
 
 Array = NDArray[np.float64]
@@ -36,8 +36,7 @@ class Table:
 
     def __init__(self, body: Body, tolerance: float) -> None:
         self.body, self.tolerance = body, tolerance
-        breaks = [x for x in body.profile.breaks if x > 0]
-        self.ends = np.log2(np.unique([*breaks, min(body.edge, 2.0**60)]))
+        self.ends = np.log2(np.unique([*body.breaks, min(body.edge, 2.0**60)]))
         self.panels: dict[tuple[float, float], list[Panel]] = {}
 
     def rest_depth(self, a: Array, excess: float, side: Any) -> Array:
@@ -46,7 +45,7 @@ class Table:
 
     def taken(self, a: Array, depth: Array) -> tuple[Array, Array]:
         """P, and U without adhesion, of half-widths at depths (n,)."""
-        u, (_, _, rate, force, stored) = depth - self.body.profile.height(a), self.at(a)
+        u, (_, _, rate, force, stored) = depth - self.body.height(a), self.at(a)
         return rate * u + force, stored + force * u + rate * u * u / 2
 
     def at(self, a: Array, size: int = 5) -> Array:
@@ -94,7 +93,7 @@ class Table:
         t = (lo + hi) / 2 + (hi - lo) / 2 * z
         values = self._rows(np.minimum(np.exp2(t), self.body.edge))
         tail = np.abs(coefficients(_DEGREE, values.T)[:, -2:]).max(axis=1)
-        slope = abs(float(self.body.profile.slope(2.0**hi, -1)))
+        slope = abs(float(self.body.slope(2.0**hi, -1)))
         rest = np.abs(values[:, 1]).max() + slope + self.body.excess(self.body.scene.opened)
         lift = rest / values[:, 0].min()  # by which u(a) may change
         size = np.array([values[:, 0].min(), rest, values[:, 2].max(), 0.0, 0.0])
@@ -106,10 +105,10 @@ class Table:
 
     def _rows(self, a: Array, size: int = 5) -> Array:
         """What is taken (n, size); breaks lie elsewhere in every contact that has any inside."""
-        alike = not any(0 < x < a.max() for x in self.body.profile.breaks)
+        alike = not any(0 < x < a.max() for x in self.body.breaks)
         groups = [a] if alike else np.split(a, a.size)
         return np.concatenate(
-            [self._taken(self.body.contacts(own, self.tolerance), size) for own in groups]
+            [self._taken(contacts(self.body, own, self.tolerance), size) for own in groups]
         )
 
     def _taken(self, own: Contacts, size: int) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.layer.body import TIP, Body
-from discretization.layer.contact import Contacts
+from discretization.layer.contact import Contacts, contacts
 from discretization.layer.elements import DEGREE
 from discretization.surfaces.spectral import polynomial
 
@@ -36,7 +36,7 @@ class Layer:
     @classmethod
     def of(cls, body: Body, a: float, depth: float, tolerance: float) -> Layer:
         """The contact of this half-width [h]."""
-        return cls(body, body.contacts(np.array([a]), tolerance), depth, tolerance)
+        return cls(body, contacts(body, np.array([a]), tolerance), depth, tolerance)
 
     @property
     def a(self) -> float:
@@ -162,5 +162,5 @@ class Layer:
         It varies the more slowly the farther from the line it is, and so do the places.
         """
         beside = self.reach * np.geomspace(_NEAREST, 1.0, _OUTSIDE)
-        g = self.depth - self.body.profile.height(self.a + beside)
+        g = self.depth - self.body.height(self.a + beside)
         return float((g - self.free(beside)).max())
