@@ -31,8 +31,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.layer import elements as inside
 from discretization.layer.body import Body
-from discretization.layer.elements import Elements, Swept, elements, grid, risen, sweep, total
+from discretization.layer.elements import Elements, Swept
 from discretization.layer.poles import Poles
 
 Array = NDArray[np.float64]
@@ -82,21 +83,21 @@ class Contacts:
         return np.asarray((1 - self.poles.share) @ self.amplitudes)
 
     @property
-    def pulls(self) -> Complex:
-        """m (v' + f') at the line (m, n, 2)."""
-        pulled = self.swept.own[..., None] * self.at_line - self.swept.given
-        return np.asarray(pulled * (self.length / self.a)[:, None, None])
+    def volumes(self) -> Complex:
+        """∫v dm (m, n, 2)."""
+        found = inside.volumes(self.elements, self.swept, self.at_line)
+        return np.asarray(found * (self.length * self.a)[:, None, None])
 
     @functools.cached_property
     def pressure(self) -> Array:
         """At nodes (m, 2, e, 13)."""
         own, poles, wide = self.elements, self.poles, self.a[:, None, None]
-        found = poles.still * self.u + total(own, self.swept, self.at_line, poles.c)
+        found = poles.still * self.u + inside.total(own, self.swept, self.at_line, poles.c)
         if poles.flow:
             load = poles.flow * (wide**2 * own.mass)[:, None] * self.u
             there = ((-poles.flow / poles.decays**2) @ self.amplitudes)[:, None]
-            flowing = sweep(own, np.zeros((self.a.size, 1), complex), load)
-            found = found + total(own, flowing, there, np.ones(1, complex))
+            flowing = inside.sweep(own, np.zeros((self.a.size, 1), complex), load)
+            found = found + inside.total(own, flowing, there, np.ones(1, complex))
         return np.asarray(found)
 
     @functools.cached_property
@@ -116,15 +117,15 @@ def contacts(body: Body, a: Array, tolerance: float) -> Contacts:
     """
     poles, geometry = body.poles(tolerance), body.geometry
     shortest = 1 / float(np.abs(np.sqrt(poles.tau)).max())
-    ends = grid(float(a.max()), shortest, body.breaks, body.kinks, rough=body.rough)
-    own, wide = elements(geometry.power, ends), a[:, None, None]
+    ends = inside.grid(float(a.max()), shortest, body.breaks, body.kinks, rough=body.rough)
+    own, wide = inside.elements(geometry.power, ends), a[:, None, None]
     x, f = wide * own.x, np.asarray(body.height(a), float)
     slopes = np.asarray(body.slope(x, _INTO))
     u = np.ones((a.size, 2, *own.x.shape))
     u[:, 1] = f[:, None, None] - body.height(x)
     load = np.zeros_like(u)
-    load[:, 1] = wide * risen(own, slopes)
-    found = sweep(own, poles.tau * a[:, None] ** 2, load)
+    load[:, 1] = wide * inside.risen(own, slopes)
+    found = inside.sweep(own, poles.tau * a[:, None] ** 2, load)
     flow = poles.flow * (u * own.mass).sum(axis=(2, 3)) * a[:, None]
     amplitudes, reaction = _outside(poles, geometry.outside(poles.decays, a), a, found, flow)
     slope = np.asarray(body.slope(a, -1), float)
@@ -133,16 +134,16 @@ def contacts(body: Body, a: Array, tolerance: float) -> Contacts:
 
 
 def _outside(
-    poles: Poles, out: Complex, a: Array, inside: Swept, flow: Array
+    poles: Poles, out: Complex, a: Array, taken: Swept, flow: Array
 ) -> tuple[Complex, Array]:
     """A (m, n, 2), and σ, s₀ (m, 2), by what fields take inside; flow (m, 2): k₁ ∫u dm/m."""
     share, one = poles.share, np.array([1.0, 0.0])
     size = np.sqrt(poles.tau)[:, None] * a[:, None, None]
-    fields = (inside.own[..., None] + (out * a[:, None])[:, None]) * share / size
+    fields = (taken.own[..., None] + (out * a[:, None])[:, None]) * share / size
     rows = [np.ones((a.size, 1, out.shape[1])), fields]
     wanted = [
         np.broadcast_to(one, (a.size, 1, 2)),
-        (inside.own[..., None] * one - inside.given) / size,
+        (taken.own[..., None] * one - taken.given) / size,
     ]
     if poles.flow:
         rows.append((-poles.flow / poles.decays**2 * out)[:, None])

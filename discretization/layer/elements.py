@@ -144,10 +144,7 @@ def sweep(own: Elements, tau: Complex, load: Array) -> Swept:
 
 def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
     """Σ c v (m, 2, e, 13), real, of fields that are known at the line (m, n, 2)."""
-    values = [at_line]
-    for passed, rest in zip(found.passed[::-1], found.rest[::-1], strict=True):
-        values.append(rest + passed[..., None] * values[-1])
-    joints = c[:, None] * np.array(values[::-1])  # (e + 1, m, n, 2)
+    joints = c[:, None] * _joints(found, at_line)
     ones = np.broadcast_to(c[:, None], (*joints[1:].shape[:-1], 1))
     parts = np.moveaxis(np.concatenate([ones, joints[:-1], joints[1:]], axis=-1), 0, 1)
     sums = (found.share.swapaxes(-1, -2) @ parts).real  # (m, e, 11, 5)
@@ -158,3 +155,21 @@ def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
     v[:, :, 0], v[:, :, -1] = np.moveaxis(ends[:-1], 0, 1), np.moveaxis(ends[1:], 0, 1)
     v[:, :, 1:-1] = own.modes @ inner
     return np.moveaxis(v, -1, 1)
+
+
+def volumes(own: Elements, found: Swept, at_line: Complex) -> Complex:
+    """∫v dm (m, n, 2) of each of these fields."""
+    joints = np.moveaxis(_joints(found, at_line), 0, 1)
+    parts = np.concatenate([found.forced, np.broadcast_to(-own.ties, found.forced.shape)], axis=-1)
+    sums = found.share @ (own.flat[..., None] * parts)  # (m, e, n, 4)
+    ends = own.mass[:, None, [0, -1]] + sums[..., 2:]
+    inner = ends[..., :1] * joints[:, :-1] + ends[..., 1:] * joints[:, 1:]
+    return np.asarray((sums[..., :2] + inner).sum(axis=1))
+
+
+def _joints(found: Swept, at_line: Complex) -> Complex:
+    """Fields at the ends of elements (e + 1, m, n, 2), known at the line."""
+    values = [at_line]
+    for passed, rest in zip(found.passed[::-1], found.rest[::-1], strict=True):
+        values.append(rest + passed[..., None] * values[-1])
+    return np.array(values[::-1])

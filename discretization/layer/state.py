@@ -81,10 +81,11 @@ class LayerFields:
             summed(density, ends, _EXACT, np.zeros((1, 1)), smooth=True).sums.sum()
         )
         unit, lines = body.unit * body.h, own.whole * own.reaction * body.unit
+        stored, stretched, bound = own.energies
         return {
-            "springs": unit * (own.stored - outside),
-            "surface": unit * (own.stretched + outside),
-            "adhesion": -unit * own.bound,
+            "springs": unit * (stored - outside),
+            "surface": unit * (stretched + outside),
+            "adhesion": -unit * bound,
             "pressure": state.force - lines,
             "lines": lines,
         }
@@ -143,7 +144,8 @@ def equilibrium(state: Layer, lines: Lines, rate: float, branch: str) -> Equilib
             "incompressible rises there; use another depth, or response='springs'"
         )
     certificate.demand(named, "try another depth")
-    fields, energy = LayerFields(state), body.unit * body.h
+    fields, (stored, stretched, bound) = LayerFields(state), state.energies
+    unit, scales = body.unit, (state.force_scale, body.h * (stored + stretched + bound))
     a = 0.0 if state.a <= TIP else state.a
     x = np.array([[0.0 if scene.axisymmetric else -a, a]]) * body.h + body.apex
     return Equilibrium(
@@ -156,9 +158,9 @@ def equilibrium(state: Layer, lines: Lines, rate: float, branch: str) -> Equilib
         contacts=x,
         nodes=x,
         pinned=np.array([[pinned or scene.axisymmetric, pinned]]),
-        force=state.force * body.unit,
-        energy=state.energy * energy,
-        scales={"force": state.force_scale * body.unit, "energy": state.energy_scale * energy},
+        force=state.force * unit,
+        energy=(stored + stretched - bound) * unit * body.h,
+        scales={"force": scales[0] * unit, "energy": scales[1] * unit},
         errors=errors(state, lines, rate),
         elastic=fields,
     )
@@ -169,7 +171,7 @@ def certify(state: Layer, closing: float, opening: float) -> Certificate:
 
     closing, opening: √(2w/γ₁) of both works of adhesion.
 
-    stationarity  what the poles' fields pull at the line, by elements and by Green's identity
+    stationarity  what the poles' fields press, by elements and by Green's identity
     neighbours    d <= D just outside the line by closing, D just inside by opening <= d
     force         P against dU/dd
     """

@@ -7,6 +7,7 @@ the force at u(a) = 0 and its change with u(a), and the energy at u(a) = 0.
 
 from __future__ import annotations
 
+import bisect
 import math
 from typing import Any, NamedTuple
 
@@ -80,13 +81,11 @@ class Table:
         for key, panels in self.panels.items():
             if panels and key[0] <= t <= key[1]:
                 return key
-        octave = float(math.floor(t))
-        cuts = self.ends[(self.ends > octave) & (self.ends < octave + 1)]
-        cuts = np.concatenate([[octave], cuts, [octave + 1]])
-        i = min(int(np.searchsorted(cuts, t, side="right")) - 1, cuts.size - 2)
-        if t == self.ends[-1] and i and cuts[i] == t:
-            i -= 1
-        return float(cuts[i]), float(cuts[i + 1])
+        octave = math.floor(t)
+        inner = self.ends[(self.ends > octave) & (self.ends < octave + 1)].tolist()
+        ends = [float(octave), *inner, octave + 1.0]
+        i = bisect.bisect_left(ends[1:-1], t)
+        return ends[i], ends[i + 1]
 
     def _made(self, lo: float, hi: float, left: int) -> list[Panel]:
         z, _, _ = rounded(_DEGREE)

@@ -90,31 +90,14 @@ class Layer:
         """P."""
         return self.whole * float(self.both @ self.contact.form[0, :, 0])
 
-    @property
-    def stored(self) -> float:
-        """Of the layer, and of the free surface's stretching."""
-        return self.whole * float(self.both @ self.contact.form[0] @ self.both) / 2
-
-    @property
-    def stretched(self) -> float:
-        """Of the surface in contact."""
-        return self.whole * float(self.contact.stretched[0])
-
-    @property
-    def bound(self) -> float:
-        """What adheres."""
-        area = self.whole * float(self.contact.weights.sum())
-        return self.body.excess(self.body.scene) ** 2 * self.body.gamma / 2 * area
-
-    @property
-    def energy(self) -> float:
-        """U."""
-        return self.stored + self.stretched - self.bound
-
-    @property
-    def energy_scale(self) -> float:
-        """Of the stored energy and of the adhesion."""
-        return self.stored + self.stretched + self.bound
+    @functools.cached_property
+    def energies(self) -> tuple[float, float, float]:
+        """Stored in the layer and its free surface, in the surface in contact, and what adheres."""
+        stored = float(self.both @ self.contact.form[0] @ self.both) / 2
+        area = float(self.contact.weights.sum())
+        bound = self.body.excess(self.body.scene) ** 2 * self.body.gamma / 2 * area
+        stretched = float(self.contact.stretched[0])
+        return self.whole * stored, self.whole * stretched, self.whole * bound
 
     @functools.cached_property
     def force_scale(self) -> float:
@@ -130,18 +113,15 @@ class Layer:
 
     @property
     def unbalanced(self) -> float:
-        """By how much the pulls of the poles' fields at the line differ from Green's identity.
-
-        Over all that presses; each pole with its share of the pressure.
-        """
+        """By how much what the fields press differs from Green's identity, over all of it."""
         own, contact, a = self.body.poles(self.tolerance), self.contact, self.a
         root, inside = np.sqrt(own.tau), self.body.geometry.inside
         places = (a * contact.elements.x).ravel(), (a * contact.elements.beside).ravel()
         rise = a * (contact.elements.weights * contact.slopes[0]).ravel()
         t = inside(root, np.array([a]), np.zeros(1), a)[:, 0]
         exact = t * (contact.at_line[0] @ self.both) + inside(root, *places, a) @ rise
-        off = contact.length[0] * root * exact - contact.pulls[0] @ self.both
-        return self.whole * float(np.abs(own.c / own.tau * off).sum()) / (self.force_scale or 1.0)
+        off = contact.volumes[0] @ self.both - contact.length[0] * exact / root
+        return self.whole * float(np.abs(own.c * off).sum()) / (self.force_scale or 1.0)
 
     def free(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""

@@ -293,3 +293,13 @@ def test_validity_of_the_layer_asks_how_far_a_line_lifts_it():
         assert item.value / item.limit == pytest.approx(
             math.sqrt(scene.work_of_adhesion / least), rel=1e-12
         )
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [0.49, 0.499, 0.49999, 0.5])
+def test_narrow_contacts_of_nearly_incompressible_layers_are_certified(geometry, nu):
+    """Whose first pole is felt far away: what is pressed is not what is left of large numbers."""
+    scene = scene_of(Parabola(0.4), nu, 0.9, 2e-5, geometry)
+    state = minimise(scene, 1e-3, rtol=1e-8)
+    assert 1e-3 < state.half_width < 0.1
+    assert max(state.certificate.stationarity, state.certificate.force) <= 1e-10
