@@ -96,7 +96,8 @@ class Contacts:
         if poles.flow:
             load = poles.flow * (wide**2 * own.mass)[:, None] * self.u
             there = ((-poles.flow / poles.decays**2) @ self.amplitudes)[:, None]
-            flowing = inside.sweep(own, np.zeros((self.a.size, 1), complex), load)
+            whole = np.moveaxis(load.sum(axis=-1), 1, -1)[:, :, None]
+            flowing = inside.sweep(own, np.zeros((self.a.size, 1), complex), load, whole)
             found = found + inside.total(own, flowing, there, np.ones(1, complex))
         return np.asarray(found)
 

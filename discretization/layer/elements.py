@@ -13,7 +13,7 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,30 +115,33 @@ def risen(own: Elements, slope: Array) -> Array:
     return np.asarray(-(slope * own.mass / half) @ rounded(DEGREE)[2])
 
 
-def sweep(own: Elements, tau: Complex, load: Array) -> Swept:
-    """From 0 to the line, for poles (m, n) and two loads (m, 2, e, 13)."""
+def sweep(own: Elements, tau: Complex, load: Array, whole: Any = 0.0) -> Swept:
+    """From 0 to the line, for poles (m, n) and two loads (m, 2, e, 13), `whole` over each element.
+
+    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
+    found without the large numbers that cancel where τ is small.
+    """
     m, n = tau.shape
     load = np.moveaxis(load, 1, -1)  # (m, e, 13, 2)
     share = 1 / (own.values[:, None, :] + tau[:, None, :, None])  # (m, e, n, 11)
     forced = own.modes.transpose(0, 2, 1) @ load[:, :, 1:-1]  # (m, e, 11, 2)
-    # what a displacement that is 1 everywhere takes, without the large numbers that cancel
     parts = [np.prod(own.ties, axis=2)[..., None], own.ties * own.flat[..., None]]
     parts = [np.broadcast_to(part, (m, *part.shape)) for part in parts]
-    for end in (0, 1):
-        parts.append(own.ties[..., end, None] * forced)
-    summed = share @ np.concatenate(parts, axis=-1)  # (m, e, n, 7)
-    tie = summed[..., 0] - own.bridge[:, None]
-    takes = (own.mass[:, None, [0, -1]] - summed[..., 1:3]) * tau[:, None, :, None]
-    given = [load[:, :, None, end] - summed[..., i : i + 2] for end, i in ((0, 3), (-1, 5))]
+    parts += [side[..., None] * forced for side in (own.ties[..., 0], own.flat)]
+    found = share @ np.concatenate(parts, axis=-1)  # (m, e, n, 7)
+    tie = found[..., 0] - own.bridge[:, None]
+    takes = (own.mass[:, None, [0, -1]] - found[..., 1:3]) * tau[:, None, :, None]
+    given = load[:, :, None, 0] - found[..., 3:5]
+    both = whole - tau[:, None, :, None] * found[..., 5:]
     passed, rest = [], []
     before, right = np.zeros((m, n), complex), np.zeros((m, n, 2), complex)
     for i in range(own.bridge.size):
-        held, right = before + takes[:, i, :, 0], right + given[0][:, i]
-        whole = held + tie[:, i]
-        passed.append(tie[:, i] / whole)
-        rest.append(right / whole[..., None])
+        held = before + takes[:, i, :, 0]
+        size = held + tie[:, i]
+        passed.append(tie[:, i] / size)
+        rest.append((right + given[:, i]) / size[..., None])
         before = takes[:, i, :, 1] + passed[-1] * held
-        right = given[1][:, i] + passed[-1][..., None] * right
+        right = both[:, i] + passed[-1][..., None] * right - given[:, i] * (held / size)[..., None]
     return Swept(before, right, share, forced, passed, rest)
 
 
