@@ -10,7 +10,6 @@ there and about f''/τ.
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -84,29 +83,25 @@ def grid(
     return tuple(np.unique(ends)[::-1].tolist())
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=128)
 def elements(power: int, ends: tuple[float, ...]) -> Elements:
     """Between these distances from the line; power: of x in the measure."""
-    each = (_element(power, *pair) for pair in itertools.pairwise(ends))
-    return Elements(*map(np.array, zip(*each, strict=True)))
-
-
-@functools.lru_cache(maxsize=1024)
-def _element(power: int, far: float, near: float) -> tuple[Array, ...]:
-    """One of them: grids share all but the element at the line."""
     z, w, d = rounded(DEGREE)
+    far, near = np.array(ends[:-1])[:, None], np.array(ends[1:])[:, None]
     half = (far - near) / 2
     beside = (far + near) / 2 - half * z
-    beside[[0, -1]] = far, near
+    beside[:, [0, -1]] = np.hstack([far, near])
     x = 1 - beside
     weights = half * w
     mass = weights * x**power
-    stiffness = (d.T * (mass / half**2)) @ d
-    root = np.sqrt(mass[1:-1])
-    values, vectors = np.linalg.eigh(stiffness[1:-1, 1:-1] / np.outer(root, root))
-    modes = vectors / root[:, None]
-    ties = modes.T @ stiffness[1:-1][:, [0, -1]]
-    return beside, x, weights, mass, values, modes, ties, modes.T @ mass[1:-1], stiffness[0, -1]
+    stiffness = (d.T * (mass / half**2)[:, None]) @ d
+    root = np.sqrt(mass[:, 1:-1])
+    scaled = stiffness[:, 1:-1, 1:-1] / (root[:, :, None] * root[:, None])
+    values, vectors = np.linalg.eigh(scaled)
+    modes = vectors / root[:, :, None]
+    ties = modes.transpose(0, 2, 1) @ stiffness[:, 1:-1][:, :, [0, -1]]
+    flat = (modes * mass[:, 1:-1, None]).sum(axis=1)
+    return Elements(beside, x, weights, mass, values, modes, ties, flat, stiffness[:, 0, -1])
 
 
 def risen(own: Elements, slope: Array) -> Array:

@@ -39,10 +39,13 @@ class Table:
         self.body, self.tolerance = body, tolerance
         self.ends = np.log2(np.unique([*body.breaks, min(body.edge, 2.0**60)]))
         self.panels: dict[tuple[float, float], list[Panel]] = {}
+        self.singles: dict[float, Array] = {}
 
     def rest_depth(self, a: Array, excess: float, side: Any) -> Array:
-        """D of half-widths (n,); see `Body.rest_depth`."""
-        return self.body.rest_depth(a, self.at(a, 2), excess, side)
+        """D of half-widths (n,); see `Body.rest_depth`. A corner is asked for on both sides."""
+        reaction = self.singles.get(float(a[0])) if a.size == 1 else None
+        reaction = self.at(a, 2) if reaction is None else reaction
+        return self.body.rest_depth(a, reaction, excess, side)
 
     def taken(self, a: Array, depth: Array) -> tuple[Array, Array]:
         """P, and U without adhesion, of half-widths at depths (n,)."""
@@ -59,6 +62,7 @@ class Table:
         single = np.array([key not in self.panels and keys.count(key) == 1 for key in keys])
         if single.any():
             found[:, single] = self._rows(a[single], size).T
+            self.singles.update((x, found[:2, a == x]) for x in a[single].tolist())
         for key in dict.fromkeys(keys):
             own = np.array([other == key for other in keys])
             if (single & own).any():
