@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from discretization.assumed import resolution, tell
-from discretization.paths.branch import Branch, Point
+from discretization.paths.branch import Point
 from discretization.paths.control import Control
 from discretization.paths.history import History, branch_of
 from discretization.paths.load_path import LoadPath
@@ -126,7 +126,7 @@ def load_path(
             )
         values = values[len(after) :]
     deepest = max([*values, *(after.values if after is not None else ())])
-    branch = _branch_for(scene, control, rtol, spacing, float(deepest))
+    branch = branch_of(scene, rtol, spacing, lambda: _deepest(scene, control, float(deepest)))
     path = LoadPath(branch, control, Point(-math.inf, None))
     if after is not None:
         _same(after, history)
@@ -180,16 +180,14 @@ def _control(name: str, machine_stiffness: float | None) -> Control:
     return Control(None if name == "depths" else 0.0)
 
 
-def _branch_for(
-    scene: Scene, control: Control, rtol: float, spacing: float | None, deepest: float
-) -> Branch:
-    """The branch for values of the control up to `deepest`.
+def _deepest(scene: Scene, control: Control, deepest: float) -> float:
+    """A depth that is not reached by values of the control up to `deepest`.
 
-    Of a load or a machine it is that for depths down to one at which the force is certainly enough,
-    or to the last one tried at which the profile is known.
+    Of a load or a machine one at which the force is certainly enough, or the last one tried at
+    which the profile is known.
     """
-    if control.stiffness is None or scene.layer.exact:
-        return branch_of(scene, rtol, spacing, deepest)
+    if control.stiffness is None:
+        return deepest
     touch, reach = resolve(scene, 0.0).touch, scene.opened.critical_separation
     below, deeper = (reach, 2.0) if reach else (_SHALLOW * scene.layer.h, 4.0)
     try:
@@ -197,7 +195,7 @@ def _branch_for(
             below *= deeper
     except ValueError:
         below /= deeper
-    return branch_of(scene, rtol, spacing, touch + below)
+    return touch + below
 
 
 def _least_force(scene: Scene, depth: float) -> float:

@@ -115,7 +115,7 @@ _BEYOND_LAYER: dict[str, Callable[[Scene], bool]] = {
     "indenter = {scene.indenter!r} has no lowest point": _plane,
     "indenter = {scene.indenter!r} is not convex": lambda s: not s.indenter.convex,
     "indenter = {scene.indenter!r} is not mirror-symmetric": lambda s: (
-        not (s.axisymmetric or s.indenter.symmetric)
+        not s.axisymmetric and s.mirror is None
     ),
 }
 

@@ -84,26 +84,37 @@ def about_axis(indenter: Indenter, length: float) -> Indenter:
             f"indenter = {indenter!r} without end has no radius when turned about the axis; use "
             "FlatPunch(half_width), or geometry='line'"
         )
-    lo, hi = indenter.extent
-    if lo == 0:
+    if indenter.extent[0] == 0:
         return _mirrored(indenter)
     if indenter.symmetric and indenter.apex == 0:
         return indenter
+    if unlike := difference(indenter, 0.0, length):
+        raise ValueError(f"{unlike}: {_REMEDY}")
+    return indenter
+
+
+def difference(indenter: Indenter, centre: float, length: float) -> str:
+    """Where a profile is not its own mirror image about a place, in words; "" where it is.
+
+    By its heights on samples, of an endless one from 1e-6 to 1e3 of `length`.
+    """
+    lo, hi = (x - centre for x in indenter.extent)
     if abs(lo + hi) > _ROUNDING * (hi - lo) if math.isfinite(hi - lo) else -lo != hi:
-        raise ValueError(f"extent = {indenter.extent}: {_REMEDY}")
+        return f"extent = {indenter.extent}"
     r = _PLACES * (hi if math.isfinite(hi) else _FAR * length)
     with np.errstate(all="ignore"):
-        one, other = (np.asarray(indenter.height(x), float) for x in (r, -r))
-        rise = np.fmax.accumulate(np.abs(one - indenter.height(0.0)))
+        places = (np.clip(centre + x, *indenter.extent) for x in (r, -r))
+        one, other = (np.asarray(indenter.height(x), float) for x in places)
+        rise = np.fmax.accumulate(np.abs(one - indenter.height(centre)))
         if math.isfinite(hi):
             rise[:] = rise[-1]  # rounding of samples is that of their neighbours
         noise = np.maximum(_ROUNDING * rise, _ROUNDINGS * np.abs(one))
         off = ~((np.abs(one - other) <= noise) | (one == other) | np.isnan(one + other))
-    if off.any():
-        at = int(np.flatnonzero(off)[0])
-        pair = f"f({r[at]:.6g}) = {one[at]!s} and f({-r[at]:.6g}) = {other[at]!s}"
-        raise ValueError(f"indenter = {indenter!r}: {pair} differ: {_REMEDY}")
-    return indenter
+    if not off.any():
+        return ""
+    at = int(np.flatnonzero(off)[0])
+    pair = f"f({centre + r[at]:.6g}) = {one[at]!s} and f({centre - r[at]:.6g}) = {other[at]!s}"
+    return f"indenter = {indenter!r}: {pair} differ"
 
 
 _REMEDY = (

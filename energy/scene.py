@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energy.axis import about_axis, check_rings
+from energy.axis import about_axis, check_rings, difference
 from energy.checks import not_a_class, option
 from energy.indenter import Indenter, as_indenter
 from energy.layer import ElasticLayer, effective_length
@@ -101,10 +101,27 @@ class Scene:
             )
 
     def _turn(self) -> None:
-        length = max(self.elastocapillary_length, self.critical_separation, self.layer.h)
-        object.__setattr__(self, "indenter", about_axis(self.indenter, length))
+        object.__setattr__(self, "indenter", about_axis(self.indenter, self._length))
         if self.pattern is not None:
             check_rings(self.pattern)
+
+    @property
+    def _length(self) -> float:
+        """The largest of those that displacements vary over."""
+        return max(self.elastocapillary_length, self.critical_separation, self.layer.h)
+
+    @functools.cached_property
+    def mirror(self) -> float | None:
+        """x about which the profile is its own mirror image, None if it is not about any known.
+
+        As the profile says, or else by its heights on samples, about the middle of its extent, or
+        0; see `energy.axis.difference`.
+        """
+        body, (lo, hi) = self.indenter, self.indenter.extent
+        if body.symmetric:
+            return body.apex
+        centre = (lo + hi) / 2 if math.isfinite(hi - lo) else 0.0
+        return None if difference(body, centre, self._length) else centre
 
     @property
     def axisymmetric(self) -> bool:

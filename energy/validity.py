@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from energy.scene import Scene
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(200)
+_AT_LINE = "the layer is strained beyond linearity where a line lifts it"
 MUCH_LESS = 0.1  # how "≪" is read
 # What springs miss at pull-off of a sphere, in %, over ν (rows) and l/h: layer_springs_worst.csv of
 # `python -m studies layer`
@@ -96,6 +97,7 @@ def assumptions(scene: Scene, deformed: Deformation | None) -> tuple[Assumption,
 
     Those of Sections 2 and 6: d ≪ h ≪ a (with rotational symmetry the radius), slopes ≪ 1, 2w ≪ γ₁;
     for a nearly incompressible layer (h/a)² ≪ 1 - 2ν; and with tension |c₂|(h/l)² ≪ 1 and h <= l.
+    A layer with its exact response takes any h, and instead δ₀ ≪ h: w <= 0.005 γ₁ (h/l)².
     "≪" is read as "less than a tenth of".
     """
     layered = () if deformed is None else _of_layer(scene, deformed)
@@ -111,7 +113,8 @@ def _of_layer(scene: Scene, deformed: Deformation) -> tuple[Assumption, ...]:
         Assumption("u/h", deformed.displacement / h, MUCH_LESS, strained),
     )
     if scene.layer.exact:
-        return strained_little
+        lifted = Assumption("δ₀/h", scene.opened.critical_separation / h, MUCH_LESS, _AT_LINE)
+        return (*strained_little, lifted)
     return (
         *strained_little,
         Assumption("h/a", thickness, MUCH_LESS, "the layer is not thin against a contact"),

@@ -1,133 +1,155 @@
 """One contact of a layer, condensed to its line: where it rests, and what it takes.
 
-In units h = G = 1. Outside, the layer and the surface are balanced by u = Σ A exp(-λ(x-a)) of the
-decays of `Poles` (about an axis K₀(λr)), in which φ_j is τ_j/(τ_j - λ²) of u. What the fields φ_j
-are at the line follows from inside and outside alike (geometry.py); with u = d - f(a) there that
-are as many linear equations as decays. So the reaction of all that is free or pressed beside a
-line is linear in u(a),
+In units h = G = 1. v_j = u - φ_j of pole j obeys, with the measure m of the geometry and v_j known
+at the line,
 
-    S = Γ (σ u(a) + s₀),
+    -(m v')' + τ_j m v = (m f')'    on 0 < x < a,    v'(0) + f'(0) = 0,
 
-and of ∂U/∂a = m [Γ/2 (f' - S/Γ)² - w] the line rests where that vanishes, m the length of the line:
+and the flow p₀ of an incompressible layer -(m p₀')' = k₁ m u, p₀'(0) = 0: a pole at τ = 0. With
+these on elements (elements.py) it is known what the fields pull at the line from inside. Outside,
+the layer and the surface are balanced by u = Σ A exp(-λ(x-a)) of the decays of `Poles` (about an
+axis K₀(λr)), in which φ_j is τ_j/(τ_j - λ²) of u. That φ_j has one value and one slope at the line
+are, with u = d - f(a) there, as many linear equations as decays. So all is linear in u(a) and 1,
+and the reaction of all that is free or pressed beside a line is
+
+    S = Γ (σ u(a) + s₀).
+
+Of ∂U/∂a = m [Γ/2 (f' - S/Γ)² - w] the line rests where that vanishes, m the length of the line:
 
     D(a) = f(a) + (f'(a) - s₀ - √(2w/Γ))/σ,    P = whole ∫₀ᵃ p dm + whole m S,
 
-with the layer's pressure p = k₀u + Σ c_j (u - φ_j) + p₀ (p₀ the flow of an incompressible one), of
-which ∫₀ᵃ (u - φ_j) dm = -m φ_j'(a)/τ_j. The square is left because f' Γ - S is the force on the
-line and a line that advances takes the surface along; state.py checks it by differences of U.
+with the layer's pressure p = k₀u + Σ c_j v_j + p₀. The square is left because f' Γ - S is the force
+on the line and a line that advances takes the surface along. What is stored at fixed a is
+½ whole (∫p u dm + m S u(a)), and whole Γ/2 ∫f'² dm of the surface in contact.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+import functools
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.layer.geometry import Geometry
+from discretization.layer import elements as inside
+from discretization.layer.body import Body
+from discretization.layer.elements import Elements, Swept
 from discretization.layer.poles import Poles
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-_ORDER = 16  # Gauss points of a panel
-_NEAREST = 0.5  # of the shortest length on which a pole acts: the panel beside the line
-_TOWARDS, _ROUGH = 0.25, 5  # of panels towards 0, and their number
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
+_INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
 
 
-class Profile(NamedTuple):
-    """Heights and slopes of a profile in units of h; places where it is not smooth.
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Contacts of half-widths a (m,) with the same elements in units of a.
 
-    corners: where the slope jumps; rough: whether it is not smooth on the way to 0 either, as a
-    power of the distance.
+    f, slope (m,): of the profile at the line, slopes (m, e, 13) at nodes; u (m, 2, e, 13): of
+    nodes, of what is linear in u(a) and 1. So are reaction (m, 2): σ, s₀; amplitudes (m, n, 2): A.
     """
 
-    height: Callable[[Any], Any]
-    slope: Callable[..., Any]
-    breaks: tuple[float, ...] = ()
-    corners: tuple[float, ...] = ()
-    rough: bool = False
-
-
-class Points(NamedTuple):
-    """Places from 0 to a line, graded towards it, their weights, and how far from it they are."""
-
-    x: Array
-    weights: Array
-    beside: Array
-
-
-class Condensed(NamedTuple):
-    """σ, s₀; P = stiffness u(a) + force; amplitudes of u outside over u(a), and at u(a) = 0."""
-
-    a: float
-    f: float
-    slope: float
-    sigma: float
-    rest: float
-    stiffness: float
-    force: float
+    poles: Poles
+    gamma: float
+    power: int
+    elements: Elements
+    a: Array
+    f: Array
+    slope: Array
+    slopes: Array
+    u: Array
+    swept: Swept
     amplitudes: Complex
+    reaction: Array
 
-    def depth(self, excess: float) -> float:
-        """D for √(2w/Γ)."""
-        return self.f + (self.slope - self.rest - excess) / self.sigma
+    @property
+    def length(self) -> Array:
+        """m at the lines (m,)."""
+        return self.a**self.power
 
-    def load(self, depth: float) -> float:
-        """P."""
-        return self.stiffness * (depth - self.f) + self.force
+    @property
+    def weights(self) -> Array:
+        """Of nodes, with the measure (m, e, 13)."""
+        return np.asarray(self.a[:, None, None] ** (self.power + 1) * self.elements.mass)
+
+    @property
+    def stretched(self) -> Array:
+        """½Γ ∫f'² dm (m,)."""
+        return np.asarray(self.gamma / 2 * (self.weights * self.slopes**2).sum(axis=(1, 2)))
+
+    @functools.cached_property
+    def at_line(self) -> Complex:
+        """v there (m, n, 2)."""
+        return np.asarray((1 - self.poles.share) @ self.amplitudes)
+
+    @property
+    def volumes(self) -> Complex:
+        """∫v dm (m, n, 2)."""
+        found = inside.volumes(self.elements, self.swept, self.at_line)
+        return np.asarray(found * (self.length * self.a)[:, None, None])
+
+    @functools.cached_property
+    def pressure(self) -> Array:
+        """At nodes (m, 2, e, 13)."""
+        own, poles, wide = self.elements, self.poles, self.a[:, None, None]
+        found = poles.still * self.u + inside.total(own, self.swept, self.at_line, poles.c)
+        if poles.flow:
+            load = poles.flow * (wide**2 * own.mass)[:, None] * self.u
+            there = ((-poles.flow / poles.decays**2) @ self.amplitudes)[:, None]
+            whole = np.moveaxis(load.sum(axis=-1), 1, -1)[:, :, None]
+            flowing = inside.sweep(own, np.zeros((self.a.size, 1), complex), load, whole)
+            found = found + inside.total(own, flowing, there, np.ones(1, complex))
+        return np.asarray(found)
+
+    @functools.cached_property
+    def form(self) -> Array:
+        """∫p u dm + m S u(a) (m, 2, 2), p and S of the first, u of the second."""
+        flat = (self.a.size, 2, -1)
+        pressed = (self.pressure * self.weights[:, None]).reshape(flat)
+        found = pressed @ self.u.reshape(flat).swapaxes(1, 2)
+        found[:, :, 0] += self.gamma * self.length[:, None] * self.reaction
+        return np.asarray(found)
 
 
-def points_apart(a: float, shortest: float, profile: Profile) -> Array:
-    """Distances from the line of the ends of panels, from a to 0.
+def contacts(body: Body, a: Array, tolerance: float) -> Contacts:
+    """Of half-widths or radii (m,), with poles to a tolerance.
 
-    Panels are halved towards the line until they resolve the shortest length there, and shrink
-    towards 0 where the profile is not smooth.
+    Of several only where no breaks are inside.
     """
-    halvings = max(0, math.ceil(math.log2(max(a / (_NEAREST * shortest), 1.0))))
-    inner = [a - x for x in profile.breaks if 0 < x < a]
-    if profile.rough:
-        inner += (a - a * _TOWARDS ** np.arange(1, _ROUGH + 1)).tolist()
-    return np.unique([*a * 0.5 ** np.arange(halvings + 1), 0.0, *inner])[::-1]
+    poles, geometry = body.poles(tolerance), body.geometry
+    shortest = 1 / float(np.abs(np.sqrt(poles.tau)).max())
+    ends = inside.grid(float(a.max()), shortest, body.breaks, body.kinks, rough=body.rough)
+    own, wide = inside.elements(geometry.power, ends), a[:, None, None]
+    x, f = wide * own.x, np.asarray(body.height(a), float)
+    slopes = np.asarray(body.slope(x, _INTO))
+    u = np.ones((a.size, 2, *own.x.shape))
+    u[:, 1] = f[:, None, None] - body.height(x)
+    load = np.zeros_like(u)
+    load[:, 1] = wide * inside.risen(own, slopes)
+    found = inside.sweep(own, poles.tau * a[:, None] ** 2, load)
+    flow = poles.flow * (u * own.mass).sum(axis=(2, 3)) * a[:, None]
+    amplitudes, reaction = _outside(poles, geometry.outside(poles.decays, a), a, found, flow)
+    slope = np.asarray(body.slope(a, -1), float)
+    known = (poles, body.gamma, geometry.power, own, a, f, slope, slopes, u)
+    return Contacts(*known, found, amplitudes, reaction)
 
 
-def points(a: float, shortest: float, profile: Profile) -> Points:
-    """Gauss points on these panels."""
-    ends = points_apart(a, shortest, profile)
-    middle, half = (ends[:-1] + ends[1:]) / 2, (ends[:-1] - ends[1:]) / 2
-    beside = (middle[:, None] - half[:, None] * _POINTS).ravel()
-    return Points(a - beside, (half[:, None] * _WEIGHTS).ravel(), beside)
-
-
-def condensed(
-    poles: Poles, gamma: float, geometry: Geometry, profile: Profile, a: float
-) -> Condensed:
-    """The contact of this half-width or radius."""
-    r, decays = np.sqrt(poles.tau), poles.decays
-    x, weights, beside = points(a, 1 / float(np.abs(r).max()), profile)
-    f, slope = float(profile.height(np.array(a))), float(profile.slope(np.array(a), -1))
-    t = geometry.inside(r, np.array([a]), np.zeros(1), a)[:, 0]
-    pressed = geometry.inside(r, x, beside, a) @ (weights * profile.slope(x))
-    share = poles.share
-    out = geometry.outside(decays, a)
-    line, weights = float(geometry.measure(np.array(a))), weights * geometry.measure(x)
-    above = f - profile.height(x)
-    rows = [np.ones((1, decays.size)), (out + (r * t)[:, None]) * share / r[:, None]]
-    wanted = [np.array([[1.0, 0.0]]), np.array([t, pressed]).T]
+def _outside(
+    poles: Poles, out: Complex, a: Array, taken: Swept, flow: Array
+) -> tuple[Complex, Array]:
+    """A (m, n, 2), and σ, s₀ (m, 2), by what fields take inside; flow (m, 2): k₁ ∫u dm/m."""
+    share, one = poles.share, np.array([1.0, 0.0])
+    size = np.sqrt(poles.tau)[:, None] * a[:, None, None]
+    fields = (taken.own[..., None] + (out * a[:, None])[:, None]) * share / size
+    rows = [np.ones((a.size, 1, out.shape[1])), fields]
+    wanted = [
+        np.broadcast_to(one, (a.size, 1, 2)),
+        (taken.own[..., None] * one - taken.given) / size,
+    ]
     if poles.flow:
-        rows.append((-poles.flow / decays**2 * out)[None])
-        wanted.append(poles.flow / line * np.array([[weights.sum(), weights @ above]]))
-    matrix, size = np.concatenate(rows), np.abs(np.concatenate(rows)).max(axis=0)
-    found = np.linalg.solve(matrix / size, np.concatenate(wanted)) / size[:, None]
-    sigma, rest = (out @ found).real
-    inner = poles.still * np.array([weights.sum(), weights @ above])
-    inner = inner + (poles.c / poles.tau) @ ((out * share) @ found) * line
-    if poles.flow:
-        moment = poles.flow * geometry.moment(x, a) * weights
-        whole = float(geometry.moment(np.zeros(1), a)[0]) * 2 / a * (1 if line == 1 else a)
-        inner = inner + whole * (-poles.flow / decays**2) @ found
-        inner = inner + np.array([moment.sum(), moment @ above])
-    stiffness, force = geometry.whole * (inner.real + line * gamma * np.array([sigma, rest]))
-    return Condensed(a, f, slope, float(sigma), float(rest), float(stiffness), float(force), found)
+        rows.append((-poles.flow / poles.decays**2 * out)[:, None])
+        wanted.append(flow[:, None])
+    matrix = np.concatenate(rows, axis=1)
+    size = np.abs(matrix).max(axis=1, keepdims=True)
+    found = np.linalg.solve(matrix / size, np.concatenate(wanted, axis=1)) / size.swapaxes(1, 2)
+    return found, (out[:, None] @ found)[:, 0].real

@@ -23,7 +23,7 @@ _SPARE = 4  # links beyond the line, for polynomials
 _LEAST = 8  # nodes of a contact whose error is known
 _CLEAR = 64  # places beside a contact at which the surface is compared with the indenter
 _SAFE = 4.0  # times the difference of two spacings
-_COARSE = 0.1  # relative errors that are no small ones: nodes do not resolve the free surface
+_COARSE = 0.05  # relative errors that are no small ones: nodes do not resolve the free surface
 _STEP = 1e-2  # of γ₁: a difference as good as the nodes
 _LUCKY = 0.05  # of the errors of force and energy: where half-widths happen to agree
 
@@ -174,7 +174,8 @@ def _certify(
     """The conditions of ../certificate.py, judged by the displacements that the forces give."""
     scene, x = nodes.scene, nodes.x[: n + 1]
     size = float(np.abs(g).max()) or 1.0
-    off = compliance(scene, x, x) @ forces - g
+    own = nodes.lower[: n + 1, : n + 1]
+    off = own @ (own.T @ forces) - g
     beyond = nodes.x[n + 1 :]
     reach = np.linspace(float(x[-1]), 2 * float(nodes.x[-1]), _CLEAR)[1:]
     places = np.union1d(beyond, reach[reach <= scene.indenter.extent[1]])

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
-from scipy.special import i0e, j0, k0e
+from scipy.special import i0e, j0, k0e, sici
 
 from discretization.layer.geometry import lowest
 from discretization.roots import bracketed
@@ -36,9 +36,11 @@ from energy import Scene
 Array = NDArray[np.float64]
 _ORDER = 8  # Gauss points of a panel
 _TURN = 2.0  # of q times the largest distance: panels
-_LEFT = 1e-6  # of the compliance: what is left beyond the largest q
+_SAME = 1e-8  # waves over which two places are one
+_LEFT = 1e-7  # of the compliance: what is left beyond the largest q
+_RINGS = 20.0  # of that times the spacing, beyond which all rings are far from the axis
 _FLATTEST = 1e-3  # of the wave numbers that matter: the first panel
-_MOST = 200_000  # panels of wave numbers
+_MOST = 50_000  # panels of wave numbers
 KNOWN = 1e-6  # of results: what the compliance is good for
 _LEAST = 1e-9  # of the spacing: a ring that is none
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
@@ -148,12 +150,14 @@ def interpolation(x: Array, y: Array) -> Callable[[float], float]:
 def compliance(scene: Scene, z: Array, x: Array) -> Array:
     """Displacement at places z (m,) over the total force on pairs of nodes, or rings, x (n,).
 
-    Beyond the largest q, the rest of 1/(k + γ₁q²) counts where a force acts on its own place.
+    Beyond the largest q the rest of 1/(k + γ₁q²) is -H/(γ₁²q³), H of k = Hq on a half-space; what
+    that leaves out falls like q⁻⁴.
     """
     layer, gamma = scene.layer, scene.gamma1
     still = layer.stiffness if layer.nu < 0.5 else layer.shear_modulus / layer.h
     m, half = math.sqrt(still / gamma), layer.shear_modulus / (1 - layer.nu)
-    last = math.sqrt(half * m / (2 * gamma * _LEFT)) + 10 / layer.h + 10 * m
+    last = math.cbrt(m * (m * m + (half / gamma) ** 2) / (4 * _LEFT))
+    last += 10 / layer.h + 10 * m + _RINGS * x.size / float(x[-1])
     q, weights = _wave_numbers(last, float(max(x[-1], z[-1])), 1 / layer.h + m)
     k = layer.stiffness_at(q)
     rest = (gamma * m * m - k) / ((k + gamma * q * q) * gamma * (q * q + m * m)) * weights
@@ -162,10 +166,17 @@ def compliance(scene: Scene, z: Array, x: Array) -> Array:
     for part in np.array_split(np.arange(q.size), max(1, q.size * max(x.size, z.size) // 10**7)):
         there = wave(np.outer(z, q[part]))
         found += (there * rest[part]) @ (there if z is x else wave(np.outer(x, q[part]))).T
-    if z is x:
-        beyond = half / (4 * math.pi * gamma**2 * last**2) * (1 + (x == 0))
-        found[np.diag_indices(x.size)] -= beyond / (math.pi * x) if scene.axisymmetric else beyond
-    return found
+    apart = _beyond(last, np.abs(np.subtract.outer(z, x)))
+    size = half / (2 * math.pi * gamma**2)
+    if scene.axisymmetric:  # for large arguments
+        return found - size / math.pi / np.sqrt(np.outer(z, x)) * apart
+    return found - size * (apart + _beyond(last, np.add.outer(z, x)))
+
+
+def _beyond(last: float, apart: Array) -> Array:
+    """∫ cos(qs)/q³ dq from the largest q on, of distances s."""
+    y = np.maximum(last * apart, _SAME)
+    return np.asarray((np.cos(y) - y * np.sin(y) + y * y * sici(y)[1]) / (2 * last * last))
 
 
 def _wave_numbers(last: float, far: float, near: float) -> tuple[Array, Array]:

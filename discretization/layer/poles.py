@@ -19,7 +19,8 @@ from __future__ import annotations
 import cmath
 import functools
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,19 +35,20 @@ FLOW = 3.0  # k₁ of an incompressible layer
 _DIGITS = 2.0  # of the tolerance that one of the layer's own pairs of poles is good for
 _BEYOND = 1.5  # times the last of them, where the others begin
 _LEAST = 0.3  # of k: an error that may be, where tension rules
-_SAMPLES, _CHECKS = 1000, 3001
-_FLATTEST, _FURTHEST = 1e-3, 100.0  # q of the first sample; of the last, times where tension rules
+_SAMPLES = 1401  # of q; fitted to every second one, the error looked at on all
+_FLATTEST, _FURTHEST = 5e-4, 1e3  # q of the first; of the last, times where tension rules
 _NEWTON, _ABERTH = 50, 100
 _STILL = (
     1e-9  # of a decay squared: a step of Aberth's method that is rounding if it shrinks no more
 )
+_REAL = 1e-13  # of a decay: an imaginary part that is rounding
 
 
 class Poles(NamedTuple):
-    """k₀, k₁, τ (n,), c (n,), complex in pairs, and what these make of a free surface.
+    """k₀, k₁, τ (n,), c (n,), and what these make of a free surface.
 
     decays (n + 1 or n + 2,): λ with k(-λ²) = Γλ², real parts positive: a free surface is a sum of
-    exp(-λx). error: largest |k - sum of poles|/(k + Γq²).
+    exp(-λx). τ and decays are sorted as `paired` says. error: largest |k - sum of poles|/(k + Γq²).
     """
 
     still: float
@@ -62,39 +64,49 @@ class Poles(NamedTuple):
         return np.asarray(self.tau[:, None] / (self.tau[:, None] - self.decays**2))
 
 
+def paired(real: Callable[[Any], Any], pairs: Callable[[Any], Any], z: Complex) -> Complex:
+    """A function of z (n, ...), for real ones, and for those above the real axis.
+
+    Along the first axis z are real, then above the real axis, then their conjugates.
+    """
+    side = z.reshape(z.shape[0], -1).imag.sum(axis=1)
+    n, m = int((side == 0).sum()), int((side > 0).sum())
+    above = pairs(z[n : n + m])
+    return np.concatenate([real(z[:n].real), above, above.conj()])
+
+
 @functools.lru_cache(maxsize=32)
 def poles(nu: float, gamma: float, tolerance: float) -> Poles:
     """The poles of a layer with this Poisson's ratio and Γ.
 
     NotCertifiedError if the decays of its free surface are not found.
     """
-    own = _own(nu, max(1, round(-math.log10(tolerance) / _DIGITS)))
-    known = own[1:] if nu == 0.5 else own
-    tau = [*known, *_others(abs(own[-1]) * _BEYOND, gamma * (1 - nu), tolerance)]
-    last = max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST)
-    still, c = _fitted(nu, gamma, tau, np.geomspace(_FLATTEST, last, _SAMPLES))
-    whole = np.array([t for one in tau for t in _pair(one)])
-    flow = FLOW if nu == 0.5 else 0.0
-    found = Poles(still, flow, whole, c, np.empty(0, complex), math.inf)
-    q = np.geomspace(_FLATTEST / 2, 10 * last, _CHECKS)
+    first, *own = _own(nu, max(1, round(-math.log10(tolerance) / _DIGITS)))
+    others = _others(abs(own[-1]) * _BEYOND, gamma * (1 - nu), tolerance)
+    real, pairs = np.array([first.real, *others][int(nu == 0.5) :]), np.array(own)
+    q = np.geomspace(
+        _FLATTEST, max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST), _SAMPLES
+    )
     exact = relative_stiffness(nu, q)
-    off = np.abs(stiffness(found, q * q) - exact) / (exact + gamma * q * q)
-    return found._replace(decays=_decays(found, gamma), error=float(off.max()))
+    size = exact + gamma * q * q
+    half = slice(None, None, 2)
+    still, c = _fitted(nu, real, pairs, q[half], exact[half], size[half])
+    tau, flow = np.concatenate([real, pairs, pairs.conj()]), FLOW if nu == 0.5 else 0.0
+    found = Poles(still, flow, tau, c, np.empty(0, complex), math.inf)
+    error = float((np.abs(stiffness(found, q * q) - exact) / size).max())
+    return found._replace(decays=_sorted(_decays(found, gamma)), error=error)
 
 
 def stiffness(found: Poles, s: Array) -> Array:
     """k(s) as the sum of poles."""
-    square = s[:, None]
-    parts = (found.c * square / (square + found.tau)).sum(axis=1)
-    return np.asarray(found.still + found.flow / s + parts.real)
-
-
-def _pair(tau: complex) -> tuple[complex, ...]:
-    return (tau,) if tau.imag == 0 else (tau, tau.conjugate())
+    n = int((found.tau.imag == 0).sum())
+    real, above = found.tau[:n].real, slice(n, n + (found.tau.size - n) // 2)
+    k = found.still + found.flow / s + (s[:, None] / (s[:, None] + real)) @ found.c[:n].real
+    return np.asarray(k + 2 * (s[:, None] / (s[:, None] + found.tau[above]) @ found.c[above]).real)
 
 
 def _own(nu: float, pairs: int) -> list[complex]:
-    """τ of the layer's own poles: a real one, 0 for ν = ½, and so many pairs."""
+    """τ of the layer's own poles: a real one, 0 for ν = ½, and so many above the real axis."""
     ratio = 3 - 4 * nu
     first = 0.0
     if nu < 0.5:  # i y with ratio sin y = y
@@ -114,42 +126,49 @@ def _own(nu: float, pairs: int) -> list[complex]:
     return found
 
 
-def _others(first: float, gamma: float, tolerance: float) -> list[complex]:
+def _others(first: float, gamma: float, tolerance: float) -> list[float]:
     """Real τ from here to where tension rules; gamma: Γ over the stiffness of a half-space."""
     found, tau, error = [], first, 0.0
     while error < _LEAST:
         error = min(tolerance * (1 + gamma * math.sqrt(tau)), _LEAST)
         step = math.exp(math.pi**2 / math.log(4 / error))
-        found.append(complex(tau * math.sqrt(step)))
+        found.append(tau * math.sqrt(step))
         tau *= step
     return found
 
 
-def _fitted(nu: float, gamma: float, tau: list[complex], q: Array) -> tuple[float, Complex]:
-    """k₀ and c of poles, those with Im τ > 0 standing for a pair."""
-    s, exact = q * q, relative_stiffness(nu, q)
-    columns = []
-    for one in tau:
-        part = s / (s + one)
-        columns += [part.real] if one.imag == 0 else [2 * part.real, -2 * part.imag]
-    if nu == 0.5:
-        still, wanted = 0.0, exact - FLOW / s
-        columns.insert(0, np.ones(s.size))
-    else:
+def _fitted(
+    nu: float, real: Array, pairs: Complex, q: Array, exact: Array, size: Array
+) -> tuple[float, Complex]:
+    """k₀ and c of poles; size: over which k is fitted at q."""
+    s = (q * q)[:, None]
+    both = 2 * s / (s + pairs)
+    columns = [s / (s + real), both.real, -both.imag]
+    still, wanted = 0.0, exact - FLOW / (q * q)
+    if nu < 0.5:
         still = float(relative_stiffness(nu, 0.0))
         wanted = exact - still
-    matrix = np.array(columns).T / (exact + gamma * s)[:, None]
-    size = np.sqrt((matrix * matrix).sum(axis=0))
-    rest = (
-        np.linalg.lstsq(matrix / size, wanted / (exact + gamma * s), rcond=None)[0] / size
-    ).tolist()
+    else:
+        columns.append(np.ones((q.size, 1)))
+    matrix = np.concatenate(columns, axis=1) / size[:, None]
+    scale = np.sqrt((matrix * matrix).sum(axis=0))
+    found = np.linalg.lstsq(matrix / scale, wanted / size, rcond=None)[0] / scale
     if nu == 0.5:
-        still = rest.pop(0)
-    c: list[complex] = []
-    for one in tau:
-        own = complex(rest.pop(0), 0.0 if one.imag == 0 else rest.pop(0))
-        c += _pair(own) if one.imag else [own]
-    return still, np.array(c)
+        still = float(found[-1])
+    n, m = real.size, pairs.size
+    above = found[n : n + m] + 1j * found[n + m : n + 2 * m]
+    return still, np.concatenate([found[:n], above, above.conj()])
+
+
+def _sorted(decays: Complex) -> Complex:
+    """Real ones, those above the real axis, and their conjugates."""
+    real = np.abs(decays.imag) <= _REAL * np.abs(decays)
+    above = decays[~real & (decays.imag > 0)]
+    if decays.size != real.sum() + 2 * above.size:
+        raise NotCertifiedError(
+            "the free surface of the layer is not resolved; use another rtol, or response='springs'"
+        )
+    return np.concatenate([decays[real].real, above, above.conj()])
 
 
 def _decays(found: Poles, gamma: float) -> Complex:

@@ -1,7 +1,7 @@
-"""Energy and force of a contact of a layer, and its free surface, from the fields of its poles.
+"""One contact of a layer at a depth: its energy, force, pressure and free surface.
 
-The force is known from what the poles pull at the line (contact.py), and as dU/dd of the energy at
-fixed contact, a parabola of the depth that the elements under the indenter give (inside.py).
+The force is known from what the poles' fields press, and as dU/dd of the energy at fixed contact,
+a parabola of the depth; what these fields pull at the line is known by Green's identity, too.
 """
 
 from __future__ import annotations
@@ -13,124 +13,121 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.layer.body import Body
-from discretization.layer.contact import Condensed
-from discretization.layer.inside import Fields, fields
+from discretization.layer.body import TIP, Body
+from discretization.layer.contact import Contacts, contacts
+from discretization.layer.elements import DEGREE
+from discretization.surfaces.spectral import polynomial
 
 Array = NDArray[np.float64]
-_OUTSIDE = 400  # places at which the free surface is compared with the indenter
+_OUTSIDE = 200  # places at which the free surface is compared with the indenter
+_NEAREST = 1e-9  # of its reach: the first of them
 _FAR = 40.0  # decay lengths
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A contact at a depth [h], condensed with many poles."""
+    """A contact at a depth [h], the only one of `contact`, with many poles."""
 
     body: Body
-    contact: Condensed
+    contact: Contacts
     depth: float
     tolerance: float
+
+    @classmethod
+    def of(cls, body: Body, a: float, depth: float, tolerance: float) -> Layer:
+        """The contact of this half-width [h]."""
+        return cls(body, contacts(body, np.array([a]), tolerance), depth, tolerance)
 
     @property
     def a(self) -> float:
         """Half-width [h]."""
-        return self.contact.a
+        return float(self.contact.a[0])
 
     @property
-    def u(self) -> float:
-        """At the line."""
-        return self.depth - self.contact.f
+    def both(self) -> Array:
+        """u(a) and 1."""
+        return np.array([self.depth - float(self.contact.f[0]), 1.0])
+
+    @property
+    def touches(self) -> bool:
+        """Whether it is one with the lowest point alone, and nothing is pressed."""
+        return self.a <= TIP and self.depth == self.body.touch
+
+    @property
+    def whole(self) -> float:
+        """What integrals count with."""
+        return self.body.geometry.whole
+
+    @property
+    def reaction(self) -> float:
+        """S times the length of the line."""
+        return float(
+            self.body.gamma * self.contact.length[0] * self.contact.reaction[0] @ self.both
+        )
 
     @functools.cached_property
     def amplitudes(self) -> Any:
         """Of the free surface."""
-        return self.contact.amplitudes @ np.array([self.u, 1.0])
-
-    def inside(self, depth: float) -> Fields:
-        """Fields under the indenter with this contact at a depth."""
-        own = self.body.poles(self.tolerance)
-        amplitudes = self.contact.amplitudes @ np.array([depth - self.contact.f, 1.0])
-        at_line = (1 - own.share) @ amplitudes
-        if own.flow:
-            at_line = np.append(at_line, (-own.flow / own.decays**2) @ amplitudes)
-        return fields(self.body.geometry, self.body.profile, own, at_line, self.a, depth)
+        return self.contact.amplitudes[0] @ self.both
 
     @functools.cached_property
-    def fields(self) -> Fields:
-        """At its own depth."""
-        return self.inside(self.depth)
+    def pressure(self) -> Array:
+        """At nodes (e, 13)."""
+        return np.tensordot(self.both, self.contact.pressure[0], 1)
 
-    def stored(self, depth: float) -> float:
-        """½ ∫p u + ½ S u(a): of the layer, and of the free surface's stretching."""
-        inner = self.fields if depth == self.depth else self.inside(depth)
-        u, under = depth - self.contact.f, depth - self.body.profile.height(inner.x)
-        pressed = float((inner.weights * inner.pressure * under).sum())
-        return (pressed + self.line * (self.contact.sigma * u + self.contact.rest) * u) / 2
-
-    @property
-    def line(self) -> float:
-        """Γ times the length of the line."""
-        return self.body.gamma * float(self.body.geometry.measure(np.array(self.a)))
+    def pressure_at(self, x: Array) -> Array:
+        """The same at positions under the indenter (k,)."""
+        nodes = self.a * self.contact.elements.x
+        own = np.clip(np.searchsorted(nodes[:, 0], x, side="right") - 1, 0, len(nodes) - 1)
+        found = np.empty(x.size)
+        for i in np.unique(own).tolist():
+            here, (lo, hi) = own == i, nodes[i, [0, -1]]
+            found[here] = polynomial(DEGREE, (2 * x[here] - lo - hi) / (hi - lo), self.pressure[i])
+        return found
 
     @property
-    def stretched(self) -> float:
-        """Γ/2 ∫ f'² in contact."""
-        inner = self.fields
-        return self.body.gamma * float((inner.weights * inner.slope**2).sum()) / 2
-
-    @property
-    def area(self) -> float:
-        """In contact, over `whole` of its geometry."""
-        return float(self.fields.weights.sum())
-
-    @property
-    def unbalanced(self) -> float:
-        """By how much the pulls of the poles' fields at the line differ from both sides.
-
-        Over all that presses; each pole with its share of the pressure.
-        """
-        own, geometry = self.body.poles(self.tolerance), self.body.geometry
-        outside = (own.share * geometry.outside(own.decays, self.a)) @ self.amplitudes
-        line = float(geometry.measure(np.array(self.a)))
-        off = (own.c / own.tau * (line * outside - self.fields.pulls(own.tau))).sum()
-        return geometry.whole * float(abs(off)) / (self.force_scale or 1.0)
+    def force(self) -> float:
+        """P."""
+        return self.whole * float(self.both @ self.contact.form[0, :, 0])
 
     @functools.cached_property
-    def rounding(self) -> float:
-        """How far the force is from dU/dd, over the sizes of its terms: of both."""
-        step = abs(self.u) + self.a * abs(self.contact.slope) or self.a
-        rise = (self.stored(self.depth + step) - self.stored(self.depth - step)) / (2 * step)
-        off = abs(self.body.geometry.whole * rise - self.contact.load(self.depth))
-        return off / (self.force_scale or 1.0)
+    def energies(self) -> tuple[float, float, float]:
+        """Stored in the layer and its free surface, in the surface in contact, and what adheres."""
+        stored = float(self.both @ self.contact.form[0] @ self.both) / 2
+        area = float(self.contact.weights.sum())
+        bound = self.body.excess(self.body.scene) ** 2 * self.body.gamma / 2 * area
+        stretched = float(self.contact.stretched[0])
+        return self.whole * stored, self.whole * stretched, self.whole * bound
 
     @functools.cached_property
     def force_scale(self) -> float:
         """∫|p| and what the free surface pulls."""
-        inner, pull = self.fields, self.contact.sigma * self.u + self.contact.rest
-        parts = float((inner.weights * np.abs(inner.pressure)).sum()) + self.line * abs(pull)
-        return self.body.geometry.whole * parts
+        parts = float((self.contact.weights[0] * np.abs(self.pressure)).sum()) + abs(self.reaction)
+        return self.whole * parts
 
     @property
-    def energy_scale(self) -> float:
-        """Of the stored energy and of the adhesion."""
-        return self.body.geometry.whole * (self.stored(self.depth) + self.stretched + self.bound)
+    def rounding(self) -> float:
+        """How far the force is from dU/dd, over the sizes of its terms."""
+        form = self.contact.form[0]
+        return self.whole * float(abs(form[0, 1] - form[1, 0])) / 2 / (self.force_scale or 1.0)
 
     @property
-    def bound(self) -> float:
-        """What adheres, over `whole` of its geometry."""
-        return self.body.excess(self.body.scene) ** 2 * self.body.gamma / 2 * self.area
+    def unbalanced(self) -> float:
+        """By how much what the fields press differs from Green's identity, over all of it."""
+        own, contact, a = self.body.poles(self.tolerance), self.contact, self.a
+        root, inside = np.sqrt(own.tau), self.body.geometry.inside
+        places = (a * contact.elements.x).ravel(), (a * contact.elements.beside).ravel()
+        rise = a * (contact.elements.weights * contact.slopes[0]).ravel()
+        t = inside(root, np.array([a]), np.zeros(1), a)[:, 0]
+        exact = t * (contact.at_line[0] @ self.both) + inside(root, *places, a) @ rise
+        off = contact.volumes[0] @ self.both - contact.length[0] * exact / root
+        return self.whole * float(np.abs(own.c * off).sum()) / (self.force_scale or 1.0)
 
-    @property
-    def energy(self) -> float:
-        """U."""
-        return self.body.geometry.whole * (self.stored(self.depth) + self.stretched - self.bound)
-
-    def free(self, beside: Array) -> tuple[Array, Array]:
-        """u of the free surface and its slope outwards, so far from the line."""
+    def free(self, beside: Array, order: int = 0) -> Array:
+        """u of the free surface, or its slope outwards (order 1), so far from the line."""
         decays = self.body.poles(self.tolerance).decays
-        found = self.body.geometry.decayed(decays, self.a, beside)
-        u, slope = ((self.amplitudes @ part).real for part in found)
-        return u, slope
+        found = self.body.geometry.decayed(decays, self.a, beside, order)
+        return np.asarray((self.amplitudes @ found).real)
 
     @property
     def reach(self) -> float:
@@ -140,8 +137,10 @@ class Layer:
 
     @functools.cached_property
     def through(self) -> float:
-        """How far the free surface is inside the indenter at most."""
-        part = np.concatenate([np.geomspace(1e-9, 1, _OUTSIDE), np.linspace(0, 1, _OUTSIDE)])
-        beside = self.reach * part
-        g = self.depth - self.body.profile.height(self.a + beside)
-        return float((g - self.free(beside)[0]).max())
+        """How far the free surface is inside the indenter at most.
+
+        It varies the more slowly the farther from the line it is, and so do the places.
+        """
+        beside = self.reach * np.geomspace(_NEAREST, 1.0, _OUTSIDE)
+        g = self.depth - self.body.height(self.a + beside)
+        return float((g - self.free(beside)).max())

@@ -6,7 +6,7 @@ import functools
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -253,7 +253,7 @@ class History:
 
     @functools.cached_property
     def _branch(self) -> Branch:
-        return branch_of(self.scene, self.rtol, self.spacing, float(self.depth.max()))
+        return branch_of(self.scene, self.rtol, self.spacing, lambda: float(self.depth.max()))
 
 
 def _snapshot(parts: list[Any]) -> Snapshot:
@@ -270,13 +270,18 @@ def _with(parts: list[Any], run: list[Snapshot], there: Snapshot) -> list[Snapsh
     return run
 
 
-def branch_of(scene: Scene, rtol: float, spacing: float | None, deepest: float) -> Branch:
-    """The branch for depths up to the deepest, on nodes if there is a spacing."""
+def branch_of(
+    scene: Scene, rtol: float, spacing: float | None, deepest: Callable[[], float]
+) -> Branch:
+    """The branch for depths up to the deepest, on nodes if there is a spacing.
+
+    The deepest is only asked for where the branch has to know it.
+    """
     if spacing is not None:
-        return LatticeBranch.of(scene, spacing, deepest)
+        return LatticeBranch.of(scene, spacing, deepest())
     way = route(scene, "path", nodes=False)
     if way == "springs":
-        return SpringsBranch.of(scene, rtol, deepest)
+        return SpringsBranch.of(scene, rtol, deepest())
     if way == "layer":
         return LayerBranch.of(scene, rtol)
-    return FittedMany.of(scene, deepest)
+    return FittedMany.of(scene, deepest())

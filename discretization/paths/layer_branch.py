@@ -10,26 +10,25 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE
-from discretization.layer.body import SPREADS, TIP, Body, Search
+from discretization.layer.body import TIP, Body
+from discretization.layer.lines import Lines
 from discretization.layer.state import certify
 from discretization.layer.table import Table
 from discretization.layer.totals import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
-from discretization.roots import bracketed, crossings, least
+from discretization.roots import crossings
 from energy import Scene
 
 Array = NDArray[np.float64]
+_RATIO = 2 ** (1 / 12)  # of half-widths at which it is looked whether D turns
 _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the same
-_NARROWEST = 1e-8  # of the half-width below which adhesion rules
-_LEFT = 1 / 8  # of how far below touching a line about an axis rests at most
-_STEPS = 12  # places in an octave at which it is looked whether D turns
 
 
 @dataclass(eq=False)
@@ -86,13 +85,16 @@ class LayerBranch(Branch):
         )
 
     @functools.cached_property
+    def lines(self) -> dict[int, Lines]:
+        """The line on its way out (1) and in (-1)."""
+        works = {1: self.body.excess(self.scene), -1: self.body.excess(self.scene.opened)}
+        return {way: Lines(self.table, excess, _RATIO) for way, excess in works.items()}
+
+    @functools.cached_property
     def first(self) -> Point:
         """The contact at first touch."""
-        search = Search(self.body, self.body.touch, self.body.excess(self.scene))
-        a, pinned = search.looked_for(search.start(), 1)
-        if math.isnan(a):
-            return Point(self.touch, ())
-        return self.point(self.touch, a if pinned else search.found(a, self.tolerance)[0])
+        found = self.lines[1].settled(self.body.touch)
+        return self.point(self.touch, found.a)
 
     def point(self, depth: float, a: float) -> Point:
         """The contact of this half-width at a depth."""
@@ -116,137 +118,49 @@ class LayerBranch(Branch):
             return "tip", "tip"
         return super().pinned(point)
 
-    def rest_depth(self, a: Array, way: int, within: float = math.nan) -> Array:
-        """D [h] of lines that move this way (n,), beyond corners, but for the one at `within`."""
-        sigma, rest = self.table.at(a)[:2]
-        scene, profile = (self.scene if way > 0 else self.scene.opened), self.body.profile
-        side = np.where(a == within, -way, way)
-        slope = profile.slope(a, side)
-        found = profile.height(a) + (slope - rest - self.body.excess(scene)) / sigma
-        found = np.where((a <= TIP) & (side < 0), self.body.touch, found)
-        return np.where((a >= self.body.edge) & (side > 0), math.inf, found)
-
     def rests(self, depths: Array, one: float, other: float) -> Array:
         """Where D is each of these depths between two half-widths, as it does not turn there."""
         way = 1 if other > one else -1
         lo, hi = np.full(depths.size, min(one, other)), np.full(depths.size, max(one, other))
 
-        def off(a: Array, own: NDArray[np.int64]) -> Array:
-            return self.rest_depth(a, way, other) - depths[own] / self.h
+        def rest_depth(a: Array) -> Array:
+            side = np.where(a == other, -way, way)  # of a corner at which the line ends
+            return self.table.rest_depth(a, self.lines[way].excess, side)
 
-        span = self.rest_depth(np.array([one, other]), way, other)
+        span = rest_depth(np.array([one, other]))
         rise = np.full(depths.size, float(np.diff(span)[0]) / (other - one))
         share = np.clip((depths / self.h - span[0]) / (span[1] - span[0]), 0, 1)
-        return crossings(off, lo, hi, one + share * (other - one), rise, 0.0)
-
-    def _ahead(self, a: float, way: int) -> Iterator[tuple[Array, Array]]:
-        """Places from a line on (n,), and D there on the side of the line, octave by octave.
-
-        Up to the next corner, or so narrow that nothing is left.
-        """
-        ahead = [x for x in (*self.body.corners, self.body.edge) if way * (x - a) > 0]
-        stop = min(ahead) if way > 0 else max([*ahead, min(self.narrowest, a)])
-        while a != stop:
-            x = a * 2.0 ** (way * np.arange(_STEPS + 1) / _STEPS)
-            x = np.append(x[way * (stop - x) > 0], stop) if way * (stop - x[-1]) <= 0 else x
-            yield x, self.rest_depth(x, way, stop)
-            a = float(x[-1])
-
-    @functools.cached_property
-    def narrowest(self) -> float:
-        """Half-width down to which a contact is followed.
-
-        A line contact closes up. About an axis D returns to first touch as the radius vanishes, and
-        in contacts so small that it has nearly done so no line rests.
-        """
-        search = Search(self.body, self.body.touch, self.body.excess(self.scene.opened))
-        a = search.start()
-        if not self.scene.axisymmetric:
-            return max(_NARROWEST * a, TIP)
-        least = here = search.off(a)
-        while here < _LEFT * least:
-            a /= 2
-            here = search.off(a)
-            least = min(least, here)
-        return a
+        return crossings(
+            lambda a, own: rest_depth(a) - depths[own] / self.h,
+            *(lo, hi, one + share * (other - one), rise, 0.0),
+        )
 
     def leg(self, point: Point, goal: float) -> Slide:
         """The way from a point towards another depth, up to where the line comes free or jumps."""
         a, here, to = point.memory, point.depth / self.h, goal / self.h
         way = 1 if goal >= point.depth else -1
-        rest = float(self.rest_depth(np.array([a]), way)[0])
-        if way * (rest - here) > self._tie(here):  # held so far
+        lines, tie = self.lines[way], _TIE * (abs(here) + self.holding_range / self.h)
+        rest = lines.rest_depth(a, way)
+        if way * (rest - here) > tie:  # held so far
             held = goal if way * (to - rest) <= 0 else rest * self.h
             return Slide(self, point, self.point(held, a), None, False)
-        far, depth, turns = self._slides(a, here, to, way)
-        if turns:
-            top, after = self.point(depth * self.h, far), self._landing(far, depth, way)
-            return Slide(self, point, top, after, True)
+        far, depth, how = lines.walk(a, here, to, way, past=False, tie=tie)
         end = self.point(goal if depth == to else depth * self.h, far)
-        lost = way < 0 and far <= self.narrowest
-        lost = lost and self._one(far, way) >= depth - self._tie(depth)
-        return Slide(self, point, end, Point(end.depth, None) if lost else None, False)
+        if how == "turns":
+            landed = lines.walk(far, depth, depth, way, past=True)
+            after = None if landed.how == "lost" else landed.a
+            return Slide(self, point, end, self._beyond(end, after), True)
+        return Slide(self, point, end, self._beyond(end, None) if how == "lost" else None, False)
 
-    def _tie(self, depth: float) -> float:
-        return _TIE * (abs(depth) + self.holding_range / self.h)
-
-    def _slides(self, a: float, here: float, to: float, way: int) -> tuple[float, float, bool]:
-        """How far a line slides on the way to a depth, the depth there, and whether D turns."""
-        before, last, far = a, here, a
-        for x, rest in self._ahead(a, way):
-            rest[0] = last
-            for i in range(1, x.size):
-                if way * (rest[i] - rest[i - 1]) < -self._tie(here):
-                    top, value = least(
-                        lambda y: -way * self._one(y, way), *sorted((before, float(x[i])))
-                    )
-                    found, top = way * -float(value), float(top)
-                    if way * (found - to) < 0:
-                        return top, found, True
-                    return self._between(to, before, top, way), to, False
-                if way * (rest[i] - to) >= 0:
-                    return self._between(to, float(x[i - 1]), float(x[i]), way), to, False
-                before = float(x[i - 1])
-            last, far = float(rest[-1]), float(x[-1])
-        if way > 0 and far not in self.body.corners:
-            raise ValueError(SPREADS.format(depth=to * self.h, x=far * self.h + self.body.apex))
-        return far, last, False
-
-    def _one(self, a: float, way: int) -> float:
-        return float(self.rest_depth(np.array([a]), way)[0])
-
-    def _between(self, depth: float, one: float, other: float, way: int) -> float:
-        """Where D is a depth."""
-        return bracketed(lambda y: way * (self._one(y, way) - depth), one, other)
-
-    def _landing(self, a: float, depth: float, way: int) -> Point:
-        """Where a line that has come free at a depth rests next."""
-        while True:
-            for x, rest in self._ahead(a, way):
-                off = way * (rest - depth)
-                stays = (off[1:] >= 0) & (off[:-1] < 0)
-                if stays.any():
-                    i = int(np.argmax(stays))
-                    found = self._between(depth, float(x[i]), float(x[i + 1]), way)
-                    return self.point(depth * self.h, found)
-                a = float(x[-1])
-            if way < 0 and a not in self.body.corners:
-                return Point(depth * self.h, None)
-            if a not in self.body.corners:
-                raise ValueError(
-                    SPREADS.format(depth=depth * self.h, x=a * self.h + self.body.apex)
-                )
-            if way * (self._one(a, way) - depth) >= 0:
-                return self.point(depth * self.h, a)
+    def _beyond(self, end: Point, a: float | None) -> Point:
+        return Point(end.depth, None) if a is None else self.point(end.depth, a)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""
         a = np.array([point.memory for point in points])
-        u = np.array([point.depth for point in points]) / self.h - self.body.profile.height(a)
-        _, _, stiffness, force, stored = self.table.at(a)
+        force, stored = self.table.taken(a, np.array([point.depth for point in points]) / self.h)
         bound = self.body.excess(self.scene) ** 2 * self.body.gamma / 2 * self._area(a)
-        energy = stored + force * u + stiffness * u * u / 2 - bound
-        return self.body.unit * np.array([energy * self.h, stiffness * u + force])
+        return self.body.unit * np.array([(stored - bound) * self.h, force])
 
     def _area(self, a: Array) -> Array:
         """In contact [h, or h² about an axis]."""
@@ -262,10 +176,7 @@ class LayerBranch(Branch):
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
-            a, depth = point.memory, point.depth / self.h
-            state = Layer(self.body, self.body.condensed(a, self.tolerance), depth, self.tolerance)
-            closing, opening = map(self.body.excess, (self.scene, self.scene.opened))
-            found = certify(state, closing, opening)._replace(
-                tolerance=max(TOLERANCE, self.tolerance)
-            )
+            state = Layer.of(self.body, point.memory, point.depth / self.h, self.tolerance)
+            found = certify(state, self.lines[1].excess, self.lines[-1].excess)
+            found = found._replace(tolerance=max(TOLERANCE, self.tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")

@@ -4,6 +4,9 @@ Units: h = E = 1; w/γ₁ only sets the scale of displacements.
 """
 
 import math
+import statistics
+import time
+from dataclasses import replace
 from typing import NamedTuple
 
 from discretization import load_path, minimise
@@ -11,7 +14,7 @@ from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 
 GENTLE = 1e-6  # w/γ₁
 SLOPE = math.sqrt(2 * GENTLE)  # at the line
-RTOL, FINE = 1e-4, 1e-7
+RTOL, FINE, EXACT = 1e-4, 1e-7, 1e-10
 WIDE = 15.0  # half-width in h from which Eq. (16) is read
 WEAK, STRONG = 1e-3, 1e2  # γ₁ over the least and the most that can withstand it
 BEYOND = 3.3  # of πwR: no sphere bears as much
@@ -118,3 +121,44 @@ def springs(case: tuple[float, float, float]) -> Springs:
     card = cards.axisymmetric.sphere.pull_off(R=R, k=k, gamma1=scene.gamma1, w=w)
     off = -card.force / (math.pi * w * R) / force - 1, card.half_width / radius - 1
     return Springs(nu, ratio, Lambda, *map(float, off))
+
+
+class Accuracy(NamedTuple):
+    """Largest errors of a and of P, over its terms, for this rtol; how long a state takes.
+
+    milliseconds of processor time; over_springs: times those of the same scene on springs.
+    """
+
+    geometry: str
+    rtol: float
+    half_width: float
+    force: float
+    milliseconds: float
+    over_springs: float
+
+
+def accuracy(case: tuple[str, float]) -> Accuracy:
+    """Geometry and rtol: a cylinder or sphere at a few depths, medians of their times."""
+    geometry, rtol = case
+    scene = scene_of(0.45, 0.3, 1 / SLOPE, geometry)
+    springs = replace(scene, layer=replace(scene.layer, response="springs"))
+    off, times = [], []
+    for depth in (SLOPE * part / 10 for part in range(-1, 10)):
+        exact, state = minimise(scene, depth, rtol=EXACT), minimise(scene, depth, rtol=rtol)
+        scales = exact.half_width, exact.scales["force"]
+        apart = state.half_width - exact.half_width, state.force - exact.force
+        off.append([abs(d) / scale for d, scale in zip(apart, scales, strict=True)])
+        times.append([timed(one, depth, rtol) for one in (scene, springs)])
+    own, other = (statistics.median(each) for each in zip(*times, strict=True))
+    width, force = (max(each) for each in zip(*off, strict=True))
+    return Accuracy(geometry, rtol, width, force, 1e3 * own, own / other)
+
+
+def timed(scene: Scene, depth: float, rtol: float) -> float:
+    """Processor time of a state with its error estimate [s], the least of three."""
+    times = []
+    for _ in range(3):
+        start = time.process_time()
+        _ = minimise(scene, depth, rtol=rtol).error_estimate
+        times.append(time.process_time() - start)
+    return min(times)

@@ -10,6 +10,7 @@ Springs are the limit q → 0 of the stiffness k(q) of a bonded elastic layer wi
   incompressible), 1 (tension rules)?
 - How far off are springs in force and radius at pull-off of a sphere, at the worst Λ = l/√(Rδ₀)?
   `energy/validity.py` has the numbers of layer_springs_worst.csv.
+- What does a state cost? layer_accuracy.csv: errors and times for three rtol, and over springs.
 
 Output: four figures and tables. Exit status 1 if an angle is off by more than 1 %, or a length by
 more than 1e-4 h.
@@ -21,7 +22,18 @@ from itertools import product, takewhile
 from typing import Any, NamedTuple
 
 from studies.layer import figures
-from studies.layer.cases import Angle, Length, Pull, Springs, angle, length, pull, springs
+from studies.layer.cases import (
+    Accuracy,
+    Angle,
+    Length,
+    Pull,
+    Springs,
+    accuracy,
+    angle,
+    length,
+    pull,
+    springs,
+)
 from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import Figure
@@ -44,6 +56,7 @@ class Parameters:
     springs_nus: tuple[float, ...] = (0.0, 0.3, 0.4, 0.45, 0.48, 0.49)
     ratios: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
     Lambdas: tuple[float, ...] = (0.05, 0.1, 0.15, 0.25, 0.4, 0.6, 1.0, 2.5)
+    rtols: tuple[float, ...] = (1e-4, 1e-6, 1e-8)
 
 
 FULL = Parameters()
@@ -60,6 +73,7 @@ class Record(NamedTuple):
     length: tuple[Length, ...]
     pull: tuple[Pull, ...]
     springs: tuple[Springs, ...]
+    accuracy: tuple[Accuracy, ...]
 
     @property
     def errors(self) -> tuple[float, float]:
@@ -87,6 +101,7 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Re
         length: list(product(p.length_nus, p.lengths)),
         pull: [*weak, *strong],
         springs: list(product(p.springs_nus, p.ratios, p.Lambdas)),
+        accuracy: list(product(("line", "axisymmetric"), p.rtols)),
     }
     found = (each(*one, jobs, say=lambda row: show(line(row))) for one in asked.items())
     return Record(*map(tuple, found))

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from layers import layer, scene_of
+from layers import GEOMETRIES, layer, scene_of
 from scipy.integrate import quad
 
 from discretization import load_path, minimise
@@ -223,3 +223,17 @@ def test_a_contact_too_wide_for_nodes():
     scene = scene_of(body, nu=0.5, gamma=0.05, w=1e-4, geometry="axisymmetric")
     with pytest.raises(ValueError, match=r"times as wide as .*use method='fitted'"):
         minimise(scene, 0.05, method="lattice", spacing=2.0)
+
+
+def test_validity_of_the_layer_asks_how_far_a_line_lifts_it():
+    for geometry in GEOMETRIES:
+        state = minimise(scene_of(Parabola(40.0), 0.3, geometry=geometry), 0.03, rtol=1e-4)
+        found = {item.name: item for item in state.validity}
+        assert not {"h/a", "h/l", "|c₂|(h/l)²", "(h/a)²/(1-2ν)"} & set(found)
+        assert {"d/h", "u/h", "δ₀/h", "slope", "2w/γ₁"} == set(found)
+        scene, item = state.scene, found["δ₀/h"]
+        least = 0.005 * scene.gamma1 * (scene.layer.h / scene.elastocapillary_length) ** 2
+        assert item.holds == (scene.work_of_adhesion <= least)
+        assert item.value / item.limit == pytest.approx(
+            math.sqrt(scene.work_of_adhesion / least), rel=1e-12
+        )

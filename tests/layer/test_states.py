@@ -8,7 +8,7 @@ import pytest
 from layers import BODIES, GEOMETRIES, FlatTo, layer, random_scene, scene_of
 
 from discretization import load_path, minimise
-from energy import FlatPunch, Parabola, PowerLaw, Scene, SurfaceEnergies, Wedge
+from energy import FlatPunch, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
 QUANTITIES = ("half_width", "force", "energy")
@@ -256,3 +256,36 @@ def test_without_adhesion_nothing_pulls(kind, geometry):
         assert abs(state.angle_deficit) <= 1e-9 * state._deformation.slope
     assert not minimise(scene, -1e-9).contacts.size
     assert minimise(scene, 0.0).force == pytest.approx(0, abs=1e-9 * state.force)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.3])
+def test_profiles_that_do_not_say_that_they_are_mirrored(at):
+    """Samples of a parabola, and its functions, answer as the parabola does."""
+    x, flat = np.linspace(-4, 4, 33), np.array([-4.0, -2.0, -1.2, 1.2, 2.0, 4.0])
+    known = minimise(scene_of(Parabola(40.0)), 0.03, rtol=1e-6)
+    parabola = Profile(lambda x: np.square(x) / 80, lambda x: np.asarray(x) / 40, convex=True)
+    bodies = [Sampled(x + at, x * x / 80, "smooth")] + [parabola] * (at == 0)
+    for body in bodies:
+        state = minimise(scene_of(body), 0.03, rtol=1e-6)
+        for q in QUANTITIES:
+            assert getattr(state, q) == pytest.approx(getattr(known, q), rel=1e-9)
+        assert state.contacts.mean() == pytest.approx(at, abs=1e-12)
+    faceted = Sampled(flat + at, np.maximum(np.abs(flat) - 1.2, 0) * 0.3)
+    one, other = (minimise(scene_of(body), 0.02) for body in (faceted, FlatTo(1.2, 0.3)))
+    assert one.half_width == pytest.approx(1.2, rel=1e-12) and one.pinned.all()
+    assert one.force == pytest.approx(other.force, rel=1e-9)
+    path = load_path(scene_of(bodies[0]), depths=[0.0, 0.03, -1.0], rtol=1e-6)
+    assert path.half_width[1] == pytest.approx(state.half_width, rel=1e-6)
+    for body in (Sampled(x + at, x * x / 80 + 1e-9 * x, "smooth"), bodies[-1].tilted(1e-6)):
+        with pytest.raises(ValueError, match="not mirror-symmetric"):
+            minimise(scene_of(body), 0.03)
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("nu", [0.49, 0.499, 0.49999, 0.4999999, 0.5])
+def test_narrow_contacts_of_nearly_incompressible_layers_are_certified(geometry, nu):
+    """Whose first pole is felt far away: what is pressed is not what is left of large numbers."""
+    scene = scene_of(Parabola(0.4), nu, 0.9, 2e-5, geometry)
+    state = minimise(scene, 1e-3, rtol=1e-8)
+    assert 1e-3 < state.half_width < 0.1
+    assert max(state.certificate.stationarity, state.certificate.force) <= 1e-10

@@ -20,6 +20,7 @@ FEW = study.Parameters(
     springs_nus=(0.3, 0.45),
     ratios=(2.0,),
     Lambdas=(0.4, 0.6),
+    rtols=(1e-4, 1e-7),
 )
 
 
@@ -37,6 +38,14 @@ def test_each_question_has_its_answer(record):
     assert strong.force == pytest.approx(1.0, rel=0.01, abs=0)
     assert study.serve(record) == "2 (ν = 0.3), 2 (ν = 0.45)"
     assert "up to 2.85 at ν = 0.5, a = 28 h, and 1 where tension rules" in study.answer(record)
+
+
+def test_states_are_as_accurate_as_asked(record):
+    assert {one.geometry for one in record.accuracy} == {"line", "axisymmetric"}
+    for one in record.accuracy:
+        assert 0 < max(one.half_width, one.force) <= one.rtol and one.over_springs > 1
+    coarse, fine = record.accuracy[:2]
+    assert fine.rtol < coarse.rtol and fine.half_width < coarse.half_width / 10
 
 
 def test_the_worst_is_over_all_tensions_and_has_no_sign(record):

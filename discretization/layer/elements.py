@@ -1,0 +1,173 @@
+"""The fields of a layer's poles under the indenter, on elements that are graded towards the line.
+
+In units of the half-width a, for many half-widths and poles at once: -(m v')' + τ m v = load, with
+v'(0) = 0 and v known at the line. In each Gauss-Lobatto element the inner nodes are eliminated for
+all poles at once: with the modes K φ = λ M φ of its stiffness and mass, by division by λ + τ. What
+is left of the elements is tridiagonal. Interior elements need not resolve 1/√τ, as v is smooth
+there and about f''/τ.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.surfaces.spectral import rounded
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+DEGREE = 12
+_NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
+_TOWARDS, _ROUGH = 0.25, 5  # of elements towards 0, and their number
+
+
+class Elements(NamedTuple):
+    """Of e elements: distances from the line and from 0 (e, 13), weights, also times the measure.
+
+    values (e, 11), modes (e, 11, 11): λ and φ, φᵀ M φ = 1; ties (e, 11, 2), flat (e, 11), bridge
+    (e,): stiffness between modes and ends, mass of modes, stiffness between the two ends.
+    """
+
+    beside: Array
+    x: Array
+    weights: Array
+    mass: Array
+    values: Array
+    modes: Array
+    ties: Array
+    flat: Array
+    bridge: Array
+
+
+class Swept(NamedTuple):
+    """What fields take: own v - given at the line (m, n), (m, n, 2), and what it is found with."""
+
+    own: Complex
+    given: Complex
+    share: Complex
+    forced: Array
+    passed: list[Complex]
+    rest: list[Complex]
+
+
+def grid(
+    a: float,
+    shortest: float,
+    breaks: Sequence[float],
+    corners: Sequence[float],
+    *,
+    rough: bool,
+) -> tuple[float, ...]:
+    """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
+
+    Elements are halved towards the line until they resolve the shortest length there, and towards
+    corners, beside which the fields change as near the line; they shrink towards 0 where the
+    profile is not smooth (rough).
+    """
+    halvings = max(0, math.ceil(math.log2(max(a / (_NEAREST * shortest), 1.0))))
+    towards = 0.5 ** np.arange(halvings + 1)
+    ends = np.array([*towards, 0.0, *(1 - x / a for x in breaks if 0 < x < a)])
+    if rough:
+        ends = np.append(ends, 1 - _TOWARDS ** np.arange(1, _ROUGH + 1))
+    for corner in corners:
+        if corner < a:
+            beside = np.append(towards, towards[-1] / 2)[1:]
+            places = np.concatenate([corner / a - beside, corner / a + beside])
+            near = np.abs(1 - ends[:, None] - places).min(axis=0) > beside.min() / 2
+            ends = np.append(ends, 1 - places[(places > 0) & (places < 1) & near])
+    return tuple(np.unique(ends)[::-1].tolist())
+
+
+@functools.lru_cache(maxsize=128)
+def elements(power: int, ends: tuple[float, ...]) -> Elements:
+    """Between these distances from the line; power: of x in the measure."""
+    z, w, d = rounded(DEGREE)
+    far, near = np.array(ends[:-1])[:, None], np.array(ends[1:])[:, None]
+    half = (far - near) / 2
+    beside = (far + near) / 2 - half * z
+    beside[:, [0, -1]] = np.hstack([far, near])
+    x = 1 - beside
+    weights = half * w
+    mass = weights * x**power
+    stiffness = (d.T * (mass / half**2)[:, None]) @ d
+    root = np.sqrt(mass[:, 1:-1])
+    scaled = stiffness[:, 1:-1, 1:-1] / (root[:, :, None] * root[:, None])
+    values, vectors = np.linalg.eigh(scaled)
+    modes = vectors / root[:, :, None]
+    ties = modes.transpose(0, 2, 1) @ stiffness[:, 1:-1][:, :, [0, -1]]
+    flat = (modes * mass[:, 1:-1, None]).sum(axis=1)
+    return Elements(beside, x, weights, mass, values, modes, ties, flat, stiffness[:, 0, -1])
+
+
+def risen(own: Elements, slope: Array) -> Array:
+    """The load (m f')' of slopes (..., e, 13) over the elements."""
+    half = (own.beside[:, :1] - own.beside[:, -1:]) / 2
+    return np.asarray(-(slope * own.mass / half) @ rounded(DEGREE)[2])
+
+
+def sweep(own: Elements, tau: Complex, load: Array, whole: Any = 0.0) -> Swept:
+    """From 0 to the line, for poles (m, n) and two loads (m, 2, e, 13), `whole` over each element.
+
+    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
+    found without the large numbers that cancel where τ is small.
+    """
+    m, n = tau.shape
+    load = np.moveaxis(load, 1, -1)  # (m, e, 13, 2)
+    share = 1 / (own.values[:, None, :] + tau[:, None, :, None])  # (m, e, n, 11)
+    forced = own.modes.transpose(0, 2, 1) @ load[:, :, 1:-1]  # (m, e, 11, 2)
+    parts = [np.prod(own.ties, axis=2)[..., None], own.ties * own.flat[..., None]]
+    parts = [np.broadcast_to(part, (m, *part.shape)) for part in parts]
+    parts += [side[..., None] * forced for side in (own.ties[..., 0], own.flat)]
+    found = share @ np.concatenate(parts, axis=-1)  # (m, e, n, 7)
+    tie = found[..., 0] - own.bridge[:, None]
+    takes = (own.mass[:, None, [0, -1]] - found[..., 1:3]) * tau[:, None, :, None]
+    given = load[:, :, None, 0] - found[..., 3:5]
+    both = whole - tau[:, None, :, None] * found[..., 5:]
+    passed, rest = [], []
+    before, right = np.zeros((m, n), complex), np.zeros((m, n, 2), complex)
+    for i in range(own.bridge.size):
+        held = before + takes[:, i, :, 0]
+        size = held + tie[:, i]
+        passed.append(tie[:, i] / size)
+        rest.append((right + given[:, i]) / size[..., None])
+        before = takes[:, i, :, 1] + passed[-1] * held
+        right = both[:, i] + passed[-1][..., None] * right - given[:, i] * (held / size)[..., None]
+    return Swept(before, right, share, forced, passed, rest)
+
+
+def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
+    """Σ c v (m, 2, e, 13), real, of fields that are known at the line (m, n, 2)."""
+    joints = c[:, None] * _joints(found, at_line)
+    ones = np.broadcast_to(c[:, None], (*joints[1:].shape[:-1], 1))
+    parts = np.moveaxis(np.concatenate([ones, joints[:-1], joints[1:]], axis=-1), 0, 1)
+    sums = (found.share.swapaxes(-1, -2) @ parts).real  # (m, e, 11, 5)
+    inner = found.forced * sums[..., :1]
+    inner = inner - own.ties[..., :1] * sums[..., 1:3] - own.ties[..., 1:] * sums[..., 3:]
+    ends = joints.sum(axis=2).real  # (e + 1, m, 2)
+    v = np.empty((*sums.shape[:2], DEGREE + 1, 2))
+    v[:, :, 0], v[:, :, -1] = np.moveaxis(ends[:-1], 0, 1), np.moveaxis(ends[1:], 0, 1)
+    v[:, :, 1:-1] = own.modes @ inner
+    return np.moveaxis(v, -1, 1)
+
+
+def volumes(own: Elements, found: Swept, at_line: Complex) -> Complex:
+    """∫v dm (m, n, 2) of each of these fields."""
+    joints = np.moveaxis(_joints(found, at_line), 0, 1)
+    parts = np.concatenate([found.forced, np.broadcast_to(-own.ties, found.forced.shape)], axis=-1)
+    sums = found.share @ (own.flat[..., None] * parts)  # (m, e, n, 4)
+    ends = own.mass[:, None, [0, -1]] + sums[..., 2:]
+    inner = ends[..., :1] * joints[:, :-1] + ends[..., 1:] * joints[:, 1:]
+    return np.asarray((sums[..., :2] + inner).sum(axis=1))
+
+
+def _joints(found: Swept, at_line: Complex) -> Complex:
+    """Fields at the ends of elements (e + 1, m, n, 2), known at the line."""
+    values = [at_line]
+    for passed, rest in zip(found.passed[::-1], found.rest[::-1], strict=True):
+        values.append(rest + passed[..., None] * values[-1])
+    return np.array(values[::-1])
