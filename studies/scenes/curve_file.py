@@ -34,6 +34,7 @@ import numpy as np
 
 from energy import Sampled, read_profile, units
 from energy.checks import positive
+from energy.text_lines import Pattern, Row
 from energy.text_table import Layout, TextTable, read_table
 from studies.scenes.fit.force_curve import Array, Curve
 from studies.scenes.table import Table
@@ -122,11 +123,12 @@ def _layout(table: Table) -> dict[str, Any]:
 def read_curve(path: Path, reading: Reading | None = None) -> Curve:
     """The curve of a file. ValueError naming file, line, cell and what was expected."""
     reading = reading or Reading()
-    if path.suffix.lower() in INSTRUMENT:
+    plain = _of_hdf5(path) if path.suffix.lower() == ".h5" else None
+    if plain is None and path.suffix.lower() in INSTRUMENT:
         return _of_instrument(path, reading)
     if reading.number is not None:
         raise ValueError(f"{path}: curve = {reading.number}: text has one; give columns instead")
-    table = read_table(path, reading.layout)
+    table = plain or read_table(path, reading.layout)
     depth, force = reading.columns or (_default(table, DEPTHS), _default(table, FORCES))
     place, unit = _column(table, depth)
     size = units.size(unit, "length")
@@ -147,6 +149,39 @@ def read_curve(path: Path, reading: Reading | None = None) -> Curve:
             )
         measured = measured - load / stiffness
     return Curve(measured, load, stiffness)
+
+
+def _of_hdf5(path: Path) -> TextTable | None:
+    """The data sets of equal length of a plain HDF5 file as a table; None for an instrument's."""
+    try:
+        library: Any = importlib.import_module("h5py")
+    except ImportError:
+        raise ValueError(
+            f"{path}: an HDF5 file; install h5py (with elastocap[afm]), or export it as text"
+        ) from None
+    columns: dict[str, Any] = {}
+
+    def seen(name: str, item: Any) -> None:
+        if getattr(item, "ndim", 0) == 1:
+            unit = item.attrs.get("unit", item.attrs.get("units", ""))
+            unit = unit.decode() if isinstance(unit, bytes) else unit
+            columns[f"{name.rpartition('/')[2]} [{unit}]" if unit else name] = item[:]
+
+    try:
+        with library.File(path, "r") as file:
+            if "software" in file.attrs and "0" in file:
+                return None  # as afmformats writes it
+            file.visititems(seen)
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be read as HDF5: {error}") from None
+    if len({column.size for column in columns.values()}) != 1:
+        raise ValueError(
+            f"{path}: must hold data sets of one length, a depth and a force; has {list(columns)}"
+        )
+    values = np.stack([np.asarray(column, float) for column in columns.values()], axis=1)
+    rows = [Row(i, "", tuple(map(repr, row)), False) for i, row in enumerate(values.tolist(), 1)]
+    names = Row(0, "", tuple(columns), False)
+    return TextTable(path, Pattern(".", (True,) * len(columns)), names, tuple(rows))
 
 
 def _default(table: TextTable, known: tuple[str, ...]) -> str:

@@ -11,8 +11,7 @@ from scipy.special import stdtrit
 
 from energy import Assumption, Scene
 from studies.scenes.fit.alternatives import Alternative, compared, strained
-from studies.scenes.fit.data import Data
-from studies.scenes.fit.force_curve import Curve, noise
+from studies.scenes.fit.force_curve import Curve, Data, noise
 from studies.scenes.fit.model import BASELINE, DEFAULT, SHIFTS, Model
 from studies.scenes.fit.quality import Quality, judged
 from studies.scenes.fit.search import Best, conditioning, profiled, sought

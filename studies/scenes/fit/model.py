@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from discretization import NotCertifiedError
 from energy import Scene, SurfaceEnergies
 from studies.scenes.fit.branches import Branch, one_way, retraction, reversible, touching
-from studies.scenes.fit.data import Data
+from studies.scenes.fit.force_curve import Data
 from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")

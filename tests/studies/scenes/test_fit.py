@@ -13,9 +13,8 @@ from energy import ElasticLayer, FlatPunch, Scene, SurfaceEnergies
 from studies import __main__ as command_line
 from studies.scenes.file import load
 from studies.scenes.fit import study
-from studies.scenes.fit.data import Data
 from studies.scenes.fit.estimate import fit
-from studies.scenes.fit.force_curve import Curve, in_contact, marks, noise
+from studies.scenes.fit.force_curve import Curve, Data, in_contact, marks, noise
 from studies.scenes.fit.model import Model, astray, parameters_of
 from studies.scenes.fit.search import conditioning
 from studies.shared.table import read

@@ -11,9 +11,8 @@ from scene_files import LIFT, SCENE, measured
 
 from energy import FlatPunch, Scene, SurfaceEnergies
 from studies.scenes.fit import estimate as fit_estimate
-from studies.scenes.fit.data import Data
 from studies.scenes.fit.estimate import fit
-from studies.scenes.fit.force_curve import Curve, contacts, loading, turning_points
+from studies.scenes.fit.force_curve import Curve, Data, contacts, loading, turning_points
 from studies.scenes.fit.model import DEFAULT, Model, parameters_of
 from studies.scenes.fit.quality import ZERO, Quality, judged, runs
 
