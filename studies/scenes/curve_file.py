@@ -154,11 +154,9 @@ def read_curve(path: Path, reading: Reading | None = None) -> Curve:
 def _of_hdf5(path: Path) -> TextTable | None:
     """The data sets of equal length of a plain HDF5 file as a table; None for an instrument's."""
     try:
-        library: Any = importlib.import_module("h5py")
+        library: Any = importlib.import_module("h5py")  # which afmformats needs, too
     except ImportError:
-        raise ValueError(
-            f"{path}: an HDF5 file; install h5py (with elastocap[afm]), or export it as text"
-        ) from None
+        return None
     columns: dict[str, Any] = {}
 
     def seen(name: str, item: Any) -> None:
@@ -172,8 +170,8 @@ def _of_hdf5(path: Path) -> TextTable | None:
             if "software" in file.attrs and "0" in file:
                 return None  # as afmformats writes it
             file.visititems(seen)
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read as HDF5: {error}") from None
+    except OSError:
+        return None
     if len({column.size for column in columns.values()}) != 1:
         raise ValueError(
             f"{path}: must hold data sets of one length, a depth and a force; has {list(columns)}"
@@ -252,7 +250,8 @@ def _of_instrument(path: Path, reading: Reading) -> Curve:
 
 def count(path: Path) -> int:
     """How many curves an instrument file holds."""
-    return len(_loaded(path))
+    plain = path.suffix.lower() == ".h5" and _of_hdf5(path) is not None
+    return 1 if plain else len(_loaded(path))
 
 
 def _loaded(path: Path) -> list[Any]:

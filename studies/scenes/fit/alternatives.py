@@ -56,11 +56,13 @@ class Alternative:
     def told(self) -> str:
         """What the comparison says, in a sentence."""
         found = ", ".join(f"{name} = {value:.4g}" for name, value in self.values.items())
-        size = f"criterion {'lower' if self.better > 0 else 'higher'} by {abs(self.better):.3g}"
+        size = (
+            f"the criterion is {'lower' if self.better > 0 else 'higher'} by {abs(self.better):.3g}"
+        )
         if self.simpler:
             verdict = "not needed" if self.preferred else "needed"
             with_it = f" and {found}" if self.preferred and found else ""
-            text = f"{self.name} is {verdict} by these data: {NEEDLESS[self.name]} the"
+            text = f"{self.name} is {verdict} by these data: {NEEDLESS[self.name]}"
             return f"{text} {size}{with_it}"
         off = " and ".join(f"{value:+.0%} in {name}" for name, value in self.off.items())
         other = "springs" if self.name == "layer" else "the layer's own response"

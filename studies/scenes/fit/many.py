@@ -3,9 +3,8 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,10 +16,12 @@ from studies.scenes.fit.model import NAMES, parameters_of, scene_with
 from studies.scenes.sweep.store import Record
 from studies.scenes.sweep.study import sweep
 from studies.scenes.sweep.study import table as swept
+from studies.shared import Array
 from studies.shared.batches import tell
 from studies.shared.command import Output
-from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
+from studies.shared.figures import BLUE, Figure, canvas
 
+NORMAL = 1.96  # standard deviations, of intervals at 95 %
 TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
 
 
@@ -58,9 +59,8 @@ def row(found: Fit) -> dict[str, Any]:
     for one in found.estimates:
         low, high = one.interval or (math.nan, math.nan)
         values |= {one.name: one.value, f"{one.name}_low": low, f"{one.name}_high": high}
-    doubts = [one.told for one in found.alternatives if one.doubtful]
     quality = {"fits": found.quality.fits, "residual_over_noise": found.quality.times}
-    return values | quality | {"warnings": "; ".join(found.warnings), "doubted": bool(doubts)}
+    return values | quality | {"warnings": "; ".join(found.warnings)}
 
 
 def curves(data: Path, reading: Reading) -> list[str]:
@@ -76,74 +76,52 @@ def curves(data: Path, reading: Reading) -> list[str]:
     return [str(data)] if total == 1 else [f"{data}#{i}" for i in range(1, total + 1)]
 
 
-@dataclass(frozen=True)
-class Common:
-    """One value for all curves: mean of the logarithms weighted by what each curve tells.
-
-    chance: χ² of their deviations over its mean; far above 1 they do not have it in common.
-    """
+class Common(NamedTuple):
+    """One value for all curves, its interval at 95 %, and χ² of their deviations over its mean."""
 
     name: str
-    logs: np.ndarray
-    errors: np.ndarray
-
-    @cached_property
-    def value(self) -> float:
-        """The parameter."""
-        return math.exp(float(np.average(self.logs, weights=self.errors**-2)))
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """At 95 %."""
-        reach = 1.96 * float(np.sum(self.errors**-2)) ** -0.5
-        return self.value * math.exp(-reach), self.value * math.exp(reach)
-
-    @property
-    def chance(self) -> float:
-        """χ² over its degrees of freedom."""
-        off = (self.logs - math.log(self.value)) / self.errors
-        return float(off @ off) / max(off.size - 1, 1)
+    value: float
+    interval: tuple[float, float]
+    chance: float
+    curves: int
 
     def __str__(self) -> str:
         low, high = self.interval
         text = f"{self.name} = {self.value:.5g} [{low:.5g}, {high:.5g}] {UNITS[self.name]}"
         verdict = "they may have it in common"
-        if self.chance > 1 + 3 * math.sqrt(2 / max(self.logs.size - 1, 1)):
+        if self.chance > 1 + 3 * math.sqrt(2 / max(self.curves - 1, 1)):
             verdict = "WARNING: they do not have it in common"
-        return f"{text} from {self.logs.size} curves, χ² per curve {self.chance:.2g}: {verdict}"
+        return f"{text} from {self.curves} curves, χ² per curve {self.chance:.2g}: {verdict}"
 
 
-def common(record: Record, name: str) -> Common:
-    """From the curves whose fits have an interval. ValueError if there are none."""
-    value, low, high = (record.column(f"{name}{end}") for end in ("", "_low", "_high"))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        logs, errors = np.log(value), np.log(high / low) / (2 * 1.96)
-    known = np.isfinite(logs + errors) & (errors > 0)
+def common(name: str, low: Array, high: Array) -> Common:
+    """The mean of the logarithms weighted by what each curve tells, from intervals at 95 % (n,).
+
+    nan: a curve without one. ValueError if none has one.
+    """
+    known = np.isfinite(low + high) & (low > 0) & (high > low)
     if not known.any():
         raise ValueError(f"shared = {name!r}: no curve has an interval of it; look at the table")
-    return Common(name, logs[known], errors[known])
+    ends = np.log(np.stack([low[known], high[known]]))
+    logs, errors = ends.mean(axis=0), np.ptp(ends, axis=0) / (2 * NORMAL)
+    mean, reach = float(np.average(logs, weights=errors**-2)), np.sum(errors**-2) ** -0.5
+    chance = float(np.sum(((logs - mean) / errors) ** 2)) / max(logs.size - 1, 1)
+    low_end, high_end = np.exp(mean + NORMAL * reach * np.array([-1.0, 1.0])).tolist()
+    return Common(name, math.exp(mean), (low_end, high_end), chance, logs.size)
 
 
 def plot(record: Record, names: Sequence[str], title: str) -> Figure:
-    """The distribution of each parameter, and its value curve by curve with the interval."""
-    figure, panels = canvas(11, 3.6 * len(names), len(names), 2, squeeze=False)
-    for (left, right), name in zip(panels, names, strict=True):
-        value, low, high = (record.column(f"{name}{end}") for end in ("", "_low", "_high"))
-        fits = np.isfinite(low)
-        unit = prefixed(value[fits], UNITS[name].partition("/")[0])
-        symbol = unit.symbol + UNITS[name][1:]
-        label, at = f"{name} in {symbol}", np.arange(1, value.size + 1)
-        left.hist(value[fits] / unit.size, bins="auto", color=BLUE)
-        left.set(xlabel=label, ylabel="curves")
-        spread = np.maximum([(value - low)[fits], (high - value)[fits]], 0) / unit.size
-        style = {"fmt": "o", "ms": 3, "color": BLUE, "capsize": 2, "label": "fits"}
-        right.errorbar(at[fits], value[fits] / unit.size, spread, **style)
-        inside = value[~fits] / unit.size
-        right.plot(at[~fits], inside, "x", color=ORANGE, label="no interval")
-        right.axhline(float(np.median(value[fits])) / unit.size, color=GREY, lw=0.8)
-        right.set(xlabel="number of the curve", ylabel=label)
-        right.legend()
-    figure.suptitle(title, fontsize=12)
+    """The distribution of each parameter over the curves that the model fits."""
+    figure, panels = canvas(5.5 * len(names), 4.5, 1, len(names), squeeze=False)
+    fits = record.column("fits") == 1
+    for axes, name in zip(panels[0], names, strict=True):
+        values, (unit, _, area) = record.column(name)[fits], UNITS[name].partition("/")
+        size = prefixed(values, unit)
+        axes.hist(values / size.size, bins="auto", color=BLUE)
+        axes.axvline(float(np.median(values)) / size.size, color="black", ls="--", label="median")
+        axes.set(xlabel=f"{name} in {size.symbol}/{area}", ylabel="curves")
+        axes.legend()
+    figure.suptitle(f"{title}: {fits.sum()} of {fits.size} curves", fontsize=12)
     return figure
 
 
@@ -164,7 +142,7 @@ def report(
     record = _swept(job, files, out.folder / f"{name}.jsonl", jobs)
     written.append(out.table(f"{name}.csv", repr(job), *swept(record)))
     if shared is not None:
-        found = common(record, shared)
+        found = common(shared, *(record.column(f"{shared}_{end}") for end in ("low", "high")))
         print(found)
         names = tuple(one for one in job.names if one != shared)
         job = replace(job, names=names, fixed=((shared, found.value),))

@@ -12,6 +12,7 @@ fitted: their estimates must scatter as foretold. Output: SCENE_plan.csv. Exit s
 scatter of the checks is not within a factor 1.5 of what was foretold.
 """
 
+import argparse
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -117,35 +118,33 @@ def main(argv: Sequence[str] | None = None) -> int:
     about = "simulated curves that are fitted; default: 20, quick 5"
     parser.add_argument("--checks", type=int, metavar="N", help=about)
     options, out = command.parse(parser, argv)
+    one, rows = _planned(options), []
+    for name, other in changes(one).items():
+        w, gamma1, condition = other.foretold()
+        rows.append([name, w, gamma1, condition, verdict(w, gamma1)])
+        command.say(f"{name:26s} w ± {w:7.1%}   gamma1 ± {gamma1:7.1%}   {verdict(w, gamma1)}")
+    columns = ["change", "w", "gamma1", "condition", "verdict"]
+    print(f"written: {out.table(f'{options.scene.stem}_plan.csv', vars(options), columns, rows)}")
+    count = (5 if options.preset == "quick" else 20) if options.checks is None else options.checks
+    if count < 2:
+        return 0
+    found = list(each(partial(checked, one), range(1, count + 1), options.jobs))
+    off = 1.96 * np.sqrt(np.mean(np.square(found), axis=0)) / np.array(rows[0][1:3], float)
+    print(f"{count} simulated fits scatter by {off[0]:.2g} (w) and {off[1]:.2g} (gamma1) of this")
+    return int(bool((off > FACTOR * (1 + math.sqrt(2 / count))).any()))
+
+
+def _planned(options: argparse.Namespace) -> Experiment:
+    """What the command line and the scene file say. ValueError for what cannot be measured."""
     for name in ("noise", "spring_constant"):
         if not getattr(options, name) > 0:
-            raise ValueError(f"--{name} = {getattr(options, name)!r} must be positive")
+            option = name.replace("_", "-")
+            raise ValueError(f"--{option} = {getattr(options, name)!r} must be positive")
     if options.points < 20:
         raise ValueError(f"--points = {options.points!r} must be at least 20 on each way")
     given = load(options.scene)
     depths = given.programme.values if given.programme else given.depths
     if not depths.size or not depths.max() > 0:
-        raise ValueError(
-            f"{options.scene}: depth: the largest must be above 0; give one to press to"
-        )
-    one = Experiment(
-        given.scene, options.noise, options.spring_constant, options.points, float(depths.max())
-    )
-    rows = []
-    for name, other in changes(one).items():
-        w, gamma1, condition = other.foretold()
-        rows.append([name, w, gamma1, condition, verdict(w, gamma1)])
-        print(
-            f"{name:26s} w ± {w:7.1%}   gamma1 ± {gamma1:7.1%}   {verdict(w, gamma1)}", flush=True
-        )
-    columns = ["change", "w", "gamma1", "condition", "verdict"]
-    print(f"written: {out.table(f'{given.path.stem}_plan.csv', vars(options), columns, rows)}")
-    count = (5 if options.preset == "quick" else 20) if options.checks is None else options.checks
-    if count < 2:
-        return 0
-    found = list(each(partial(checked, one), range(1, count + 1), options.jobs))
-    scatter = 1.96 * np.sqrt(np.mean(np.square(found), axis=0))
-    off = scatter / np.array(rows[0][1:3], float)
-    print(f"{count} simulated fits scatter by {off[0]:.2g} (w) and {off[1]:.2g} (gamma1) of this")
-    slack = FACTOR * (1 + 2 / math.sqrt(2 * count))
-    return int(bool((off > slack).any()))
+        raise ValueError(f"{options.scene}: depth: the largest must be > 0; give one to press to")
+    stiffness = options.spring_constant
+    return Experiment(given.scene, options.noise, stiffness, options.points, float(depths.max()))

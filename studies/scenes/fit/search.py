@@ -1,6 +1,7 @@
 """Least squares on the simulator: the nearest parameters, and how well they are conditioned."""
 
 import math
+import sys
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -9,8 +10,13 @@ import numpy as np
 from studies.scenes.fit.model import Model
 from studies.shared import Array
 
-BLUNT = ((100.0, 1e-3), (10.0, 1e-3))  # straight ends of branches at first, relative gains
-STEPS, DAMPED = 40, (1e-3, 1e6)  # at most; Levenberg's damping after a failure, when it is over
+BLUNT = ((100.0, 1e-2), (10.0, 1e-2))  # straight ends of branches at first, relative gains
+FINE, ROUGH, HOPELESS = (
+    1e-6,
+    1e-2,
+    5.0,
+)  # gains at last; rough where so many times the noise is left
+STEPS, DAMPED = 25, (1e-3, 1e6)  # at most; Levenberg's damping after a failure, when it is over
 FAIR = 0.75  # of the gain that was predicted: the Jacobian served
 CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
 DEAD = 1e-5  # of the longest column: what simulated forces do not tell
@@ -33,8 +39,10 @@ def sought(model: Model) -> Best:
     """
     x = model.start
     for times, gain in BLUNT:
-        x = minimum(replace(model, blunt=times * model.blunt), x, None, gain, False).x
-    return minimum(model, x)
+        found = minimum(replace(model, blunt=times * model.blunt), x, None, gain, False)
+        x, left = found.x, math.sqrt(2 * found.cost / found.fun.size)
+    hopeless = left > HOPELESS * max(model.data.sigma, 1e-4 * model.size)
+    return minimum(model, x, None, ROUGH if hopeless else FINE)
 
 
 def minimum(
@@ -59,35 +67,37 @@ def minimum(
         )
     jac, fresh, damping, least = model.jacobian(x, free), True, 0.0, ROUNDING * model.size
     for _ in range(STEPS):
-        step = np.zeros(x.size)
-        step[free] = _step(jac, fun, damping)
-        step /= max(1.0, float(np.abs(step / model.strides).max()))
-        new = np.clip(x + step, -model.limits, model.limits)
-        moved, trial = (new - x)[free], model.residuals(new)
-        before, after = float(fun @ fun), float(trial @ trial)
-        promised = before - float(np.sum((fun + jac @ moved) ** 2))
-        gained = before - after if math.isfinite(after) else -math.inf
+        new, moved = _moved(model, x, free, _step(jac, fun, damping))
+        trial, before = model.residuals(new), float(fun @ fun)
+        gained, promised = -math.inf, before - float(np.sum((fun + jac @ moved) ** 2))
+        if np.isfinite(trial).all():
+            gained = before - float(trial @ trial)
         if gained > 0:
-            jac = jac + np.outer(trial - fun - jac @ moved, moved) / max(
-                float(moved @ moved), 1e-300
-            )
+            change = trial - fun - jac @ moved
+            jac = jac + np.outer(change, moved) / max(float(moved @ moved), sys.float_info.min)
             x, fun, damping = new, trial, damping / 10 if damping > DAMPED[0] else 0.0
         small = damping <= DAMPED[0] and max(promised, gained) <= ftol * before + least**2
         if (small and fresh) or damping > DAMPED[1]:
             break
-        served = gained > FAIR * promised and not small
-        if not served and (gained > 0 or not fresh):
-            jac, fresh = model.jacobian(x, free), True
-        elif not served:
+        served, wasted = gained > FAIR * promised and not small, gained <= 0 and fresh
+        if wasted:
             damping = max(10 * damping, DAMPED[0])
-        else:
-            fresh = False
+        elif not served:
+            jac = model.jacobian(x, free)
+        fresh = not served
     if final and not fresh:
         jac = model.jacobian(x, free)
     whole = np.zeros((fun.size, x.size))
     whole[:, free] = jac
-    cost = float(fun @ fun) / 2 + fun.size * least**2
-    return Best(x, fun, whole, cost)
+    return Best(x, fun, whole, float(fun @ fun) / 2 + fun.size * least**2)
+
+
+def _moved(model: Model, x: Array, free: list[int], step: Array) -> tuple[Array, Array]:
+    """The coordinates after a step of the free ones, no longer than allowed, and that step."""
+    whole = np.zeros(x.size)
+    whole[free] = step / max(1.0, float(np.abs(step / model.strides[free]).max()))
+    new = np.clip(x + whole, -model.limits, model.limits)
+    return new, (new - x)[free]
 
 
 def _step(jac: Array, fun: Array, damping: float) -> Array:

@@ -45,6 +45,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from energy.text_lines import DELIMITERS, NUMBER
 from energy.units import prefixed
 from studies.scenes.curve_file import LAYOUT, Reading, read_curve
@@ -54,56 +57,56 @@ from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.model import DEFAULT, NAMES
-from studies.shared import command
+from studies.shared import Array, command
 from studies.shared.batches import tell
 from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
 from studies.shared.table import Table
 
 
 def plot(found: Fit, title: str) -> Figure:
-    """P over the drive with the line without contact above, residuals with ± 2s below."""
+    """P over the position of the machine with the fit above, residuals with ± 2s below."""
     figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
-    data, curve = found.model.data, found.curve
-    drive, held = curve.drive - found.offset, math.isinf(curve.machine_stiffness)
-    unit = f"N{found.model.scene.per_length}"
-    x, y = prefixed(drive, "m"), prefixed(curve.force, unit)
+    data, curve, unit = found.model.data, found.curve, f"N{found.model.scene.per_length}"
+    x, y = prefixed(curve.drive - found.offset, "m"), prefixed(curve.force, unit)
     off = curve.force - found.fitted
     z = prefixed(off[data.used], unit)
-    aside = ~(data.used | data.free)
-    grows, style = loading(curve.drive), {"ls": "", "ms": 4}
-    for chosen, colour, marker, name in (
-        (data.used & grows, BLUE, "o", "loading"),
-        (data.used & ~grows, ORANGE, "s", "unloading"),
-        (data.free, GREY, ".", "free"),
-        (aside, GREY, "x", "not used"),
-    ):
-        own = {**style, "color": colour, "marker": marker, "label": name}
-        top.plot(drive[chosen] / x.size, curve.force[chosen] / y.size, **own)
-        if chosen is not aside:
-            bottom.plot(drive[chosen] / x.size, off[chosen] / z.size, **own)
+    drive = (curve.drive - found.offset) / x.size
+    _points(top, found, drive, curve.force / y.size, ~(data.used | data.free))
+    _points(bottom, found, drive, off / z.size, np.zeros(drive.size, bool))
     for number, leg in enumerate(leg for piece in data.pieces for leg in piece):
-        label = "_" if number else "fit"
-        at = drive[leg.points] / x.size, found.fitted[leg.points] / y.size
-        top.plot(*at, color="black", lw=1.2, zorder=3, label=label)
+        style = {"color": "black", "lw": 1.2, "zorder": 3, "label": "_" if number else "fit"}
+        top.plot(drive[leg.points], found.fitted[leg.points] / y.size, **style)
     if data.free.any():
         line = found.model.line(found.best.x) / y.size
-        top.plot(drive / x.size, line, "--", color="black", lw=1, label="line without contact")
+        top.plot(drive, line, "--", color="black", lw=1, label="line without contact")
     s = 2 * found.residual_noise / z.size
     bottom.axhspan(-s, s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
-    for axes in (top, bottom):
-        axes.axhline(0, color=GREY, lw=0.8)
-        axes.grid(alpha=0.25)
-    top.set_ylabel(f"force P in {y.symbol}")
-    where = "depth d" if held else "position of the machine, d + P/K,"
+    rigid = math.isinf(curve.machine_stiffness)
+    where = "depth d" if rigid else "position of the machine, d + P/K,"
     bottom.set(xlabel=f"{where} in {x.symbol}", ylabel=f"residual in {z.symbol}")
     bottom.margins(y=0.25)
+    top.set_ylabel(f"force P in {y.symbol}")
     top.legend(ncols=2)
-    values = ", ".join(
-        f"{name} = {found[name].value:.4g}" for name in found.model.names if name in NAMES
-    )
+    values = ", ".join(f"{e.name} = {e.value:.4g}" for e in found.estimates if e.name in NAMES)
     verdict = "the model fits with" if found.quality.fits else "the model does NOT fit, nearest at"
     figure.suptitle(f"{title}: {verdict} {values} (SI)", fontsize=11, wrap=True)
     return figure
+
+
+def _points(axes: Any, found: Fit, x: Array, y: Array, aside: NDArray[np.bool_]) -> None:
+    """What was measured on the way in and out, out of contact, and what was not used."""
+    data, grows = found.model.data, loading(found.curve.drive)
+    for chosen, colour, marker, name in (
+        (data.used & grows, BLUE, "o", "loading"),
+        (data.used & ~grows, ORANGE, "s", "unloading"),
+        (data.free, GREY, ".", "out of contact"),
+        (aside, GREY, "x", "not used"),
+    ):
+        style = {"ls": "", "ms": 4, "color": colour, "marker": marker, "label": name}
+        if chosen.any():
+            axes.plot(x[chosen], y[chosen], **style)
+    axes.axhline(0, color=GREY, lw=0.8)
+    axes.grid(alpha=0.25)
 
 
 def table(found: Fit) -> Table:
