@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -47,10 +48,12 @@ class FittedFile:
         curve = read_curve(Path(name), reading)
         return row(fit(scene, curve, self.names, profiles=False, alternatives=self.alternatives))
 
-    def identity(self) -> Any:
-        """What determines the numbers besides the curves, as plain data."""
+    def identity(self, names: Sequence[str]) -> Any:
+        """What determines the numbers besides the names of the curves, as plain data."""
+        files = sorted({name.partition("#")[0] for name in names})
+        contents = [sha256(Path(file).read_bytes()).hexdigest() for file in files]
         text = self.scene.read_text("utf-8")
-        return [text, repr(self.reading), self.names, self.alternatives, self.fixed]
+        return [text, repr(self.reading), self.names, self.alternatives, self.fixed, contents]
 
 
 def row(found: Fit) -> dict[str, Any]:
@@ -166,4 +169,4 @@ def report(
 
 
 def _swept(job: FittedFile, files: Sequence[str], path: Path, jobs: int) -> Record:
-    return sweep(job, {"curve": files}, path, jobs=jobs, identity=job.identity(), show=tell)
+    return sweep(job, {"curve": files}, path, jobs=jobs, identity=job.identity(files), show=tell)

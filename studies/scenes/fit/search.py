@@ -67,7 +67,7 @@ def minimum(
         )
     jac, fresh, damping, least = model.jacobian(x, free), True, 0.0, ROUNDING * model.size
     for _ in range(STEPS):
-        new, moved = _moved(model, x, free, _step(jac, fun, damping))
+        new, moved = _moved(model, x, free, jac, fun, damping)
         trial, before = model.residuals(new), float(fun @ fun)
         gained, promised = -math.inf, before - float(np.sum((fun + jac @ moved) ** 2))
         if np.isfinite(trial).all():
@@ -92,11 +92,21 @@ def minimum(
     return Best(x, fun, whole, float(fun @ fun) / 2 + fun.size * least**2)
 
 
-def _moved(model: Model, x: Array, free: list[int], step: Array) -> tuple[Array, Array]:
-    """The coordinates after a step of the free ones, no longer than allowed, and that step."""
-    whole = np.zeros(x.size)
-    whole[free] = step / max(1.0, float(np.abs(step / model.strides[free]).max()))
-    new = np.clip(x + whole, -model.limits, model.limits)
+def _moved(
+    model: Model, x: Array, free: list[int], jac: Array, fun: Array, damping: float
+) -> tuple[Array, Array]:
+    """The coordinates after a step of the free ones, and that step.
+
+    Where some would go farther than a stride they make one, and the others are sought anew beside.
+    """
+    stride, step = model.strides[free], _step(jac, fun, damping)
+    far = np.abs(step) > stride
+    if far.any():
+        step = np.clip(step, -stride, stride)
+        step[~far] = _step(jac[:, ~far], fun + jac[:, far] @ step[far], damping)
+        step = np.clip(step, -stride, stride)
+    new = x.copy()
+    new[free] = np.clip(x[free] + step, -model.limits[free], model.limits[free])
     return new, (new - x)[free]
 
 
