@@ -9,7 +9,7 @@ writes one to start from, and `python -m studies FILE.py` runs it wherever it li
 package also stands in the table below.
 
 shared/       command line, tables, figures, timing, processes, scenes that several studies use
-scenes/       scene files and what is done with them: new, run, sweep, fit
+scenes/       scene files and what is done with them: new, run, sweep, fit, plan
 benchmarks/   time against error, and how far tolerances and digits can be trusted
 verify/, contact_angle/, applicability/, hysteresis/, pull_off/, layer/   each larger study
 """

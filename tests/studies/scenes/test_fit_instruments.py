@@ -1,6 +1,7 @@
 """Fits of what instruments measure: cantilevers, any zero, tilted lines; other models; folders."""
 
 import math
+import re
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -117,7 +118,8 @@ def test_any_zero_a_tilted_line_and_a_soft_cantilever_are_fitted(stiffness):
         assert abs(found[name].value - true) < np.ptp(found[name].interval), name
         assert np.ptp(found[name].interval) < {"offset": 3e-9}.get(name, 0.5 * true)
     rigid = fit(START, curve._replace(machine_stiffness=math.inf), **FAST)
-    assert rigid.quality.fits == (stiffness == math.inf)  # the noise is in the depth, too
+    if stiffness < math.inf:  # the noise is in the depth, too
+        assert rigid.quality.times > 1.3 * found.quality.times
 
 
 def test_the_line_without_contact_is_found_and_nothing_else_taken_for_it():
@@ -334,6 +336,19 @@ def test_the_public_functions_are_the_ones_of_the_command():
         _ = studies.fits
 
 
+def alike(shown, told):
+    """Whether a line begins with what is shown, but for the third digits of its numbers."""
+    pairs = zip(re.split(r"[\s\[\],;]+", shown), re.split(r"[\s\[\],;]+", told), strict=False)
+    for one, other in pairs:
+        try:
+            if float(one) != pytest.approx(float(other), rel=0.02):
+                return False
+        except ValueError:
+            if one != other:
+                return False
+    return True
+
+
 @pytest.mark.slow
 def test_the_tutorial_shows_what_is_so(tmp_path, capsys, monkeypatch):
     text = (ROOT / "studies" / "README.md").read_text("utf-8")
@@ -348,7 +363,7 @@ def test_the_tutorial_shows_what_is_so(tmp_path, capsys, monkeypatch):
     ]
     assert len(told) == 6
     for line in told:
-        assert line in said or (line.startswith("gamma1 is") and line[:24] in said), line
+        assert any(alike(line, row) for row in said.splitlines()), line
     data = (ROOT / "studies" / "scenes" / "sphere_curve.csv").read_text("utf-8").splitlines()
     assert all(f"    {line}\n" in shown for line in data[:3])
     assert (tmp_path / "sphere_curve_fit.png").stat().st_size > 10_000
