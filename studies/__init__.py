@@ -1,5 +1,7 @@
 """Questions asked of the simulator; the only place with figures and files.
 
+From Python, `studies.fit(scene, studies.read_curve(path))` fits a measured curve.
+
 A study is a module: a docstring with the question and the formula, a block of parameters,
 `run(...)` that returns numbers, functions that draw and tabulate them, and `main(argv)` that
 returns an exit status. Tests call `run` on a small preset. `python -m studies new --study FILE.py`
@@ -7,10 +9,13 @@ writes one to start from, and `python -m studies FILE.py` runs it wherever it li
 package also stands in the table below.
 
 shared/       command line, tables, figures, timing, processes, scenes that several studies use
-scenes/       scene files and what is done with them: new, run, sweep, fit
+scenes/       scene files and what is done with them: new, run, sweep, fit, plan
 benchmarks/   time against error, and how far tolerances and digits can be trusted
 verify/, contact_angle/, applicability/, hysteresis/, pull_off/, layer/   each larger study
 """
+
+import importlib
+from typing import Any
 
 TIMED = ("speed", "skipping", "runtime_vs_error")  # one job
 MODULES = {
@@ -26,7 +31,20 @@ MODULES = {
     "new": "studies.scenes.new",
     "sweep": "studies.scenes.sweep.study",
     "fit": "studies.scenes.fit.study",
+    "plan": "studies.scenes.fit.plan",
     "report": "studies.report",
 }
 STUDIES = tuple(MODULES)
 REPORTED = STUDIES[: STUDIES.index("run")]
+PUBLIC = {
+    "fit": "studies.scenes.fit.estimate",
+    "Curve": "studies.scenes.fit.force_curve",
+    "read_curve": "studies.scenes.curve_file",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """The functions for use from Python, imported when they are asked for."""
+    if name in PUBLIC:
+        return getattr(importlib.import_module(PUBLIC[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

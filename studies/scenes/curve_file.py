@@ -4,13 +4,16 @@ Text needs columns of the depth and of the force, by default named so, with unit
 a row below it or given with their names: "Weg [µm]", "2 [mN]". A force in newtons is divided by the
 `width`, the length of the line contact. Instrument files (.jpk-force, .ibw, .h5, .tab and others)
 are read by the library afmformats, the extra elastocap[afm]: forces in newtons, and the depth is
-that of the tip, - (height + force / spring constant of the cantilever), from an arbitrary zero.
+that of the tip, - (height + force / spring constant of the cantilever), from an arbitrary zero. A
+plain .h5 file with one data set of the depth and one of the force, each with an attribute "unit",
+is read as text is. A column named drive or piezo is the position of the piezo, towards the layer.
 
 What a scene file says of measured data:
 
 [measured]                               # optional: how `fit` reads DATA
 columns = ["Weg [µm]", "Kraft [mN]"]     # depth and force: names or numbers, with missing units
 width = 0.01                             # m: length of the line contact, for forces in newtons
+spring_constant = 0.08                   # N/m, of the cantilever: its noise is in the depth, too
 curve = 3                                # of an instrument file with several
 delimiter = ";"                          # and decimal, encoding, skip; else found from the file
 
@@ -22,6 +25,7 @@ columns = ["x", "z [nm]"]                # and unit, delimiter, decimal, encodin
 
 import importlib
 import logging
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -30,6 +34,7 @@ import numpy as np
 
 from energy import Sampled, read_profile, units
 from energy.checks import positive
+from energy.text_lines import Pattern, Row
 from energy.text_table import Layout, TextTable, read_table
 from studies.scenes.fit.force_curve import Array, Curve
 from studies.scenes.table import Table
@@ -40,6 +45,9 @@ INSTRUMENT = (
 )
 LAYOUT = ("delimiter", "decimal", "encoding", "skip")
 PROFILE = ("file", "columns", "unit", *LAYOUT)
+DRIVES = ("drive", "piezo", "piezo position", "piezoweg")
+DEPTHS = ("depth", "indentation", "Weg", "Tiefe", "Eindringtiefe", *DRIVES)
+FORCES = ("force", "load", "Kraft", "Last")
 HEIGHTS = ("height (measured)", "height (piezo)")
 
 
@@ -49,26 +57,31 @@ class Reading:
 
     columns: of depth and force, by name or number, with a unit where the file has none; width:
     length of the line contact [m], for forces in newtons; layout: of text; number: of the curve in
-    an instrument file, from 1. None: not given.
+    an instrument file, from 1; spring_constant: of a cantilever [N/m]. None: not given.
     """
 
     columns: tuple[str, str] | None = None
     width: float | None = None
     layout: Layout = field(default_factory=Layout)
     number: int | None = None
+    spring_constant: float | None = None
 
     def __post_init__(self) -> None:
         if self.columns is not None and len(self.columns) != 2:
             raise ValueError(f"columns = {self.columns!r} must be two: of the depth and the force")
         if self.width is not None:
             positive("width", self.width)
+        if self.spring_constant is not None:
+            positive("spring_constant", self.spring_constant)
         if self.number is not None and self.number < 1:
             raise ValueError(f"curve = {self.number!r} must be a number from 1")
 
 
 def reading(path: Path, content: Any) -> Reading:
     """The table [measured]. ValueError naming file and key."""
-    table = Table(path, "measured", content, ("columns", "width", "curve", *LAYOUT))
+    table = Table(
+        path, "measured", content, ("columns", "width", "curve", "spring_constant", *LAYOUT)
+    )
     given = table.table
     return table.build(
         Reading,
@@ -76,6 +89,7 @@ def reading(path: Path, content: Any) -> Reading:
         table.number("width") if "width" in given else None,
         table.build(lambda: Layout(**_layout(table))),
         table.whole("curve", 1) if "curve" in given else None,
+        table.number("spring_constant") if "spring_constant" in given else None,
     )
 
 
@@ -109,12 +123,13 @@ def _layout(table: Table) -> dict[str, Any]:
 def read_curve(path: Path, reading: Reading | None = None) -> Curve:
     """The curve of a file. ValueError naming file, line, cell and what was expected."""
     reading = reading or Reading()
-    if path.suffix.lower() in INSTRUMENT:
+    plain = _of_hdf5(path) if path.suffix.lower() == ".h5" else None
+    if plain is None and path.suffix.lower() in INSTRUMENT:
         return _of_instrument(path, reading)
     if reading.number is not None:
         raise ValueError(f"{path}: curve = {reading.number}: text has one; give columns instead")
-    table = read_table(path, reading.layout)
-    depth, force = reading.columns or ("depth", "force")
+    table = plain or read_table(path, reading.layout)
+    depth, force = reading.columns or (_default(table, DEPTHS), _default(table, FORCES))
     place, unit = _column(table, depth)
     size = units.size(unit, "length")
     if size is None:
@@ -122,7 +137,54 @@ def read_curve(path: Path, reading: Reading | None = None) -> Curve:
             f"{path}: the unit {unit!r} of the depth {depth!r} is unknown; write it in m, mm, µm "
             "or nm, such as: depth [µm]"
         )
-    return Curve(size * table.numbers(place), _force(table, force, reading.width))
+    measured, load = size * table.numbers(place), _force(table, force, reading.width)
+    stiffness = math.inf
+    if reading.spring_constant is not None:
+        stiffness = reading.spring_constant / (reading.width or 1.0)
+    if units.named(depth)[0].casefold() in DRIVES:
+        if math.isinf(stiffness):
+            raise ValueError(
+                f"{path}: {depth!r} is the position of the piezo, from which the depth differs by "
+                "force over spring constant; give that with --spring-constant"
+            )
+        measured = measured - load / stiffness
+    return Curve(measured, load, stiffness)
+
+
+def _of_hdf5(path: Path) -> TextTable | None:
+    """The data sets of equal length of a plain HDF5 file as a table; None for an instrument's."""
+    try:
+        library: Any = importlib.import_module("h5py")  # which afmformats needs, too
+    except ImportError:
+        return None
+    columns: dict[str, Any] = {}
+
+    def seen(name: str, item: Any) -> None:
+        if getattr(item, "ndim", 0) == 1:
+            unit = item.attrs.get("unit", item.attrs.get("units", ""))
+            unit = unit.decode() if isinstance(unit, bytes) else unit
+            columns[f"{name.rpartition('/')[2]} [{unit}]" if unit else name] = item[:]
+
+    try:
+        with library.File(path, "r") as file:
+            if "software" in file.attrs and "0" in file:
+                return None  # as afmformats writes it
+            file.visititems(seen)
+    except OSError:
+        return None
+    if len({column.size for column in columns.values()}) != 1:
+        raise ValueError(
+            f"{path}: must hold data sets of one length, a depth and a force; has {list(columns)}"
+        )
+    values = np.stack([np.asarray(column, float) for column in columns.values()], axis=1)
+    rows = [Row(i, "", tuple(map(repr, row)), False) for i, row in enumerate(values.tolist(), 1)]
+    names = Row(0, "", tuple(columns), False)
+    return TextTable(path, Pattern(".", (True,) * len(columns)), names, tuple(rows))
+
+
+def _default(table: TextTable, known: tuple[str, ...]) -> str:
+    """The first of some names that the table has; the first of all, to be missed, if none."""
+    return next((name for name in known if table.find(name)), known[0])
 
 
 def _column(table: TextTable, column: str) -> tuple[int, str]:
@@ -156,8 +218,9 @@ def _force(table: TextTable, column: str, width: float | None) -> Array:
 def _width(path: Path, width: float | None) -> float:
     if width is None:
         raise ValueError(
-            f"{path}: the force is in newtons, and the model's is per length of the line contact; "
-            "give that length in m with --width"
+            f"{path}: the force is in newtons: of a sphere or another turned body, set geometry = "
+            '"axisymmetric" in [options] of the scene file; of a line contact, for which the '
+            "model's force is per length, give that length in m with --width"
         )
     return width
 
@@ -180,7 +243,15 @@ def _of_instrument(path: Path, reading: Reading) -> Curve:
     bad = np.flatnonzero(~np.isfinite(depth + force))
     if bad.size:
         raise ValueError(f"{path}: point {bad[0] + 1} of curve {number} is not finite; remove it")
-    return Curve(depth, force / width)
+    own = data.metadata.get("spring constant", None) or math.inf
+    stiffness = own if reading.spring_constant is None else reading.spring_constant
+    return Curve(depth, force / width, float(stiffness) / width)
+
+
+def count(path: Path) -> int:
+    """How many curves an instrument file holds."""
+    plain = path.suffix.lower() == ".h5" and _of_hdf5(path) is not None
+    return 1 if plain else len(_loaded(path))
 
 
 def _loaded(path: Path) -> list[Any]:

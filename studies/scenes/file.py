@@ -20,7 +20,7 @@
 
     [indenter]
     shape = "parabola"            # plane | flat_punch half_width | wedge delta (rad) or
-    R = 0.1                       # delta_degrees | parabola R | circle R | power_law c, n |
+    R = 0.1                       # delta_degrees | parabola, circle, sphere R | power_law c, n |
                                   # sampled x, z, kind or file (studies/scenes/curve_file.py)
     tilted = 0.0                  # optional slope, applied first
     shifted = 0.0                 # optional distance in m
@@ -69,6 +69,7 @@ SHAPES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "wedge": (energy.Wedge, ("delta", "delta_degrees")),
     "parabola": (energy.Parabola, ("R",)),
     "circle": (energy.Circle, ("R",)),
+    "sphere": (energy.Circle, ("R",)),
     "power_law": (energy.PowerLaw, ("c", "n")),
     "sampled": (energy.Sampled, ("x", "z")),
 }
@@ -138,6 +139,11 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
         opening = _energies(own, surfaces.gamma1)
     indenter = _indenter(path, file.get("indenter"))
     try:
+        if content["indenter"]["shape"] == "sphere" and geometry != "axisymmetric":
+            raise ValueError(
+                'indenter.shape = "sphere" is a turned body: set geometry = "axisymmetric" in '
+                "[options], or take the line contact of a parabola or circle"
+            )
         scene = Scene(layer, surfaces, indenter, slopes, opening, geometry=geometry)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None

@@ -7,14 +7,14 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, brentq
 from scipy.special import stdtrit
 
-from energy import Scene
-from studies.scenes.fit.force_curve import Curve, in_contact, noise
-from studies.scenes.fit.model import DEFAULT, Model, conditioning, minimum
+from energy import Assumption, Scene
+from studies.scenes.fit.alternatives import Alternative, compared, strained
+from studies.scenes.fit.force_curve import Curve, Data, noise
+from studies.scenes.fit.model import BASELINE, DEFAULT, SHIFTS, Model
 from studies.scenes.fit.quality import Quality, judged
+from studies.scenes.fit.search import Best, conditioning, profiled, sought
 from studies.shared import Array
 from studies.shared.batches import Progress, each
 
@@ -22,7 +22,8 @@ UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "o
 CONFIDENCE = 0.95
 LOOSE, CONDITION = 1.0, 100.0
 SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
-STEPS = (1.25, 2.5, 5.0, 10.0, 20.0)  # outwards, in half-widths of the linearised interval
+CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
+FARTHEST = 20.0  # half-widths of the linearised interval
 Interval = tuple[float, float]
 
 
@@ -43,26 +44,56 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """A finished fit: the curve, which points are used (n,), the model, the estimates.
+    """A finished fit of a measured curve, as `fit` gives it; `str` tells all of it in words.
 
-    best: what least_squares returned; condition: of the Jacobian with columns of unit length;
-    combination: coefficients of the coordinates that the data fix least; quality: whether the
-    residual may be noise.
+    Attributes
+    ----------
+    curve : Curve
+        What was measured.
+    model : Model
+        The simulator as a function of the coordinates `best.x`; `model.scene` is the start, and
+        `model.data` says which points are in contact and which are free of force.
+    best : Best
+        Coordinates, residuals and Jacobian at the minimum.
+    estimates : tuple of Estimate
+        Each parameter with its intervals at 95 %; level, slope and drift of the force out of
+        contact among them where the curve has a free part.
+    condition, combination : float, tuple of float
+        Condition of the Jacobian with columns of unit length, and the coefficients of the
+        coordinates that the data fix least.
+    quality : Quality
+        `quality.fits`: whether the residual may be noise. If not, there are no intervals.
+    alternatives : tuple of Alternative
+        The fits without tension, without adhesion, and with the layer's own response.
+    strained : tuple of (Assumption, float)
+        Each assumption of the model that does not hold along the fitted curve, at its worst, and
+        the depth where that is.
     """
 
     curve: Curve
-    used: NDArray[np.bool_]
     model: Model
-    best: OptimizeResult
+    best: Best
     estimates: tuple[Estimate, ...]
     condition: float
     combination: tuple[float, ...]
     quality: Quality
+    alternatives: tuple[Alternative, ...] = ()
+    strained: tuple[tuple[Assumption, float], ...] = ()
+
+    def __getitem__(self, name: str) -> Estimate:
+        """The estimate of a parameter by its name."""
+        return self.estimates[self.model.names.index(name)]
+
+    @property
+    def offset(self) -> float:
+        """What the depths of the curve are too large by."""
+        return self.model.parameters(self.best.x)["offset"]
 
     @property
     def fitted(self) -> Array:
-        """Fitted forces in contact."""
-        return self.model.measured + np.asarray(self.best.fun)[: self.model.measured.size]
+        """Fitted forces at all points of the curve (n,), those out of contact included."""
+        force, _ = self.model.forces(self.model.parameters(self.best.x))
+        return force + self.model.line(self.best.x)
 
     @property
     def residual_noise(self) -> float:
@@ -75,39 +106,53 @@ class Fit:
         return profiled(self.model, self.best, i, at) <= _limit(self.best)
 
     @property
+    def needless(self) -> tuple[str, ...]:
+        """Parameters that the data do not need."""
+        return tuple(one.name for one in self.alternatives if one.simpler and one.preferred)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Whether the model does not fit, and what the data do not fix, in plain words."""
         found = [self.quality.told] if self.quality.told else []
+        found += [one.told for one in self.alternatives if one.doubtful]
         for e in self.estimates:
             if e.bound:
                 found.append(
-                    f"{e.name} = {e.value:.3g} {UNITS[e.name]} is the bound of the search, no "
+                    f"{e.name} = {e.value:.3g} {self.unit(e.name)} is the bound of the search, no "
                     "estimate: start from other parameters, or leave it out of --parameters"
                 )
-            elif not e.identifiable:
+            elif not e.identifiable and e.name not in self.needless:
                 found.append(
                     f"{e.name} is not identifiable from this curve: its interval is wider than a "
                     "factor e; set it in the scene and leave it out of --parameters, or measure "
                     "up to the detachment"
                 )
         if self.condition > CONDITION:
-            terms = zip(self.combination, self.model.names, strict=True)
+            terms = zip(self.combination, self.model.names, strict=False)
             text = " ".join(f"{c:+.2f} log {name}" for c, name in terms)
             text = text.replace("log offset", "offset/range")
             found.append(f"ill-conditioned ({self.condition:.2g}): the curve hardly fixes {text}")
+        found += [f"{one}; worst at d = {depth:.3g} m" for one, depth in self.strained]
         return tuple(found)
+
+    def unit(self, name: str) -> str:
+        """The unit of a parameter."""
+        force = f"N{self.model.scene.per_length}"
+        return UNITS.get(name) or {"slope": f"{force} per m"}.get(name, force)
 
     def __str__(self) -> str:
         rows = [f"{'parameter':12s}{'estimate':>13s}{'95 % linearised':>29s}{'95 % profile':>29s}"]
         for e in self.estimates:
             spans = (self._told(e, span) for span in (e.interval, e.profile))
             cells = "".join(f"{span:>29s}" for span in spans)
-            rows.append(f"{e.name:12s}{e.value:>13.5g}{cells} {UNITS[e.name]}")
-        count = f"{self.used.sum()} of {self.used.size} points in contact"
-        ends = ", ".join(mark.kind for mark in self.model.ends) or "no end of contact"
-        unit = f"N{self.model.scene.per_length}"
+            rows.append(f"{e.name:12s}{e.value:>13.5g}{cells} {self.unit(e.name)}")
+        data = self.model.data
+        count = f"{data.used.sum()} of {data.used.size} points in contact, {data.free.sum()} free"
+        ends = ", ".join(mark.kind for mark in data.ends) or "no end of contact"
+        force = f"N{self.model.scene.per_length}"
         size = "" if math.isnan(self.quality.times) else f", {self.quality.times:.2g} × the noise"
-        rows.append(f"{count}, {ends} used; residual {self.residual_noise:.3g} {unit}{size}")
+        rows.append(f"{count}; {ends} used; residual {self.residual_noise:.3g} {force}{size}")
+        rows += [one.told for one in self.alternatives if not one.doubtful]
         return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
 
     def _told(self, estimate: Estimate, interval: Interval | None) -> str:
@@ -126,92 +171,119 @@ def fit(
     names: Sequence[str] = DEFAULT,
     *,
     profiles: bool = True,
+    alternatives: bool = True,
     show: Callable[[Progress], object] = lambda progress: None,
 ) -> Fit:
-    """Least squares on the simulator, starting from the scene; names out of model.NAMES.
+    """Find the surface energies with which the simulator comes nearest to a measured curve.
 
-    profiles: find the profile intervals too, which costs ten times as much. show gets the progress
-    over the parameters. Without a fit in the sense of quality.py there are no intervals.
-    ValueError for too few points in contact or a start at which there is no equilibrium.
+    Parameters
+    ----------
+    scene : Scene
+        Layer, indenter and geometry; its surface energies are where the search begins.
+    curve : Curve
+        Depth of the tip and force as measured. With the stiffness of the machine that holds the
+        indenter, the noise of the force is known to be in the depth, too.
+    names : sequence of str
+        What is fitted: some of w, gamma1, stiffness, offset, opening.
+    profiles : bool
+        Find the profile intervals, too.
+    alternatives : bool
+        Compare with simpler models and with the layer's own response.
+    show : callable
+        Gets the progress over the parameters.
+
+    Returns
+    -------
+    Fit
+        Estimates with intervals, the verdict and the warnings; without a fit in the sense of
+        quality.py no intervals.
+
+    Raises
+    ------
+    ValueError
+        For too few points in contact, unknown names, or a start at which there is no equilibrium.
     """
-    model = Model.of(scene, names, curve)
-    best = minimum(model, np.zeros(len(names)))
-    condition, weakest, spread = conditioning(best.jac)
+    data = Data.of(curve)
+    model = Model.of(scene, names, data)
+    best = sought(model)
+    condition, weakest, spread = conditioning(best.jac, len(names))
     reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
-    forces, ends = np.split(best.fun, [model.measured.size])
-    free, sigma = curve.force[model.detached(curve, best.x)], noise(curve.force)
-    # no noise is less than what simulated forces are to be trusted to
-    least = SIMULATED * float(np.abs(model.measured).max()) if sigma else 0.0
-    quality = judged(forces, ends, free, _spare(best), max(sigma, least))
+    quality = _quality(model, best)
     estimate = partial(_estimate, model, best, reach, profiles, quality.fits)
-    estimates = tuple(each(estimate, range(len(names)), 1, show))
+    estimates = tuple(each(estimate, range(len(model.names)), 1, show))
+    others = compared(model, best, reach) if alternatives else ()
     combination = tuple(weakest.tolist())
-    return Fit(curve, in_contact(curve), model, best, estimates, condition, combination, quality)
+    worst = strained(model, best)
+    return Fit(curve, model, best, estimates, condition, combination, quality, others, worst)
 
 
-def _spare(best: OptimizeResult) -> int:
+def _quality(model: Model, best: Best) -> Quality:
+    data = model.data
+    count, free = int(data.used.sum()), int(data.free.sum())
+    contact, out, ends = np.split(best.fun, [count, count + free])
+    sigma = noise(data.curve.force)
+    # no noise is less than what simulated forces are to be trusted to
+    least = SIMULATED * model.size if sigma else 0.0
+    lone = np.empty(0) if free else data.curve.force[model.apart(best.x)]
+    return judged(contact, np.append(out, ends), lone, _spare(best), max(sigma, least))
+
+
+def _spare(best: Best) -> int:
     return int(best.fun.size - best.x.size)
 
 
-def _quantile(best: OptimizeResult) -> float:
+def _quantile(best: Best) -> float:
     """t of Student's distribution."""
     return float(stdtrit(_spare(best), 0.5 + CONFIDENCE / 2))
 
 
-def _limit(best: OptimizeResult) -> float:
+def _limit(best: Best) -> float:
     """Sum of squares over the least at the ends of a profile interval."""
     return 1 + _quantile(best) ** 2 / _spare(best)
 
 
-def profiled(model: Model, best: OptimizeResult, i: int, at: float) -> float:
-    """The least sum of squares with coordinate i at a value, over that of the fit."""
-    direction = np.zeros(best.x.size)
-    direction[i] = 1.0
-    others = [j for j in range(best.x.size) if j != i]
-    slope = np.linalg.lstsq(best.jac[:, others], -best.jac[:, i], rcond=None)[0]
-    direction[others] = slope
-    start = best.x + (at - best.x[i]) * direction
-    reach = model.limits[others]
-    start[others] = np.clip(start[others], -reach, reach)
-    residuals = model.residuals(start)
-    if not np.isfinite(residuals).all():
-        return math.inf
-    if not others:
-        return float(np.sum(residuals**2) / (2 * best.cost))
-    return float(minimum(model, start, fixed=i, ftol=1e-4).cost / best.cost)
-
-
 def _estimate(
-    model: Model, best: OptimizeResult, reaches: Array, profiles: bool, fits: bool, i: int
+    model: Model, best: Best, reaches: Array, profiles: bool, fits: bool, i: int
 ) -> Estimate:
     """Estimate and intervals of parameter i; reaches: half-widths of the linearised intervals."""
     x, name, reach = float(best.x[i]), model.names[i], float(reaches[i])
     value, bound = model.value(name, x), model.on_bound(best.x, i)
-    identifiable = math.isfinite(reach) and (name == "offset" or reach <= LOOSE) and not bound
+    shifts = name in SHIFTS
+    identifiable = math.isfinite(reach) and (shifts or reach <= LOOSE) and not bound
     if bound or not fits:
         return Estimate(name, value, None, None, identifiable, bound)
-    ends = (-math.inf, math.inf) if name == "offset" else (0.0, math.inf)
+    ends = (-math.inf, math.inf) if shifts else (0.0, math.inf)
     if math.isfinite(reach):
         ends = model.value(name, x - reach), model.value(name, x + reach)
     profile = None
-    if identifiable and profiles:
+    if identifiable and profiles and name not in BASELINE:
         low, high = (_profile_end(model, best, i, side * reach) for side in (-1, 1))
-        identifiable = math.isfinite(high - low) and (name == "offset" or high - low <= 2 * LOOSE)
+        identifiable = math.isfinite(high - low) and (shifts or high - low <= 2 * LOOSE)
         profile = model.value(name, x + low), model.value(name, x + high)
     return Estimate(name, value, ends, profile, identifiable, bound)
 
 
-def _profile_end(model: Model, best: OptimizeResult, i: int, reach: float) -> float:
-    """Distance from the fit at which the profile crosses min (1 + t²/(n - m)), to 2 %."""
+def _profile_end(model: Model, best: Best, i: int, reach: float) -> float:
+    """Distance from the fit at which the profile crosses min (1 + t²/(n - m)).
+
+    By secants of the root of what it exceeds its minimum by, which is nearly linear.
+    """
     limit = math.sqrt(_limit(best) - 1)
-
-    def excess(times: float) -> float:
-        ratio = profiled(model, best, i, float(best.x[i]) + times * reach) if times else 1.0
-        return min(math.sqrt(max(ratio - 1, 0)), 10 * limit) - limit  # nearly linear
-
-    near = 0.0
-    for far in STEPS:
-        if excess(far) > 0:
-            return float(brentq(excess, near, far, xtol=0.02)) * reach
-        near = far
-    return math.copysign(math.inf, reach)
+    near, far, there = 0.0, 1.0, 0.0  # a bracket in units of reach, and the root at its near end
+    times, above = 1.0, math.inf
+    for _ in range(10):
+        ratio = profiled(model, best, i, float(best.x[i]) + times * reach)
+        root = min(math.sqrt(max(ratio - 1, 0.0)), 10 * limit)
+        if abs(root - limit) <= CLOSE * limit:
+            return times * reach
+        if root > limit:
+            far, above = times, root
+        else:
+            near, there = times, root
+        if math.isinf(above):
+            if times >= FARTHEST:
+                break
+            times = min(times * min(max(limit / max(root, 1e-9), 1.1), 2.5), FARTHEST)
+        else:
+            times = near + (far - near) * min(max((limit - there) / (above - there), 0.05), 0.95)
+    return times * reach if math.isfinite(above) else math.copysign(math.inf, reach)

@@ -1,6 +1,9 @@
-"""A measured force–depth curve: its turning points, its noise, its points in contact."""
+"""A measured force–depth curve: turning points, noise, the line without contact, the contact."""
+
+from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -11,13 +14,29 @@ from studies.shared import Array
 
 CLEAR = 5.0  # times the noise: a force, or a way back, that is there
 ROUNDING = 1e-9  # of a way back, relative to the range of depths
+LEAST = 1e-10  # noise, relative to the largest force
+
+
+FLAT = 8  # points at least that tell a line without contact
+STEEP = 0.2  # of the mean slope of what follows: a steeper line is no free part
+GUARD = 0.1  # of the free points, those next to the contact, may feel it already
 
 
 class Curve(NamedTuple):
-    """Depth [m] and force per length [N/m] in the order measured, (n,) each."""
+    """Depth of the tip [m] and force [N/m, or N around an axis] in the order measured, (n,) each.
+
+    machine_stiffness: of the spring that holds the indenter, the cantilever, in units of the force
+    per depth; inf: it is rigid. The depth of a tip on a spring has the noise of the force in it.
+    """
 
     depth: Array
     force: Array
+    machine_stiffness: float = math.inf
+
+    @property
+    def drive(self) -> Array:
+        """Where the far end of the spring is, which has no noise: depth + force/stiffness (n,)."""
+        return self.depth + self.force / self.machine_stiffness
 
 
 def noise(force: Array) -> float:
@@ -74,6 +93,53 @@ def in_contact(curve: Curve) -> NDArray[np.bool_]:
     return used
 
 
+def free_parts(curve: Curve) -> NDArray[np.bool_]:
+    """Points before and after all contact whose force is a line but for noise (n,)."""
+    free, n = np.zeros(curve.force.size, bool), curve.force.size
+    turns = turning_points(curve.depth)
+    if turns == () and not loading(curve.depth)[-1]:
+        turns = (0,)
+    before, after = slice(0, turns[0] + 1 if turns else n), slice(turns[-1] if turns else n, n)
+    first = _flat(curve.depth[before], curve.force[before])
+    last = _flat(curve.depth[after][::-1], curve.force[after][::-1])
+    free[: round((1 - GUARD) * first)] = True
+    free[n - round((1 - GUARD) * last) :] = last > 0
+    return free
+
+
+def _flat(depth: Array, force: Array) -> int:
+    """How many of the first points lie on a line that is no part of the contact; 0 if too few."""
+    sigma = max(noise(force), ROUNDING * float(np.abs(force).max(initial=0.0)))
+    count, line, n = 0, np.zeros(2), FLAT
+    while n <= force.size - 2:
+        own = np.polyfit(depth[:n] - depth[0], force[:n], 1)
+        off = force[:n] - np.polyval(own, depth[:n] - depth[0])
+        if math.sqrt(float(off @ off) / (n - 2)) > 1.5 * sigma:
+            break
+        count, line, n = n, own, max(n + 1, int(1.2 * n))
+    if not count:
+        return 0
+    beyond = np.abs(force - np.polyval(line, depth - depth[0])) > CLEAR * sigma
+    far = np.flatnonzero(beyond[:-1] & beyond[1:])
+    count = int(far[0]) if far.size else count
+    rest = slice(count, None)
+    steep = np.ptp(force[rest]) / max(float(np.ptp(depth[rest])), math.ulp(0.0))
+    return count if FLAT <= count < force.size and abs(line[0]) < STEEP * steep else 0
+
+
+def baseline(curve: Curve, free: NDArray[np.bool_]) -> Array:
+    """The forces that a free line may have, a column each (n, q): level, slope, drift.
+
+    Over the drive both, in units of its range; the drift, over the number of the point, only where
+    there are free points on both sides of the contact. None (n, 0) without free points.
+    """
+    x, order = curve.depth - curve.depth[0], np.linspace(0.0, 1.0, curve.depth.size)
+    columns = np.stack([np.ones(x.size), x / np.ptp(x), order], axis=1)
+    if not free.any():
+        return columns[:, :0]
+    return columns[:, : 3 if free[0] and free[-1] else 2]
+
+
 class Mark(NamedTuple):
     """A depth between two points at which contact begins ("touch") or is lost ("detachment").
 
@@ -99,3 +165,61 @@ def marks(curve: Curve) -> tuple[Mark, ...]:
                 if b > a:
                     found.append(Mark(kind, float(a + b) / 2, float(b - a) / math.sqrt(12)))
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class Leg:
+    """Points in contact on one way in or out (by their indices); turn: drive at which it begins."""
+
+    points: NDArray[np.intp]
+    turn: float
+
+
+@dataclass(frozen=True)
+class Data:
+    """A curve of n points, of which some are in contact and some have no force.
+
+    columns (n, q): forces that its free line may have; pieces: the contacts, each of legs in and
+    out in turn, the first one inwards, be it empty; ends: drives at which contact is seen to begin
+    and to be lost; sigma: noise of the force, or rounding.
+    """
+
+    curve: Curve
+    columns: Array
+    used: NDArray[np.bool_]
+    free: NDArray[np.bool_]
+    pieces: tuple[tuple[Leg, ...], ...]
+    ends: tuple[Mark, ...]
+    sigma: float
+
+    @classmethod
+    def of(cls, curve: Curve) -> Data:
+        """Take a curve apart, once a line through its free parts is subtracted."""
+        flat = Curve(curve.drive, curve.force)
+        free = free_parts(flat)
+        columns = baseline(flat, free)
+        if free.any():
+            line = np.linalg.lstsq(columns[free], curve.force[free], rcond=None)[0]
+            flat = Curve(curve.drive, curve.force - columns @ line)
+        used = in_contact(flat)
+        free &= ~used
+        sigma = max(noise(curve.force), LEAST * float(np.abs(curve.force[used]).max(initial=0)))
+        pieces = tuple(_legs(flat, used, own) for own in contacts(flat) if used[own].any())
+        return cls(curve, columns, used, free, pieces, marks(flat), sigma)
+
+    @property
+    def span(self) -> float:
+        """Range of the drives in contact."""
+        return float(np.ptp(self.curve.drive[self.used]))
+
+
+def _legs(curve: Curve, used: NDArray[np.bool_], piece: slice) -> tuple[Leg, ...]:
+    points = piece.start + np.flatnonzero(used[piece])
+    turns = [i for i in turning_points(curve.depth) if points[0] < i < points[-1]]
+    inwards = loading(curve.depth)[points[0]] or points[0] == turns[:1]
+    cuts = [points[0] - 1, *turns, points[-1]]
+    legs = [points[(points > a) & (points <= b)] for a, b in pairwise(cuts)]
+    begins = [-math.inf, *curve.depth[turns].tolist()]
+    if not inwards:
+        legs, begins = [points[:0], *legs], [-math.inf, float(curve.depth[points[0]]), *begins[1:]]
+    return tuple(Leg(own, turn) for own, turn in zip(legs, begins, strict=True))

@@ -1,30 +1,36 @@
-"""What the simulator says of a measured curve as a function of what is fitted; least squares."""
+"""What the simulator says of a measured curve as a function of what is fitted."""
 
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, least_squares
 
-from discretization import NotCertifiedError, load_path
+from discretization import NotCertifiedError
 from energy import Scene, SurfaceEnergies
-from studies.scenes.fit.force_curve import Curve, Mark, contacts, in_contact, marks, noise
+from studies.scenes.fit.branches import Branch, one_way, retraction, reversible, touching
+from studies.scenes.fit.force_curve import Data
 from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
-STRIDE = 1e-4  # of the difference quotients, relative to the parameters' scales
-TANGENT = 1e-3  # of the difference quotient at the detachment, over δ₀
-BEYOND = 1.01  # times δ₀ below touching nothing holds
-ROUNDING = 1e-10  # of a force, relative to the largest
+SCENE = ("w", "gamma1", "stiffness", "opening")  # parameters of the scene itself
+BASELINE = ("level", "slope", "drift")  # of the force out of contact
+SHIFTS = ("offset", *BASELINE)  # are added; the others are factors
+STRIDE = 1e-3  # of the difference quotients, in the coordinates
+SHIFTED = 1e-5  # the same of the offset
 FAR = math.log(1e4)  # from the start at most, in the logarithms
+STEP = 1.4  # of a search at most, in the logarithms
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
+DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
+SHARP = 0.02  # of the distance between points in contact: how straight the end stays
+CLEARLY = 0.01  # of the range of the drives in contact
+KEPT = 64  # paths that a model remembers
+STARTS = 100  # offsets among which the best one is where the search begins
 
 
 def parameters_of(scene: Scene) -> dict[str, float]:
@@ -61,55 +67,108 @@ def astray(scene: Scene, names: Sequence[str], factor: float) -> Scene:
     return scene_with(scene, own)
 
 
+def _usable(scene: Scene, names: tuple[str, ...]) -> Scene:
+    """The scene to start from. ValueError for unknown names and a scene that cannot be fitted."""
+    if not names or len(set(names)) < len(names) or not set(names) <= set(NAMES):
+        raise ValueError(f"parameters = {names!r} must be among {', '.join(NAMES)}, each once")
+    start = parameters_of(scene)
+    if "opening" in names and scene.opening is None:
+        apart = scene.work_of_adhesion * math.exp(APART)
+        scene = scene_with(scene, start | {"opening": apart})
+        start = parameters_of(scene)
+    for name in names:
+        if name != "offset" and not start[name] > 0:
+            raise ValueError(f"{name} = {start[name]!r} in the scene: start from a value > 0")
+    return scene
+
+
 @dataclass(frozen=True)
 class Model:
     """A measured curve against the simulator, as a function of coordinates x (m,).
 
-    Coordinates: logarithms of the parameters over those of the scene; offset over `length`.
-    depths, measured (n,): in contact, each of `pieces` from a touch on; ends: where contact begins
-    and is lost, k of them; sigma: noise of the force, or rounding [N/m]; touch: depth of touching.
+    Coordinates: logarithms of the parameters over those of the scene; (offset - zero)/length;
+    level, slope and drift of the force out of contact over `size`. names: parameters fitted, those
+    of the baseline last. touch: depth of touching. forward and turned: retraction and one_way of
+    the parameters of a scene, which remember their last answers. blunt: before their ends branches
+    go on straight.
     """
 
     scene: Scene
     names: tuple[str, ...]
-    depths: Array
-    measured: Array
-    pieces: tuple[slice, ...]
-    ends: tuple[Mark, ...]
-    sigma: float
+    data: Data
+    size: float
     length: float
+    zero: float
     touch: float
+    forward: Callable[..., tuple[Branch, bool]]
+    turned: Callable[..., list[Branch]]
+    blunt: float = 0.0
 
     @classmethod
-    def of(cls, scene: Scene, names: Sequence[str], curve: Curve) -> Model:
-        """ValueError for unknown names, a scene that cannot be fitted, too few points."""
-        names, start = tuple(names), parameters_of(scene)
-        if not names or len(set(names)) < len(names) or not set(names) <= set(NAMES):
-            raise ValueError(f"parameters = {names!r} must be among {', '.join(NAMES)}, each once")
-        if "opening" in names and scene.opening is None:
-            apart = scene.work_of_adhesion * math.exp(APART)
-            scene = scene_with(scene, start | {"opening": apart})
-            start = parameters_of(scene)
-        for name in names:
-            if name != "offset" and not start[name] > 0:
-                raise ValueError(f"{name} = {start[name]!r} in the scene: start from a value > 0")
-        used = in_contact(curve)
+    def of(cls, scene: Scene, names: Sequence[str], data: Data, zero: float | None = None) -> Model:
+        """zero: offset to start from; else that at which the scene is nearest to the data.
+
+        ValueError for unknown names, a scene that cannot be fitted, too few points."""
+        scene, used = _usable(scene, tuple(names)), data.used
         if used.sum() <= len(names) + 1:
             raise ValueError(
                 f"curve: {used.sum()} points with a force above the noise are too few for "
                 f"{len(names)} parameters; measure more points in contact"
             )
-        ends = np.cumsum([0, *(int(used[piece].sum()) for piece in contacts(curve))]).tolist()
-        pieces = tuple(slice(a, b) for a, b in pairwise(ends) if b > a)
-        depths, measured, length = *(column[used] for column in curve), float(np.ptp(curve.depth))
-        sigma = max(noise(curve.force), ROUNDING * float(np.abs(measured).max()))
-        touch = load_path(scene, forces=[0.0]).events[0].depth  # where a path under a load begins
-        return cls(scene, names, depths, measured, pieces, marks(curve), sigma, length, touch)
+        size, length = float(np.abs(data.curve.force[used]).max()), data.span
+        touch, reach = touching(scene), DEEPER * length + 2 * scene.opened.critical_separation
+
+        @lru_cache(KEPT)
+        def forward(*values: float) -> tuple[Branch, bool]:
+            return retraction(_placed(scene, values), touch, reach)
+
+        @lru_cache(KEPT)
+        def turned(drives: tuple[float, ...], *values: float) -> list[Branch]:
+            stiffness = data.curve.machine_stiffness
+            return one_way(_placed(scene, values), touch, reach, drives, stiffness)
+
+        fitted = (*names, *BASELINE[: data.columns.shape[1]])
+        step = 2 * length / int(used.sum())
+        sharp = SHARP * step
+        model = cls(scene, fitted, data, size, length, 0.0, touch, forward, turned, sharp)
+        if "offset" not in names:
+            return model
+        return replace(model, zero=model.nearest() if zero is None else zero)
+
+    @property
+    def start(self) -> Array:
+        """Where the search begins (m,): the scene, and a line through the free points."""
+        x, (columns, free) = np.zeros(len(self.names)), (self.data.columns, self.data.free)
+        if columns.shape[1]:
+            line = np.linalg.lstsq(columns[free], self.data.curve.force[free], rcond=None)[0]
+            x[-columns.shape[1] :] = line / self.size
+        return x
+
+    def nearest(self) -> float:
+        """The offset, of all with a contact in it, at which the start is nearest to the data."""
+        data, drive = self.data, self.data.curve.drive[self.data.used]
+        branch, _ = self.forward(*(self.parameters(self.start)[name] for name in SCENE))
+        measured = (data.curve.force - self.line(self.start))[data.used]
+        offsets = np.linspace(drive.min() - self.length, drive.max(), STARTS) - self.touch
+        sums = []
+        for offset in offsets.tolist():
+            force, end = branch.read(drive - offset, data.curve.machine_stiffness, self.blunt)
+            ends = {"touch": self.touch, "detachment": end}
+            late = [ends[mark.kind] + offset - mark.depth for mark in data.ends]
+            off = np.sum((force - measured) ** 2) + self.size**2 * len(late)
+            sums.append(float(off) * (1 + sum((one / self.length) ** 2 for one in late)))
+        return float(offsets[int(np.argmin(sums))])
 
     @property
     def limits(self) -> Array:
         """Largest size of each coordinate (m,): a factor exp FAR from the start, or the range."""
-        return np.array([1.0 if name == "offset" else FAR for name in self.names])
+        reach = {"offset": 1.0} | dict.fromkeys(BASELINE, 1e6)
+        return np.array([reach.get(name, FAR) for name in self.names])
+
+    @property
+    def strides(self) -> Array:
+        """Longest step of each coordinate in a search (m,)."""
+        return np.array([math.inf if name in SHIFTS else STEP for name in self.names])
 
     def on_bound(self, x: Array, i: int) -> bool:
         """Whether coordinate i is where the search ends: at its limit, or opening at w."""
@@ -117,110 +176,81 @@ class Model:
         none = self.names[i] == "opening" and at["opening"] <= at["w"] * (1 + STRIDE)
         return none or bool(abs(x[i]) >= (1 - STRIDE) * self.limits[i])
 
-    def detached(self, curve: Curve, x: Array) -> NDArray[np.bool_]:
-        """Which points of the curve (n,) can have no contact: before it, or below all of it."""
-        p = self.parameters(x)
-        depth, reach = curve.depth - p["offset"], scene_with(self.scene, p).opened
-        before = ~np.logical_or.accumulate(in_contact(curve)) & (depth < self.touch)
-        return before | (depth < self.touch - BEYOND * reach.critical_separation)
-
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters at these coordinates."""
-        at = dict.fromkeys(NAMES, 0.0) | dict(zip(self.names, x.tolist(), strict=True))
+        known = (*NAMES, *BASELINE)
+        at = dict.fromkeys(known, 0.0) | dict(zip(self.names, x.tolist(), strict=True))
         return {name: self.value(name, coordinate) for name, coordinate in at.items()}
 
     def value(self, name: str, coordinate: float) -> float:
-        """A parameter at its coordinate."""
+        """A parameter at its coordinate; level, slope [force per length] and drift in SI."""
         if name == "offset":
-            return coordinate * self.length
+            return self.zero + coordinate * self.length
+        if name in BASELINE:
+            per = float(np.ptp(self.data.curve.drive)) if name == "slope" else 1.0
+            return coordinate * self.size / per
         return parameters_of(self.scene)[name] * math.exp(min(max(coordinate, -2 * FAR), 2 * FAR))
 
     def coordinate(self, name: str, value: float) -> float:
         """The coordinate at which a parameter has this value."""
-        if name == "offset":
-            return value / self.length
+        if name in SHIFTS:
+            first = self.value(name, 0.0)
+            return (value - first) / (self.value(name, 1.0) - first)
         return math.log(value / parameters_of(self.scene)[name])
 
-    def residuals(self, x: Array) -> Array:
-        """P - measured (n,), and the ends of contact in units of the noise (k,); nan: no state."""
-        p = self.parameters(x)
-        try:
-            scene, depths = scene_with(self.scene, p), self.depths - p["offset"]
-            found = [self._response(scene, depths[piece]) for piece in self.pieces]
-        except (ValueError, NotCertifiedError, OverflowError):
-            return np.full(self.depths.size + len(self.ends), math.nan)
-        forces, (*_, lost) = np.concatenate([f for f, _ in found]), (end for _, end in found)
-        at = {"touch": self.touch + p["offset"], "detachment": lost + p["offset"]}
-        ends = [self.sigma * (at[mark.kind] - mark.depth) / mark.error for mark in self.ends]
-        return np.concatenate([forces - self.measured, ends])
+    def line(self, x: Array) -> Array:
+        """The force out of contact at every point of the curve (n,)."""
+        columns = self.data.columns
+        return np.asarray(columns @ x[x.size - columns.shape[1] :]) * self.size
 
-    def _response(self, scene: Scene, depths: Array) -> tuple[Array, float]:
-        """P (n,), past the detachment continued along its tangent there, and where that is."""
-        reach = scene.opened.critical_separation
-        history = load_path(scene, depths=[self.touch, *depths, self.touch - BEYOND * reach])
-        forces, held = history.force[1:-1], ~np.isnan(history.contacts[1:-1, 0])
-        end = [event for event in history.events if event.kind == "detachment"][-1].before
-        if held.all():
-            return forces, end.depth
-        beside = load_path(scene, depths=[self.touch, end.depth + TANGENT * reach]).force[-1]
-        slope = (float(beside) - end.force) / (TANGENT * reach)
-        return np.where(held, forces, end.force + slope * (depths - end.depth)), end.depth
+    def residuals(self, x: Array) -> Array:
+        """Force less measured in contact and out of it (n,), and the ends of contact in units of
+        the noise (k,); nan: no state."""
+        p, data = self.parameters(x), self.data
+        try:
+            force, ends = self.forces(p)
+        except (ValueError, NotCertifiedError, OverflowError):
+            count = data.used.sum() + data.free.sum() + len(data.ends)
+            return np.full(count, math.nan)
+        off = force + self.line(x) - data.curve.force
+        late = [data.sigma * (ends[mark.kind] - mark.depth) / mark.error for mark in data.ends]
+        return np.concatenate([off[data.used], off[data.free], late])
+
+    def forces(self, p: dict[str, float]) -> tuple[Array, dict[str, float]]:
+        """P at every point of the curve (n,), 0 out of contact; drives at its begin and its end."""
+        curve, offset = self.data.curve, p["offset"]
+        own = tuple(p[name] for name in SCENE)
+        force, end, same = np.zeros(curve.force.size), 0.0, reversible(_placed(self.scene, own))
+        if same:
+            both, same = self.forward(*own)
+        for piece in self.data.pieces:
+            drives = tuple(leg.turn - offset for leg in piece[1:])
+            found = [both] * len(piece) if same else self.turned(drives, *own)
+            for leg, branch in zip(piece, found, strict=True):
+                at = curve.drive[leg.points] - offset
+                force[leg.points], end = branch.read(at, curve.machine_stiffness, self.blunt)
+        return force, {"touch": self.touch + offset, "detachment": end + offset}
+
+    def apart(self, x: Array) -> NDArray[np.bool_]:
+        """Which points (n,) can have no contact: before it, or below all of it."""
+        (_, ends), data = self.forces(self.parameters(x)), self.data
+        before = ~np.logical_or.accumulate(data.used) & (data.curve.drive < ends["touch"])
+        return before | (data.curve.drive < ends["detachment"] - CLEARLY * self.length)
 
     def jacobian(self, x: Array, free: Sequence[int]) -> Array:
-        """∂residuals/∂x of some coordinates by central differences, a column for each."""
-        columns = []
+        """∂residuals/∂x of some coordinates, a column for each: central for those without cost."""
+        columns, here = [], self.residuals(x)
         for i in free:
             step = np.zeros(x.size)
-            step[i] = STRIDE
-            rise = self.residuals(x + step) - self.residuals(x - step)
-            columns.append(rise / (2 * STRIDE))
+            if self.names[i] in SHIFTS:
+                step[i] = SHIFTED
+                rise = self.residuals(x + step) - self.residuals(x - step)
+                columns.append(rise / (2 * SHIFTED))
+            else:
+                step[i] = STRIDE
+                columns.append((self.residuals(x + step) - here) / STRIDE)
         return np.stack(columns, axis=1)
 
 
-def minimum(
-    model: Model, start: Array, fixed: int | None = None, ftol: float = 1e-9
-) -> OptimizeResult:
-    """Least squares from `start`; coordinate `fixed` stays. cost: half the sum of squares."""
-    free = [i for i in range(start.size) if i != fixed]
-
-    def whole(y: Array) -> Array:
-        x = start.copy()
-        x[free] = y
-        return x
-
-    if not np.isfinite(model.residuals(start)).all():
-        raise ValueError(
-            f"scene = {model.scene!r} has no equilibria along the measured depths to start from; "
-            "start from other parameters"
-        )
-    scale = max(float(np.abs(model.measured).max()), sys.float_info.min)
-    reach = model.limits[free]
-    found = least_squares(
-        lambda y: model.residuals(whole(y)) / scale,
-        start[free],
-        lambda y: model.jacobian(whole(y), free) / scale,
-        bounds=(-reach, reach),
-        x_scale="jac",
-        xtol=1e-8,
-        ftol=ftol,
-        max_nfev=100,
-    )
-    found.x, found.fun, found.jac = whole(found.x), found.fun * scale, found.jac * scale
-    found.cost = (found.cost + ROUNDING**2 * found.fun.size) * scale**2
-    return found
-
-
-def conditioning(jacobian: Array) -> tuple[float, Array, Array]:
-    """Condition with unit columns, the weakest direction, √((JᵀJ)⁻¹)ᵢᵢ; inf for a zero column."""
-    sizes = np.linalg.norm(jacobian, axis=0)
-    dead = sizes <= 1e-9 * sizes.max()
-    unit = jacobian / np.where(dead, 1.0, sizes)
-    _, singular, right = np.linalg.svd(unit[:, ~dead], full_matrices=False)
-    spread = np.full(sizes.size, math.inf)
-    spread[~dead] = np.linalg.norm(right.T / singular, axis=1) / sizes[~dead]
-    weakest = np.zeros(sizes.size)
-    weakest[~dead] = right[-1] / sizes[~dead]
-    if dead.any():
-        weakest = dead.astype(float)
-    condition = math.inf if dead.any() else float(singular[0] / singular[-1])
-    return condition, weakest / np.linalg.norm(weakest), spread
+def _placed(scene: Scene, values: Sequence[float]) -> Scene:
+    return scene_with(scene, dict(zip(SCENE, values, strict=True)))

@@ -1,18 +1,23 @@
 """Which w and γ₁ does a measured force–depth curve have, and how well does it fix them?
 
-    min over p of Σ (Pᵢ - P(dᵢ - d₀; p))²,   p from log w, log γ₁, log Ẽ/h and the depth offset d₀,
+    min over p of Σ (Pᵢ - P(Dᵢ - D₀; p) - line)²,   p from log w, log γ₁, log Ẽ/h and the offset D₀,
 
-over the points in contact, P along discretization.load_path through the measured depths in their
-order (loading, unloading; a contact that is lost and touches again begins anew). With `opening` the
-work of adhesion of a contact that opens is fitted too, from a loop of loading and unloading. DATA
-has columns named depth and force, with units above them, such as `depth [µm], force [mN/m]`; the
-delimiter, decimal mark, encoding and preamble are found, other columns and forces in newtons need
-the options below or a table [measured] in the scene file (studies/scenes/curve_file.py); around an
-axis (geometry = "axisymmetric") newtons are what the model has. Instrument files are read with the
-extra elastocap[afm]. The scene file gives the rest and where the search
-begins; its depth and [path] do not matter. Points whose force is noise at both ends of a contact
-take no part; where the simulated contact detaches before the measured one, its force is continued
-along the tangent, so that residuals are smooth.
+over the points in contact, the simulated P along the measured positions in their order (loading,
+unloading; a contact that is lost and touches again begins anew), and over those without force. With
+`opening` the work of adhesion of a contact that opens is fitted too, from a loop. DATA has columns
+of depth and force with units, such as `depth [µm], force [mN/m]` or `Weg [nm];Kraft [nN]`; the
+delimiter, decimal mark, encoding and preamble are found, the rest is said by the options below or a
+table [measured] in the scene file (studies/scenes/curve_file.py). The scene file gives the layer,
+the indenter and where the search begins; its depth and [path] do not matter. DATA may be a folder,
+or an instrument file with several curves: then all are fitted, a row each, DATA_fits.csv.
+
+On a cantilever the depth, piezo position less force over spring constant, has the noise of the
+force in it: with --spring-constant the curve is simulated over the piezo position, which has none.
+
+Any zero of the depth is found: contact is where the force first leaves the line without contact.
+Level, slope and drift (over time) of that line are fitted with the rest. Where contact begins and
+is lost between a clearly pulled point and one without force, these two positions count as
+measurements too, with the error of the interval between the points.
 
 Intervals at 95 %: linearised, p ± t(n - m) s √((JᵀJ)⁻¹)ᵢᵢ, s² = Σr²/(n - m); and profile, to be
 trusted where the two differ: all values of pᵢ at which the sum of squares, the others fitted anew,
@@ -23,16 +28,14 @@ is pinned, as at the edge of a flat punch, the force does not feel w: only the d
 
 The model does not fit, and there are no intervals, where the residual s exceeds twice the noise
 that the third differences of the data show, or keeps its sign over too many points (a runs test),
-or where the force out of contact is not zero in the mean (quality.py beside this file). A value at
-which the search ends is called a bound, not an estimate.
+or where the force out of contact is not zero in the mean (quality.py beside this file). The fit is
+compared with those without tension, without adhesion (where w is not well known) and with the
+layer's own response by Schwarz's criterion n log(Σr²/n) + m log n: the least one tells the data
+best. The assumptions of the model that do not hold along the fitted curve are warned of.
 
-Where contact begins and is lost between a clearly pulled point and one without force, these two
-depths count as measurements too, with the error of the interval between the points.
-
-Output: DATA_fit.csv, DATA_fit.png. --self-test: synthetic noisy data (of a built-in scene, or of
---scene), fitted from a wrong start; exit status 1 if fewer than 90 % of the
-intervals of a parameter hold the truth, or if of random curves with a reversed sign, a wrong zero
-or hysteresis one is not called, or of good ones more than 5 % are (studies/scenes/fit/failures.py).
+Output: DATA_fit.csv, DATA_fit.png. Exit status 1 if the model does not fit. --self-test: simulated
+curves of many kinds in place of DATA (studies/scenes/fit/trials.py); exit status 1 if too few are
+called rightly or too few intervals hold the truth.
 """
 
 import argparse
@@ -43,63 +46,74 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from energy.text_lines import DELIMITERS, NUMBER
 from energy.units import prefixed
 from studies.scenes.curve_file import LAYOUT, Reading, read_curve
 from studies.scenes.file import SceneFile, load
+from studies.scenes.fit import many
 from studies.scenes.fit import trials as fit_trials
 from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.model import DEFAULT, NAMES
-from studies.shared import command
+from studies.shared import Array, command
 from studies.shared.batches import tell
 from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
 from studies.shared.table import Table
 
 
 def plot(found: Fit, title: str) -> Figure:
-    """P(d) above, residuals with ± 2s below, both branches."""
+    """P over the position of the machine with the fit above, residuals with ± 2s below."""
     figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
-    depth, force = found.curve
-    unit = f"N{found.model.scene.per_length}"
-    x, y = prefixed(depth, "m"), prefixed(force, unit)
-    z = prefixed(force[found.used] - found.fitted, unit)
-    free = ~found.used
-    top.plot(depth[free] / x.size, force[free] / y.size, "x", color=GREY, label="out of contact")
-    grows = loading(depth)[found.used]
-    d, p = depth[found.used], force[found.used]
-    for number, piece in enumerate(found.model.pieces):
+    data, curve, unit = found.model.data, found.curve, f"N{found.model.scene.per_length}"
+    x, y = prefixed(curve.drive - found.offset, "m"), prefixed(curve.force, unit)
+    off = curve.force - found.fitted
+    z = prefixed(off[data.used], unit)
+    drive = (curve.drive - found.offset) / x.size
+    _points(top, found, drive, curve.force / y.size, ~(data.used | data.free))
+    _points(bottom, found, drive, off / z.size, np.zeros(drive.size, bool))
+    for number, leg in enumerate(leg for piece in data.pieces for leg in piece):
         style = {"color": "black", "lw": 1.2, "zorder": 3, "label": "_" if number else "fit"}
-        top.plot(d[piece] / x.size, found.fitted[piece] / y.size, **style)
-    for chosen, colour, marker, name in (
-        (grows, BLUE, "o", "loading"),
-        (~grows, ORANGE, "s", "unloading"),
-    ):
-        style = {"ls": "", "color": colour, "marker": marker, "ms": 4, "label": name}
-        top.plot(d[chosen] / x.size, p[chosen] / y.size, **style)
-        residual = (p - found.fitted)[chosen] / z.size
-        bottom.plot(d[chosen] / x.size, residual, **style)
+        top.plot(drive[leg.points], found.fitted[leg.points] / y.size, **style)
+    if data.free.any():
+        line = found.model.line(found.best.x) / y.size
+        top.plot(drive, line, "--", color="black", lw=1, label="line without contact")
     s = 2 * found.residual_noise / z.size
     bottom.axhspan(-s, s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
-    for axes in (top, bottom):
-        axes.axhline(0, color=GREY, lw=0.8)
-        axes.grid(alpha=0.25)
-    top.set_ylabel(f"force P in {y.symbol}")
-    bottom.set(xlabel=f"depth d in {x.symbol}", ylabel=f"residual in {z.symbol}")
+    rigid = math.isinf(curve.machine_stiffness)
+    where = "depth d" if rigid else "position of the machine, d + P/K,"
+    bottom.set(xlabel=f"{where} in {x.symbol}", ylabel=f"residual in {z.symbol}")
     bottom.margins(y=0.25)
-    top.legend()
-    bottom.legend(loc="upper left", ncols=3, fontsize=8)
-    values = ", ".join(f"{one.name} = {one.value:.4g}" for one in found.estimates)
+    top.set_ylabel(f"force P in {y.symbol}")
+    top.legend(ncols=2)
+    values = ", ".join(f"{e.name} = {e.value:.4g}" for e in found.estimates if e.name in NAMES)
     verdict = "the model fits with" if found.quality.fits else "the model does NOT fit, nearest at"
     figure.suptitle(f"{title}: {verdict} {values} (SI)", fontsize=11, wrap=True)
     return figure
 
 
+def _points(axes: Any, found: Fit, x: Array, y: Array, aside: NDArray[np.bool_]) -> None:
+    """What was measured on the way in and out, out of contact, and what was not used."""
+    data, grows = found.model.data, loading(found.curve.drive)
+    for chosen, colour, marker, name in (
+        (data.used & grows, BLUE, "o", "loading"),
+        (data.used & ~grows, ORANGE, "s", "unloading"),
+        (data.free, GREY, ".", "out of contact"),
+        (aside, GREY, "x", "not used"),
+    ):
+        style = {"ls": "", "ms": 4, "color": colour, "marker": marker, "label": name}
+        if chosen.any():
+            axes.plot(x[chosen], y[chosen], **style)
+    axes.axhline(0, color=GREY, lw=0.8)
+    axes.grid(alpha=0.25)
+
+
 def table(found: Fit) -> Table:
     """Depth, force, fitted force and residual; nan where the point took no part."""
-    fitted = np.full(found.curve.force.shape, math.nan)
-    fitted[found.used] = found.fitted
+    data = found.model.data
+    fitted = found.fitted.copy()
+    fitted[~(data.used | data.free)] = math.nan
     unit = f"N{found.model.scene.per_length}"
     columns = {
         "depth [m]": found.curve.depth,
@@ -117,6 +131,8 @@ def _reading_options(parser: Any) -> None:
     group.add_argument("--columns", nargs=2, metavar="NAME", help=about)
     about = "length of the line contact in m, for forces in newtons"
     group.add_argument("--width", type=float, metavar="M", help=about)
+    about = "of the cantilever in N/m: the noise of the force is in the depth, too"
+    group.add_argument("--spring-constant", type=float, metavar="N/M", help=about)
     about = "number of the curve in an instrument file with several"
     group.add_argument("--curve", type=int, metavar="N", help=about)
     group.add_argument("--delimiter", choices=DELIMITERS, help="between columns of text")
@@ -135,47 +151,64 @@ def _reading(options: argparse.Namespace, given: SceneFile) -> Reading:
     layout = replace(known.layout, **{key: said[key] for key in LAYOUT if key in said})
     columns = tuple(options.columns) if options.columns else known.columns
     width, number = said.get("width", known.width), said.get("curve", known.number)
+    spring = said.get("spring_constant", known.spring_constant)
     if given.scene.axisymmetric:
         if width is not None:
             refusal = f"width = {width!r} with geometry = 'axisymmetric': leave it out"
             raise ValueError(refusal)
         width = 1.0
-    return Reading(columns, width, layout, number)
+    return Reading(columns, width, layout, number, spring)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Fit a file, or test the fit on synthetic data."""
-    quick_means = "linearised intervals only; 20 trials"
-    parser = command.parser("fit", __doc__, quick_means, jobs=1)
-    parser.add_argument("data", type=Path, nargs="?", metavar="DATA.csv", help="measured curve")
+    """Fit a file or a folder of them, or test the fit on simulated data; 1 if it does not fit."""
+    quick_means = "linearised intervals and no alternatives; 10 trials of each kind"
+    parser = command.parser("fit", __doc__, quick_means)
+    about = "measured curve, or a folder of curves"
+    parser.add_argument("data", type=Path, nargs="?", metavar="DATA", help=about)
     parser.add_argument("--scene", type=Path, metavar="FILE.toml", help="scene file to start from")
     known = f"default: {' '.join(DEFAULT)}; known: {' '.join(NAMES)}"
     parser.add_argument(
         "--parameters", nargs="+", default=list(DEFAULT), metavar="NAME", help=known
     )
-    parser.add_argument("--self-test", action="store_true", help="synthetic data in place of DATA")
+    about = "parameter that all curves of a folder have in common"
+    parser.add_argument("--shared", metavar="NAME", help=about)
+    parser.add_argument("--self-test", action="store_true", help="simulated data in place of DATA")
     parser.add_argument(
-        "--trials", type=int, metavar="N", help="of --self-test; default: 100, quick 20"
+        "--trials", type=int, metavar="N", help="of each kind in --self-test; default 200, quick 10"
     )
     _reading_options(parser)
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:
-        scene = load(options.scene).scene if options.scene else fit_trials.SCENE
-        trials = (20 if quick else 100) if options.trials is None else options.trials
-        names = tuple(options.parameters)
-        params = fit_trials.Parameters(scene, names, trials, profile=not quick)
-        return fit_trials.report(params, out, options.jobs)
+        return _self_test(
+            (10 if quick else 200) if options.trials is None else options.trials, options, out
+        )
     if options.data is None or options.scene is None:
-        parser.error("DATA.csv and --scene are needed; or give --self-test")
-    if options.jobs > 1:
-        parser.error(f"--jobs {options.jobs}: one curve is fitted in one process; give 1")
+        parser.error("DATA and --scene are needed; or give --self-test")
     given = load(options.scene)
-    curve = read_curve(options.data, _reading(options, given))
-    found = fit(given.scene, curve, options.parameters, profiles=not quick, show=tell)
+    reading = _reading(options, given)
+    files = many.curves(options.data, reading)
+    if len(files) != 1 or options.data.is_dir():
+        job = many.FittedFile(options.scene, reading, tuple(options.parameters), not quick)
+        return many.report(job, files, options.shared, given.title, options.data, out, options.jobs)
+    if options.shared is not None:
+        parser.error(f"--shared {options.shared}: one curve shares nothing; give a folder")
+    curve = read_curve(options.data, reading)
+    asked = {"profiles": not quick, "alternatives": not quick}
+    found = fit(given.scene, curve, options.parameters, **asked, show=tell)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
     written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
-    written += out.figure(name, plot(found, given.title))
+    written += out.figure(f"{name}.png", plot(found, given.title))
     print(f"written: {', '.join(map(str, written))}")
-    return 0
+    return 0 if found.quality.fits else 1
+
+
+def _self_test(trials: int, options: argparse.Namespace, out: command.Output) -> int:
+    params = fit_trials.Parameters(trials)
+    record = fit_trials.run(params, jobs=options.jobs)
+    written = out.table("fit_self_test.csv", params, *fit_trials.table(record))
+    print(fit_trials.told(record))
+    print(f"written: {written}")
+    return 0 if record.passed else 1

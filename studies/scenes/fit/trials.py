@@ -1,154 +1,252 @@
-"""The self-test of `fit`: synthetic curves with noise, fitted from a wrong start."""
+"""The self-test of `fit`: simulated curves of many kinds, good and bad, fitted from a wrong start.
+
+A sphere on a soft layer is varied at random (w, γ₁ and R by a factor up to 2 to either side), and
+so are the noise, the number of points and, where the kind does not say it, the spring that holds
+the sphere. "k_c = ..." and "rigid": nothing is wrong; "offset": the zero of the depth is off by up
+to 5 µm; "baseline": the free line has a level up to 0.5 nN and a slope up to 3 pN/nm; "drift": the
+zeros of depth and force move while it is measured; "no tension": γ₁ = 0, and the fit has it;
+"half-space": a JKR contact on a body far thicker than the contact; "layer": the response of a
+bonded layer with ν = 0.49; "sign": the force is reversed; "hysteresis": contact opens with 2 to 5
+times w.
+
+Called rightly: a good curve is accepted, and no other model preferred; tension is said not to be
+needed; the others are doubted. A drift may be either, unless it spoils the answer. Wrong without a
+word: the truth lies farther off than twice the interval, and neither the verdict nor an alternative
+says anything.
+"""
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from discretization import load_path
+from discretization import load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-from studies.scenes.fit import failures as fit_failures
-from studies.scenes.fit.estimate import fit
+from studies.scenes.fit.branches import Branch
+from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import Curve
-from studies.scenes.fit.model import DEFAULT, astray, parameters_of
+from studies.scenes.fit.model import astray
+from studies.shared import Array
 from studies.shared.batches import Progress, each, tell
-from studies.shared.command import Output
 from studies.shared.table import Table
 
-NEEDED = 0.9  # of the intervals hold the truth
-SCENE = Scene(  # a very soft film, whose tension is felt: l = 43 µm, a(0) = 140 µm, δ₀ = 0.32 µm
-    ElasticLayer(E=50.0, nu=0.45, h=5e-6),
-    SurfaceEnergies.from_work(gamma1=0.07, w=2e-6),
-    Parabola(R=0.05),
+SPRINGS = {"rigid": math.inf, "k_c = 0.3": 0.3, "k_c = 0.08": 0.08, "k_c = 0.03": 0.03}  # N/m
+GOOD = (*SPRINGS, "offset", "baseline")
+KINDS = (*GOOD, "drift", "no tension", "half-space", "layer", "sign", "hysteresis")
+SCENE = Scene(
+    ElasticLayer(E=30e3, nu=0.45, h=0.3e-6),
+    SurfaceEnergies.from_work(gamma1=0.03, w=1e-4),
+    Parabola(R=5e-6),
+    geometry="axisymmetric",
 )
+THICK, NU = 20e-6, 0.49  # of "half-space", m, and of "layer"
+SPREAD, WRONG, FAR_OFF = math.log(2.0), 1.5, 2.0
+NEEDED, COVERED, SILENT = 0.9, 0.91, 0.02  # called rightly, intervals that hold, wrong answers
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """Scene with the true parameters, what is fitted, trials, steps per branch, noise, start.
+    """How many curves of each kind; ranges of the noise [N], points per way, and depth over δ₀."""
 
-    noise: standard deviation over the largest force; wrong: how far off the search starts, as a
-    factor; reach: the curve goes from -reach to reach times δ₀; offset: true, in units of δ₀.
-    """
-
-    scene: Scene = SCENE
-    names: tuple[str, ...] = DEFAULT
-    trials: int = 100
-    steps: int = 40
-    noise: float = 0.01
-    wrong: float = 1.5
-    reach: float = 1.1
-    offset: float = 0.05
-    profile: bool = True
-    seed: int = 11
+    curves: int = 200
+    kinds: tuple[str, ...] = KINDS
+    noise: tuple[float, float] = (5e-12, 40e-12)
+    points: tuple[int, int] = (80, 200)
+    depth: tuple[float, float] = (1.0, 2.5)
+    seed: int = 28
 
 
-class Trial(NamedTuple):
-    """One estimate, its linearised interval, and whether that and the profile hold the truth."""
+class Outcome(NamedTuple):
+    """A curve fitted: whether it was called rightly, whether the answer was wrong without a word,
+    and whether the profile intervals of w, γ₁ and the offset hold the truth (None: withheld)."""
 
-    value: float
-    interval: tuple[float, float] | None
-    holds: bool
-    profile_holds: bool
+    kind: str
+    number: int
+    rightly: bool
+    silent: bool
+    holds: tuple[bool | None, ...]
+    times: float
 
 
 @dataclass(frozen=True)
 class Record:
-    """Trials, each a tuple over the parameters fitted, and the truth by name."""
+    """The outcomes, `curves` of each kind."""
 
     parameters: Parameters
-    truth: dict[str, float]
-    trials: tuple[tuple[Trial, ...], ...]
+    outcomes: tuple[Outcome, ...]
 
-    def share(self, i: int) -> tuple[float, float]:
-        """Of trials whose interval of parameter i holds the truth: linearised, profile."""
-        held = [(trial[i].holds, trial[i].profile_holds) for trial in self.trials]
-        linear, profile = np.mean(held, axis=0).tolist()
-        return linear, profile
+    def share(self, kind: str, name: str) -> float:
+        """Of the curves of a kind that are `rightly` called or `silent`."""
+        return float(np.mean([getattr(o, name) for o in self.outcomes if o.kind == kind]))
+
+    def coverage(self, kind: str, i: int) -> float:
+        """Share of the intervals given that hold the truth; nan where none are."""
+        held = [o.holds[i] for o in self.outcomes if o.kind == kind]
+        known = [bool(one) for one in held if one is not None]
+        return sum(known) / len(known) if known else math.nan
 
     @property
     def passed(self) -> bool:
-        """Whether every share is enough, of linearised and of profile intervals."""
-        return all(min(self.share(i)) >= NEEDED for i in range(len(self.parameters.names)))
+        """Whether enough is called rightly, intervals hold the truth, and nothing is silent."""
+        kinds, n = self.parameters.kinds, self.parameters.curves
+        slack = 2 * math.sqrt(COVERED * (1 - COVERED) / n)  # of a share found in n curves
+        held = [self.coverage(kind, i) for kind in kinds if kind in GOOD for i in range(3)]
+        called = all(self.share(kind, "rightly") >= NEEDED for kind in kinds)
+        silent = np.mean([one.silent for one in self.outcomes]) <= SILENT
+        return bool(called and silent and all(one >= COVERED - slack for one in held))
 
 
-def clean_curve(p: Parameters) -> Curve:
-    """The simulated curve without noise, its depths off by the true offset if that is fitted."""
-    far = p.reach * p.scene.critical_separation
-    depths = np.concatenate([np.linspace(-far, far, p.steps), np.linspace(far, -far, p.steps)])
-    force = load_path(p.scene, depths=depths).force
-    return Curve(depths + _truth(p)["offset"], force)
+class Case(NamedTuple):
+    """A curve, from where its fit starts, and the truth."""
 
-
-def _truth(p: Parameters) -> dict[str, float]:
-    shift = p.offset * p.scene.critical_separation if "offset" in p.names else 0.0
-    return parameters_of(p.scene) | {"offset": shift}
-
-
-def wrong_start(p: Parameters) -> Scene:
-    """The scene with the fitted parameters off by a factor, w downwards and γ₁ upwards."""
-    return astray(p.scene, p.names, p.wrong)
+    curve: Curve
+    start: Scene
+    truth: dict[str, float]
 
 
 def run(p: Parameters, show: Callable[[Progress], object] = tell, jobs: int = 1) -> Record:
-    """All trials, in `jobs` processes; ValueError for a scene that cannot be fitted."""
-    if p.trials < 1:
-        raise ValueError(f"trials = {p.trials!r} must be at least 1: give the number of curves")
-    curve, truth, start = clean_curve(p), _truth(p), wrong_start(p)
-    rng, sigma = np.random.default_rng(p.seed), p.noise * float(np.abs(curve.force).max())
-    noise = sigma * rng.standard_normal((p.trials, curve.force.size))
-    noisy = [Curve(curve.depth, curve.force + own) for own in noise]
-    return Record(p, truth, tuple(each(partial(_tried, p, start, truth), noisy, jobs, show)))
+    """All curves, in `jobs` processes. ValueError for none."""
+    if p.curves < 1:
+        raise ValueError(f"trials = {p.curves!r} must be at least 1: give the number of curves")
+    cases = [(kind, number) for number in range(1, p.curves + 1) for kind in p.kinds]
+    return Record(p, tuple(each(partial(outcome, p), cases, jobs, show)))
 
 
-def _tried(p: Parameters, start: Scene, truth: dict[str, float], curve: Curve) -> tuple[Trial, ...]:
-    found, trials = fit(start, curve, p.names, profiles=False), []
-    for i, one in enumerate(found.estimates):
-        low, high = one.interval or (math.inf, -math.inf)  # withheld: it holds nothing
-        holds = low <= truth[one.name] <= high
-        inside = found.inside_profile(i, truth[one.name]) if p.profile else holds
-        trials.append(Trial(one.value, one.interval, holds, inside))
-    return tuple(trials)
+def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
+    """One curve, fitted and judged."""
+    curve, start, truth = case(p, *which)
+    kind, number = which
+    try:
+        found = fit(start, curve, profiles=False)
+    except ValueError:  # refused, which is a word
+        return Outcome(kind, number, kind not in GOOD, False, (None,) * 3, math.nan)
+    doubted = not found.quality.fits or any(one.doubtful for one in found.alternatives)
+    holds, silent = [], False
+    for i, (name, true) in enumerate(truth.items()):
+        span = found[name].interval
+        known = span is not None and found[name].identifiable
+        sought = known and (true > 0 or name == "offset")
+        holds.append(found.inside_profile(i, true) if sought else False if known else None)
+        silent |= span is not None and not doubted and _far(found, name, true)
+    rightly = doubted
+    if kind in GOOD:
+        rightly = found.quality.fits and not any(one.preferred for one in found.alternatives)
+    elif kind == "no tension":
+        rightly = "gamma1" in found.needless
+    elif kind == "drift":
+        rightly = not silent
+    return Outcome(kind, number, rightly, silent, tuple(holds), found.quality.times)
+
+
+def _far(found: Fit, name: str, true: float) -> bool:
+    low, high = found[name].interval or (-math.inf, math.inf)
+    value = found[name].value
+    return found[name].identifiable and not (
+        value - FAR_OFF * (value - low) <= true <= value + FAR_OFF * (high - value)
+    )
+
+
+def case(p: Parameters, kind: str, number: int) -> Case:
+    """A random curve of a kind; the same for the same number and seed."""
+    rng = np.random.default_rng([p.seed, KINDS.index(kind), number])
+    scene = _varied(SCENE, kind, rng)
+    stiffness = SPRINGS.get(kind) or float(rng.choice(list(SPRINGS.values())))
+    drive = _drives(p, scene, stiffness, rng)
+    force = (_half_space if kind == "half-space" else simulated)(scene, drive, stiffness)
+    force = force + math.exp(rng.uniform(*np.log(p.noise))) * rng.standard_normal(force.size)
+    passed, sides = np.linspace(0.0, 1.0, force.size), rng.choice([-1.0, 1.0], 2)
+    zero = float(rng.uniform(-5e-6, 5e-6)) if kind == "offset" else 0.1 * scene.critical_separation
+    if kind == "baseline":
+        force = force + rng.uniform(-0.5e-9, 0.5e-9) + rng.uniform(-3e-3, 3e-3) * drive
+    if kind == "drift":
+        drive = drive + sides[0] * rng.uniform(1e-9, 10e-9) * passed
+        force = force + sides[1] * rng.uniform(0.0, 0.3e-9) * passed
+    curve = Curve(drive + zero - force / stiffness, force, stiffness)
+    if kind == "sign":
+        curve = curve._replace(force=-force)
+    truth = {"w": scene.work_of_adhesion, "gamma1": scene.gamma1, "offset": zero}
+    plain = replace(scene, opening=None, layer=replace(scene.layer, response="springs"))
+    if kind in ("no tension", "half-space"):
+        truth["gamma1"] = 0.0
+        plain = replace(plain, surfaces=SurfaceEnergies.from_work(0.02, truth["w"]))
+    return Case(curve, astray(plain, ("w", "gamma1"), WRONG), truth)
+
+
+def _varied(scene: Scene, kind: str, rng: np.random.Generator) -> Scene:
+    w, gamma1, size = (float(x) for x in np.exp(rng.uniform(-SPREAD, SPREAD, 3)))
+    w, gamma1 = w * scene.work_of_adhesion, gamma1 * scene.gamma1
+    opening, layer = None, scene.layer
+    if kind == "hysteresis":
+        opening = SurfaceEnergies.from_work(gamma1, w * float(rng.uniform(2, 5)))
+    if kind == "half-space":
+        layer = replace(layer, h=THICK)
+    if kind == "layer":
+        layer = replace(layer, nu=NU, response="layer")
+    surfaces = SurfaceEnergies.from_work(0.0 if kind == "no tension" else gamma1, w)
+    body = Parabola(R=5e-6 * size)
+    return replace(scene, layer=layer, surfaces=surfaces, indenter=body, opening=opening)
+
+
+def _drives(p: Parameters, scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
+    """In from where nothing holds, and out again, with a free part as long as what comes before."""
+    unit = math.sqrt(2 * scene.work_of_adhesion / SCENE.stiffness)
+    pull = 2 * math.pi * _radius(scene) * scene.opened.work_of_adhesion / stiffness
+    reach, deep = pull + 2 * scene.opened.critical_separation, float(rng.uniform(*p.depth)) * unit
+    if scene.layer.h == THICK:
+        deep, reach = 4 * deep + pull, pull + 4 * unit
+    else:
+        deep += max(minimise(replace(scene, opening=None), deep).force, 0.0) / stiffness
+    n = int(rng.integers(*p.points))
+    way = np.linspace(-float(rng.uniform(1.5, 2.5)) * reach, deep, n)
+    return np.concatenate([way, way[::-1]])
+
+
+def _radius(scene: Scene) -> float:
+    return 1 / (2 * float(scene.indenter.height(np.array(1.0))))
+
+
+def simulated(scene: Scene, drive: Array, stiffness: float) -> Array:
+    """The forces of load_path under the machine's own control."""
+    if math.isinf(stiffness):
+        return load_path(scene, depths=drive, rtol=1e-5).force
+    return load_path(scene, drives=drive, machine_stiffness=stiffness, rtol=1e-5).force
+
+
+def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
+    """Johnson, Kendall and Roberts (1971): d = a²/R - √(2πaw/E*), P = 4E*a³/3R - √(8πwE*a³)."""
+    modulus = scene.layer.E / (1 - scene.layer.nu**2)
+    R, w = _radius(scene), scene.work_of_adhesion
+    least = (math.pi * w * R**2 / (8 * modulus)) ** (1 / 3)  # dd/da = 0
+    a = least * np.linspace(12.0, 1.0, 2000)
+    depth = a**2 / R - np.sqrt(2 * math.pi * a * w / modulus)
+    force = 4 * modulus * a**3 / (3 * R) - np.sqrt(8 * math.pi * w * modulus * a**3)
+    found, end = Branch(depth, force, True).read(drive, stiffness)
+    way = np.arange(drive.size) < drive.size // 2
+    return np.where(drive < np.where(way, 0.0, end), 0.0, found)
 
 
 def told(record: Record) -> str:
-    """A line per parameter."""
+    """A line per kind."""
     p = record.parameters
     lines = [
-        f"{'parameter':12s}{'truth':>12s}{'mean':>12s}{'spread':>10s}{'linearised':>12s}{'profile':>10s}"
+        f"{p.curves} random curves of each kind",
+        f"{'kind':12s}{'called rightly':>15s}{'wrong, no word':>15s}   held: w, γ₁, offset",
     ]
-    for i, name in enumerate(p.names):
-        values, true = np.array([trial[i].value for trial in record.trials]), record.truth[name]
-        spread = float(values.std()) / abs(true) if true else math.nan
-        linear, profile = record.share(i)
-        text = f"{name:12s}{true:>12.5g}{values.mean():>12.5g}{spread:>10.1%}"
-        lines.append(f"{text}{linear:>12.0%}{profile:>10.0%}")
-    count = f"{len(record.trials)} curves; share of the 95 % intervals that hold the truth"
-    return "\n".join([count, *lines, f"needed: {NEEDED:.0%}"])
+    for kind in p.kinds:
+        held = (record.coverage(kind, i) for i in range(3))
+        shares = "".join("      –" if math.isnan(one) else f"{one:>7.1%}" for one in held)
+        rightly, silent = record.share(kind, "rightly"), record.share(kind, "silent")
+        lines.append(f"{kind:12s}{rightly:>15.1%}{silent:>15.1%}   {shares}")
+    silent = float(np.mean([one.silent for one in record.outcomes]))
+    needed = f"needed: {NEEDED:.0%}, {SILENT:.0%} in the mean, {COVERED:.0%} of good curves"
+    return "\n".join([*lines, f"{'all':12s}{'':15s}{silent:>15.1%}", needed])
 
 
 def table(record: Record) -> Table:
-    """Columns and a row per trial and parameter, SI."""
-    rows = [
-        [number, name, record.truth[name], one.value, *(one.interval or ("", "")), *one[2:]]
-        for number, trial in enumerate(record.trials, 1)
-        for name, one in zip(record.parameters.names, trial, strict=True)
-    ]
-    columns = ["trial", "parameter", "truth", "estimate", "low", "high"]
-    return [*columns, "holds_truth", "profile_holds_truth"], rows
-
-
-def report(p: Parameters, out: Output, jobs: int = 1) -> int:
-    """Run, print, write; 1 if too few intervals hold the truth, or a failure is not called."""
-    record = run(p, jobs=jobs)
-    written = [out.table("fit_self_test.csv", p, *table(record))]
-    print(told(record))
-    failures = fit_failures.run(fit_failures.Parameters(p.scene, p.trials), jobs=jobs)
-    rows = fit_failures.table(failures)
-    written.append(out.table("fit_self_test_failures.csv", failures.parameters, *rows))
-    print(fit_failures.told(failures))
-    print(f"written: {', '.join(map(str, written))}")
-    return 0 if record.passed and failures.passed else 1
+    """Columns and a row per curve."""
+    rows = [[*o[:4], *("" if h is None else h for h in o.holds), o.times] for o in record.outcomes]
+    columns = ["kind", "curve", "called_rightly", "wrong_without_a_word"]
+    return [*columns, "holds_w", "holds_gamma1", "holds_offset", "residual_over_noise"], rows

@@ -12,11 +12,15 @@ import numpy as np
 import pytest
 
 from discretization import load_path
-from energy import ElasticLayer, Scene, SurfaceEnergies
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies.scenes.fit.force_curve import Curve
-from studies.scenes.fit.trials import SCENE
 from studies.scenes.grid import SolvedScene
 
+SCENE = Scene(  # a very soft film, whose tension is felt: l = 43 µm, a(0) = 140 µm, δ₀ = 0.32 µm
+    ElasticLayer(E=50.0, nu=0.45, h=5e-6),
+    SurfaceEnergies.from_work(gamma1=0.07, w=2e-6),
+    Parabola(R=0.05),
+)
 HELD_FROM = 30  # lines
 
 

@@ -140,7 +140,7 @@ def test_scene_files_and_options_say_how_a_curve_is_read(tmp_path, capsys):
     scene, data = tmp_path / "scene.toml", tmp_path / "kurve.csv"
     scene.write_text(FIT_SCENE + TABLE, "utf-8")
     curve = measured(SCENE, [-1.1, 1.1, -1.1], 0.01)
-    rows = [f"{1e6 * d:.9f};{1e3 * 0.01 * p:.9f}" for d, p in zip(*curve, strict=True)]
+    rows = [f"{1e6 * d:.9f};{1e3 * 0.01 * p:.9f}" for d, p in zip(*curve[:2], strict=True)]
     data.write_text("1;2\nWeg;Kraft\n" + "\n".join(rows).replace(".", ","), "utf-8")
     arguments = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path), "--quick"]
     assert command_line.main(arguments) == 0

@@ -1,0 +1,172 @@
+"""Fits of many curves: a folder, or an instrument file with several; parameters in common."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from energy.units import prefixed
+from studies.scenes.curve_file import INSTRUMENT, Reading, count, read_curve
+from studies.scenes.file import load
+from studies.scenes.fit.estimate import UNITS, Fit, fit
+from studies.scenes.fit.model import NAMES, parameters_of, scene_with
+from studies.scenes.sweep.store import Record
+from studies.scenes.sweep.study import sweep
+from studies.scenes.sweep.study import table as swept
+from studies.shared import Array
+from studies.shared.batches import tell
+from studies.shared.command import Output
+from studies.shared.figures import BLUE, Figure, canvas
+
+NORMAL = 1.96  # standard deviations, of intervals at 95 %
+TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
+
+
+@dataclass(frozen=True)
+class FittedFile:
+    """The fit of one curve as a function of its name, in any process.
+
+    fixed: parameters that are not fitted, in place of those of the scene.
+    """
+
+    scene: Path
+    reading: Reading
+    names: tuple[str, ...]
+    alternatives: bool
+    fixed: tuple[tuple[str, float], ...] = ()
+
+    def __call__(self, point: dict[str, Any]) -> dict[str, Any]:
+        """Estimates with linearised intervals, the verdict and what is warned of."""
+        name, _, number = str(point["curve"]).partition("#")
+        reading = replace(self.reading, number=int(number)) if number else self.reading
+        scene = load(self.scene).scene
+        scene = scene_with(scene, parameters_of(scene) | dict(self.fixed))
+        curve = read_curve(Path(name), reading)
+        return row(fit(scene, curve, self.names, profiles=False, alternatives=self.alternatives))
+
+    def identity(self, names: Sequence[str]) -> Any:
+        """What determines the numbers besides the names of the curves, as plain data."""
+        files = sorted({name.partition("#")[0] for name in names})
+        contents = [sha256(Path(file).read_bytes()).hexdigest() for file in files]
+        text = self.scene.read_text("utf-8")
+        return [text, repr(self.reading), self.names, self.alternatives, self.fixed, contents]
+
+
+def row(found: Fit) -> dict[str, Any]:
+    """A fit as numbers and texts."""
+    values: dict[str, Any] = {}
+    for one in found.estimates:
+        low, high = one.interval or (math.nan, math.nan)
+        values |= {one.name: one.value, f"{one.name}_low": low, f"{one.name}_high": high}
+    quality = {"fits": found.quality.fits, "residual_over_noise": found.quality.times}
+    return values | quality | {"warnings": "; ".join(found.warnings)}
+
+
+def curves(data: Path, reading: Reading) -> list[str]:
+    """The curves of a folder, of an instrument file ("name#number"), or the file itself."""
+    if data.is_dir():
+        known = (*TEXT, *INSTRUMENT)
+        files = sorted(path for path in data.iterdir() if path.suffix.lower() in known)
+        if not files:
+            raise ValueError(f"{data}: holds no curves; their names end in {', '.join(known)}")
+        return [name for path in files for name in curves(path, reading)]
+    several = data.suffix.lower() in INSTRUMENT and reading.number is None
+    total = count(data) if several else 1
+    return [str(data)] if total == 1 else [f"{data}#{i}" for i in range(1, total + 1)]
+
+
+class Common(NamedTuple):
+    """One value for all curves, its interval at 95 %, and χ² of their deviations over its mean."""
+
+    name: str
+    value: float
+    interval: tuple[float, float]
+    chance: float
+    curves: int
+
+    def __str__(self) -> str:
+        low, high = self.interval
+        text = f"{self.name} = {self.value:.5g} [{low:.5g}, {high:.5g}] {UNITS[self.name]}"
+        verdict = "they may have it in common"
+        if self.chance > 1 + 3 * math.sqrt(2 / max(self.curves - 1, 1)):
+            verdict = "WARNING: they do not have it in common"
+        return f"{text} from {self.curves} curves, χ² per curve {self.chance:.2g}: {verdict}"
+
+
+def common(name: str, low: Array, high: Array) -> Common:
+    """The mean of the logarithms weighted by what each curve tells, from intervals at 95 % (n,).
+
+    nan: a curve without one. ValueError if none has one.
+    """
+    known = np.isfinite(low + high) & (low > 0) & (high > low)
+    if not known.any():
+        raise ValueError(f"shared = {name!r}: no curve has an interval of it; look at the table")
+    ends = np.log(np.stack([low[known], high[known]]))
+    logs, errors = ends.mean(axis=0), np.ptp(ends, axis=0) / (2 * NORMAL)
+    mean, reach = float(np.average(logs, weights=errors**-2)), np.sum(errors**-2) ** -0.5
+    chance = float(np.sum(((logs - mean) / errors) ** 2)) / max(logs.size - 1, 1)
+    low_end, high_end = np.exp(mean + NORMAL * reach * np.array([-1.0, 1.0])).tolist()
+    return Common(name, math.exp(mean), (low_end, high_end), chance, logs.size)
+
+
+def plot(record: Record, names: Sequence[str], title: str) -> Figure:
+    """The distribution of each parameter over the curves that the model fits."""
+    figure, panels = canvas(5.5 * len(names), 4.5, 1, len(names), squeeze=False)
+    fits = record.column("fits") == 1
+    for axes, name in zip(panels[0], names, strict=True):
+        values, (unit, _, area) = record.column(name)[fits], UNITS[name].partition("/")
+        size = prefixed(values, unit)
+        axes.hist(values / size.size, bins="auto", color=BLUE)
+        axes.axvline(float(np.median(values)) / size.size, color="black", ls="--", label="median")
+        axes.set(xlabel=f"{name} in {size.symbol}/{area}", ylabel="curves")
+        axes.legend()
+    figure.suptitle(f"{title}: {fits.sum()} of {fits.size} curves", fontsize=12)
+    return figure
+
+
+def report(
+    job: FittedFile,
+    files: Sequence[str],
+    shared: str | None,
+    title: str,
+    data: Path,
+    out: Output,
+    jobs: int,
+) -> int:
+    """Fit all, tell the medians, write table and figure; 1 if a curve failed or does not fit."""
+    if shared is not None and (shared not in job.names or shared == "offset" or len(job.names) < 2):
+        known = ", ".join(name for name in NAMES if name in job.names and name != "offset")
+        raise ValueError(f"shared = {shared!r} must be one of what is fitted: {known}")
+    name, written = f"{data.stem}_fits", []
+    record = _swept(job, files, out.folder / f"{name}.jsonl", jobs)
+    written.append(out.table(f"{name}.csv", repr(job), *swept(record)))
+    if shared is not None:
+        found = common(shared, *(record.column(f"{shared}_{end}") for end in ("low", "high")))
+        print(found)
+        names = tuple(one for one in job.names if one != shared)
+        job = replace(job, names=names, fixed=((shared, found.value),))
+        name = f"{name}_shared_{shared}"
+        record = _swept(job, files, out.folder / f"{name}.jsonl", jobs)
+        written.append(out.table(f"{name}.csv", repr(job), *swept(record), notes=[str(found)]))
+    fits = record.column("fits") == 1
+    print(f"{int(fits.sum())} of {len(files)} curves are described by the model")
+    shown = [one for one in job.names if one != "offset"]
+    for one in shown:
+        if fits.any():
+            low, middle, high = np.quantile(record.column(one)[fits], (0.16, 0.5, 0.84))
+            print(
+                f"{one}: median {middle:.4g} {UNITS[one]}, "
+                f"68 % of curves in [{low:.4g}, {high:.4g}]"
+            )
+    if fits.any() and shown:
+        written += out.figure(f"{name}.png", plot(record, shown, title))
+    print(f"written: {', '.join(map(str, written))}")
+    return 0 if fits.all() else 1
+
+
+def _swept(job: FittedFile, files: Sequence[str], path: Path, jobs: int) -> Record:
+    return sweep(job, {"curve": files}, path, jobs=jobs, identity=job.identity(files), show=tell)

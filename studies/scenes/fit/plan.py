@@ -1,0 +1,150 @@
+"""Can w and γ₁ be told apart with this sphere, layer and noise, and what would tell them better?
+
+A curve of the scene is simulated, from out of contact to the deepest depth of the file (or the
+largest of its [path]) and back; the derivatives of its forces give the 95 % intervals that a fit
+would find,
+
+    p (1 ± t(n - m) σ √((JᵀJ)⁻¹)ᵢᵢ),
+
+the offset of the depth and the line without contact being fitted, too. The same for other spheres,
+springs, depths, layers and noises says what to change. --checks simulated curves with noise are
+fitted: their estimates must scatter as foretold. Output: SCENE_plan.csv. Exit status 1 if the
+scatter of the checks is not within a factor 1.5 of what was foretold.
+"""
+
+import argparse
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from discretization import load_path, minimise
+from energy import Circle, Parabola, Scene
+from studies.scenes.file import load
+from studies.scenes.fit.estimate import fit
+from studies.scenes.fit.force_curve import Curve, Data
+from studies.scenes.fit.model import Model
+from studies.scenes.fit.search import conditioning
+from studies.shared import command
+from studies.shared.batches import each
+
+NAMES = ("w", "gamma1", "offset")
+TOLD, FACTOR = 0.2, 1.5  # a parameter is told that is known to 20 %; scatter over what was foretold
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is measured: noise of the force, spring of the machine, points per way, depth."""
+
+    scene: Scene
+    noise: float
+    stiffness: float
+    points: int
+    deepest: float
+
+    def curve(self, noise: float, seed: int = 0) -> Curve:
+        """In from where nothing holds, and out again; the free part is as long as the rest."""
+        state = minimise(self.scene, self.deepest)
+        deep = self.deepest + state.force / self.stiffness
+        pull = load_path(self.scene, depths=[self.deepest, -9 * self.scene.critical_separation])
+        last = pull.events[-1].before
+        out = last.depth + min(last.force, pull.pull_off.force) / self.stiffness
+        way = np.linspace(out - max(0.7 * (deep - out), 0.0), deep, self.points)
+        drive = np.concatenate([way, way[::-1]])
+        machine = {"drives": drive, "machine_stiffness": self.stiffness}
+        history = load_path(
+            self.scene, **({"depths": drive} if math.isinf(self.stiffness) else machine)
+        )
+        error = noise * np.random.default_rng(seed).standard_normal(drive.size)
+        force = history.force + error
+        return Curve(drive - force / self.stiffness, force, self.stiffness)
+
+    def foretold(self) -> tuple[float, float, float]:
+        """Relative half-widths of the 95 % intervals of w and γ₁, and the condition."""
+        model = Model.of(self.scene, NAMES, Data.of(self.curve(self.noise)), 0.0)
+        jacobian = model.jacobian(model.start, range(model.start.size))
+        condition, _, spread = conditioning(jacobian, len(NAMES))
+        w, gamma1 = (1.96 * self.noise * spread[:2]).tolist()
+        return w, gamma1, condition
+
+
+def changes(one: Experiment) -> dict[str, Experiment]:
+    """The experiment, and what else might be done."""
+    scene = one.scene
+    found = {"as planned": one, "half the noise": replace(one, noise=one.noise / 2)}
+    found["twice as deep"] = replace(one, deepest=2 * one.deepest)
+    body = scene.indenter
+    if isinstance(body, Parabola | Circle):
+        for name, factor in (("R / 3", 1 / 3), ("3 R", 3.0)):
+            other = replace(scene, indenter=replace(body, R=factor * body.R))
+            found[name] = replace(one, scene=other)
+    for name, factor in (("h / 2", 0.5), ("2 h", 2.0)):
+        other = replace(scene, layer=replace(scene.layer, h=factor * scene.layer.h))
+        found[name] = replace(one, scene=other)
+    if not math.isinf(one.stiffness):
+        found["a spring 4 times as stiff"] = replace(one, stiffness=4 * one.stiffness)
+    return found
+
+
+def checked(one: Experiment, seed: int) -> tuple[float, float]:
+    """Logarithms of w and γ₁ of a simulated curve over the truth."""
+    curve = one.curve(one.noise, seed)
+    found = fit(one.scene, curve, NAMES, profiles=False, alternatives=False)
+    truth = one.scene.work_of_adhesion, one.scene.gamma1
+    w, gamma1 = (math.log(found[n].value / t) for n, t in zip(NAMES, truth, strict=False))
+    return w, gamma1
+
+
+def verdict(w: float, gamma1: float) -> str:
+    """What the half-widths mean."""
+    told = [name for name, reach in (("w", w), ("gamma1", gamma1)) if reach <= TOLD]
+    return f"tells {' and '.join(told)}" if told else "tells neither"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Tell what a measurement would tell; 1 if simulated fits scatter otherwise."""
+    parser = command.parser("plan", __doc__, "5 checks")
+    parser.add_argument("--scene", type=Path, required=True, metavar="FILE.toml")
+    about = "standard deviation of the force: N around an axis, else N/m"
+    parser.add_argument("--noise", type=float, required=True, metavar="N", help=about)
+    about = "of the cantilever in N/m, for a turned body; default: rigid"
+    parser.add_argument(
+        "--spring-constant", type=float, default=math.inf, metavar="N/M", help=about
+    )
+    parser.add_argument("--points", type=int, default=200, metavar="N", help="on each way")
+    about = "simulated curves that are fitted; default: 20, quick 5"
+    parser.add_argument("--checks", type=int, metavar="N", help=about)
+    options, out = command.parse(parser, argv)
+    one, rows = _planned(options), []
+    for name, other in changes(one).items():
+        w, gamma1, condition = other.foretold()
+        rows.append([name, w, gamma1, condition, verdict(w, gamma1)])
+        command.say(f"{name:26s} w ± {w:7.1%}   gamma1 ± {gamma1:7.1%}   {verdict(w, gamma1)}")
+    columns = ["change", "w", "gamma1", "condition", "verdict"]
+    print(f"written: {out.table(f'{options.scene.stem}_plan.csv', vars(options), columns, rows)}")
+    count = (5 if options.preset == "quick" else 20) if options.checks is None else options.checks
+    if count < 2:
+        return 0
+    found = list(each(partial(checked, one), range(1, count + 1), options.jobs))
+    off = 1.96 * np.sqrt(np.mean(np.square(found), axis=0)) / np.array(rows[0][1:3], float)
+    print(f"{count} simulated fits scatter by {off[0]:.2g} (w) and {off[1]:.2g} (gamma1) of this")
+    return int(bool((off > FACTOR * (1 + math.sqrt(2 / count))).any()))
+
+
+def _planned(options: argparse.Namespace) -> Experiment:
+    """What the command line and the scene file say. ValueError for what cannot be measured."""
+    for name in ("noise", "spring_constant"):
+        if not getattr(options, name) > 0:
+            option = name.replace("_", "-")
+            raise ValueError(f"--{option} = {getattr(options, name)!r} must be positive")
+    if options.points < 20:
+        raise ValueError(f"--points = {options.points!r} must be at least 20 on each way")
+    given = load(options.scene)
+    depths = given.programme.values if given.programme else given.depths
+    if not depths.size or not depths.max() > 0:
+        raise ValueError(f"{options.scene}: depth: the largest must be > 0; give one to press to")
+    stiffness = options.spring_constant
+    return Experiment(given.scene, options.noise, stiffness, options.points, float(depths.max()))

@@ -1,0 +1,388 @@
+"""Fits of what instruments measure: cantilevers, any zero, tilted lines; other models; folders."""
+
+import math
+import re
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scene_files import refused
+from scenes import ROOT
+
+import studies
+from discretization import load_path
+from energy import Circle, FlatPunch, Parabola, PowerLaw, SurfaceEnergies
+from studies import __main__ as command_line
+from studies.scenes.curve_file import Reading, read_curve
+from studies.scenes.file import load
+from studies.scenes.fit import many, plan, trials
+from studies.scenes.fit import study as fit_study
+from studies.scenes.fit.alternatives import STRONG, Alternative
+from studies.scenes.fit.branches import one_way, retraction, touching
+from studies.scenes.fit.estimate import fit
+from studies.scenes.fit.force_curve import Curve, Data, baseline, free_parts
+from studies.scenes.fit.search import minimum
+from studies.scenes.fit.trials import SCENE
+from studies.shared.table import read
+
+FAST = {"profiles": False, "alternatives": False}
+SPHERE = """
+depth = 50e-9
+[layer]
+E = 30e3
+nu = 0.45
+h = 0.3e-6
+[surfaces]
+gamma1 = 0.045
+w = 0.7e-4
+[indenter]
+shape = "sphere"
+R = 5e-6
+[options]
+geometry = "axisymmetric"
+"""
+START = replace(SCENE, surfaces=SurfaceEnergies.from_work(0.045, 0.7e-4))
+
+
+def sphere(stiffness=math.inf, seed=1, noise=20e-12, n=90, zero=0.0, level=0.0, slope=0.0):
+    """A curve of SCENE from 150 nm above to 60 nm, with a baseline and the noise of a force."""
+    way = np.linspace(-150.7e-9, 60e-9, n)
+    drive = np.concatenate([way, way[::-1]])
+    force = trials.simulated(SCENE, drive, stiffness) + level + slope * drive
+    force = force + noise * np.random.default_rng(seed).standard_normal(drive.size)
+    return Curve(drive + zero - force / stiffness, force, stiffness)
+
+
+def written(path, curve, head="depth [nm];force [nN]"):
+    """A curve in a file of text."""
+    rows = [f"{1e9 * d:.6f};{1e9 * p:.7f}" for d, p in zip(*curve[:2], strict=True)]
+    path.write_text("\n".join([head, *rows]), "utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("body", "gamma1", "opening", "right"),
+    [
+        (Parabola(5e-6), 0.03, None, 1e-5),
+        (Circle(5e-6), 0.03, 3e-4, 1e-3),  # lines are held at first: a kink
+        (PowerLaw(1e16, 3.0), 0.03, None, 1e-5),
+        (FlatPunch(2e-6), 0.03, None, 1e-5),
+        (Parabola(5e-6), 0.0, None, 1e-3),
+    ],
+)
+@pytest.mark.parametrize("stiffness", [math.inf, 0.3, 0.03])
+def test_forces_read_off_a_depth_path_are_those_under_the_machine(
+    body, gamma1, opening, right, stiffness
+):
+    opened = opening and SurfaceEnergies.from_work(gamma1, opening)
+    surfaces = SurfaceEnergies.from_work(gamma1, 1e-4)
+    scene = replace(SCENE, indenter=body, surfaces=surfaces, opening=opened)
+    lift = 2.3e-8
+    legs = np.linspace(0.1 * lift, 2 * lift, 15), np.linspace(2 * lift, -1.2 * lift, 25)[1:]
+    touch = touching(scene)
+    found, same = retraction(scene, touch, 6 * lift)
+    ways = [found] * 2 if same else one_way(scene, touch, 6 * lift, [2 * lift], stiffness)
+    assert same == (gamma1 > 0 and opening is None)
+    read_off = [way.read(leg, stiffness) for way, leg in zip(ways, legs, strict=True)]
+    force = np.concatenate([force for force, _ in read_off])
+    drive, machine = np.concatenate(legs), {"machine_stiffness": stiffness}
+    history = load_path(
+        scene, **({"depths": drive} if math.isinf(stiffness) else {"drives": drive} | machine)
+    )
+    held, size = ~np.isnan(history.contacts[:, 0]), np.abs(history.force).max()
+    assert held.sum() > 20
+    assert np.abs(force - history.force)[held].max() < right * size
+    lost = [event for event in history.events if event.kind in ("detachment", "pull-off")]
+    if lost:
+        assert abs(lost[-1].control - read_off[1][1]) < 1e-4 * lift
+
+
+def test_beyond_its_end_a_branch_goes_on_straight():
+    found, _ = retraction(SCENE, 0.0, 1e-7)
+    _, end = found.read(np.array([0.0]), 0.3)
+    force, _ = found.read(end + 1e-9 * np.array([-1.0, 0.0, 0.5, 1.0, 1.5]), 0.3, 1e-9)
+    assert np.diff(force[:4], 2)[1] == pytest.approx(0, abs=1e-6 * np.ptp(force))
+    assert (np.diff(force) < 0).all()  # past the most tensile state
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffness", [math.inf, 0.3, 0.08, 0.03])
+def test_any_zero_a_tilted_line_and_a_soft_cantilever_are_fitted(stiffness):
+    zero, level, slope = 3.2e-6, 0.3e-9, 3e-3
+    curve = sphere(stiffness, zero=zero, level=level, slope=slope)
+    found = fit(START, curve, **FAST)
+    assert found.quality.fits, found
+    for name, true in (("w", 1e-4), ("gamma1", 0.03), ("offset", zero), ("slope", slope)):
+        assert abs(found[name].value - true) < np.ptp(found[name].interval), name
+        assert np.ptp(found[name].interval) < {"offset": 3e-9}.get(name, 0.5 * true)
+    rigid = fit(START, curve._replace(machine_stiffness=math.inf), **FAST)
+    if stiffness < math.inf:  # the noise is in the depth, too
+        assert rigid.quality.times > 1.3 * found.quality.times
+
+
+def test_the_line_without_contact_is_found_and_nothing_else_taken_for_it():
+    curve = sphere(level=0.3e-9, slope=3e-3)
+    held = ~np.isnan(load_path(SCENE, depths=curve.depth).contacts[:, 0])
+    free = free_parts(curve)
+    assert not (free & held).any() and free.sum() > 0.7 * (~held).sum()
+    assert baseline(curve, free).shape == (180, 3)
+    first = slice(0, 90)
+    assert baseline(Curve(curve.depth[first], curve.force[first]), free[first]).shape == (90, 2)
+    pressed = curve.depth > 1e-9
+    assert not free_parts(Curve(curve.depth[pressed], curve.force[pressed])).any()
+    hertz = np.maximum(curve.depth, 0.0) ** 1.5
+    assert not free_parts(Curve(curve.depth[pressed], hertz[pressed])).any()
+    assert Data.of(curve).used.sum() == pytest.approx(held.sum(), abs=2)
+
+
+def test_a_comparison_says_what_it_means():
+    needless = Alternative("gamma1", 3.0, {"w": 1e-4}, {"w": 0.0}, True)
+    assert needless.preferred and needless.doubtful
+    assert "gamma1 is not needed by these data: without surface tension" in needless.told
+    needed = replace(needless, better=-20.0)
+    assert not needed.doubtful and "gamma1 is needed by these data" in needed.told
+    better = Alternative("layer", 2 * STRONG, {"w": 2e-4}, {"w": -0.5}, False)
+    assert better.doubtful and "springs are off by -50% in w" in better.told
+    alike = replace(better, better=0.0)
+    assert alike.doubtful and not alike.preferred and "do not tell springs from" in alike.told
+    assert not replace(alike, off={"w": 0.01}).doubtful
+    worse = replace(better, better=-2 * STRONG)
+    assert not worse.doubtful and "springs tell these data better" in worse.told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["no tension", "half-space", "layer", "sign", "hysteresis"])
+def test_what_is_no_sphere_on_springs_is_said(kind):
+    found = trials.outcome(trials.Parameters(), (kind, 3))
+    assert found.rightly and not found.silent, found
+
+
+@pytest.mark.slow
+def test_assumptions_are_told_at_their_worst_along_the_curve():
+    found = fit(START, sphere(), **FAST)
+    worst = {one.name: (one.value, depth) for one, depth in found.strained}
+    assert worst["d/h"][0] == pytest.approx(0.2, rel=0.02)
+    assert worst["d/h"][1] == pytest.approx(60e-9, rel=0.02) and worst["h/a"][1] < 0
+    assert any("h/a = " in text and "worst at d = " in text for text in found.warnings)
+
+
+def test_the_self_test_counts(tmp_path, capsys, monkeypatch):
+    params = trials.Parameters(curves=2, kinds=("rigid", "sign"))
+    good = trials.Outcome("rigid", 1, True, False, (True, True, True), 1.0)
+    bad = trials.Outcome("sign", 1, True, False, (None, None, None), 9.0)
+    record = trials.Record(params, (good, good, bad, bad))
+    assert record.passed and math.isnan(record.coverage("sign", 0))
+    for one in (
+        good._replace(rightly=False),
+        good._replace(holds=(False, True, True)),
+        good._replace(silent=True),
+    ):
+        assert not replace(record, outcomes=(one, one, bad, bad)).passed
+    monkeypatch.setattr(trials, "run", lambda p, jobs: record)
+    assert fit_study.main(["--self-test", "--out", str(tmp_path)]) == 0
+    assert "wrong, no word" in capsys.readouterr().out
+    assert "rigid,1,True,False,True,True" in (tmp_path / "fit_self_test.csv").read_text("utf-8")
+    monkeypatch.undo()
+    with pytest.raises(ValueError, match="trials = 0 must be at least 1"):
+        fit_study.main(["--self-test", "--trials", "0", "--out", str(tmp_path)])
+
+
+def test_cases_of_the_self_test_are_what_they_are_called():
+    cases = {kind: trials.case(trials.Parameters(), kind, 1) for kind in trials.KINDS}
+    for kind, stiffness in trials.SPRINGS.items():
+        assert cases[kind].curve.machine_stiffness == stiffness
+    assert cases["no tension"].truth["gamma1"] == 0 == cases["half-space"].truth["gamma1"]
+    assert cases["half-space"].start.layer.h == trials.THICK
+    assert cases["layer"].start.layer.nu == trials.NU and not cases["layer"].start.layer.exact
+    assert abs(cases["offset"].truth["offset"]) > 1e-7
+    pulled = cases["rigid"].curve, cases["sign"].curve
+    assert [abs(c.force.min()) < c.force.max() for c in pulled] == [True, False]
+    assert all(
+        np.array_equal(a, b)
+        for a, b in pairwise(
+            trials.case(trials.Parameters(), "drift", 2).curve.force for _ in range(2)
+        )
+    )
+
+
+def test_a_figure_for_each_name_and_a_status_that_says_whether_it_fits(tmp_path, capsys):
+    scene = tmp_path / "sphere.toml"
+    scene.write_text(SPHERE, "utf-8")
+    for name, sign in (("kc0.08.csv", 1), ("kc0.3.csv", -1)):
+        curve = sphere(0.08)
+        data = written(tmp_path / name, curve._replace(force=sign * curve.force))
+        given = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path), "--quick"]
+        status = command_line.main([*given, "--spring-constant", "0.08"])
+        assert status == (sign < 0), capsys.readouterr().out
+        stem = name.removesuffix(".csv")
+        assert (tmp_path / f"{stem}_fit.png").stat().st_size > 10_000
+        assert len(read(tmp_path / f"{stem}_fit.csv")) == curve.force.size
+
+
+def test_a_folder_is_fitted_resumed_and_shares_a_parameter(tmp_path, capsys, monkeypatch):
+    scene, folder = tmp_path / "sphere.toml", tmp_path / "curves"
+    scene.write_text(SPHERE, "utf-8")
+    folder.mkdir()
+    for seed in range(1, 4):
+        written(folder / f"{seed}.csv", sphere(seed=seed, n=50))
+    given = [str(folder), "--scene", str(scene), "--out", str(tmp_path), "--quick", "--jobs", "1"]
+    assert fit_study.main([*given, "--shared", "gamma1"]) == 0
+    said = capsys.readouterr().out
+    assert "3 of 3 curves are described by the model" in said and "w: median" in said
+    assert "from 3 curves, χ² per curve" in said
+    rows = read(tmp_path / "curves_fits_shared_gamma1.csv")
+    assert [float(row["w"]) for row in rows] == pytest.approx([1e-4] * 3, rel=0.05)
+    assert "gamma1" not in rows[0] and "gamma1_low" in read(tmp_path / "curves_fits.csv")[0]
+    assert (tmp_path / "curves_fits_shared_gamma1.png").stat().st_size > 10_000
+    monkeypatch.setattr(many, "fit", None)  # nothing is left to be fitted
+    assert fit_study.main([*given, "--shared", "gamma1"]) == 0
+    (folder / "1.csv").write_text((folder / "2.csv").read_text("utf-8"), "utf-8")
+    with pytest.raises(ValueError, match="holds another sweep"):  # of another content
+        fit_study.main(given)
+    with pytest.raises(ValueError, match="shared = 'offset' must be one of what is fitted: w, ga"):
+        fit_study.main([*given, "--shared", "offset"])
+    (tmp_path / "none").mkdir()
+    with pytest.raises(ValueError, match="holds no curves"):
+        many.curves(tmp_path / "none", Reading())
+
+
+def test_a_common_parameter_is_weighted_and_says_when_it_is_none():
+    values, reach = np.array([0.03, 0.031, 0.029, math.nan]), math.exp(1.96 * 0.03)
+    same = many.common("gamma1", values / reach, values * reach)
+    assert same.value == pytest.approx(0.03, rel=0.01) and "may have it in common" in str(same)
+    low, high = same.interval
+    assert same.curves == 3
+    assert math.log(high / low) == pytest.approx(2 * 1.96 * 0.03 / math.sqrt(3))
+    apart = many.common("gamma1", np.array([0.03, 0.06]) / reach, np.array([0.03, 0.06]) * reach)
+    assert "WARNING: they do not have it in common" in str(apart)
+    sure = many.common("w", np.array([1.0, 1.9]), np.array([1.0001, 2.1]))
+    assert sure.value == pytest.approx(1.0, rel=1e-3)  # told by the one that knows
+    with pytest.raises(ValueError, match="no curve has an interval of it"):
+        many.common("w", values * math.nan, values)
+
+
+def test_a_plan_tells_what_noise_does_and_fits_scatter_as_foretold(tmp_path, capsys):
+    scene = tmp_path / "sphere.toml"
+    scene.write_text(SPHERE.replace("0.045", "0.03").replace("0.7e-4", "1e-4"), "utf-8")
+    one = plan.Experiment(load(scene).scene, 10e-12, math.inf, 60, 50e-9)
+    w, gamma1, _ = one.foretold()
+    half = replace(one, noise=5e-12).foretold()
+    assert half[:2] == pytest.approx((w / 2, gamma1 / 2), rel=0.1)
+    found = fit(one.scene, one.curve(one.noise, 3), **FAST)
+    spans = [np.diff(np.log(found[name].interval))[0] / 2 for name in ("w", "gamma1")]
+    assert (w, gamma1) == pytest.approx(spans, rel=0.4)
+    given = ["plan", "--scene", str(scene), "--noise", "20e-12", "--points", "40"]
+    assert command_line.main([*given, "--checks", "2", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "as planned" in said and "tells w and gamma1" in said and "3 R" in said
+    assert len(read(tmp_path / "sphere_plan.csv")) == 7
+    with pytest.raises(ValueError, match=r"noise = .* must be positive"):
+        plan.main(["--scene", str(scene), "--noise", "0"])
+
+
+def test_springs_and_positions_of_a_piezo_are_read(tmp_path):
+    curve = sphere(0.08, n=20)
+    path = written(tmp_path / "a.csv", curve, "Weg [nm];Kraft [nN]")
+    found = read_curve(path, Reading(width=1.0, spring_constant=0.08))
+    assert found.machine_stiffness == 0.08
+    assert found.drive == pytest.approx(curve.drive, abs=1e-14)
+    drives = Curve(curve.drive, curve.force)
+    path = written(tmp_path / "b.csv", drives, "Piezo [nm];Last [nN]")
+    found = read_curve(path, Reading(width=1.0, spring_constant=0.08))
+    assert found.depth == pytest.approx(curve.depth, abs=1e-14)
+    with refused(path, "'piezo' is the position of the piezo.*--spring-constant"):
+        read_curve(path, Reading(width=1.0))
+    with refused(path, 'the force is in newtons: .* set geometry = "axisymmetric"'):
+        read_curve(path)
+    with pytest.raises(ValueError, match=r"spring_constant = 0\.0 must be positive"):
+        Reading(spring_constant=0.0)
+    scene = tmp_path / "s.toml"
+    scene.write_text(SPHERE + "[measured]\nspring_constant = 0.08\n", "utf-8")
+    assert load(scene).measured.spring_constant == 0.08
+
+
+def test_plain_hdf5_files_are_read(tmp_path):
+    library = pytest.importorskip("h5py", reason="the extra elastocap[afm] is not installed")
+    path = tmp_path / "one.h5"
+    with library.File(path, "w") as file:
+        for name, values, unit in (("depth", [1.0, 2.0], "nm"), ("Force", [3.0, 4.5], "nN")):
+            file.create_dataset(f"segment/{name}", data=values).attrs["unit"] = unit
+    found = read_curve(path, Reading(width=1.0))
+    assert found.depth == pytest.approx([1e-9, 2e-9]) and found.force == pytest.approx(
+        [3e-9, 4.5e-9]
+    )
+    assert many.curves(path, Reading()) == [str(path)]
+    with library.File(path, "a") as file:
+        file["more"] = [1.0]
+    with refused(path, "must hold data sets of one length"):
+        read_curve(path, Reading(width=1.0))
+
+
+def test_a_sphere_is_a_turned_circle(tmp_path):
+    scene = tmp_path / "s.toml"
+    scene.write_text(SPHERE, "utf-8")
+    assert load(scene).scene.indenter == Circle(5e-6)
+    scene.write_text(SPHERE.replace("axisymmetric", "line"), "utf-8")
+    with refused(scene, 'indenter.shape = "sphere" is a turned body: set geometry'):
+        load(scene)
+
+
+def test_the_public_functions_are_the_ones_of_the_command():
+    assert studies.fit is fit and studies.Curve is Curve and studies.read_curve is read_curve
+    assert all(word in fit.__doc__ for word in ("Parameters\n", "Returns\n", "Raises\n"))
+    with pytest.raises(AttributeError, match="no attribute 'fits'"):
+        _ = studies.fits
+
+
+def alike(shown, told):
+    """Whether a line begins with what is shown, but for the third digits of its numbers."""
+    pairs = zip(re.split(r"[\s\[\],;]+", shown), re.split(r"[\s\[\],;]+", told), strict=False)
+    for one, other in pairs:
+        try:
+            if float(one) != pytest.approx(float(other), rel=0.02):
+                return False
+        except ValueError:
+            if one != other:
+                return False
+    return True
+
+
+@pytest.mark.slow
+def test_the_tutorial_shows_what_is_so(tmp_path, capsys, monkeypatch):
+    text = (ROOT / "studies" / "README.md").read_text("utf-8")
+    shown = text.partition("## From a measured curve")[2].partition("\n## ")[0]
+    (command,) = (line.split()[3:] for line in shown.splitlines() if "-m studies fit stud" in line)
+    monkeypatch.chdir(ROOT)
+    assert command_line.main([*command, "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    lines = [line[4:].removesuffix("...").rstrip("; ") for line in shown.splitlines()]
+    told = [
+        line for line in lines if line.startswith(("w ", "gamma1 ", "offset ", "WARNING", "70"))
+    ]
+    assert len(told) == 6
+    for line in told:
+        assert any(alike(line, row) for row in said.splitlines()), line
+    data = (ROOT / "studies" / "scenes" / "sphere_curve.csv").read_text("utf-8").splitlines()
+    assert all(f"    {line}\n" in shown for line in data[:3])
+    assert (tmp_path / "sphere_curve_fit.png").stat().st_size > 10_000
+
+
+def test_a_coordinate_that_runs_away_does_not_hold_the_others():
+    def residuals(x):
+        return np.array([10 * (x[0] - 1 + 0.1 * x[1]), math.exp(x[1]), 0.1])
+
+    def jacobian(x, free):
+        return np.array([[10.0, 1.0], [0.0, math.exp(x[1])], [0.0, 0.0]])[:, list(free)]
+
+    limits, strides = np.array([50.0, 4.0]), np.array([math.inf, 0.5])
+    model = SimpleNamespace(
+        residuals=residuals, jacobian=jacobian, size=1.0, limits=limits, strides=strides
+    )
+    found = minimum(model, np.zeros(2), ftol=1e-4)
+    assert found.x[1] < -2 and found.x[0] == pytest.approx(1 - 0.1 * found.x[1], abs=1e-3)
+    assert found.cost == pytest.approx(0.005, rel=0.2)
+    held = minimum(model, np.array([0.0, -1.0]), fixed=1)
+    assert held.x == pytest.approx([1.1, -1.0], abs=1e-6)
+    assert not np.any(held.jac[:, 1])
