@@ -102,22 +102,34 @@ def one_way(
 
 
 def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[History, Branch]:
-    """On from the last of these depths, outwards to the detachment after an even number of them."""
+    """On from the last of these depths, outwards to the detachment after an even number of them.
+
+    Depths are crowded where contact begins or is lost, over whose root the force is smooth.
+    """
     touch, start, outwards = turns[0], turns[-1], len(turns) % 2 == 0
+    history, end = _through(scene, turns, reach), touch + reach
+    own = [event for event in history.events if event.step >= len(turns)] if outwards else []
+    if outwards and not own:
+        raise ValueError(f"depth = {start!r}: no contact to retract from")
+    t, last = np.linspace(0.0, 1.0, POINTS), own[-1].before if outwards else None
+    leg = start + (end - start) * t**2 if last is None else last.depth + (start - last.depth) * t**2
+    leg = leg if last is None else leg[:0:-1]
+    path = load_path(scene, depths=[*turns, *leg[1:].tolist()], rtol=RTOL)
+    depth, force = leg, path.force[len(turns) - 1 :]
+    if last is not None:
+        held = depth > last.depth
+        depth, force = np.append(depth[held], last.depth), np.append(force[held], last.force)
+    else:
+        history, own = path, [event for event in path.events if event.step >= len(turns)]
+    return history, Branch(depth, force, len(own) <= 1)
+
+
+def _through(scene: Scene, turns: list[float], reach: float) -> History:
+    """The path over these depths, and after an even number of them up to where contact is lost."""
     below = BEYOND * scene.opened.critical_separation
     while True:
-        leg = np.linspace(start, touch - below if outwards else touch + reach, POINTS)
-        history = load_path(scene, depths=[*turns, *leg[1:]], rtol=RTOL)
-        held = ~np.isnan(history.contacts[len(turns) - 1 :, 0])
-        if not (outwards and held.all()):
-            break
+        out = [turns[0] - below] if len(turns) % 2 == 0 else []
+        history = load_path(scene, depths=[*turns, *out], rtol=RTOL)
+        if not out or np.isnan(history.contacts[-1, 0]):
+            return history
         below = 2 * below or reach
-    depth, force = leg[held], history.force[len(turns) - 1 :][held]
-    own = [event for event in history.events if event.step >= len(turns)]
-    if outwards:
-        if not own or depth.size < 2:
-            raise ValueError(f"depth = {start!r}: no contact to retract from")
-        last = own[-1].before
-        depth = np.append(depth[depth > last.depth], last.depth)
-        force = np.append(force[: depth.size - 1], last.force)
-    return history, Branch(depth, force, len(own) <= 1)

@@ -30,7 +30,7 @@ DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
 SHARP = 0.02  # of the distance between points in contact: how straight the end stays
 CLEARLY = 0.01  # of the range of the drives in contact
 KEPT = 64  # paths that a model remembers
-STARTS = 100  # offsets among which the best one is where the search begins
+STARTS, ROUNDS = 100, 3  # offsets among which the best one is where the search begins, and beside
 
 
 def parameters_of(scene: Scene) -> dict[str, float]:
@@ -149,15 +149,20 @@ class Model:
         data, drive = self.data, self.data.curve.drive[self.data.used]
         branch, _ = self.forward(*(self.parameters(self.start)[name] for name in SCENE))
         measured = (data.curve.force - self.line(self.start))[data.used]
-        offsets = np.linspace(drive.min() - self.length, drive.max(), STARTS) - self.touch
-        sums = []
-        for offset in offsets.tolist():
+
+        def off(offset: float) -> float:
             force, end = branch.read(drive - offset, data.curve.machine_stiffness, self.blunt)
             ends = {"touch": self.touch, "detachment": end}
             late = [ends[mark.kind] + offset - mark.depth for mark in data.ends]
-            off = np.sum((force - measured) ** 2) + self.size**2 * len(late)
-            sums.append(float(off) * (1 + sum((one / self.length) ** 2 for one in late)))
-        return float(offsets[int(np.argmin(sums))])
+            found = np.sum((force - measured) ** 2) + self.size**2 * len(late)
+            return float(found) * (1 + sum((one / self.length) ** 2 for one in late))
+
+        low, high = drive.min() - self.length - self.touch, drive.max() - self.touch
+        for _ in range(ROUNDS):
+            offsets = np.linspace(low, high, STARTS)
+            best, step = min(offsets.tolist(), key=off), offsets[1] - offsets[0]
+            low, high = best - step, best + step
+        return best
 
     @property
     def limits(self) -> Array:

@@ -33,16 +33,20 @@ class Best(NamedTuple):
 
 
 def sought(model: Model) -> Best:
-    """The minimum from the start, at first with straight ends of branches.
+    """The lower of two minima: from the start, and from where straight ends of branches lead.
 
-    At an end the force may vary as a root: from far off, steps along its slope lead nowhere.
+    At an end the force may vary as a root: from far off, steps along its slope lead nowhere. From
+    close by, straight ends may lead away.
     """
     x = model.start
     for times, gain in BLUNT:
         found = minimum(replace(model, blunt=times * model.blunt), x, None, gain, False)
         x, left = found.x, math.sqrt(2 * found.cost / found.fun.size)
     hopeless = left > HOPELESS * max(model.data.sigma, 1e-4 * model.size)
-    return minimum(model, x, None, ROUGH if hopeless else FINE)
+    gain = ROUGH if hopeless else FINE
+    return min(
+        (minimum(model, at, None, gain) for at in (x, model.start)), key=lambda one: one.cost
+    )
 
 
 def minimum(

@@ -239,7 +239,7 @@ def test_a_folder_is_fitted_resumed_and_shares_a_parameter(tmp_path, capsys, mon
     monkeypatch.setattr(many, "fit", None)  # nothing is left to be fitted
     assert fit_study.main([*given, "--shared", "gamma1"]) == 0
     (folder / "1.csv").write_text((folder / "2.csv").read_text("utf-8"), "utf-8")
-    with pytest.raises(ValueError, match="holds another sweep"):  # of another content
+    with pytest.raises(ValueError, match="holds results of another command"):  # of another content
         fit_study.main(given)
     with pytest.raises(ValueError, match="shared = 'offset' must be one of what is fitted: w, ga"):
         fit_study.main([*given, "--shared", "offset"])
