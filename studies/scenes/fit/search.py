@@ -19,6 +19,7 @@ FINE, ROUGH, HOPELESS = (
 STEPS, DAMPED = 25, (1e-3, 1e6)  # at most; Levenberg's damping after a failure, when it is over
 FAIR = 0.75  # of the gain that was predicted: the Jacobian served
 CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
+LOWER = 0.01  # of the sum of squares: by less another minimum is no better
 DEAD = 1e-5  # of the longest column: what simulated forces do not tell
 ROUNDING = 1e-10  # of a force, relative to the largest
 
@@ -33,7 +34,7 @@ class Best(NamedTuple):
 
 
 def sought(model: Model) -> Best:
-    """The lower of two minima: from the start, and from where straight ends of branches lead.
+    """The minimum from the start, or from where straight ends of branches lead if that is lower.
 
     At an end the force may vary as a root: from far off, steps along its slope lead nowhere. From
     close by, straight ends may lead away.
@@ -44,9 +45,8 @@ def sought(model: Model) -> Best:
         x, left = found.x, math.sqrt(2 * found.cost / found.fun.size)
     hopeless = left > HOPELESS * max(model.data.sigma, 1e-4 * model.size)
     gain = ROUGH if hopeless else FINE
-    return min(
-        (minimum(model, at, None, gain) for at in (x, model.start)), key=lambda one: one.cost
-    )
+    near, far = (minimum(model, at, None, gain) for at in (model.start, x))
+    return far if far.cost < (1 - LOWER) * near.cost else near
 
 
 def minimum(
