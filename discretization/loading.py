@@ -55,8 +55,9 @@ def load_path(
     that changes by a jump on the way is an event.
 
     method "fitted": contact lines as unknowns, for any profile with any number of contacts.
-    "lattice": fixed nodes `spacing` apart, for small slopes with gamma1 > 0; its force is that
-    interpolated between the nodes, its energy balance that of contact sets, which closes exactly.
+    "lattice": fixed nodes `spacing` apart, for small slopes with gamma1 > 0, around an axis for
+    convex indenters; its force is that interpolated between the nodes, its energy balance that of
+    contact sets, which closes exactly.
     rtol: relative error asked of the fitted mesh's surfaces and integrals; the lattice has its
     spacing instead.
     after: a history of the same scene and control that this programme continues; it becomes the

@@ -45,9 +45,10 @@ def minimise(
     "global": the lowest energy of all states, detached included.
     method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
     minimum over all contact sets of these nodes (small slopes); with finite slopes, and without
-    tension, it answers states of one contact. "fitted": a mesh anchored at the
-    contact lines, accurate to rounding times the problem's condition; where the profile is not
-    convex with any number of contacts, of "global" for small slopes: a lattice finds the topology.
+    tension, it answers states of one contact, and around an axis those of one contact of a convex
+    indenter with small slopes. "fitted": a mesh anchored at the contact lines, accurate to rounding
+    times the problem's condition; where the profile is not convex with any number of contacts, of
+    "global" for small slopes: a lattice finds the topology.
     "auto": "fitted", or "lattice" for "global" with a spacing. "shortest_path": "global" on the
     lattice with its `proof`. "oracle": the same by solvers of cvxpy, for checking; with w > 0 for
     at most 100 nodes, and with the test extra.

@@ -20,8 +20,8 @@ The state is not resolved, and all errors are infinite, where
     a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
     from the line through them,
     f is not convex, and another of its lowest points may touch before the lowest node does,
-    f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer has another
-    number of contacts,
+    f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer, which counts
+    as a coarser one does, has another number of contacts,
     the coarse nodes have no contact or no answer, or
     the state is detached and a lattice finer by one of FINER has a contact.
 
@@ -145,14 +145,19 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
-    if _too_coarse(fine) or _tied(fine) or _other_contacts(solve, fine):
+    if _too_coarse(fine) or _tied(fine):
         return UNRESOLVED
     bounds = []
+    if not fine.scene.indenter.convex and _sparse(fine):
+        finer = _asked(solve, fine, fine.spacing / 4)
+        if finer is None or len(finer.contacts) != len(fine.contacts):
+            return UNRESOLVED
+        bounds.append(_next_to(fine, finer, 1 / 4))
     for coarser, origin in _coarser(fine):
         state = _asked(solve, fine, coarser * fine.spacing, origin)
         if state is None or not state.contacts.size:
             return UNRESOLVED
-        bounds.append(_from_coarse(fine, state, coarser))
+        bounds.append(_next_to(fine, state, coarser))
     return {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
 
 
@@ -173,14 +178,6 @@ def _coarser(fine: Equilibrium) -> list[tuple[float, float | None]]:
 def _sparse(state: Equilibrium) -> bool:
     """Whether a lattice has few nodes per l."""
     return state.scene.elastocapillary_length < SPARSE * state.spacing
-
-
-def _other_contacts(solve: Solver, state: Equilibrium) -> bool:
-    """Whether a finer lattice has another number of contacts; only sparse ones are checked."""
-    if state.scene.indenter.convex or not _sparse(state):
-        return False
-    finer = _asked(solve, state, state.spacing / 4)
-    return finer is None or len(finer.contacts) != len(state.contacts)
 
 
 def _tied(state: Equilibrium) -> bool:
@@ -236,22 +233,21 @@ def _cornered(state: Equilibrium) -> bool:
     return bool((near & ~state.pinned.ravel()).any())
 
 
-def _from_coarse(fine: Equilibrium, coarse: Equilibrium, coarser: float) -> dict[str, float]:
-    """The estimates of the module from one coarse state, of a spacing larger by this factor.
+def _next_to(fine: Equilibrium, other: Equilibrium, coarser: float) -> dict[str, float]:
+    """The estimates of the module from one other state, of a spacing larger by this factor.
 
-    Where the coarse state has another number of contacts, or a line is at a corner, errors are of
-    first order.
+    Where that has another number of contacts, or a line is at a corner, errors are of first order.
     """
-    smooth = coarse.contacts.shape == fine.contacts.shape and not _cornered(fine)
+    smooth = other.contacts.shape == fine.contacts.shape and not _cornered(fine)
     parts, convex = {"energy": fine.energy_parts}, fine.scene.indenter.convex
     if _narrow(fine) or _sparse(fine) or not convex or fine.scene.opening is not None:
         parts["force"] = fine.force_parts
     scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
     errors = {}
     for name, scale in scales.items():
-        values = getattr(fine, name), getattr(coarse, name)
+        values = getattr(fine, name), getattr(other, name)
         size = scale or max(map(abs, values))  # touching without adhesion: nothing is deformed
-        change = abs(values[0] - values[1]) / (coarser**2 - 1 if smooth else coarser - 1)
+        change = abs((values[0] - values[1]) / (coarser**2 - 1 if smooth else coarser - 1))
         if name in parts:
             change = max(change, abs(sum(parts[name].values()) - values[0]))
         errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING

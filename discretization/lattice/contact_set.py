@@ -42,30 +42,18 @@ class ContactSet:
         """u of the outermost contact nodes."""
         return self.g(self.nodes[0][0]), self.g(self.nodes[-1][1])
 
-    @property
-    def mirrored(self) -> bool:
-        """Whether half of a contact is looked at."""
-        first, last = self.nodes[0][0], self.nodes[-1][1]
-        both = self.row.clear and self.row.mirrored and self.lattice.axis != 0
-        return both and first + last == 2 * self.row.touch and first < last
-
     def parts(self) -> Iterator[Part]:
         """All nodes; of one contact of a convex profile its own, with tails beyond."""
-        row, first, mirrored = self.row, self.row.first, self.mirrored
+        row, first = self.row, self.row.first
         start, stop = (self.nodes[0][0], self.nodes[-1][1]) if row.clear else (0, row.size - 1)
-        start = row.touch if mirrored else start
         for low in range(start, max(stop, start + 1), _BLOCK):
             high = min(low + _BLOCK, stop)
-            contact, g = (
-                self.contact(low, high),
-                self.depth - row.heights(first + low, first + high),
-            )
+            contact, ends = self.contact(low, high), (first + low, first + high)
+            g = self.depth - row.heights(*ends)
             u = g if contact.all() else self.u[low : high + 1]
             work = row.works[0] * row.bonds[low:high] if row.scene.pattern else None
-            image = mirrored and low == start
-            tails, at = (low == start and not image, high == stop), first + low
-            model = NodalEnergy(self.lattice, contact, at, work, tails, mirrored=image)
-            yield Part(model, u, g)
+            tails = low == start, high == stop
+            yield Part(NodalEnergy(self.lattice, contact, first + low, work, tails), u, g)
 
     def contact(self, low: int, high: int) -> Mask:
         """Which of the nodes low..high of the row are in contact."""
@@ -102,10 +90,10 @@ class ContactSet:
         held, at = self.contact(start - 1, start + part.u.size), start + i
         before, after = held[i], held[i + 2]  # these are in contact
         work = row.works[1] * (before * row.bond(at - 1) + after * row.bond(at))
-        stiffness = lat.on_nodes(np.full(i.size, lat.spring), nodes)
-        stiffness += lat.on_nodes(lat.link, nodes - 0.5) * (at > 0)
-        stiffness += lat.on_nodes(lat.link, nodes + 0.5) * (at < row.size - 1)
-        pull = lat.per_weight(-force - np.sqrt(2 * stiffness * work), nodes)
+        stiffness = lat.spring * lat.weight(nodes)
+        stiffness = stiffness + lat.link * lat.weight(nodes - 0.5) * (at > 0)
+        stiffness += lat.link * lat.weight(nodes + 0.5) * (at < row.size - 1)
+        pull = (-force - np.sqrt(2 * stiffness * work)) / lat.weight(nodes)
         return np.asarray(pull[before == after])
 
     def moves(self, noise: float) -> Iterator[Move]:

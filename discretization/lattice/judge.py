@@ -69,10 +69,6 @@ class State(Protocol):
     def at_lines(self) -> tuple[float, float]:
         """u of the first and the last contact node."""
 
-    @property
-    def mirrored(self) -> bool:
-        """Whether `parts` are one half, and the other one is its mirror image."""
-
     def parts(self) -> Iterator[Part]:
         """The nodes that are looked at, so many at once as stay in the processor's cache."""
 
@@ -121,9 +117,7 @@ def totals(state: State) -> Totals:
             float(tension @ tension),
             _at_lines(part),
         ]
-        force[0] *= 1 + model.mirrored
         worst = np.maximum(worst, _worst(state, part, force, free))
-    energies, sums = energies * (1 + state.mirrored), sums * (1 + state.mirrored)
     whole, reactions, scale, squares, beside = sums.tolist()
     rounding = 4 * EPSILON * math.sqrt(squares) + 2 * EPSILON * beside
     energy, size = float(energies.sum()), float(np.abs(energies).sum())
@@ -139,7 +133,7 @@ def _at_lines(part: Part) -> float:
     """
     held, lattice, nodes = part.model.contact, part.model.lattice, part.model.nodes
     links = np.flatnonzero(held[1:] != held[:-1])
-    pulls = lattice.on_nodes(lattice.link * np.abs(part.u[links + 1]), nodes[links] + 0.5)
+    pulls = lattice.link * np.abs(part.u[links + 1]) * lattice.weight(nodes[links] + 0.5)
     return float(pulls.sum())
 
 
@@ -149,7 +143,7 @@ def _worst(state: State, part: Part, force: Array, free: Nodes) -> list[float]:
     pulled = np.flatnonzero(held[: force.size] & (force < 0))
     return [
         float((part.g[free] - part.u[free]).max(initial=0.0)),
-        float(np.abs(lattice.per_weight(force[free], nodes[free])).max(initial=0.0)),
+        float(np.abs(force[free] / lattice.weight(nodes[free])).max(initial=0.0)),
         float(state.opening(part, pulled, force[pulled]).max(initial=0.0)) if pulled.size else 0.0,
     ]
 

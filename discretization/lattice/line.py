@@ -151,7 +151,7 @@ def _advances(
         links = np.maximum(np.abs(faced - lattice.x(at)) / lattice.spacing, _CLOSEST)
         far, rest, stiffness = lattice.beside(0, 1, links)
         felt = far * (depth - float(row.indenter.height(faced)) - g[:-1])
-    weight = lattice.bound(at, at + side)
+    weight = lattice.weight(at + side / 2)
     gap = g[:-1] - g[1:] - rest * g[:-1] + felt
     energy = stiffness / 2 * gap * gap - lattice.w * lattice.cell * weight
     scale = np.sqrt(stiffness / (lattice.link_over_decay * weight))

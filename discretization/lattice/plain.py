@@ -76,7 +76,7 @@ class Plain:
         energy, work = other.energy + passed.energy - one.energy, -passed.terms["adhesion"]
         stiffness = float(lattice.beside(node, side).stiffness)
         if lattice.gamma1:
-            stiffness = lattice.link_over_decay * float(lattice.bound(node, node + side))
+            stiffness = lattice.link_over_decay * float(lattice.weight(node + side / 2))
         squared = abs(distance * float(other.force[line] + passed.force[-1 - line])) / stiffness
         if work > 0 and lattice.gamma1:
             squared = lattice.critical_gap**2 * max(energy + work, 0.0) / work

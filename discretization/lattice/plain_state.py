@@ -126,11 +126,6 @@ class PlainState:
         held = np.flatnonzero(self.model.contact)
         return float(self.u[held[0]]), float(self.u[held[-1]])
 
-    @property
-    def mirrored(self) -> bool:
-        """All nodes are looked at."""
-        return False
-
     def parts(self) -> Iterator[Part]:
         """All nodes at once."""
         yield Part(self.model, self.u, self.g)
@@ -141,7 +136,7 @@ class PlainState:
         A node between two links is held if opening it alone raises the energy.
         """
         lat, held = self.model.lattice, np.flatnonzero(self.model.contact)
-        pull = -lat.per_weight(force, self.model.nodes[i])
+        pull = -force / lat.weight(self.model.nodes[i])
         if not lat.gamma1:
             return np.asarray(pull - math.sqrt(2 * lat.spring * lat.w * lat.cell))
         if held.size == 1:
@@ -165,8 +160,8 @@ def _opens(state: PlainState, i: Nodes) -> NDArray[np.bool_]:
     Only that node moves, by Newton's method with steps halved while they would raise the energy.
     """
     lat, nodes, u = state.model.lattice, state.model.nodes, state.u
-    weight = lat.on_nodes(np.ones(u.size), nodes)[i]
-    links, sides = lat.on_links(np.ones(u.size - 1), nodes), (i - 1, i)
+    weight = lat.weight(nodes[i])
+    links, sides = lat.weight(nodes[:-1] + 0.5) * np.ones(u.size - 1), (i - 1, i)
 
     def terms_at(v: Array) -> tuple[Array, Array, Array]:
         """Energy without adhesion, and its derivatives, over Δx."""
@@ -206,7 +201,7 @@ class SteepTail(LatticeTail):
         lat = self.lattice
         model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
         u = model.relaxed(np.full(model.contact.size, u_line))
-        u = np.append(u, lat.decay * u[-1])
+        u = np.append(u, math.exp(-lat.log_decay) * u[-1])
         bend = lat.k / lat.gamma1 * u * (1 + np.gradient(u, lat.spacing, edge_order=2) ** 2) ** 1.5
         chord = np.diff(u) / lat.spacing
         return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])

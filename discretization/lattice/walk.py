@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from discretization.nodes.row import Contacts, Part, Row
 from discretization.nodes.rules import ordered
-from discretization.nodes.waiting import advances
 
 Array = NDArray[np.float64]
 
@@ -155,15 +154,17 @@ class Walk:
         if part in self._rises:
             return self._rises[part]
         rules, (left, right) = self.closing, part
-        touch, node = rules.touches(left, right)
-        found: list[tuple[float, list[Part]]] = [(touch, [(left, node), (node, right)])]
+        depth, node = rules.touches(left, right)
+        parts: list[Part] = [(left, node), (node, right)]
         for side, line, other in ((1, left, right), (-1, right, left)):
             if line is not None and 0 <= line + side < rules.f.size:
-                new = ordered(side, line + side, other)
-                found.append((advances(rules, line, side, other), [new]))
+                new, at = ordered(side, line + side, other), rules.passes(line, side, other)
+                if at < depth and rules.clears(*new, at):
+                    depth, parts = at, [new]
         if left is not None and right is not None and right - left > 2:
-            found.append((rules.advance_both(left, right), [(left + 1, right - 1)]))
-        depth, parts = min(found, key=lambda change: change[0])
+            at = rules.passes_both(left, right)
+            if at < depth and rules.clears(left + 1, right - 1, at):
+                depth, parts = at, [(left + 1, right - 1)]
         self._rises[part] = Change(depth, 0, 1, tuple(filter(_is_free, parts)))
         return self._rises[part]
 
@@ -218,9 +219,9 @@ class Walk:
         """What a free part adds to U, with the digits of the running sums."""
         (left, right), d = part, np.array([depth])
         if left is not None and right is not None:
-            return self.row.gap_energy(np.array([left]), np.array([right]), d)[0]
+            return self.row.gap(np.array([left]), np.array([right]), d)[0, 0]
         node, side = (left, 1) if right is None else (right, -1)
-        return self.row.tail_energy(np.array([node]), side, d)[0]
+        return self.row.tail(np.array([node]), side, d)[0, 0]
 
     def bonds(self, part: Part) -> Any:
         """Minus the contact's length, weighted with the pattern's factor, up to constants."""
@@ -242,9 +243,9 @@ class Walk:
             )
             middle = (start + end) / 2
             if kind == 0:
-                force = self.row.gap_force(left, right, middle)
+                _, force = self.row.gap(left, right, middle)
             else:
-                force = self.row.tail_force(left if kind > 0 else right, kind, middle)
+                _, force = self.row.tail(left if kind > 0 else right, kind, middle)
             done += float((end - start) @ force)
         return done
 

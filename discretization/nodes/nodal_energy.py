@@ -49,9 +49,7 @@ class NodalEnergy:
     contact: (n,) bool, the nodes held to be in contact (they carry the adhesion); first: the
     lattice's number of the first node; adhesion (n - 1,): of each link, unless it is w everywhere;
     tails: whether there is a tail beyond the first and the last node, or a part of the row with an
-    energy of its own, which begins at the last node of this one, whose spring counts there;
-    mirrored: whether this is half of a row and its mirror image, so that of the spring at the first
-    node one half counts.
+    energy of its own, which begins at the last node of this one, whose spring counts there.
     """
 
     def __init__(
@@ -61,13 +59,10 @@ class NodalEnergy:
         first: int = 0,
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
-        *,
-        mirrored: bool = False,
     ) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
         self.nodes = first + np.arange(self.contact.size)
-        self.mirrored = mirrored
         self.own = self.contact.size - (not tails[1])  # of the springs
         ends = (first, -1), (first + self.contact.size - 1, 1)
         pulls = [
@@ -76,8 +71,8 @@ class NodalEnergy:
         ]
         self.pulls = np.array(pulls)  # of the tails, over u
         self.bound = self.contact[1:] & self.contact[:-1]
-        self.cells = lattice.on_nodes(lattice.cell, self.nodes)
-        self.link_cells = lattice.on_links(lattice.cell, self.nodes)
+        self.cells = lattice.cell * lattice.weight(self.nodes)
+        self.link_cells = lattice.cell * lattice.weight(self.nodes[:-1] + 0.5)
         self.adhesion = lattice.w * self.link_cells if adhesion is None else np.asarray(adhesion)
 
     def balance(self, u: ArrayLike) -> Balance:
@@ -87,17 +82,13 @@ class NodalEnergy:
         stretch, spring = self._stretch(slopes), terms.spring(u, k=lat.k)
         springs, tension = self.cells * spring.first, self._tension() * stretch.first
         springs[self.own :] = 0.0
-        stored = _sum(self.cells, spring.value, self.own)
-        if self.mirrored:
-            stored -= u[0] * springs[0] / 4
-            springs[0] /= 2
         force = springs.copy()
         force[:-1] -= tension
         force[1:] += tension
         force[0] += self.pulls[0] * u[0]
         force[-1] += self.pulls[1] * u[-1]
         values = {
-            "springs": stored,
+            "springs": _sum(self.cells, spring.value, self.own),
             "surface": lat.gamma1 * _sum(self.link_cells, stretch.value),
             "adhesion": -self._adhesive(slopes),
             "tails": float(self.pulls @ ends**2) / 2,

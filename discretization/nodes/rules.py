@@ -14,12 +14,10 @@ the node beside a line (`Pair`), S = c + t + C + G that of this node, by the hei
     a node inside a contact is torn open as a line that opens two links (T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
 
-The energies compared are those of surfaces that stay above the indenter: where another node would
-be penetrated once a line has passed, it is held, too, and the line passes at a larger depth
-(waiting.py). With such energies v = u - g >= 0 falls with the depth and with every further contact
-node, and so does what a contact node costs: the energy is submodular in v, in what is in contact
-and in -d (Topkis). So pressed, contacts only grow, retracted, they only shrink, and neither order
-nor steps matter.
+v = u - g >= 0 falls with the depth and with every further contact node, and so does what a contact
+node costs: the energy is submodular in v, in what is in contact and in -d (Topkis). So pressed,
+contacts only grow, retracted, they only shrink. Where another node would be in the indenter once a
+line has passed a link, the line waits until that node touches.
 """
 
 from __future__ import annotations
@@ -84,6 +82,8 @@ class Rules:
             nodes, f, work = self.nodes[::side], self.f[::side], self.work[::side]
             depths = rest_depth(self.lattice, nodes[:-1], side, f[:-1], f[1:], work)
             found[side] = np.append(depths, math.inf)
+        if self.lattice.axis == 0:
+            found[-1][:-1] = -math.inf  # a contact around the axis is never opened there
         return found
 
     @property
@@ -111,7 +111,8 @@ class Rules:
     def stiffness(self) -> tuple[Array, Array]:
         """Of the springs (n,) and links (n - 1,)."""
         lat, nodes, one = self.lattice, self.nodes, np.ones(self.f.size)
-        return lat.spring * lat.on_nodes(one, nodes), lat.link * lat.on_links(one[1:], nodes)
+        springs = lat.spring * one * lat.weight(nodes)
+        return springs, lat.link * one[1:] * lat.weight(nodes[:-1] + 0.5)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
@@ -156,12 +157,6 @@ class Rules:
         if work < 0:
             return math.inf
         return float(level + middle - math.sqrt(2 * work / product(p, p)))
-
-    def advance_both(self, left: int, right: int) -> float:
-        """The same if no other node is penetrated then, else inf."""
-        depth = self.passes_both(left, right)
-        clear = right - left <= 3 or (depth < math.inf and self.clears(left + 1, right - 1, depth))
-        return depth if clear else math.inf
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
@@ -210,7 +205,7 @@ class Rules:
     @functools.cached_property
     def delta0(self) -> float:
         """δ₀, of the link that adheres most."""
-        cells = self.lattice.on_links(np.full(self.work.size, self.lattice.cell), self.nodes)
+        cells = self.lattice.cell * self.lattice.weight(self.nodes[:-1] + 0.5)
         return math.sqrt(2 * float((self.work / cells).max(initial=0.0)) / self.lattice.k)
 
     @functools.cached_property

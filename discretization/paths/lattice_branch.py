@@ -28,12 +28,12 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
-from discretization.lattice.between import at_offsets, interpolated, moved_lines
+from discretization.lattice.between import interpolated, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.walk import Life, Walk, contacts_of, parts_of
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Contacts, Part, Parts, Row
+from discretization.nodes.row import Contacts, Part, Row
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.routes import route
 from energy import Scene
@@ -222,13 +222,7 @@ class LatticeBranch(Branch):
         """U of the contact set."""
         if point.lines is None:
             return 0.0
-        return self.total(self.row.energies, point)
-
-    def total(self, parts: Parts, point: Point) -> float:
-        """P or U of the contact set; parts: `forces` or `energies` of the row."""
-        nodes, depths = _arrays([point])
-        on_nodes = np.zeros(nodes.shape)
-        return float(at_offsets(self.row, nodes, on_nodes, depths, parts)[0])
+        return float(self.row.totals(*_arrays([point]))[0, 0])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length of the links that open, weighted with the pattern's factor."""
