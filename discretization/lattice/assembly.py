@@ -54,7 +54,7 @@ def of_contacts(
     if not nodes:
         return without_contact(asked, row)
     refuse_unknown(row, asked.depth, nodes)
-    contacts, scene = ContactSet(row, nodes, asked.depth), asked.scene
+    contacts, scene = ContactSet.of(row, nodes, asked.depth), asked.scene
     sums, tail, neutral = totals(contacts), row.lattice.tail, False
     certificate = judge(contacts, sums)
     if scene.opening is not None or scene.pattern is not None:
@@ -81,7 +81,7 @@ def _between(
 
 
 def _ends(contacts: ContactSet) -> list[line.End]:
-    """The ends of a single contact, the right one first; that one alone if it includes the axis."""
+    """The ends of a single contact, the right one first; alone if it includes the axis."""
     row, ((first, last),) = contacts.row, contacts.nodes
     alone = row.lattice.x(row.first + first) == row.lattice.axis
     sides = [(last, 1)] if alone else [(last, 1), (first, -1)]

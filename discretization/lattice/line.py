@@ -82,14 +82,14 @@ def lines_of(row: Row, depth: float, nodes: Contacts) -> list[Line]:
 
 
 def outer(row: Row, reach: float, ends: list[End]) -> list[Line]:
-    """Left and right line of a single contact with these outermost ends, the right one first."""
-    lattice, indenter, right = row.lattice, row.indenter, _line(row, ends[0], reach)
+    """Left and right line of a single contact with these ends, the right one first.
+
+    The right one alone if the contact includes the axis.
+    """
+    lattice, right = row.lattice, _line(row, ends[0], reach)
     if len(ends) > 1:
         return [_line(row, ends[1], reach), right]
-    if not math.isnan(lattice.axis):
-        return [Line(lattice.axis, 0.0, 0.0, False), right]
-    x = max(2 * (indenter.apex or 0.0) - right.x, indenter.extent[0])
-    return [Line(x, right.force, right.energy, right.pinned), right]
+    return [Line(lattice.axis, 0.0, 0.0, False), right]
 
 
 def _raw(row: Row, node: int) -> Line:
@@ -144,7 +144,7 @@ def _advances(
     faced: x of a line it faces. Gaps are scaled so that all have the same reach.
     """
     lattice, at = row.lattice, row.first + nodes
-    g, at = depth - row.heights(int(at[0]), int(at[-1])), at[:-1]
+    g, at = depth - row.f[nodes], at[:-1]
     if faced is None:
         (_, rest, stiffness), felt = lattice.beside(at, side), 0.0
     else:

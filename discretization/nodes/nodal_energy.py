@@ -15,7 +15,6 @@ from discretization.nodes.lattice import Lattice
 from energy import terms
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 _SETTLED = 5  # steps that do not lower the energy are the last, too
@@ -48,8 +47,7 @@ class NodalEnergy:
 
     contact: (n,) bool, the nodes held to be in contact (they carry the adhesion); first: the
     lattice's number of the first node; adhesion (n - 1,): of each link, unless it is w everywhere;
-    tails: whether there is a tail beyond the first and the last node, or a part of the row with an
-    energy of its own, which begins at the last node of this one, whose spring counts there.
+    tails: whether there is a tail beyond the first and the last node, or nothing.
     """
 
     def __init__(
@@ -63,7 +61,6 @@ class NodalEnergy:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
         self.nodes = first + np.arange(self.contact.size)
-        self.own = self.contact.size - (not tails[1])  # of the springs
         ends = (first, -1), (first + self.contact.size - 1, 1)
         pulls = [
             float(lattice.pull(*end)) if tail else 0.0
@@ -81,27 +78,35 @@ class NodalEnergy:
         slopes, ends = (u[1:] - u[:-1]) / lat.spacing, u[[0, -1]]
         stretch, spring = self._stretch(slopes), terms.spring(u, k=lat.k)
         springs, tension = self.cells * spring.first, self._tension() * stretch.first
-        springs[self.own :] = 0.0
         force = springs.copy()
         force[:-1] -= tension
         force[1:] += tension
         force[0] += self.pulls[0] * u[0]
         force[-1] += self.pulls[1] * u[-1]
         values = {
-            "springs": _sum(self.cells, spring.value, self.own),
-            "surface": lat.gamma1 * _sum(self.link_cells, stretch.value),
-            "adhesion": -self._adhesive(slopes),
+            "springs": float((self.cells * spring.value).sum()),
+            "surface": lat.gamma1 * float((self.link_cells * stretch.value).sum()),
+            "adhesion": -float(self._adhesive(slopes).sum()),
             "tails": float(self.pulls @ ends**2) / 2,
         }
         return Balance(values, force, springs, tension)
 
-    def _adhesive(self, slopes: Array) -> float:
-        """What adhesion gains."""
+    def _adhesive(self, slopes: Array) -> Array:
+        """What adhesion gains, of each link, or of each spring without tension."""
         lat = self.lattice
         if not lat.gamma1:
-            return lat.w * _sum(self.cells, self.contact, self.own)
+            return np.asarray(lat.w * self.cells * self.contact)
         bonds = self.bound * np.hypot(1, slopes) if lat.slopes == "finite" else self.bound
-        return _sum(self.adhesion, bonds)
+        return np.asarray(self.adhesion * bonds)
+
+    def around(self, u: Array) -> Array:
+        """Energy of each node's spring and of the links on both of its sides (n,)."""
+        lat, slopes = self.lattice, np.diff(u) / self.lattice.spacing
+        springs, gained = self.cells * terms.spring(u, k=lat.k).value, self._adhesive(slopes)
+        if not lat.gamma1:
+            return np.asarray(springs - gained)
+        links = lat.gamma1 * self.link_cells * self._stretch(slopes).value - gained
+        return np.asarray(springs + np.append(links, 0.0) + np.append(0.0, links))
 
     def _stretch(self, slopes: Array) -> terms.Density:
         """Of links whose surface tension is 1."""
@@ -182,10 +187,3 @@ class NodalEnergy:
         rows = min(2, held.size)  # one node has no sub-diagonal
         step = solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True)
         return np.asarray(step)
-
-
-def _sum(weights: Any, values: Array | Mask, count: int | None = None) -> float:
-    """Weighted sum of so many of these values; weights: of each, or of all."""
-    if np.ndim(weights):
-        return float(weights[:count] @ values[:count])
-    return float(weights * values[:count].sum())

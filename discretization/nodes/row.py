@@ -132,19 +132,10 @@ class Row:
         nodes = np.arange(self.first, self.where.last + 1.0)
         return ground.heights(self.lattice, self.indenter, nodes)
 
-    def heights(self, start: int, stop: int) -> Array:
-        """f from one of the lattice's nodes to another, up or down, without asking for all."""
-        low, high = min(start, stop), max(start, stop)
-        if "f" in vars(self):
-            own = self.f[low - self.first : high - self.first + 1]
-        else:
-            own = ground.heights(self.lattice, self.indenter, np.arange(low, high + 1.0))
-        return own if stop >= start else own[::-1]
-
     @functools.cached_property
     def lowest(self) -> float:
         """f at the node that touches first."""
-        return float(self.heights(self.where.lowest, self.where.lowest)[0])
+        return float(ground.heights(self.lattice, self.indenter, np.array([self.where.lowest]))[0])
 
     @functools.cached_property
     def bonds(self) -> Array:

@@ -262,7 +262,7 @@ class LatticeBranch(Branch):
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        contacts = ContactSet(self.row, nodes, depth)
+        contacts = ContactSet.of(self.row, nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 

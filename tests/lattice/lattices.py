@@ -47,7 +47,7 @@ def of_heights(lattice, g, ends, depth=None, factor=None):
     depth = float(np.abs(g).max()) if depth is None else depth
     nothing = Profile(lambda x: 0 * x, lambda x: 0 * x)
     f = depth - np.append(g, [-1e3 * abs(depth)] * 3)
-    return ContactSet(row_of(lattice, nothing, f, factor=factor), [*map(tuple, ends)], depth)
+    return ContactSet.of(row_of(lattice, nothing, f, factor=factor), [*map(tuple, ends)], depth)
 
 
 def row_of(lattice, indenter, f, first=0, factor=None):
@@ -69,7 +69,7 @@ def over(lattice, indenter, depth, *nodes):
     every = np.arange(start, stop + 1)
     f = heights(lattice, indenter, every.astype(float))
     own = [(int(one - every[0]), int(other - every[0])) for one, other in nodes]
-    return ContactSet(row_of(lattice, indenter, f, int(every[0])), own, depth)
+    return ContactSet.of(row_of(lattice, indenter, f, int(every[0])), own, depth)
 
 
 def pressed(lattice, scene, depth):

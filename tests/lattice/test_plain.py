@@ -36,10 +36,7 @@ def plain_state(scene, depth, spacing, change=(0, 0)):
     plain = Plain(Row.of(lattice.seen(scene), lattice, depth), depth, lattice.critical_gap)
     found = plain.contact()
     nodes = [node + off for node, off in zip(found, change, strict=True)]
-    ends = [plain.end(nodes[1], 1)]
-    if lattice.axis != 0:
-        ends.append(plain.end(nodes[0], -1))
-    return PlainState.of(plain, *nodes, ends, touched=False)
+    return PlainState.of(plain, *nodes)
 
 
 def judged(state):
@@ -106,7 +103,7 @@ def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
     delta = scene.critical_separation
     for depth in np.linspace(f.max() + 3 * delta, f.min() - delta, 40).tolist():
         plain = Plain(Row.of(scene, lattice, depth), depth, lattice.critical_gap)
-        state = PlainState.of(plain, -5, 5, [], touched=False)
+        state = PlainState.of(plain, -5, 5)
         held, gains = np.flatnonzero(state.model.contact)[1:-1], [-math.inf]
         for node in held[state.model.gradient(state.u)[held] < 0].tolist():
             contact = np.arange(state.u.size) != node
