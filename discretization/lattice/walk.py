@@ -92,24 +92,27 @@ class Walk:
     def moved(self, nodes: Contacts, depth: float) -> Contacts:
         """Contacts at rest, once they have come to this depth, whatever happens on the way."""
         rises = self.first(parts_of(nodes), 1)[0].depth <= depth
-        return self.way(nodes, -math.inf if rises else math.inf, depth, through=True).nodes
+        way = self.way(nodes, -math.inf if rises else math.inf, depth)
+        while way.at is not None:
+            way = self.way(way.after, way.at, depth)
+        return way.nodes
 
-    def way(self, nodes: Contacts, start: float, end: float, *, through: bool = False) -> Way:
-        """The way to another depth, up to the first event, or through all of them."""
+    def way(self, nodes: Contacts, start: float, end: float) -> Way:
+        """The way to another depth, up to the first event."""
         parts, lives, sign = parts_of(nodes), list[Life](), 1 if end >= start else -1
         born, depth = dict.fromkeys(parts, start), start
         before, changes, at = parts.copy(), 0, None
         while True:
             change, i = self.first(parts, sign)
             last = sign * (change.depth - end) >= 0 and (sign < 0 or change.depth > end)
-            if last or through or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                if not through and self._happens(before, parts, changes, depth):
+            if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
+                if self._happens(before, parts, changes, depth):
                     at, end = depth, depth
                     break
                 if last:
                     break
                 before, changes = parts.copy(), 0
-                if slid := self._slid(parts, depth, end, through):
+                if slid := self._slid(parts, depth, end):
                     _move(parts, slid, born, lives, sign)
                     depth = sign * max(sign * float(when[-1]) for when in slid if when.size)
                     before = parts.copy()
@@ -123,12 +126,12 @@ class Walk:
         lives += [Life(part, since, end) for part, since in born.items()]
         return Way(contacts_of(parts if at is None else before), at, contacts_of(parts), lives)
 
-    def _slid(self, parts: list[Part], depth: float, end: float, through: bool) -> list[Array]:
+    def _slid(self, parts: list[Part], depth: float, end: float) -> list[Array]:
         """The many links that the lines of a convex contact pass before anything else happens."""
         if len(parts) < 2 or not self.closing.clear:
             return []
         rules = self.closing if end >= depth else self.opening
-        return rules.slides(contacts_of(parts)[0], depth, end, through=through)
+        return rules.slides(contacts_of(parts)[0], depth, end)
 
     def first(self, parts: Sequence[Part], sign: int) -> tuple[Change, int]:
         """What happens first as the depth changes this way, and to which part or contact."""

@@ -213,13 +213,11 @@ class Rules:
         """1 - A - B of a span of two links."""
         return self.lattice.spring / (self.lattice.spring + 2 * self.lattice.link)
 
-    def slides(
-        self, contact: tuple[int, int], depth: float, end: float, *, through: bool
-    ) -> list[Array]:
+    def slides(self, contact: tuple[int, int], depth: float, end: float) -> list[Array]:
         """Depths at which both lines of a convex contact pass links on the way; empty: none does.
 
-        Nothing else happens between. through: also links that are passed late, with one before;
-        else the way ends there. A contact of two links is left to the walk.
+        Up to the first link that is passed late, with one before. A contact of two links is left to
+        the walk.
         """
         (first, last), sign, found, stop = contact, 1 if end >= depth else -1, [], end
         for side, at in ((-1, self.f.size - 1 - first), (1, last)):
@@ -227,10 +225,7 @@ class Rules:
             if sign < 0:
                 ahead = self.outwards[side][at - (last - first) : at][::-1]
             own = ahead[: _reached(ahead, end, sign)]
-            if through:
-                further = np.maximum if sign > 0 else np.minimum
-                own = further.accumulate(np.append(depth, own))[1:]
-            elif (late := sign * np.diff(own, prepend=depth) <= 0).any():
+            if (late := sign * np.diff(own, prepend=depth) <= 0).any():
                 own = own[: int(late.argmax())]
                 stop = sign * min(sign * stop, sign * float(own[-1] if own.size else depth))
             found.append(own)
