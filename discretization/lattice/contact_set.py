@@ -15,6 +15,7 @@ from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
+_BLOCK = 1 << 14  # nodes looked at at once: their arrays stay in the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,21 +42,24 @@ class ContactSet(State):
             u[free] = _surface(row, np.unique(nodes), depth, free)
         return cls(row, depth, model, u, g, nodes)
 
-    def opening(self, i: Nodes, force: Array) -> Array:
+    def opening(self, pulled: Nodes, force: Array) -> float:
         """What is said in judge.py: a node with links of adhesion W is held up to √(2 S W).
 
         S: its stiffness, its neighbours as they are. Nodes with one link, the outermost of their
         contacts, are not opened here: these are moves of a line.
         """
-        row, lat, nodes = self.row, self.row.lattice, self.model.nodes[i]
-        at, held = nodes - row.first, np.pad(self.model.contact, 1)
-        before, after = held[i], held[i + 2]  # these are in contact
-        work = row.works[1] * (before * row.bond(at - 1) + after * row.bond(at))
-        stiffness = lat.spring * lat.weight(nodes)
-        stiffness = stiffness + lat.link * lat.weight(nodes - 0.5) * (at > 0)
-        stiffness += lat.link * lat.weight(nodes + 0.5) * (at < row.size - 1)
-        pull = (-force - np.sqrt(2 * stiffness * work)) / lat.weight(nodes)
-        return np.asarray(pull[before == after])
+        row, lat, held = self.row, self.row.lattice, np.pad(self.model.contact, 1)
+
+        def most(i: Nodes) -> float:
+            i = i[held[i] == held[i + 2]]  # those before and after are in contact, or not
+            nodes, at = self.model.nodes[i], self.model.nodes[i] - row.first
+            work = row.works[1] * held[i] * (row.bond(at - 1) + row.bond(at))
+            links = lat.weight(nodes - 0.5) + lat.weight(nodes + 0.5)
+            stiffness = lat.spring * lat.weight(nodes) + lat.link * links
+            pull = (-force[i] - np.sqrt(2 * stiffness * work)) / lat.weight(nodes)
+            return float(pull.max(initial=0.0))
+
+        return max(map(most, np.array_split(pulled, 1 + pulled.size // _BLOCK)))
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of all lines, one link outwards and, of contacts of more than one node, one inwards."""

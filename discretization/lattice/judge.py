@@ -68,10 +68,10 @@ class State:
         held = np.flatnonzero(self.model.contact)
         return float(self.u[held[0]]), float(self.u[held[-1]])
 
-    def opening(self, i: Nodes, force: Array) -> Array:
-        """By how much contact nodes i are pulled by these forces more than they hold.
+    def opening(self, pulled: Nodes, force: Array) -> float:
+        """By how much at most pulled contact nodes that may be opened alone are not held.
 
-        Per weight, and of nodes that may be opened alone.
+        force (n,): on all nodes; the answer is per weight, 0 if all are held.
         """
         raise NotImplementedError
 
@@ -112,7 +112,6 @@ def totals(state: State) -> Totals:
     ties = lattice.link * np.abs(u[beside + 1]) * lattice.weight(nodes[beside] + 0.5)
     tension = math.sqrt(float(balance.tension @ balance.tension))
     unbalanced = np.abs(force[free] / lattice.weight(nodes[free]))
-    opening = state.opening(pulled, force[pulled]) if pulled.size else force[:0]
     return Totals(
         energy=balance.energy,
         force=float(springs.sum() + ends.sum()),
@@ -121,7 +120,7 @@ def totals(state: State) -> Totals:
         force_scale=float(np.abs(springs).sum() + np.abs(ends).sum()),
         penetration=float((state.g[free] - u[free]).max(initial=0.0)),
         imbalance=float(unbalanced.max(initial=0.0)),
-        opening=float(opening.max(initial=0.0)),
+        opening=state.opening(pulled, force) if pulled.size else 0.0,
         rounding=4 * EPSILON * tension + 2 * EPSILON * float(ties.sum()),
     )
 

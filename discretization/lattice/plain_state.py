@@ -110,24 +110,22 @@ class PlainState(State):
         touched = plain.reach != lattice.critical_gap
         return cls(row, plain.depth, model, model.relaxed(g), g, ends, touched)
 
-    def opening(self, i: Nodes, force: Array) -> Array:
-        """The pull per weight on contact nodes whose opening alone lowers the energy.
+    def opening(self, pulled: Nodes, force: Array) -> float:
+        """The largest pull per weight on contact nodes whose opening alone lowers the energy.
 
         Every second node is let go at once: between two that are held it moves alone. The outermost
         ones are not opened here, as these are moves of a line; a lone node has no adhesion.
         """
         model, held = self.model, np.flatnonzero(self.model.contact)
-        pull = -force / model.lattice.weight(model.nodes[i])
-        if held.size == 1 and model.lattice.gamma1:
-            return np.asarray(pull)
-        opens = np.zeros(self.u.size, bool)
+        opens = np.full(self.u.size, held.size == 1 and model.lattice.gamma1 > 0)
         for every in held[1:-1:2], held[2:-1:2]:
             contact = model.contact.copy()
             contact[every] = False
             less = NodalEnergy(model.lattice, contact, int(model.nodes[0]))
             gain = model.around(self.u) - less.around(less.relaxed(self.u))
             opens[every] = gain[every] > 0
-        return np.asarray(pull[opens[i]])
+        i = pulled[opens[pulled]]
+        return float((-force[i] / model.lattice.weight(model.nodes[i])).max(initial=0.0))
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of the lines, one link outwards or inwards; energies over those of a unit gap."""
