@@ -16,7 +16,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,21 +101,21 @@ class Walk:
         """The way to another depth, up to the first event."""
         parts, lives, sign = parts_of(nodes), list[Life](), 1 if end >= start else -1
         born, depth = dict.fromkeys(parts, start), start
-        before, changes, at = parts.copy(), 0, None
+        before, changes, at = nodes, 0, None
         while True:
             change, i = self.first(parts, sign)
             last = sign * (change.depth - end) >= 0 and (sign < 0 or change.depth > end)
             if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                if self._happens(before, parts, changes, depth):
+                if self._happens(before, contacts_of(parts), changes, depth):
                     at, end = depth, depth
                     break
                 if last:
                     break
-                before, changes = parts.copy(), 0
+                before, changes = contacts_of(parts), 0
                 if slid := self._slid(parts, depth, end):
                     _move(parts, slid, born, lives, sign)
                     depth = sign * max(sign * float(when[-1]) for when in slid if when.size)
-                    before = parts.copy()
+                    before = contacts_of(parts)
                     continue
                 depth = sign * max(sign * depth, sign * change.depth)
             gone = slice(i + change.start, i + change.stop)
@@ -124,7 +124,8 @@ class Walk:
             born.update(dict.fromkeys(change.parts, depth))
             changes += 1
         lives += [Life(part, since, end) for part, since in born.items()]
-        return Way(contacts_of(parts if at is None else before), at, contacts_of(parts), lives)
+        after = contacts_of(parts)
+        return Way(after if at is None else before, at, after, lives)
 
     def _slid(self, parts: list[Part], depth: float, end: float) -> list[Array]:
         """The many links that the lines of a convex contact pass before anything else happens."""
@@ -199,38 +200,20 @@ class Walk:
         self._splits[one, other] = found
         return found
 
-    def _happens(
-        self, before: Sequence[Part], after: Sequence[Part], changes: int, depth: float
-    ) -> bool:
+    def _happens(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
         """Whether changes at one depth are an event: they release energy, or contacts differ."""
         if len(before) != len(after):
             return True
         return changes > 1 and self._released(before, after, depth) > self.opening.least
 
-    def _released(self, before: Sequence[Part], after: Sequence[Part], depth: float) -> float:
-        """Energy that is not lost to adhesion hysteresis anyway, from the parts that differ."""
-        gone, new = set(before) - set(after), set(after) - set(before)
-        energies = (sum(self.energy(part, depth) for part in parts) for parts in (gone, new))
-        released = next(energies) - next(energies)
-        closing, opening = self.row.works
-        if closing == opening:
-            return float(released)
-        opened = sum(map(self.bonds, new)) - sum(map(self.bonds, gone))
-        return float(released) - max(0.0, float(opened)) * (opening - closing)
-
-    def energy(self, part: Part, depth: float) -> Any:
-        """What a free part adds to U, with the digits of the running sums."""
-        (left, right), d = part, np.array([depth])
-        if left is not None and right is not None:
-            return self.row.gap(np.array([left]), np.array([right]), d)[0, 0]
-        node, side = (left, 1) if right is None else (right, -1)
-        return self.row.tail(np.array([node]), side, d)[0, 0]
-
-    def bonds(self, part: Part) -> Any:
-        """Minus the contact's length, weighted with the pattern's factor, up to constants."""
-        left, right = part
-        sums = self.row.sums.bonds
-        return (0 if right is None else sums[right]) - (0 if left is None else sums[left])
+    def _released(self, before: Contacts, after: Contacts, depth: float) -> float:
+        """Energy that is not lost to adhesion hysteresis anyway."""
+        here, (closing, opening) = np.array([depth]), self.row.works
+        one, other = (
+            self.row.totals(np.reshape(nodes, (1, -1)), here)[0, 0] for nodes in (before, after)
+        )
+        opened = max(0.0, self.row.bonded(before) - self.row.bonded(after))
+        return float(one - other) - opened * (opening - closing)
 
     def work(self, lives: Sequence[Life]) -> float:
         """∫P dd: between changes P is linear in d."""

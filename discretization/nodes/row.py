@@ -194,10 +194,18 @@ class Row:
         return Sums(*whole, *(_running(part, touch) for part in (stretch, self.bonds)))
 
     def totals(self, nodes: Nodes, depth: Array) -> Array:
-        """U and P (2, s) of s states with m contacts each at these nodes (s, 2m)."""
+        """U and P (2, s) of s states with m contacts each at these nodes (s, 2m).
+
+        With the digits of the running sums.
+        """
         gaps = self.gap(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]).sum(axis=2)
         tails = self.tail(nodes[:, 0], -1, depth) + self.tail(nodes[:, -1], 1, depth)
-        return np.asarray(tails + gaps, float)
+        return np.asarray(tails + gaps)
+
+    def bonded(self, nodes: Contacts) -> float:
+        """Length or area of contacts, weighted with the pattern's factor."""
+        bonds = self.sums.bonds
+        return float(sum(bonds[last] - bonds[first] for first, last in nodes))
 
     def _held(self, before: Nodes, node: Nodes, depth: Array) -> Array:
         """Energy and force of the springs up to node ends, and of the links up to nodes."""

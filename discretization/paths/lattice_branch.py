@@ -228,11 +228,7 @@ class LatticeBranch(Branch):
         """The length of the links that open, weighted with the pattern's factor."""
         if before.lines is None or after.lines is None:
             return 0.0
-        return max(0.0, self._bonds(before) - self._bonds(after))
-
-    def _bonds(self, point: Point) -> float:
-        bonds = self.row.sums.bonds
-        return float(sum(bonds[last] - bonds[first] for first, last in point.memory))
+        return max(0.0, self.row.bonded(before.memory) - self.row.bonded(after.memory))
 
     def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,), interpolated between the nodes.
