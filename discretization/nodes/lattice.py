@@ -125,11 +125,6 @@ class Lattice:
     cell: float = field(init=False)
 
     @classmethod
-    def describes(cls, scene: Scene) -> bool:
-        """Whether this is the lattice for a scene."""
-        return not scene.axisymmetric
-
-    @classmethod
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
         """Lattice for a scene with nodes `spacing` [length] apart, one of them on `origin`.
 
@@ -141,16 +136,16 @@ class Lattice:
         spacing = positive("spacing", spacing)
         if origin is None:
             origin = 0.0 if scene.axisymmetric else _origin(scene.indenter, spacing)
-        every: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
-        kinds = [kind for kind in every if kind.describes(scene)]
-        if not kinds:
+        slopes = scene.slopes if scene.gamma1 else "small"
+        if scene.axisymmetric and slopes == "finite":
             raise ValueError(
                 f"slopes = {scene.slopes!r} with geometry = {scene.geometry!r} is not known on the "
                 "lattice; use slopes='small', or method='fitted'"
             )
-        slopes = scene.slopes if scene.gamma1 else "small"
+        kinds: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
+        kind = next(kind for kind in kinds if (kind.axis == 0) == scene.axisymmetric)
         scales = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-        return kinds[0](spacing, origin, *scales, slopes)
+        return kind(spacing, origin, *scales, slopes)
 
     def __post_init__(self) -> None:
         dx, k, gamma1 = self.spacing, self.k, self.gamma1

@@ -64,10 +64,6 @@ class RadialLattice(Lattice):
 
     axis: ClassVar[float] = 0.0
 
-    @classmethod
-    def describes(cls, scene: Scene) -> bool:
-        return scene.axisymmetric and (scene.slopes == "small" or not scene.gamma1)
-
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.origin:

@@ -8,8 +8,8 @@ the node beside a line (`Pair`), S = c + t + C + G that of this node, by the hei
     a line passes the next link, or closes the last two, or opens one, of adhesion W together, at
         d = f_i + (f_1 - f_i + B (f_i - f_j) - √(2W/S))/(1 - A - B);
     both lines of a span pass a link at once, next to a corner where neither would alone, where
-        y·H⁻¹y/2 = W, y = p d - q, H the stiffness of both nodes beside the lines, p = c + G of
-        each, q = H f - t f_i the pulls at d = 0;
+        (2 p d - q - q')²/(p + t) + (q - q')²/(p + t + 2 C) = 4 W, p = c + G of both nodes,
+        q = p f_1 + t (f_1 - f_i) + C (f_1 - f_1') the pull of one at d = 0, q' of the other;
     a free node touches at  d = (f_m - a f_i - b f_j)/(1 - a - b);
     a node inside a contact is torn open as a line that opens two links (T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
@@ -94,25 +94,17 @@ class Rules:
     @functools.cached_property
     def torn(self) -> Array:
         """Depth below which each node between two contact links is torn open; -inf at the ends."""
-        f, (spring, link) = self.f, self.stiffness
+        f, spring, link = self.f, self.lattice.spring, self.lattice.link
         if f.size < 3 or self.clear:  # a convex profile is not torn open inside: its lines recede
             return np.full(f.size, -math.inf)
-        stored = (self.work[1:] + self.work[:-1]) * (spring[1:-1] + link[1:] + link[:-1])
-        pull = -np.diff(link * np.diff(f))
-        depth = f[1:-1] + (pull - np.sqrt(2 * stored)) / spring[1:-1]
+        stored = (self.work[1:] + self.work[:-1]) * (spring + 2 * link)
+        depth = f[1:-1] - (link * np.diff(f, 2) + np.sqrt(2 * stored)) / spring
         return np.pad(depth, 1, constant_values=-math.inf)
 
     @functools.cached_property
     def most_torn(self) -> float:
         """Depth above which no node is torn open."""
         return float(self.torn.max())
-
-    @functools.cached_property
-    def stiffness(self) -> tuple[Array, Array]:
-        """Of the springs (n,) and links (n - 1,)."""
-        lat, nodes, one = self.lattice, self.nodes, np.ones(self.f.size)
-        springs = lat.spring * one * lat.weight(nodes)
-        return springs, lat.link * one[1:] * lat.weight(nodes[:-1] + 0.5)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
@@ -134,29 +126,19 @@ class Rules:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
         if right - left < 3:
             return math.inf
-        f, (springs, links) = self.f, self.stiffness
-        one, two = left + 1, right - 1
-        tie, *grounds = self.lattice.pair(self.first + one, self.first + two)
-        p = springs[one] + grounds[0], springs[two] + grounds[1]
-        own = p[0] + links[left] + tie, p[1] + links[two] + tie
-
-        def product(x: tuple[Any, Any], y: tuple[Any, Any]) -> Any:
-            """x·H⁻¹y."""
-            mixed = x[0] * (own[1] * y[0] + tie * y[1]) + x[1] * (tie * y[0] + own[0] * y[1])
-            return mixed / (own[0] * own[1] - tie * tie)
-
-        level, apart = (f[left] + f[right]) / 2, tie * (f[one] - f[two])
+        f, link, one, two = self.f, self.lattice.link, left + 1, right - 1
+        tie, ground, _ = self.lattice.pair(one, two)
+        p, level = self.lattice.spring + ground, (f[left] + f[right]) / 2
+        apart = tie * (f[one] - f[two])
         q = (
-            p[0] * (f[one] - level) + links[left] * (f[one] - f[left]) + apart,
-            p[1] * (f[two] - level) + links[two] * (f[two] - f[right]) - apart,
+            p * (f[one] - level) + link * (f[one] - f[left]) + apart,
+            p * (f[two] - level) + link * (f[two] - f[right]) - apart,
         )
-        middle = product(p, q) / product(p, p)
-        off = q[0] - p[0] * middle, q[1] - p[1] * middle
-        work = self.work[left] + self.work[two] - product(off, off) / 2
-        work += self.work[one] if right - left == 3 else 0.0
+        work = self.work[left] + self.work[two] + (self.work[one] if right - left == 3 else 0.0)
+        work -= (q[0] - q[1]) ** 2 / (4 * (p + link + 2 * tie))
         if work < 0:
             return math.inf
-        return float(level + middle - math.sqrt(2 * work / product(p, p)))
+        return float(level + (q[0] + q[1] - 2 * math.sqrt((p + link) * work)) / (2 * p))
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
