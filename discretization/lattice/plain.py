@@ -68,8 +68,6 @@ class Plain:
         The gap is that of small slopes which takes as much energy: ΔE <= 0 up to the critical one.
         Without adhesion that is half the product of the distance moved and the force it takes.
         """
-        if side < 0 and self.row.mirrored:
-            return self.link(2 * self.row.where.lowest - node, 1)
         lattice, after = self.row.lattice, node + side
         (one, u), (other, _) = (self.beyond(node, side, held) for held in (1, 2))
         distance = float(u[1] - self.g(after))

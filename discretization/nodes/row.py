@@ -46,7 +46,7 @@ class Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Nodes in a row under an indenter, which is asked for its heights where these are needed.
+    """Nodes in a row under an indenter.
 
     scene: as far as it has nodes (`Lattice.seen`); where: the lattice's numbers of the first and
     the last node, and of the one that touches first; widest: first and last node of the contact
@@ -100,12 +100,6 @@ class Row:
         """Whether there is one contact, and no outer surface can touch any node but the next."""
         return self.indenter.convex and self.scene.pattern is None
 
-    @property
-    def mirrored(self) -> bool:
-        """Whether the indenter is mirrored about the node that touches first."""
-        at = self.lattice.x(self.where.lowest)
-        return self.indenter.symmetric and at == self.indenter.apex
-
     @functools.cached_property
     def works(self) -> tuple[float, float]:
         """Of adhesion, of a contact that is being closed, and of one that is being opened."""
@@ -135,20 +129,15 @@ class Row:
     @functools.cached_property
     def lowest(self) -> float:
         """f at the node that touches first."""
-        return float(ground.heights(self.lattice, self.indenter, np.array([self.where.lowest]))[0])
+        return float(self.f[self.touch])
 
     @functools.cached_property
     def bonds(self) -> Array:
-        """Of all links; see `bond`."""
-        return self.bond(np.arange(self.size - 1))
-
-    def bond(self, links: Nodes) -> Array:
-        """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
-        lattice, nodes, pattern = self.lattice, self.first + links, self.scene.pattern
-        own = np.asarray(lattice.cell * lattice.weight(nodes + 0.5) * np.ones(nodes.shape))
-        if pattern is None:
-            return own
-        return np.asarray(own * pattern.factor((lattice.x(nodes) + lattice.x(nodes + 1)) / 2))
+        """Of links, i after node i: length or area times the pattern's factor on adhesion."""
+        middles = self.first + np.arange(self.size - 1) + 0.5
+        own = self.lattice.cell * self.lattice.weight(middles) * np.ones(middles.size)
+        pattern = self.scene.pattern
+        return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
 
     def alone(self, depth: float, tie: float) -> Contacts:
         """The contact of a convex profile that has been pressed to `Row.of`'s depth, or touched.
