@@ -13,6 +13,7 @@ their own releases nothing, so that a branch walked there and back has no loop a
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -78,9 +79,6 @@ class Walk:
     def __init__(self, row: Row) -> None:
         self.row = row
         self.closing, self.opening = row.rules
-        self._rises: dict[Part, Change] = {}
-        self._falls: dict[tuple[Part, bool, bool], Change] = {}
-        self._splits: dict[tuple[Part, Part], Change] = {}
 
     def touched(self, depth: float) -> Contacts:
         """The contacts at a depth to which the indenter has been pressed from first touch on."""
@@ -150,13 +148,11 @@ class Walk:
         pairs = list(itertools.pairwise(parts))
         lone = [one[1] == other[0] for one, other in pairs]
         keys = zip(parts, [True, *lone], [*lone, True], strict=True)
-        found = [self._falls.get(key) or self._fall(*key) for key in keys]
-        return found + [self._splits.get(pair) or self._split(*pair) for pair in pairs]
+        return [*itertools.starmap(self._fall, keys), *itertools.starmap(self._split, pairs)]
 
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, part: Part) -> Change:
         """The first change of a free part as the depth grows."""
-        if part in self._rises:
-            return self._rises[part]
         rules, (left, right) = self.closing, part
         depth, node = rules.touches(left, right)
         parts: list[Part] = [(left, node), (node, right)]
@@ -169,9 +165,9 @@ class Walk:
             at = rules.passes_both(left, right)
             if at < depth and rules.clears(left + 1, right - 1, at):
                 depth, parts = at, [(left + 1, right - 1)]
-        self._rises[part] = Change(depth, 0, 1, tuple(filter(_is_free, parts)))
-        return self._rises[part]
+        return Change(depth, 0, 1, tuple(filter(_is_free, parts)))
 
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def _fall(self, part: Part, left_fixed: bool, right_fixed: bool) -> Change:
         """The first move of the lines of a free part as the depth falls; fixed: of a lone node."""
         rules, (left, right), found = self.opening, part, [_NEVER]
@@ -184,21 +180,19 @@ class Walk:
         if left is not None and right is not None and len(found) == 3:
             depth = rules.recede_both(left, right)
             found.append(Change(depth, 0, 1, ((left - 1, right + 1),)))
-        first = max(found, key=lambda change: change.depth)
-        self._falls[part, left_fixed, right_fixed] = first
-        return first
+        return max(found, key=lambda change: change.depth)
 
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def _split(self, one: Part, other: Part) -> Change:
         """Where the contact between two parts lets go, or is torn open inside."""
-        rules, ((before, first), (last, after)), found = self.opening, (one, other), _NEVER
+        rules, ((before, first), (last, after)) = self.opening, (one, other)
         assert first is not None and last is not None
         if first == last:
-            found = Change(rules.pulled(before, first, after), 0, 2, ((before, after),))
-        elif last - first > 1 and rules.most_torn > -math.inf:
+            return Change(rules.pulled(before, first, after), 0, 2, ((before, after),))
+        if last - first > 1 and rules.most_torn > -math.inf:
             depth, node = rules.tears(first, last)
-            found = Change(depth, 1, 1, ((node - 1, node + 1),))
-        self._splits[one, other] = found
-        return found
+            return Change(depth, 1, 1, ((node - 1, node + 1),))
+        return _NEVER
 
     def _happens(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
         """Whether changes at one depth are an event: they release energy, or contacts differ."""
