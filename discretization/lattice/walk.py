@@ -40,25 +40,16 @@ class Change(NamedTuple):
     parts: tuple[Part, ...]
 
 
-class Life(NamedTuple):
-    """A free part between two depths."""
-
-    part: Part
-    start: float
-    end: float
-
-
 class Way(NamedTuple):
     """How contacts come to a depth, or to an event before it.
 
-    nodes: the contacts there, before the event; at: the depth of the event, None if there is none;
-    after: the contacts after it; lives: the free parts on the way.
+    trace: the depth at which contacts become others, and these, in the order of the way; first its
+    start; at: the depth of the event, None if there is none; after: the contacts after it.
     """
 
-    nodes: Contacts
+    trace: list[tuple[float, Contacts]]
     at: float | None
     after: Contacts
-    lives: list[Life]
 
 
 def parts_of(nodes: Contacts) -> list[Part]:
@@ -93,44 +84,47 @@ class Walk:
         way = self.way(nodes, -math.inf if rises else math.inf, depth)
         while way.at is not None:
             way = self.way(way.after, way.at, depth)
-        return way.nodes
+        return way.after
 
     def way(self, nodes: Contacts, start: float, end: float) -> Way:
         """The way to another depth, up to the first event."""
-        parts, lives, sign = parts_of(nodes), list[Life](), 1 if end >= start else -1
-        born, depth = dict.fromkeys(parts, start), start
-        before, changes, at = nodes, 0, None
+        parts, trace, sign = parts_of(nodes), [(start, nodes)], 1 if end >= start else -1
+        depth, changes = start, 0
         while True:
             change, i = self.first(parts, sign)
             last = sign * (change.depth - end) >= 0 and (sign < 0 or change.depth > end)
             if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                if self._happens(before, contacts_of(parts), changes, depth):
-                    at, end = depth, depth
-                    break
+                after = contacts_of(parts)
+                if self._happens(trace[-1][1], after, changes, depth):
+                    return Way(trace, depth, after)
+                trace += [(depth, after)] if changes else []
                 if last:
-                    break
-                before, changes = contacts_of(parts), 0
+                    return Way(trace, None, after)
+                changes = 0
                 if slid := self._slid(parts, depth, end):
-                    _move(parts, slid, born, lives, sign)
-                    depth = sign * max(sign * float(when[-1]) for when in slid if when.size)
-                    before = contacts_of(parts)
+                    trace += slid
+                    depth, after = slid[-1]
+                    parts = parts_of(after)
                     continue
                 depth = sign * max(sign * depth, sign * change.depth)
-            gone = slice(i + change.start, i + change.stop)
-            lives += [Life(part, born.pop(part), depth) for part in parts[gone]]
-            parts[gone] = change.parts
-            born.update(dict.fromkeys(change.parts, depth))
+            parts[i + change.start : i + change.stop] = change.parts
             changes += 1
-        lives += [Life(part, since, end) for part, since in born.items()]
-        after = contacts_of(parts)
-        return Way(after if at is None else before, at, after, lives)
 
-    def _slid(self, parts: list[Part], depth: float, end: float) -> list[Array]:
+    def _slid(self, parts: list[Part], depth: float, end: float) -> list[tuple[float, Contacts]]:
         """The many links that the lines of a convex contact pass before anything else happens."""
         if len(parts) < 2 or not self.closing.clear:
             return []
-        rules = self.closing if end >= depth else self.opening
-        return rules.slides(contacts_of(parts)[0], depth, end)
+        rules, sign = (self.closing, 1) if end >= depth else (self.opening, -1)
+        ((first, last),) = contacts_of(parts)
+        if not (slid := rules.slides((first, last), depth, end)):
+            return []
+        when = np.concatenate(slid)
+        order = np.argsort(sign * when, kind="stable")
+        left = order < slid[0].size
+        lefts = (first - sign * np.cumsum(left)).tolist()
+        rights = (last + sign * np.cumsum(~left)).tolist()
+        nodes = ((pair,) for pair in zip(lefts, rights, strict=True))
+        return list(zip(when[order].tolist(), nodes, strict=True))
 
     def first(self, parts: Sequence[Part], sign: int) -> tuple[Change, int]:
         """What happens first as the depth changes this way, and to which part or contact."""
@@ -209,52 +203,11 @@ class Walk:
         opened = max(0.0, self.row.bonded(before) - self.row.bonded(after))
         return float(one - other) - opened * (opening - closing)
 
-    def work(self, lives: Sequence[Life]) -> float:
-        """∫P dd: between changes P is linear in d."""
-        done = 0.0
-        for kind in (-1, 0, 1):  # the tails on the left, gaps, and the tails on the right
-            own = [life for life in lives if _kind(life.part) == kind and life.start != life.end]
-            if not own:
-                continue
-            start, end = (np.array([getattr(life, of) for life in own]) for of in ("start", "end"))
-            left, right = (
-                np.array([-1 if node is None else node for node in ends])
-                for ends in zip(*(life.part for life in own), strict=True)
-            )
-            middle = (start + end) / 2
-            if kind == 0:
-                _, force = self.row.gap(left, right, middle)
-            else:
-                _, force = self.row.tail(left if kind > 0 else right, kind, middle)
-            done += float((end - start) @ force)
-        return done
-
-
-def _move(
-    parts: list[Part], slid: list[Array], born: dict[Part, float], lives: list[Life], sign: int
-) -> None:
-    """The outermost lines pass links at these depths."""
-    for side, i, when in ((-1, 0, slid[0]), (1, -1, slid[1])):
-        if when.size:
-            node, start = parts[i][side < 0], born.pop(parts[i])
-            assert node is not None
-            step, last = side * sign, float(when[-1])
-            if math.isfinite(start):  # else only where it ends is asked
-                own = (ordered(side, node + step * j, None) for j in range(when.size))
-                lives += map(Life, own, [start, *when[:-1].tolist()], when.tolist())
-            parts[i] = ordered(side, node + step * when.size, None)
-            born[parts[i]] = last
-
 
 def _is_free(part: Part) -> bool:
     """Whether there is a free node between these contact nodes."""
     left, right = part
     return left is None or right is None or right - left > 1
-
-
-def _kind(part: Part) -> int:
-    """Where a free part is: -1 on the left of all contacts, 1 on their right, 0 between two."""
-    return int(part[1] is None) - int(part[0] is None)
 
 
 _NEVER = Change(-math.inf, 0, 0, ())
