@@ -186,32 +186,28 @@ def window(row: Row, depth: float) -> tuple[int, Array]:
 def on_lowest(asked: Question, row: Row) -> Equilibrium:
     """Certified state of lowest energy of all contact sets on these nodes, with its proof.
 
-    ValueError for what the method cannot express, and a contact that reaches the end of the known
-    profile.
+    Method "shortest_path", "oracle", which needs cvxpy and has no proof, or "lattice": without
+    adhesion obstacle.py, else as "shortest_path". ValueError for what the method cannot express,
+    and a contact that reaches the end of the known profile.
     """
     nodes, proof = _lowest(row, asked.depth, asked.method)
     state = of_contacts(asked, row, tuple((first, last) for first, last in nodes.tolist()))
     return replace(state, proof=proof, method="shortest_path" if proof else asked.method)
 
 
-def lowest_contacts(
-    scene: Scene, depth: float, lattice: Lattice, method: str
-) -> tuple[Nodes, Proof | None]:
-    """First and last nodes (m, 2) of the contacts of lowest energy, and the proof if there is one.
+def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:
+    """First and last nodes (m, 2) of the contacts of lowest energy; of rings around an axis, too.
 
-    scene: as far as it has nodes (`Lattice.seen`). method: "shortest_path", "oracle", which needs
-    cvxpy and has no proof, or "lattice": without adhesion obstacle.py, else as "shortest_path".
-    Around an axis rings.py, without a proof. ValueError as `on_lowest`.
+    scene: as far as it has nodes (`Lattice.seen`). ValueError as `on_lowest`.
     """
     row = Row.of(scene, lattice, depth)
     if lattice.axis == 0:
-        return runs(lowest_rings(lattice, depth - row.f)), None
-    nodes, proof = _lowest(row, depth, method)
-    return nodes + row.first, proof
+        return runs(lowest_rings(lattice, depth - row.f))
+    return _lowest(row, depth, "lattice")[0] + row.first
 
 
 def _lowest(row: Row, depth: float, method: str) -> tuple[Nodes, Proof | None]:
-    """The same, as nodes of the row."""
+    """First and last nodes of the row, and the proof if there is one."""
     lattice, (start, g) = row.lattice, window(row, depth)
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
