@@ -34,7 +34,7 @@ class ContactSet(State):
         held = np.zeros(own.stop - own.start, bool)
         for first, last in nodes:
             held[first - own.start : last - own.start + 1] = True
-        work = row.works[0] * row.bonds[own.start : own.stop - 1]
+        work = row.works[0] * row.bonds[own.start : own.stop - 1] if row.scene.pattern else None
         model, g = NodalEnergy(row.lattice, held, row.first + own.start, work), depth - row.f[own]
         u, free = g, np.flatnonzero(~held)
         if free.size:
@@ -49,12 +49,11 @@ class ContactSet(State):
         contacts, are not opened here: these are moves of a line.
         """
         row, lat, held = self.row, self.row.lattice, np.pad(self.model.contact, 1)
-        bonds = row.works[1] * np.pad(row.bonds, 1)
 
         def most(i: Nodes) -> float:
             i = i[held[i] == held[i + 2]]  # those before and after are in contact, or not
             nodes, at = self.model.nodes[i], self.model.nodes[i] - row.first
-            work = held[i] * (bonds[at] + bonds[at + 1])
+            work = row.works[1] * held[i] * (row.bond(at - 1) + row.bond(at))
             links = lat.weight(nodes - 0.5) + lat.weight(nodes + 0.5)
             stiffness = lat.spring * lat.weight(nodes) + lat.link * links
             pull = (-force[i] - np.sqrt(2 * stiffness * work)) / lat.weight(nodes)
@@ -84,7 +83,7 @@ class ContactSet(State):
         own, beyond = self.depth - row.f[[start, start + side]]
         gap = own - beyond - rest * own
         gap += 0.0 if other is None else far * (self.depth - row.f[other] - own)
-        bonds = row.works[opening] * row.bonds[min(start, after) : max(start, after)]
+        bonds = row.works[opening] * row.bond(np.arange(min(start, after), max(start, after)))
         return Move(opening, float(gap), float(stiffness / 2 * gap * gap), float(bonds.sum()))
 
     def _stays_clear(self, node: int, side: int, other: int | None, noise: float) -> bool:

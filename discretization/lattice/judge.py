@@ -65,8 +65,8 @@ class State:
     @property
     def at_lines(self) -> tuple[float, float]:
         """u of the first and the last contact node."""
-        held = np.flatnonzero(self.model.contact)
-        return float(self.u[held[0]]), float(self.u[held[-1]])
+        held = self.model.contact
+        return float(self.u[held.argmax()]), float(self.u[::-1][held[::-1].argmax()])
 
     def opening(self, pulled: Nodes, force: Array) -> float:
         """By how much at most pulled contact nodes that may be opened alone are not held.
@@ -115,7 +115,7 @@ def totals(state: State) -> Totals:
     return Totals(
         energy=balance.energy,
         force=float(springs.sum() + ends.sum()),
-        force_by_reactions=float(force[held].sum()),
+        force_by_reactions=float(force.sum() - force[free].sum()),
         energy_scale=balance.scale,
         force_scale=float(np.abs(springs).sum() + np.abs(ends).sum()),
         penetration=float((state.g[free] - u[free]).max(initial=0.0)),

@@ -84,28 +84,28 @@ class NodalEnergy:
         force[0] += self.pulls[0] * u[0]
         force[-1] += self.pulls[1] * u[-1]
         values = {
-            "springs": float((self.cells * spring.value).sum()),
-            "surface": lat.gamma1 * float((self.link_cells * stretch.value).sum()),
-            "adhesion": -float(self._adhesive(slopes).sum()),
+            "springs": _sum(self.cells, spring.value),
+            "surface": lat.gamma1 * _sum(self.link_cells, stretch.value),
+            "adhesion": -_sum(*self._adhesive(slopes)),
             "tails": float(self.pulls @ ends**2) / 2,
         }
         return Balance(values, force, springs, tension)
 
-    def _adhesive(self, slopes: Array) -> Array:
-        """What adhesion gains, of each link, or of each spring without tension."""
+    def _adhesive(self, slopes: Array) -> tuple[Any, Any]:
+        """What adhesion gains where there is contact, and the contact; of links, or of springs."""
         lat = self.lattice
         if not lat.gamma1:
-            return np.asarray(lat.w * self.cells * self.contact)
+            return lat.w * self.cells, self.contact
         bonds = self.bound * np.hypot(1, slopes) if lat.slopes == "finite" else self.bound
-        return np.asarray(self.adhesion * bonds)
+        return self.adhesion, bonds
 
     def around(self, u: Array) -> Array:
         """Energy of each node's spring and of the links on both of its sides (n,)."""
         lat, slopes = self.lattice, np.diff(u) / self.lattice.spacing
-        springs, gained = self.cells * terms.spring(u, k=lat.k).value, self._adhesive(slopes)
+        springs, (work, bound) = self.cells * terms.spring(u, k=lat.k).value, self._adhesive(slopes)
         if not lat.gamma1:
-            return np.asarray(springs - gained)
-        links = lat.gamma1 * self.link_cells * self._stretch(slopes).value - gained
+            return np.asarray(springs - work * bound)
+        links = lat.gamma1 * self.link_cells * self._stretch(slopes).value - work * bound
         return np.asarray(springs + np.append(links, 0.0) + np.append(0.0, links))
 
     def _stretch(self, slopes: Array) -> terms.Density:
@@ -187,3 +187,8 @@ class NodalEnergy:
         rows = min(2, held.size)  # one node has no sub-diagonal
         step = solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True)
         return np.asarray(step)
+
+
+def _sum(weights: Any, values: Array) -> float:
+    """Weighted sum of values; weights: of each, or of all."""
+    return float(weights @ values) if np.ndim(weights) else float(weights * values.sum())

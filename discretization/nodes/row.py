@@ -133,10 +133,13 @@ class Row:
 
     @functools.cached_property
     def bonds(self) -> Array:
-        """Of links, i after node i: length or area times the pattern's factor on adhesion."""
-        middles = self.first + np.arange(self.size - 1) + 0.5
-        own = self.lattice.cell * self.lattice.weight(middles) * np.ones(middles.size)
-        pattern = self.scene.pattern
+        """Of all links; see `bond`."""
+        return self.bond(np.arange(self.size - 1))
+
+    def bond(self, links: Nodes) -> Array:
+        """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
+        middles, pattern = self.first + links + 0.5, self.scene.pattern
+        own = self.lattice.cell * self.lattice.weight(middles) * np.ones(links.size)
         return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
 
     def alone(self, depth: float, tie: float) -> Contacts:
