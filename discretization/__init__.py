@@ -23,14 +23,27 @@ The certificate (certificate.py) and the result (equilibrium.py) are the same fo
 minimiser returns a contact set or contact lines; what judges those judges it unchanged.
 """
 
-from discretization.certificate import AccuracyWarning, NotCertifiedError
-from discretization.equilibrium import Equilibrium
-from discretization.loading import load_path
-from discretization.minimise import minimise
-from discretization.nodes.lattice import Lattice
-from discretization.nodes.nodal_energy import NodalEnergy
-from discretization.paths.branch import Event, PullOff, Snapshot
-from discretization.paths.history import History
+from importlib.util import find_spec
+from pathlib import Path
+
+try:
+    from discretization.certificate import AccuracyWarning, NotCertifiedError
+    from discretization.equilibrium import Equilibrium
+    from discretization.loading import load_path
+    from discretization.minimise import minimise
+    from discretization.nodes.lattice import Lattice
+    from discretization.nodes.nodal_energy import NodalEnergy
+    from discretization.paths.branch import Event, PullOff, Snapshot
+    from discretization.paths.history import History
+except ImportError as error:
+    energy = find_spec("energy")
+    if energy and energy.origin and Path(energy.origin).name != "__init__.py":
+        raise ImportError(
+            f"{energy.origin} hides the package energy of elastocap, since Python looks beside the "
+            "script, or in the current folder, first: rename that file",
+            name="energy",
+        ) from error
+    raise
 
 __all__ = [
     "AccuracyWarning",

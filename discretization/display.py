@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+_UNRESOLVED = "not resolved: use smaller spacing"
 OBSERVABLES = ("depth", "half_width", "force", "energy", "contact_angle")
 
 
@@ -38,19 +39,21 @@ def state_line(state: Any) -> str:
 
 
 def state_text(state: Any) -> str:
-    """The observables with their errors, and how far the assumptions of the model hold."""
+    """The observables with their numerical errors, and how far the model's assumptions hold."""
     kind = f"{state.label}, {state.branch} branch, {state.method}"
     error = {
-        name: f"± {size:.1e}" if math.isfinite(size) else "not resolved: use smaller spacing"
+        name: f"numerical error {size:.1e}" if math.isfinite(size) else _UNRESOLVED
         for name, size in state.uncertainty.items()
     }
+    theta = state.contact_angle
+    angle = "none with small slopes" if theta < 0 else f"θ = {theta:.10g} rad"
     width = "radius" if state.scene.axisymmetric else "half-width"
     lines = [
         f"depth        d = {state.depth:.10g}   ({kind})",
         f"{width:12s} a = {state.half_width:.10g}   ({error['half_width']})",
         f"force        P = {state.force:.10g}   ({error['force']})",
         f"energy       U = {state.energy:.10g}   ({error['energy']})",
-        f"angle        θ = {state.contact_angle:.10g} rad   (π - θ = {state.angle_deficit:.6g})",
+        f"angle        {angle}   (π - θ = {state.angle_deficit:.6g})",
     ]
     return "\n".join(lines + [f"validity     {a}" for a in state.validity])
 
@@ -88,9 +91,10 @@ def path_text(history: Any, si: bool = False) -> str:
     }
     names = [f"{name}/{unit}" if si else name for name, unit in units.items()]
     lines = [f"load path: {len(history)} steps of {control}, {count} events"]
-    lines.append(f"{'event':18s}" + "".join(f"{name:>14s}" for name in (control, *names)))
+    imposed = () if control == "depth" else (control,)  # a depth has its column
+    lines.append(f"{'event':18s}" + "".join(f"{name:>14s}" for name in (*imposed, *names)))
     for event in history.events:
-        values = (event.control, event.depth, event.force, event.energy_released)
+        values = (event.control, event.depth, event.force, event.energy_released)[not imposed :]
         lines.append(f"{event.kind:18s}" + "".join(f"{value:>14.6g}" for value in values))
     metres, newtons, joules = (" m", f" N{per}", f" J{per}") if si else ("", "", "")
     if (pull := most_tensile(history)) is not None:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from discretization import display, plots
+from discretization.assumed import deformation, of_nodes
 from discretization.certificate import Certificate, Proof
 from discretization.parts import ACTING, SPRINGS, STORED, Elastic
-from discretization.profile import breaks
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At, Shape
 from energy import Assumption, Scene
@@ -21,23 +21,48 @@ from energy.validity import Deformation, assumptions
 
 Array = NDArray[np.float64]
 QUANTITIES = ("half_width", "force", "energy")
-_SAMPLES = 257  # of each contact
 
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """State of a scene at one depth, per unit length of the line contact.
+    """State of a scene at one depth, per unit length of the line contact, as `minimise` finds it.
 
+    Attributes
+    ----------
+    scene, depth, branch, method
+        What was asked; the depth d [length].
+    contacts : array (m, 2)
+        Ends of each contact interval [length]; half_width: half their sum.
+    force, energy : float
+        P [force/length], positive if it presses, and U [energy/length], 0 without contact.
+    contact_angle : float
+        θ [rad], the mean over the contact lines, measured in the displacement field.
+    label : str
+        "global", "metastable", "adhered", "neutral" or "detached".
+    validity, warnings : tuple
+        How far the model's assumptions hold, and those that do not, in words.
+    certificate, error_estimate, scales, proof
+        That it is an equilibrium; its relative numerical errors, or the function that finds them
+        (`errors`), relative to the sums of the absolute values of the terms of force and energy;
+        why no state on these nodes has a lower energy, where `shortest_path` has found it.
+    nodes, pinned, spacing, neutral, surfaces, elastic
+        The outermost contact nodes themselves; lines at corners; nan where there are no nodes;
+        whether a line rests anywhere in a range at no cost; what the free surfaces look like; what
+        presses, springs or the layer itself.
+
+    Notes
+    -----
     With rotational symmetry force and energy are those of the whole contact, and all positions are
     radii: contacts are intervals of r >= 0, and one that includes the axis begins at 0.
 
-    contacts (m, 2): ends of each contact interval; nodes (m, 2): the outermost contact nodes
-    themselves (raw lattice answer); force P > 0 compressive; energy U, 0 for the flat surface
-    without contact; surfaces: what the free ones look like; errors: `error_estimate`, or the
-    function of this state that finds it when it is asked for; scales: of force and energy, the sums
-    of their terms' absolute values; spacing: nan where there are no nodes; proof: why no state on
-    these nodes has a lower energy, where `shortest_path` has found it; neutral: whether a line
-    rests anywhere in a range at no cost; elastic: what presses, springs or the layer itself.
+    Examples
+    --------
+    >>> from discretization import minimise
+    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    >>> state = minimise(Scene(layer, surfaces, Parabola(0.02)), depth=0.3e-6)
+    >>> print(f"{state.displacement(0.0):.3g}, {state.displacement(2e-4):.3g}")
+    3e-07, -6.79e-09
     """
 
     scene: Scene
@@ -107,24 +132,8 @@ class Equilibrium:
 
     @functools.cached_property
     def _deformation(self) -> Deformation:
-        """What the contact does to the layer, looked at at many x.
-
-        The ends, corners, knots and the apex are among them. Where the layer is pressed anywhere,
-        the least height in contact is that of the whole profile: were it free, the surface would
-        stand above it by more than anywhere in contact. Free surfaces bend and move most at their
-        lines.
-        """
-        indenter, ends, x = self.scene.indenter, self.contacts, np.zeros(1)
-        bounded = bool(np.isfinite(ends).all())
-        if bounded:
-            kinks = breaks(indenter)
-            even = np.linspace(ends[:, 0], ends[:, 1], _SAMPLES).ravel()
-            x = np.concatenate([even, kinks[self.inside(kinks)]])
-        u = self.depth - indenter.height(x)
-        slopes = [np.abs(indenter.slope(x)).max(), *np.ravel(self.line_slopes if bounded else 0.0)]
-        widths = (ends[:, 1] - ends[:, 0]) / np.where(self.at_axis[:, 0], 1, 2)
-        steepest, narrowest = float(np.abs(slopes).max()), float(widths.min())
-        return Deformation(float(u.max()), float(np.abs(u).max()), narrowest, steepest)
+        """What the contact does to the layer."""
+        return deformation(self)
 
     @functools.cached_property
     def _parts(self) -> dict[str, float]:
@@ -256,8 +265,14 @@ class Equilibrium:
 
     @property
     def validity(self) -> tuple[Assumption, ...]:
-        """How far the assumptions of the model hold here; see energy.validity."""
-        return assumptions(self.scene, self._deformation if self.contacts.size else None)
+        """How far the assumptions of the model hold here (energy.validity), and of its nodes."""
+        deformed = self._deformation if self.contacts.size else None
+        return (*assumptions(self.scene, deformed), *self.resolution)
+
+    @property
+    def resolution(self) -> tuple[Assumption, ...]:
+        """Whether the nodes are close enough for l and the contacts; nothing on a mesh."""
+        return of_nodes(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:

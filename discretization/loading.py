@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from discretization.assumed import resolution, tell
 from discretization.paths.branch import Branch, Point
 from discretization.paths.control import Control
 from discretization.paths.history import History, branch_of
@@ -43,31 +44,68 @@ def load_path(
 ) -> History:
     """The response of a scene to a programme of imposed depths, forces, or drives of a machine.
 
-    Exactly one of `depths` [length], `forces` [force/length] and `drives` [length] (n,) is given.
-    machine_stiffness K [force/length²]: the indenter hangs on a spring whose far end is at the
-    drive D, P = K (D - d). A path under imposed depth starts out of contact where the first depth
-    is below touching, and by touching else; under force and machine control it starts at first
-    touch. Without long-range attraction contact begins on touching, at d = min f.
+    Parameters
+    ----------
+    scene : Scene
+    depths, forces, drives : array_like (n,)
+        Exactly one: depths [length], forces [force/length], or drives [length].
+    machine_stiffness : float
+        K [force/length²], with drives: the indenter hangs on a spring whose far end is at the drive
+        D, P = K (D - d).
+    method : {"fitted", "lattice"}
+        Contact lines as unknowns, for any profile with any number of contacts; or fixed nodes, for
+        small slopes with gamma1 > 0, around an axis for convex indenters: their force is
+        interpolated between the nodes, their energy balance that of contact sets, which closes
+        exactly.
+    spacing : float
+        Distance of the nodes [length], with "lattice".
+    rtol : float
+        Relative error asked of the fitted mesh's surfaces and integrals.
+    after : History, optional
+        Of the same scene and control, which this programme continues; the result's first part.
+    save : path, optional
+        A file in which the history so far is kept, written anew every `every` steps and at the end;
+        if it exists, it must hold the beginning of this very programme, and the path goes on from
+        there, with the same result to the last bit as if it had not stopped.
+    every : int
+
+    Returns
+    -------
+    History
+        The certified states at all values, the events between them and the energy lost.
+
+    Raises
+    ------
+    ValueError
+        For an unusable programme or a scene that the method cannot follow.
+    NotCertifiedError
+        If a state is no equilibrium: the path never continues from one.
+
+    Warns
+    -----
+    AccuracyWarning
+        Where the profile varies within the least distance at which events are sought, and for
+        nodes that are further apart than l.
+
+    Notes
+    -----
+    A path under imposed depth starts out of contact where the first depth is below touching, and by
+    touching else; under force and machine control it starts at first touch. Without long-range
+    attraction contact begins on touching, at d = min f.
 
     A dead load is in equilibrium at depths where it is P(d), the drive of a machine where it is
     d + P(d)/K. As one of them rises, the indenter goes down from where it is to the first depth at
     which that number is as large, as it falls, up to the first one at which it is as small: a depth
     that changes by a jump on the way is an event.
 
-    method "fitted": contact lines as unknowns, for any profile with any number of contacts.
-    "lattice": fixed nodes `spacing` apart, for small slopes with gamma1 > 0, around an axis for
-    convex indenters; its force is that interpolated between the nodes, its energy balance that of
-    contact sets, which closes exactly.
-    rtol: relative error asked of the fitted mesh's surfaces and integrals; the lattice has its
-    spacing instead.
-    after: a history of the same scene and control that this programme continues; it becomes the
-    first part of the result. save: a file in which the history so far is kept, written anew every
-    `every` steps and at the end; if it exists, it must hold the beginning of this very programme,
-    and the path goes on from there, with the same result to the last bit as if it had not stopped.
-
-    ValueError for an unusable programme or a scene that the method cannot follow;
-    NotCertifiedError if a state is no equilibrium: the path never continues from one;
-    AccuracyWarning where the profile varies within the least distance at which events are sought.
+    Examples
+    --------
+    >>> from discretization import load_path
+    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    >>> path = load_path(Scene(layer, surfaces, Parabola(0.02)), depths=[0.0, 4e-7, -6e-7])
+    >>> [(event.kind, f"{event.depth:.3g}") for event in path.events]
+    [('jump-in', '0'), ('detachment', '-4.22e-07')]
     """
     usable(scene, rtol, method, METHODS)
     name, values = _programme(depths=depths, forces=forces, drives=drives)
@@ -76,7 +114,9 @@ def load_path(
         raise ValueError(f"every = {every!r} is no number of steps; give at least 1")
     if (method == "lattice") != (spacing is not None):
         raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
-    spacing = None if spacing is None else positive("spacing", spacing)
+    if spacing is not None:
+        spacing = positive("spacing", spacing)
+        tell(resolution(scene, spacing, np.empty(0)), stacklevel=2)
     history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if save is not None and Path(save).exists():
         after = History.from_csv(save, scene)

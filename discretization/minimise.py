@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 
+from discretization.assumed import tell
 from discretization.certificate import AccuracyWarning
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.several import on_several
@@ -37,26 +38,62 @@ def minimise(
     spacing: float | None = None,
     rtol: float = 1e-8,
 ) -> Equilibrium:
-    """Equilibrium of the scene at an imposed depth: min U[u] s.t. u >= d - f.
+    """Equilibrium of the scene at an imposed depth.
 
-    branch "adhered": the state of the quasi-static path that touches first and then moves to this
-    depth, with several contacts followed from event to event; w = 0 is convex, and for γ₁ = 0
-    springs are independent: nothing to follow there.
-    "global": the lowest energy of all states, detached included.
-    method "lattice": fixed nodes `spacing` apart, accurate to O(spacing²); of "global" it finds the
-    minimum over all contact sets of these nodes (small slopes); with finite slopes, and without
-    tension, it answers states of one contact, and around an axis those of one contact of a convex
-    indenter with small slopes. "fitted": a mesh anchored at the contact lines, accurate to rounding
-    times the problem's condition; where the profile is not convex with any number of contacts, of
-    "global" for small slopes: a lattice finds the topology.
-    "auto": "fitted", or "lattice" for "global" with a spacing. "shortest_path": "global" on the
-    lattice with its `proof`. "oracle": the same by solvers of cvxpy, for checking; with w > 0 for
-    at most 100 nodes, and with the test extra.
+    Parameters
+    ----------
+    scene : Scene
+        Layer, surfaces and indenter.
+    depth : float
+        d [length]: of the level f = 0 of the profile below the undeformed surface; negative: above.
+    method : {"auto", "fitted", "lattice", "shortest_path", "oracle"}
+        "fitted": a mesh anchored at the contact lines, accurate to rounding times the problem's
+        condition; any number of contacts, of "global" for small slopes: a lattice finds the
+        topology. "lattice": fixed nodes, accurate to O(spacing²); of "global" the minimum over all
+        contact sets of these nodes (small slopes); with finite slopes, and without tension, states
+        of one contact, around an axis one contact of a convex indenter with small slopes. "auto":
+        "fitted", or "lattice" for "global" with a spacing.
+        "shortest_path": "global" on the lattice with its `proof`. "oracle": the same by solvers of
+        cvxpy, for checking; with w > 0 for at most 100 nodes, and with the test extra.
+    branch : {"adhered", "global"}
+        The state of the quasi-static path that touches first and then moves to this depth; or the
+        lowest energy of all states, detached included. For w = 0 and for γ₁ = 0 no path matters.
+    spacing : float, optional
+        Distance of the nodes [length], for methods that have nodes; well below l and the contact.
+    rtol : float
+        Relative error asked of the fitted mesh.
 
-    ValueError for an unusable argument or a depth at which the contact would leave the profile;
-    NotCertifiedError if no equilibrium was found; AccuracyWarning if the error estimate stays above
-    rtol, or if the surface between the nodes misses a feature of the profile that is narrower than
-    their distance.
+    Returns
+    -------
+    Equilibrium
+        The certified state, with force, contacts, angle, fields, errors and `warnings`.
+
+    Raises
+    ------
+    ValueError
+        For an unusable argument or a depth at which the contact would leave the profile.
+    NotCertifiedError
+        If no equilibrium was found.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the error estimate stays above rtol on the fitted mesh; if nodes are further apart than
+        l, or the surface between them misses a narrower feature of the profile. Other limits of
+        the model and of the nodes are in the state's `warnings`.
+
+    Notes
+    -----
+    min U[u] s.t. u >= d - f, with small slopes U = ∫ (k u²/2 + γ₁ u'²/2) dx - w (contact length).
+
+    Examples
+    --------
+    >>> from discretization import minimise
+    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    >>> state = minimise(Scene(layer, surfaces, Parabola(0.02)), depth=0.3e-6)
+    >>> print(f"a = {state.half_width:.6g} m, P = {state.force:.6g} N/m, {state.label}")
+    a = 0.000160077 m, P = 0.0139554 N/m, global
     """
     usable(scene, rtol, method, METHODS)
     finite("depth", depth)
@@ -73,8 +110,11 @@ def minimise(
             raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
         if way == "layer":
             spacing = positive("spacing", spacing)
-            return on_layer_nodes(scene, float(depth), spacing, branch=branch)
-        return looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)
+            state = on_layer_nodes(scene, float(depth), spacing, branch=branch)
+        else:
+            state = looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)
+        tell(state.resolution, stacklevel=2)
+        return state
     way = route(scene, branch, nodes=False)
     if spacing is not None:
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")

@@ -237,7 +237,7 @@ def plot_path(
     closed_form: (d, P, a) to draw beside them. si: whether the units are those of SI.
     """
     driven = history.control != "depth"
-    drawn, row = canvas(16 if driven else 12, 5, 1, 2 + driven)
+    drawn, row = canvas(12.5, 5 - 0.7 * driven, 1, 2 + driven)
     for axes, quantity, i in zip(row, ("force", "half_width"), (1, 2), strict=False):
         scale = units(history, quantity, si)
         draw_path(axes, history, quantity, scale)

@@ -16,10 +16,12 @@ LARGEST = 1e60  # products of a few such numbers still have a float; no unit sys
 def real(name: str, value: float) -> float:
     """Return value as a float; ValueError unless it is one finite real number."""
     try:
-        number = float(value)
+        number = None if isinstance(value, (bool, np.bool_, str, bytes)) else float(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{name} = {value!r} is not a number; give one finite number") from None
-    if isinstance(value, (bool, str)) or not math.isfinite(number):
+        number = None
+    if number is None:
+        raise ValueError(f"{name} = {value!r} is not a number; give one finite number")
+    if not math.isfinite(number):
         raise ValueError(f"{name} = {value!r} is not finite; give one finite number")
     return number
 

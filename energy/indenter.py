@@ -83,13 +83,35 @@ class Indenter:
 
 @dataclass(frozen=True)
 class Profile(Indenter):
-    """Any profile from two vectorised functions, height(x) and its derivative slope(x).
+    """Any profile from two functions that take arrays, height(x) and its derivative slope(x).
 
-    `extent` limits where contact is looked for; needed if the profile has its lowest point far
-    from x = 0 or does not rise in the end. `corners` lists kinks a contact line may be pinned at,
-    `knots` where only a higher derivative jumps, such as the end of a rounding: integrals converge
-    at once where they are given, and are refined until they do where not.
-    `convex` promises that the slope never decreases: no other contacts are looked for.
+    Parameters
+    ----------
+    height, slope : callable
+        f(x) [length] and f'(x) [1] of arrays x, made of numpy's functions.
+    extent : tuple of two floats
+        Where contact is looked for; needed if the profile has its lowest point far from x = 0 or
+        does not rise in the end.
+    corners : sequence of float
+        Kinks that a contact line may be pinned at.
+    convex : bool
+        A promise that the slope never decreases: no other contacts are looked for.
+    knots : sequence of float
+        Where only a higher derivative jumps, such as the end of a rounding: integrals converge at
+        once where they are given, and are refined until they do where not.
+
+    Raises
+    ------
+    ValueError
+        For functions that do not take arrays, and places that do not increase.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from energy import Profile
+    >>> wavy = Profile(lambda x: x**2 - 0.1 * np.cos(x), lambda x: 2 * x + 0.1 * np.sin(x))
+    >>> print(wavy.height(0.0))
+    -0.1
     """
 
     height: Callable[[ArrayLike], Array] = field()  # type: ignore[assignment]
@@ -106,10 +128,27 @@ class Profile(Indenter):
         ends = array("extent", self.extent)
         if ends.shape != (2,) or not ends[0] < ends[1]:
             raise ValueError(f"extent = {self.extent!r} must be (lo, hi) with lo < hi")
+        for name in ("height", "slope"):
+            _takes_arrays(name, getattr(self, name), np.full(2, np.clip(0.0, *ends)))
         for name in ("corners", "knots"):
             x = array(name, getattr(self, name))
             if x.ndim != 1 or not (np.diff(x) > 0).all() or np.isnan(x).any():
                 raise ValueError(f"{name} = {getattr(self, name)!r} must increase; sort them")
+
+
+def _takes_arrays(name: str, function: Callable[[ArrayLike], Any], x: Array) -> None:
+    """ValueError unless the function of x answers an array with one number for each position."""
+    try:
+        with np.errstate(all="ignore"):
+            found = np.shape(function(x))
+        said = f"for {x.size} positions it gives {found or 'one number'}"
+    except (TypeError, ValueError, IndexError) as error:
+        found, said = None, f"{type(error).__name__}: {error}"
+    if found != x.shape:
+        raise ValueError(
+            f"{name} = {function!r} must take an array of x and give one number for each: write it "
+            f"with numpy (np.maximum for max, np.where for if, np.zeros_like(x) for 0); {said}"
+        )
 
 
 def floats(x: ArrayLike | float) -> Array:

@@ -18,7 +18,14 @@ from energy.indenter import Array, Indenter, floats
 
 @dataclass(frozen=True)
 class Plane(Indenter):
-    """Rigid plane f = 0 without end, case study 1, Eq. (19)."""
+    """Rigid plane f = 0 without end, case study 1, Eq. (19).
+
+    Examples
+    --------
+    >>> from energy import Plane
+    >>> Plane().height([-1.0, 2.0])
+    array([0., 0.])
+    """
 
     apex = 0.0
     symmetric = True
@@ -38,7 +45,19 @@ class Plane(Indenter):
 
 @dataclass(frozen=True)
 class FlatPunch(Indenter):
-    """Flat punch f = 0 for |x| <= half_width and nothing (f = +inf) beyond, case study 2."""
+    """Flat punch f = 0 for |x| <= half_width and nothing (f = +inf) beyond, case study 2.
+
+    Parameters
+    ----------
+    half_width : float
+        Half its width, or its radius with rotational symmetry [length]; ValueError unless > 0.
+
+    Examples
+    --------
+    >>> from energy import FlatPunch
+    >>> FlatPunch(half_width=1.0).height([0.0, 0.9, 1.1])
+    array([ 0.,  0., inf])
+    """
 
     half_width: float
     apex = 0.0
@@ -68,7 +87,20 @@ class FlatPunch(Indenter):
 
 @dataclass(frozen=True)
 class Wedge(Indenter):
-    """Wedge f = |x| tan δ, case study 3; delta in rad, inside (0, π/2)."""
+    """Wedge f = |x| tan δ, case study 3; a cone if it is turned about its axis.
+
+    Parameters
+    ----------
+    delta : float
+        Angle between its flanks and the surface [rad]; ValueError unless in (0, π/2).
+
+    Examples
+    --------
+    >>> import math
+    >>> from energy import Wedge
+    >>> Wedge(delta=math.atan(0.1)).height([-2.0, 0.0, 1.0])
+    array([0.2, 0. , 0.1])
+    """
 
     delta: float
     apex = 0.0
@@ -90,7 +122,19 @@ class Wedge(Indenter):
 
 @dataclass(frozen=True)
 class Parabola(Indenter):
-    """Parabola f = x²/(2R), the cylinder near its lowest line, Eq. (31)."""
+    """Parabola f = x²/(2R), the cylinder near its lowest line, Eq. (31); or the sphere likewise.
+
+    Parameters
+    ----------
+    R : float
+        Radius of curvature at the apex [length]; ValueError unless > 0.
+
+    Examples
+    --------
+    >>> from energy import Parabola
+    >>> Parabola(R=0.5).height([-1.0, 0.0, 2.0])
+    array([1., 0., 4.])
+    """
 
     R: float
     apex = 0.0
@@ -113,10 +157,23 @@ class Parabola(Indenter):
 class Circle(Indenter):
     """The true arc f = R - √(R² - x²), |x| <= R: a cylinder, or a sphere if turned about its axis.
 
+    Parameters
+    ----------
+    R : float
+        Radius [length]; ValueError unless > 0.
+
+    Notes
+    -----
     The slope grows without limit towards |x| = R, where the body turns over and the profile ends.
     A line cannot get there with small slopes (l f' is not bounded); with finite slopes a deep
     contact would climb the upper half, which no f(x) describes: that is refused like the end of
     measured data. `Parabola` is the same near the lowest point, relative to within x²/(4R²).
+
+    Examples
+    --------
+    >>> from energy import Circle
+    >>> Circle(R=5.0).height([0.0, 3.0, 4.0])
+    array([0., 1., 2.])
     """
 
     R: float
@@ -146,7 +203,21 @@ class Circle(Indenter):
 
 @dataclass(frozen=True)
 class PowerLaw(Indenter):
-    """Power law f = c |x|ⁿ with c > 0, 1 <= n <= 300 (n = 1 wedge, 2 parabola, ∞ flat punch)."""
+    """Power law f = c |x|ⁿ: a wedge for n = 1, a parabola for 2, towards a flat punch for n → ∞.
+
+    Parameters
+    ----------
+    c : float
+        Prefactor [length¹⁻ⁿ]; ValueError unless > 0.
+    n : float
+        Exponent; ValueError unless from 1 to 300.
+
+    Examples
+    --------
+    >>> from energy import PowerLaw
+    >>> PowerLaw(c=0.5, n=3).height([0.0, 1.0, -2.0])
+    array([0. , 0.5, 4. ])
+    """
 
     c: float
     n: float

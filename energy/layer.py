@@ -21,9 +21,32 @@ _SMALL = 1e-4  # qh, below which the ratio to springs is a parabola to rounding
 class ElasticLayer:
     """Elastic layer bonded to a rigid base, without shear stress on its surface.
 
-    E: Young's modulus [stress]; nu: Poisson's ratio in (-1, 0.5); h: thickness [length].
-    response: "springs", the limit of a thin, compressible layer; or "layer", the exact response of
-    linear elasticity, with nu up to and including 0.5. ValueError for anything outside.
+    Parameters
+    ----------
+    E : float
+        Young's modulus [stress], > 0.
+    nu : float
+        Poisson's ratio, between -1 and 0.5; 0.5 itself with response "layer" alone.
+    h : float
+        Thickness [length], > 0.
+    response : {"springs", "layer"}
+        "springs" is the limit of a thin, compressible layer, "layer" exact linear elasticity.
+
+    Raises
+    ------
+    ValueError
+        For a number outside these ranges, and an unknown response.
+
+    Notes
+    -----
+    Springs have the stiffness per area k = Ẽ/h with Ẽ = E(1-ν)/((1+ν)(1-2ν)), Eqs. (2) and (3);
+    `stiffness_at` has that of the layer.
+
+    Examples
+    --------
+    >>> from energy import ElasticLayer
+    >>> print(f"{ElasticLayer(E=2.5e3, nu=0.3, h=5e-6).stiffness:.4g}")  # Pa/m
+    6.731e+08
     """
 
     E: float

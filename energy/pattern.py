@@ -17,8 +17,23 @@ Array = NDArray[np.float64]
 class Patches:
     """Piecewise constant factor c(x) >= 0 on the work of adhesion: w(x) = c(x) w.
 
-    edges (n,): increasing x [length] at which the factor changes; factors (n + 1,): from left to
-    right. ValueError for unsorted edges, another number of factors, negative ones or NaN.
+    Parameters
+    ----------
+    edges : sequence of float
+        Increasing x [length] at which the factor changes, n of them.
+    factors : sequence of float
+        The n + 1 factors from left to right, >= 0.
+
+    Raises
+    ------
+    ValueError
+        For unsorted edges, another number of factors, negative ones or NaN.
+
+    Examples
+    --------
+    >>> from energy import Patches
+    >>> Patches(edges=[0.0], factors=[1.0, 2.0]).factor([-1.0, 1.0])
+    array([1., 2.])
     """
 
     edges: Sequence[float]

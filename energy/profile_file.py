@@ -31,20 +31,39 @@ def read_profile(
     encoding: str | None = None,
     skip: int = 0,
 ) -> Sampled:
-    """A `Sampled` profile from a file of positions x and heights z.
+    """A `Sampled` profile from a file of positions x and heights z, in metres.
 
-    unit: of x and z in metres, where the file does not state it; 1 if it is not given either.
-    Text (.txt, .csv, .dat, .tsv, .xyz, .asc, .prn): what delimits the columns, the decimal mark,
-    the encoding and the lines to skip above the data are found, or as in `text_table.Layout` where
-    given. columns: of x and of z, by name or by number from 1, with a unit where the header has
-    none ("height [nm]"); without it those named x and z, or the two there are. .npz: arrays `x`
-    and `z`. Anything else is a line scan, read by the library SurfaceTopography where installed. A
-    unit that the file states is used, for x and for z. Heights are upwards from the indenter's
-    lowest level, as in `Sampled`.
+    Parameters
+    ----------
+    path : str or Path
+        Text (.txt, .csv, .dat, .tsv, .xyz, .asc, .prn), or .npz with arrays `x` and `z`; anything
+        else is a line scan, read by the library SurfaceTopography where that is installed.
+    kind : {"linear", "smooth"}
+        As in `Sampled`.
+    unit : float, optional
+        Of x and z in metres, where the file does not state it; 1 if it is not given either.
+    columns : two names or numbers from 1, optional
+        Of x and of z in text, with a unit where the header has none ("height [nm]"); else those
+        named x and z, or the two there are.
+    delimiter, decimal, encoding, skip : optional
+        How text is written, as in `text_table.Layout`; found from the file where not given.
 
-    ValueError naming file, line and what was expected for a file that holds no such columns or can
-    be read in more than one way, for a `unit` beside one that the file states, and for what
-    `Sampled` refuses.
+    Raises
+    ------
+    ValueError
+        Naming file, line and what was expected, for a file that holds no such columns or can be
+        read in more than one way, a `unit` beside one in the file, and what `Sampled` refuses.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from energy import read_profile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "scan.csv")
+    ...     _ = path.write_text("x [µm];z [nm]\\n-1;4\\n0;0\\n1;5\\n", encoding="utf-8")
+    ...     print(read_profile(path).x)
+    [-1.e-06  0.e+00  1.e-06]
     """
     path, given = Path(path), None if unit is None else positive("unit", unit)
     if not path.is_file():

@@ -21,12 +21,26 @@ Powers = tuple[Array, list[list[float]]]  # rows of coefficients, as an array an
 
 @dataclass(frozen=True, eq=False)
 class Sampled(Indenter):
-    """Measured profile: heights z at strictly increasing positions x, (n,) each [length].
+    """Measured profile, not known outside its samples: a contact that reaches their end is refused.
 
-    kind "linear": straight between the samples, which are corners; "smooth": the cubic spline
-    (continuous curvature) whose end slopes are those of the cubic through the four samples there.
-    The profile is not known outside the samples: a contact that reaches their end is refused.
-    ValueError for unequal lengths, fewer than 2 (smooth: 3) samples, NaN, unsorted x.
+    Parameters
+    ----------
+    x, z : array_like
+        Increasing positions, and heights there (n,) [length].
+    kind : {"linear", "smooth"}
+        Straight between the samples, which are corners; or the cubic spline (continuous curvature)
+        whose end slopes are those of the cubic through the four samples there.
+
+    Raises
+    ------
+    ValueError
+        For unequal lengths, fewer than 2 (smooth: 3) samples, NaN, unsorted x.
+
+    Examples
+    --------
+    >>> from energy import Sampled
+    >>> print(Sampled(x=[-1.0, 0.0, 2.0], z=[1.0, 0.0, 4.0]).height(0.5))
+    1.0
     """
 
     x: Array

@@ -20,20 +20,43 @@ from energy.terms import GEOMETRIES, SLOPES
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything but the depth. slopes: "small" (the paper's energy) or "finite" (true lengths).
+    """Layer, surfaces and indenter: everything but the depth.
 
-    opening: surface energies of a contact that is being opened, where they differ from those of
-    one being closed (adhesion hysteresis); with the same γ₁ and no smaller work of adhesion.
+    Parameters
+    ----------
+    layer : ElasticLayer
+    surfaces : SurfaceEnergies
+    indenter : Indenter, or any object with vectorised height(x) and slope(x)
+    slopes : {"small", "finite"}
+        The paper's energy, or that of the surfaces' true lengths.
+    opening : SurfaceEnergies, optional
+        Of a contact that is being opened, where they differ from those of one being closed
+        (adhesion hysteresis); with the same γ₁ and no smaller work of adhesion.
+    pattern : Patches, optional
+        Factor on the work of adhesion along the surface.
+    geometry : {"line", "axisymmetric"}
+        Everything per length of a line contact; or the profile f(r) and the pattern turned about
+        r = 0, with forces and energies in full. `indenter` then is the mirror-symmetric profile,
+        made of the given half if that begins at r = 0.
 
-    pattern: factor on the work of adhesion along the surface.
+    Raises
+    ------
+    ValueError
+        For wrong types, an unknown `slopes` or `geometry`, an `opening` that does not fit, w > 2γ₁
+        with finite slopes (no Young angle: the layer would spread over the whole indenter), and
+        for rotational symmetry a profile or pattern that is not symmetric about 0, or a plane.
 
-    geometry: "line", everything per length of the contact, or "axisymmetric", the profile f(r) and
-    the pattern turned about r = 0, with forces and energies in full. `indenter` then is the mirror-
-    symmetric profile, made of the given half if that begins at r = 0.
+    Notes
+    -----
+    l = √(γ₁/k), over which the free surface decays, and δ₀ = √(2w/k), by which adhesion lifts it.
 
-    ValueError for wrong types, an unknown `slopes` or `geometry`, an `opening` that does not fit,
-    w > 2γ₁ with finite slopes (no Young angle: the layer would spread over the whole indenter), and
-    for rotational symmetry a profile or pattern that is not symmetric about 0, or a plane.
+    Examples
+    --------
+    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    >>> scene = Scene(layer, surfaces, Parabola(R=0.02))
+    >>> print(f"l = {scene.elastocapillary_length:.3g}, δ₀ = {scene.critical_separation:.3g}")
+    l = 1.02e-05, δ₀ = 4.22e-07
     """
 
     layer: ElasticLayer
@@ -65,6 +88,7 @@ class Scene:
             raise ValueError(
                 f"w = {w!r} exceeds 2 gamma1 = {2 * self.gamma1!r}: with finite slopes there is no "
                 "Young angle; lower w, raise gamma1 or use slopes='small'"
+                f"{self.opened.surfaces.doubt}"
             )
 
     def _check_opening(self, opening: SurfaceEnergies) -> None:

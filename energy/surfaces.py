@@ -12,12 +12,33 @@ _ROUNDING = 1e-15
 
 @dataclass(frozen=True)
 class SurfaceEnergies:
-    """Specific surface energies [energy/area].
+    """Specific surface energies [energy/area], of which γ₁ and the work of adhesion matter.
 
-    gamma1: free surface of the layer; gamma2: indenter; gamma12: their interface. Only gamma1 and
-    the work of adhesion matter; given_by_work: whether they were given, so that the other two are
-    not told to anyone.
-    ValueError if gamma1 is negative or the work of adhesion would be.
+    Parameters
+    ----------
+    gamma1, gamma2, gamma12 : float
+        Of the layer's free surface (its surface tension), of the indenter, of their interface.
+
+    Attributes
+    ----------
+    given_by_work : bool
+        Whether made by `from_work`: the other two energies are then told to nobody.
+
+    Raises
+    ------
+    ValueError
+        If gamma1 is negative or the work of adhesion would be.
+
+    Notes
+    -----
+    w = γ₁ + γ₂ - γ₁₂, Eq. (1), and Young's law γ₁ cos θ = γ₂ - γ₁₂, Eq. (8).
+
+    Examples
+    --------
+    >>> from energy import SurfaceEnergies
+    >>> surfaces = SurfaceEnergies(gamma1=0.07, gamma2=0.03, gamma12=0.06)
+    >>> print(f"w = {surfaces.work_of_adhesion:.3g}, θ = {surfaces.contact_angle:.4g} rad")
+    w = 0.04, θ = 2.014 rad
     """
 
     gamma1: float
@@ -38,9 +59,29 @@ class SurfaceEnergies:
 
     @classmethod
     def from_work(cls, gamma1: float, w: float) -> SurfaceEnergies:
-        """Surface tension γ₁ and work of adhesion w, with γ₁₂ = γ₁ so that γ₂ = w exactly.
+        """Surface energies with this tension and work of adhesion.
 
-        ValueError if one is negative.
+        Parameters
+        ----------
+        gamma1 : float
+            Surface tension γ₁ of the layer [energy/area], >= 0.
+        w : float
+            Work of adhesion [energy/area], >= 0; 0 for surfaces that do not stick.
+
+        Raises
+        ------
+        ValueError
+            If one is negative.
+
+        Notes
+        -----
+        γ₁₂ = γ₁, so that γ₂ = w exactly.
+
+        Examples
+        --------
+        >>> from energy import SurfaceEnergies
+        >>> SurfaceEnergies.from_work(gamma1=0.07, w=6e-5)
+        SurfaceEnergies.from_work(gamma1=0.07, w=6e-05)
         """
         made = cls(gamma1=gamma1, gamma2=not_negative("w", w), gamma12=gamma1)
         object.__setattr__(made, "given_by_work", True)
@@ -68,6 +109,14 @@ class SurfaceEnergies:
         return 0.0 if abs(w) <= _ROUNDING * size and self.gamma1 != self.gamma12 else w
 
     @property
+    def doubt(self) -> str:
+        """A question behind messages about w > 2γ₁ where the two may have changed places."""
+        w, gamma1 = self.work_of_adhesion, self.gamma1
+        return (
+            f"; w is {w / gamma1:.3g} gamma1: are the two swapped?" if w > 10 * gamma1 > 0 else ""
+        )
+
+    @property
     def angle_deficit(self) -> float:
         """π - θ [rad] of Young's law without cancellation: 2 asin √(w/(2γ₁)), Eq. (8).
 
@@ -77,7 +126,7 @@ class SurfaceEnergies:
         if w > 2 * gamma1 or gamma1 == 0:
             raise ValueError(
                 f"w = {w!r} with gamma1 = {gamma1!r} has no Young angle (cos θ = w/γ₁ - 1 > 1 or "
-                "undefined); give 0 < gamma1 and w <= 2 gamma1"
+                f"undefined); give 0 < gamma1 and w <= 2 gamma1{self.doubt}"
             )
         return 2 * math.asin(math.sqrt(w / (2 * gamma1)))
 

@@ -44,7 +44,23 @@ _RADIUS = (
 
 
 class Assumption(NamedTuple):
-    """One assumption of the model: a dimensionless measure that should stay below its limit."""
+    """One assumption of the model: a dimensionless measure that should stay below its limit.
+
+    Attributes
+    ----------
+    name : str
+        What is measured, such as "h/a".
+    value, limit : float
+        What it is, and what it may be at most.
+    consequence : str
+        What is wrong where it is larger.
+
+    Examples
+    --------
+    >>> from energy import Assumption
+    >>> print(Assumption("h/a", 0.5, 0.1, "the layer is not thin against a contact"))
+    h/a = 0.5 (limit 0.1): VIOLATED: the layer is not thin against a contact
+    """
 
     name: str
     value: float
@@ -114,7 +130,8 @@ def _of_slopes(scene: Scene, deformed: Deformation | None) -> tuple[Assumption, 
         return ()
     w, steep = scene.work_of_adhesion, "surfaces are too steep for small-slope energies"
     ratio = (2 * w / scene.gamma1 if scene.gamma1 else math.inf) if w else 0.0
-    angle = Assumption("2w/γ₁", ratio, MUCH_LESS, "the contact angle is far from π")
+    far = "the contact angle is far from π" if ratio <= 4 else "there is no contact angle"
+    angle = Assumption("2w/γ₁", ratio, MUCH_LESS, far + scene.surfaces.doubt)
     if deformed is None:
         return (angle,)
     return Assumption("slope", deformed.slope, MUCH_LESS, steep), angle

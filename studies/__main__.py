@@ -2,8 +2,9 @@
 
 import os
 
-# studies run in a process for each core: threads of one would wait for those of another
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read by numpy when it is imported
+# studies run in a process for each core: threads of one would wait for those of another; and times
+# are compared on one thread of BLAS, whichever it is, that reads this when numpy is imported
+os.environ.update(OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1", OMP_NUM_THREADS="1")
 
 import ast
 import importlib
@@ -99,6 +100,10 @@ def answered(name: str, rest: Sequence[str]) -> int:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         print(f"{told}{where}{error.strerror or error}", file=sys.stderr)
+    except ImportError as error:
+        if error.name != "energy":
+            raise
+        print(error, file=sys.stderr)
     except (ValueError, RuntimeError) as error:
         print(f"{told}{error}", file=sys.stderr)
     return 2

@@ -1,8 +1,10 @@
 """All studies on one page: what each asks, its answer, figures and tables.
 
 Every study is run with the preset into a folder of its own below --out. OUT/report.html opens from
-disk without a network: its figures are part of it, its links lead to the files below OUT. Exit
-status 1 if a study fails; limits of time that were missed are told and do not fail.
+disk without a network: its figures are part of it, its links lead to the tables, documents and
+printed lines below OUT. It is there from the first study on and grows; if it is stopped, the same
+command goes on after the last study that passed. Exit status 1 if a study fails; limits of time
+that were missed are told and do not fail.
 """
 
 import base64
@@ -15,18 +17,21 @@ import math
 import platform
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from PIL import Image, UnidentifiedImageError
 
 from studies import MODULES, REPORTED, TIMED
+from studies.scenes.sweep.store import Store, found_line
 from studies.shared import command
 from studies.shared.table import commit, read, versions
 
-DOCUMENTS = (".md", ".pdf")
-LONGEST = 100  # rows of a table that are shown
+DOCUMENTS = (".csv", ".md", ".pdf", ".txt")
+SHADES = 128  # of a figure on the page, which keeps that small
+LAST = 40  # lines of a study that failed
+JUDGED = ("equation", "what", "error", "order", "fitted_error", "passed")  # of verify.csv
 STYLE = """
 :root { color-scheme: light dark; --line: #ccc; --soft: #f4f4f4; --good: #00704f; --bad: #b00020 }
 @media (prefers-color-scheme: dark) {
@@ -78,14 +83,15 @@ class Section(NamedTuple):
         return "failed" if self.status else "passed" + missed * bool(self.said("missed"))
 
 
-def page(sections: Sequence[Section], command: str, facts: str) -> str:
-    """The whole page. facts: versions and the like."""
-    title = "elastocap: all studies"
+def page(sections: Sequence[Section], command: str, facts: str, waiting: int = 0) -> str:
+    """The whole page. facts: versions and the like; waiting: how many studies are still to run."""
+    title, more = "elastocap: all studies", f" {waiting} more are to come." if waiting else ""
     parts = [
         "<!doctype html><html lang=en><meta charset=utf-8>"
         "<meta name=viewport content='width=device-width, initial-scale=1'>"
         f"<title>{title}</title><style>{STYLE}</style><h1>{title}</h1>",
-        f"<p>{verdict(sections)}</p><p>Made by <code>{_text(command)}</code>: {_text(facts)}.</p>",
+        f"<p>{verdict(sections)}{more}</p>"
+        f"<p>Made by <code>{_text(command)}</code>: {_text(facts)}.</p>",
         "<nav><h2>Contents</h2><ul>",
     ]
     for one in sections:
@@ -117,23 +123,24 @@ def _marked(one: Section) -> str:
 
 
 def _section(one: Section) -> list[str]:
-    """Heading, answer, limits missed, figures, tables, and what was printed."""
+    """Heading, answer, limits missed and figures; the rest as links, but for what has failed."""
     parts = [f"<h2 id={one.name}>{one.name}</h2><p>{_text(one.question)} {_marked(one)}.</p>"]
     parts += [f"<p class=answer>{_text(answer)}</p>" for answer in one.said("answer")]
     parts += [f"<p class=bad>Missed: {_text(missed)}</p>" for missed in one.said("missed")]
     files = sorted(path for path in one.folder.rglob("*") if path.is_file())
     parts += [_figure(one, path) for path in files if path.suffix == ".png"]
-    parts += [_table(one, path) for path in files if path.suffix == ".csv"]
-    links = ", ".join(_link(one, path) for path in files if path.suffix in DOCUMENTS)
-    parts.append(f"<p>{one.seconds:.1f} s{'; also: ' * bool(links)}{links}</p>")
-    folded = f"<details{' open' * bool(one.status)}><summary>What it printed</summary>"
-    return [*parts, f"{folded}{printed(one.printed)}</details>"]
+    parts += [_verified(path) for path in files if path.name == "verify.csv"]
+    if one.status:
+        last = "\n".join(one.printed.splitlines()[-LAST:])
+        parts.append(f"<p>The end of what it printed:</p><pre>{_text(last)}</pre>")
+    links = [_link(one, path) for path in files if path.suffix in DOCUMENTS]
+    return [*parts, f"<p>{one.seconds:.1f} s{'; ' * bool(links)}{', '.join(links)}</p>"]
 
 
 def _figure(one: Section, path: Path) -> str:
     content = path.read_bytes()
     told = _text(caption(content) or path.stem.replace("_", " "))
-    source = f"data:image/png;base64,{base64.b64encode(content).decode()}"
+    source = f"data:image/png;base64,{base64.b64encode(smaller(content)).decode()}"
     shown = f'<img alt="{told}" src="{source}">'
     return f"<figure>{shown}<figcaption>{told} ({_link(one, path)})</figcaption></figure>"
 
@@ -145,17 +152,19 @@ def caption(picture: bytes) -> str:
     return ""
 
 
-def _table(one: Section, path: Path) -> str:
-    """A CSV file, folded; that of `verify` is shown with the columns that judge."""
-    rows = read(path)
-    columns = list(rows[0]) if rows else []
-    if path.name == "verify.csv":
-        columns = ["equation", "what", "error", "order", "fitted_error", "passed"]
-    cells = [[row[name] or "" for name in columns] for row in rows[:LONGEST]]
-    more = f", the first {LONGEST} of them" if len(rows) > LONGEST else ""
-    folded = f"<details{' open' * (path.name == 'verify.csv')}><summary>{path.name}"
-    summary = f"{folded}: {len(rows)} rows{more}</summary>"
-    return f"{summary}{grid(columns, cells)}<p>All of it: {_link(one, path)}</p></details>"
+def smaller(picture: bytes) -> bytes:
+    """A picture in fewer colours; as it is if it is none."""
+    with contextlib.suppress(UnidentifiedImageError), Image.open(io.BytesIO(picture)) as image:
+        drawn = io.BytesIO()
+        few = image.convert("RGB").quantize(SHADES, dither=Image.Dither.NONE)
+        few.save(drawn, "PNG", optimize=True)
+        return drawn.getvalue()
+    return picture
+
+
+def _verified(path: Path) -> str:
+    """The table of `verify`, with the columns that judge."""
+    return grid(JUDGED, [[row[name] or "" for name in JUDGED] for row in read(path)])
 
 
 def grid(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -170,18 +179,6 @@ def grid(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         lines.append(f"<tr{' class=bad' * ('False' in row)}>{cells}</tr>")
     body = "\n".join(lines)
     return f"<div class=wide><table><thead><tr>{head}</tr></thead>{body}</table></div>"
-
-
-def printed(text: str) -> str:
-    """Printed lines; tables in Markdown among them as tables."""
-    parts = []
-    for block in re.split(r"((?:^\|.*\n)+)", text, flags=re.M):
-        rows = [[c.strip() for c in line.strip("| ").split("|")] for line in block.splitlines()]
-        if block.startswith("|") and len({len(row) for row in rows}) == 1 and len(rows) > 2:
-            parts.append(grid(rows[0], rows[2:]))
-        elif block.strip():
-            parts.append(f"<pre>{_text(block)}</pre>")
-    return "".join(parts)
 
 
 def _number(cell: str) -> float | None:
@@ -208,7 +205,7 @@ def _link(one: Section, path: Path) -> str:
 
 
 def run(name: str, preset: str, out: Path, jobs: int) -> Section:
-    """Run one study into its own folder and keep what it says."""
+    """Run one study into its own folder and keep what it says, also there."""
     module = importlib.import_module(MODULES[name])
     own = [] if name in TIMED else ["--jobs", str(jobs)]
     arguments = ["--preset", preset, "--out", str(out / name), *own]
@@ -219,18 +216,16 @@ def run(name: str, preset: str, out: Path, jobs: int) -> Section:
         except (ValueError, RuntimeError, OSError) as error:
             print(f"{name}: {error}")
             status = 2
-    question = (module.__doc__ or name).splitlines()[0]
     seconds = time.perf_counter() - start
+    command.Output(out / name, "").text("printed.txt", text.getvalue())
+    question = (module.__doc__ or name).splitlines()[0]
     return Section(name, question, text.getvalue(), status, out / name, seconds)
 
 
-def facts() -> str:
-    """Versions, commit, machine and time."""
-    found = versions("cvxpy", "matplotlib")
-    found["commit"] = commit()
-    found["machine"] = f"{platform.machine()}, {platform.system()}"
-    found["written"] = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC")
-    return ", ".join(f"{name} {version}" for name, version in found.items())
+def facts() -> dict[str, str]:
+    """Versions, commit and machine."""
+    machine = f"{platform.machine()}, {platform.system()}"
+    return {**versions("cvxpy", "matplotlib"), "commit": commit(), "machine": machine}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -238,12 +233,36 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = command.parser("report", __doc__, "the quick presets of all")
     command.some_of(parser, "--only", REPORTED)
     options, out = command.parse(parser, argv)
-    sections = []
-    for i, name in enumerate(options.only, 1):
-        print(f"{i} of {len(options.only)}: {name} ...", flush=True)
-        sections.append(run(name, options.preset, out.folder, options.jobs))
-        verdict = "FAILED" if sections[-1].status else ""
-        print(f"{name}: {sections[-1].seconds:.1f} s {verdict}".rstrip(), flush=True)
-    path = out.text("report.html", page(sections, out.command, facts()))
+    names, made = options.only, facts()
+    identity = {"report": options.preset, "studies": names, "made_with": made}
+    sections: dict[int, Section] = {}
+    with Store(out.at("report.jsonl"), identity) as store:
+        for at, line in store.results().items():
+            sections[at] = Section(folder=out.folder / names[at], **line["found"])
+        for at, name in enumerate(names):
+            print(
+                f"{at + 1} of {len(names)}: {name} {'kept' if at in sections else '...'}",
+                flush=True,
+            )
+            if at not in sections:
+                one = sections[at] = run(name, options.preset, out.folder, options.jobs)
+                print(
+                    f"{name}: {one.seconds:.1f} s {'FAILED' * bool(one.status)}".rstrip(),
+                    flush=True,
+                )
+                kept = {key: value for key, value in one._asdict().items() if key != "folder"}
+                store.add([found_line(at, kept)] * (not one.status))
+            path = _written(out, sections, names, made)
+    store.path.unlink()
     print(f"written: {path}")
-    return int(any(section.status for section in sections))
+    return int(any(section.status for section in sections.values()))
+
+
+def _written(
+    out: command.Output, sections: Mapping[int, Section], names: Sequence[str], made: dict[str, str]
+) -> Path:
+    """The page as far as it is known."""
+    now = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC")
+    said = ", ".join(f"{name} {version}" for name, version in {**made, "written": now}.items())
+    known = [sections[at] for at in sorted(sections)]
+    return out.text("report.html", page(known, out.command, said, len(names) - len(known)))

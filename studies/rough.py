@@ -141,7 +141,7 @@ def line(loop: Loop) -> str:
 
 def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
     """The touching surface at the least and the largest tension; force, contacts and fraction."""
-    figure, lone = canvas(13, 8)
+    figure, lone = canvas(12.5, 8)
     lone.remove()
     left, right, *panels = figure.subplot_mosaic("AAABBB;CCDDEE").values()
     _touching(left, params, loops[0])
@@ -166,7 +166,7 @@ def plot(params: Parameters, loops: Sequence[Loop]) -> Figure:
     for panel, name in zip(panels, names, strict=True):
         panel.set(xlabel=f"depth d in {depth.symbol}", ylabel=name)
         panel.grid(alpha=0.3)
-    panels[0].legend(fontsize=8)
+    panels[0].legend(fontsize=9)
     panels[1].set_title("pressed: dashed; pulled: solid; lowest energy of all: ringed", fontsize=10)
     few, many = (int(loops[i].contacts[params.steps - 1]) for i in (0, -1))
     figure.suptitle(
@@ -191,7 +191,7 @@ def _touching(axes: Any, params: Parameters, loop: Loop) -> None:
     axes.set(xlabel=f"position x in {across.symbol}", ylabel=f"displacement in {up.symbol}")
     depth = quantity(state.depth, "m")
     axes.set_title(f"l = {loop.tension:g} × shortest wavelength, d = {depth} (not to scale)")
-    axes.legend(loc="upper right", fontsize=8)
+    axes.legend(loc="upper right", fontsize=9)
 
 
 def table(loops: Sequence[Loop]) -> Table:

@@ -138,7 +138,7 @@ def line(sphere: Sphere) -> str:
 
 def plot(spheres: Sequence[Sphere]) -> Figure:
     """Pull-off force, and depths of detachment, over Λ."""
-    drawn, (left, right) = canvas(12, 4.8, 1, 2)
+    drawn, (left, right) = canvas(12, 5.4, 1, 2)
     dense = np.geomspace(min(s.ratio for s in spheres), max(s.ratio for s in spheres), 300)
     load, depth = closed_forms(dense)
     _forces(left, dense, load)
@@ -159,8 +159,9 @@ def plot(spheres: Sequence[Sphere]) -> Figure:
         axes.set(xscale="log", xlabel="tension  Λ = l/√(Rδ₀)", xlim=(dense[0], dense[-1]))
         plain_ticks(axes.xaxis, steps=(1.0, 3.0))
         axes.grid(alpha=0.25)
-    left.legend(fontsize=8)
-    right.legend(fontsize=8, loc="upper left", bbox_to_anchor=(0, 0.88))
+    below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2}
+    left.legend(fontsize=9, **below)
+    right.legend(fontsize=9, **below)
     drawn.suptitle("Surface tension halves the pull-off force of a sphere, from 2πRw to πRw")
     return drawn
 

@@ -19,7 +19,6 @@ from discretization.fitted.rests import TIE
 from discretization.following import vanishing
 from discretization.following.trials import Trials, Tried
 
-CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _MOST = 400  # trials: with the next rule three times as many as halvings of a double
 _FOLDS = 4  # times that an equilibrium is looked for that disappears
@@ -62,7 +61,7 @@ class Enclosing:
     @property
     def least(self) -> float:
         """How close depths are known."""
-        return CLOSE * self.trials.motion.rests.size
+        return vanishing.CLOSE * self.trials.motion.rests.size
 
     @property
     def done(self) -> bool:
@@ -140,7 +139,7 @@ class Enclosing:
         found = [vanishing.fold(rests, low.lines[i], way) for i in lost]
         if way < 0:
             both = [i for i in sorted(which) if i + 1 in which]
-            found += [vanishing.closing(rests, low.lines[i : i + 2]) for i in both]
+            found += [vanishing.closing(rests, low.lines[i : i + 2])[1] for i in both]
         return found
 
     def _beside(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:

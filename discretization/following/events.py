@@ -17,28 +17,28 @@ from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
-from discretization.following import vanishing
-from discretization.following.enclosing import CLOSE, Enclosing
-from discretization.following.pieces import Piece, represented, way_of
+from discretization.following.alone import Alone
+from discretization.following.enclosing import Enclosing
+from discretization.following.pieces import Piece
 from discretization.following.trials import Trials, merge, unmoved
 from discretization.routes import one_contact
 
 Array = NDArray[np.float64]
 _SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
-_GRADED = (6, 16)  # parts of a way on which lines never jump
 
 
 class Part(NamedTuple):
     """Smooth motion up to a depth: the lines there. after: beyond an event there.
 
-    pieces: the lines on the way.
+    pieces, alone: the lines on the way.
     """
 
     depth: float
     lines: Lines
     after: Lines | None
     pieces: tuple[Piece, ...] = ()
+    alone: Alone | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,33 +90,17 @@ class Events:
         return self._beyond(part, own, low.depth, end) if high.failed else part
 
     def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:
-        """The same of a contact that stays alone: until a line comes free, or it is lost.
-
-        None where that is not all that happens.
-        """
-        surfaces, rests, after = np.array(free(lines)), self.motion.rests, None
-        way, least = (1 if end >= start else -1), CLOSE * rests.size
-        if len(lines) != 2 or lines[0] == lines[1]:
+        """The same of a contact that stays alone; None where that is not all that happens."""
+        if len(lines) != 2 or start == end:
             return None
-        axis = int(self.motion.scene.axisymmetric)  # which is no line
-        ahead = way * np.diagonal(rests.ahead(surfaces, way)[:, ::-1])[axis:]
-        held = ahead[ahead - way * start > TIE * rests.size]
-        if held.size:
-            end = way * min(way * end, float(held.min()))
-        elif way < 0 and (lost := vanishing.lost(rests, surfaces) + least / 2) > end:
-            end, after = lost, ()
-        surfaces = rests.snapped(surfaces)
-        for parts in _GRADED:
-            depths = way_of(start, end, parts, graded=True)
-            x, good, _ = self.trials.smooth.followed(surfaces, depths, way)
-            if not good.all() or (x[0, :, 1] > x[1, :, 0]).any():
-                return None
-            if represented(x[[0, 1], :, [1, 0]].reshape(2, parts, -1)):
-                whole = Piece((0, 1), depths.reshape(parts, -1), x)
-                found = _flat(x[:, -1])
-                beside = Contacts(self.motion, found, end).free  # ValueError if one turns over
-                return Part(end, found, after, (whole,)) if beside else None
-        return None
+        alone = Alone.of(self.motion.rests, np.array(free(lines)), start, end)
+        if alone is None:
+            return None
+        found, end = (float(alone.last[0]), float(alone.last[1])), alone.depths[1]
+        if alone.lost:
+            return Part(end, found, (), alone=alone)
+        beside = Contacts(self.motion, found, end).free  # ValueError if one turns over
+        return Part(end, found, None, alone=alone) if beside else None
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
         """What the lines do at an event, or where they only come free.

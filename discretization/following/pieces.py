@@ -12,12 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.spectral import coefficients, polynomial, rounded
+from discretization.surfaces.spectral import polynomial, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 12  # of the Lobatto rule in t
-_DRAWN = 1e-6  # of how far a line moves: as well polynomials tell where it is
-_ROUNDING = 1e-14  # of its place
 
 
 class Piece(NamedTuple):
@@ -52,27 +50,12 @@ class Piece(NamedTuple):
         return np.where(moves, guess, first)
 
 
-def way_of(start: float, end: float, parts: int = 1, *, graded: bool = False) -> Array:
-    """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way.
-
-    graded: parts are the shorter the less deep: of a half each on the way down, of a quarter each
-    on the way back to where contact is lost.
-    """
+def way_of(start: float, end: float, parts: int = 1) -> Array:
+    """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way."""
     t, cuts = (rounded(DEGREE)[0] + 1) / 2, np.arange(parts + 1) / parts
-    if graded and end > start:
-        cuts = np.append(0.0, 0.5 ** np.arange(parts)[::-1])
-    elif graded:
-        cuts = np.append(1 - 0.25 ** np.arange(parts), 1.0)
     depths = start + (end - start) * (cuts[:-1, None] + np.diff(cuts)[:, None] * (t * (2 - t)))
     depths[-1, -1] = end
     return np.asarray(depths.ravel())
-
-
-def represented(lines: Array) -> bool:
-    """Whether lines (.., j) at the Gauss-Lobatto points of ways are polynomials of t there."""
-    coef = np.abs(coefficients(DEGREE, lines))
-    known = _DRAWN * coef[..., 1:].max() + _ROUNDING * coef[..., 0]
-    return bool((coef[..., -2:].max(axis=-1) <= known).all())
 
 
 def restricted(whole: tuple[Piece, ...], own: set[int]) -> tuple[Piece, ...]:

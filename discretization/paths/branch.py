@@ -1,7 +1,4 @@
-"""What a load path is made of, and what it needs to know of a discretisation.
-
-That are contacts followed from depth to depth; recorded are states, and events between them.
-"""
+"""What a load path is made of, states and events, and what it needs to know of a discretisation."""
 
 from __future__ import annotations
 
@@ -55,15 +52,29 @@ class Snapshot(NamedTuple):
 
 
 class Event(NamedTuple):
-    """Something that happened at one value of the control, between two steps.
+    """Something that happened at one value of the control, between two steps of a path.
 
-    kind: "touch" or "jump-in" (contact begins, without or with energy released), "tip depinning",
-    "edge depinning" and their opposites "... pinning", "detachment" (the contact has closed up),
-    "pull-off" (unstable under force or machine control), "jump" (unstable, still in contact),
-    "nucleation", "splitting" (another contact), "coalescence" or "closing" (one contact less).
-    control: the value at which it happens; before, after: the states; energy_released: the drop
-    of U at fixed depth, of U - F d at fixed force, of U + K/2 (D - d)² at a fixed drive. Under
-    force control a pull-off ends where the contact closes up under the dead load.
+    Attributes
+    ----------
+    kind : str
+        "touch" or "jump-in" (contact begins, without or with energy released), "tip depinning",
+        "edge depinning" and their opposites "... pinning", "detachment" (the contact has closed),
+        "pull-off" (unstable under force or machine control), "jump" (unstable, still in contact),
+        "nucleation", "splitting" (another contact), "coalescence" or "closing" (one contact less).
+    control, before, after, step
+        The value at which it happens, the states, and the number of the step that follows. Under
+        force control a pull-off ends where the contact closes up under the dead load.
+    energy_released : float
+        The drop of U at fixed depth, of U - F d at fixed force, of U + K/2 (D - d)² at fixed drive.
+
+    Examples
+    --------
+    >>> from discretization import load_path
+    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    >>> event = load_path(Scene(layer, surfaces, Parabola(0.02)), depths=[0.0]).events[0]
+    >>> print(event.kind, f"{event.energy_released:.3g} J/m", f"{event.after.half_width:.3g} m")
+    jump-in 1.13e-08 J/m 0.00012 m
     """
 
     kind: str

@@ -18,6 +18,7 @@ from discretization.certificate import NotCertifiedError
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import state_of
+from discretization.following.alone import Alone
 from discretization.following.events import Events
 from discretization.following.track import Track
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -34,7 +35,7 @@ _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 class Tracked(Leg):
     """A leg of lines that move smoothly."""
 
-    track: Track
+    track: Alone | Track
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
@@ -90,7 +91,8 @@ class FittedMany(Branch):
         if part.after is not None:
             after = Point(part.depth, part.after or None)
         jumps = after is not None and self._jumps(end, after)
-        track = Track(self.events.trials.smooth, np.array(free(point.lines or ())), part.pieces)
+        first = np.array(free(point.lines or ()))
+        track = part.alone or Track(self.events.trials.smooth, first, part.pieces)
         return Tracked(self, point, end, after, jumps, track)
 
     def pinned(self, point: Point) -> Pinned:

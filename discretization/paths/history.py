@@ -44,16 +44,34 @@ def _column(index: Any) -> functools.cached_property[Array]:
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """A load path of n steps, per unit length of the line contact.
+    """A load path of n steps, per unit length of the line contact, as `load_path` follows it.
 
+    Attributes
+    ----------
+    scene, control, machine_stiffness, rtol, spacing
+        What was asked: control "depth", "force" or "drive"; spacing None on the fitted mesh.
+    values, depth, force, energy, half_width : array (n,)
+        The programme, d, P > 0 compressive, U and a; columns of `table` (n, 6). An indenter that a
+        tensile dead load has pulled away is at depth -inf.
+    contacts, inner : array (n, 2), and a tuple for each step
+        The outermost lines, nan when detached, and those between, of several contacts.
+    events : tuple of Event
+    dissipated, friction : float
+        Energy lost on the way, and by lines that moved without a jump under adhesion hysteresis.
+
+    Notes
+    -----
     With rotational symmetry force and energy are those of the whole contact, and lines are radii.
+    The energy balance of a closed path is `work()` = ∮ P dd = `dissipated`.
 
-    control: "depth", "force" or "drive"; machine_stiffness K of a drive. spacing: of the nodes,
-    None on the fitted mesh. table (n, 6), of which values (the programme), depth d, force P > 0
-    compressive and energy U (n,) are columns, and contacts (n, 2), the outermost lines, nan when
-    detached; an indenter that a tensile dead load has pulled away is at depth -inf. inner (n,): the
-    lines between the outermost ones, where there are several contacts. friction: lost by lines that
-    moved without a jump under adhesion hysteresis.
+    Examples
+    --------
+    >>> from discretization import load_path
+    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
+    >>> path = load_path(Scene(layer, surfaces, Parabola(0.02)), depths=[0.0, 4e-7, -6e-7])
+    >>> print(f"{path.dissipated:.4g} J/m lost; {path.force.round(4)}")
+    1.254e-08 J/m lost; [-0.0244  0.0312  0.    ]
     """
 
     scene: Scene
@@ -153,8 +171,12 @@ class History:
         for row, inner in zip(self.table.tolist(), self.inner, strict=True):
             lines.append(",".join([*map(repr, row), " ".join(map(repr, inner))]))
         beside = path.with_name(path.name + ".part")
-        beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        os.replace(beside, path)
+        try:
+            beside.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            os.replace(beside, path)
+        except OSError:
+            beside.unlink(missing_ok=True)
+            raise
 
     @classmethod
     def from_csv(cls, path: str | Path, scene: Scene | None = None) -> History:

@@ -37,7 +37,7 @@ def worst_on_path(points: Sequence[Point], name: str) -> tuple[Array, Array]:
 
 def draw_maps(record: Record) -> Figure:
     """The larger of the errors of a and P in colour, lines of 1 % and 10 %, overhang hatched."""
-    figure, panels = canvas(13, 5.2, 1, 3)
+    figure, panels = canvas(12.5, 5.2, 1, 3)
     for axes, (shape, points) in zip(panels, record.maps.items(), strict=True):
         across = "steepness" if shape in record.paths else "width"
         x, y, width, force = grid(points, across)
@@ -82,7 +82,7 @@ def _hatch(axes: Any, record: Record, shape: str, y: Array) -> None:
 
 def draw_conjecture(record: Record) -> Figure:
     """Errors against γ₁/w for each steepness; the largest of them against the steepness."""
-    figure, (*panels, last) = canvas(13, 4.8, 1, 3, sharey=True)
+    figure, (*panels, last) = canvas(12.5, 4.8, 1, 3, sharey=True)
     for k, (axes, (shape, points)) in enumerate(zip(panels, record.paths.items(), strict=True)):
         steepness = sorted({point.steepness for point in points}, reverse=True)
         for s, colour in zip(steepness, shades(len(steepness)), strict=True):
@@ -95,7 +95,7 @@ def draw_conjecture(record: Record) -> Figure:
                 axes.loglog(tensions, errors, style, label=label, **look)
         axes.set(title=f"{shape}, only γ₁ varies, d = 0", xlabel="γ₁/w")
         plain_ticks(axes.xaxis, steps=(1.0,) if max(tensions) > 100 else (1.0, 3.0))
-        axes.legend(fontsize=8, title="a solid, P dashed")
+        axes.legend(fontsize=9, title="a solid, P dashed")
         for j, (name, style) in enumerate((("half_width", "-"), ("force", "--"))):
             label = f"{shape}, {'a' if j == 0 else 'P'}"
             marks = {"color": COLOURS[k], "marker": MARKERS[k], "label": label}

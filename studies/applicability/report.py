@@ -10,6 +10,7 @@ import numpy as np
 
 from studies.applicability.figures import draw_conjecture, draw_maps, grid, worst_on_path
 from studies.applicability.record import PUNCH, Record
+from studies.applicability.regimes import draw_regimes
 from studies.shared import Array
 from studies.shared.command import Output
 from studies.shared.table import Table, markdown
@@ -188,6 +189,7 @@ def write(record: Record, out: Output) -> str:
     """Write figures, CSV and report; return the answer."""
     text = answer(record)
     images = {"applicability.png": draw_maps(record), "conjecture.png": draw_conjecture(record)}
+    images["regimes.png"] = draw_regimes()
     out.figures(images)
     out.table("applicability.csv", record.parameters, *table(record))
     links = "\n".join(f"\n![{name}]({name})" for name in images)

@@ -14,7 +14,10 @@ radius l is in balance, d = f - (δ₀ - l f') K₀/K₁.
 Conjecture: w, k, the indenter and d = 0 are fixed, γ₁ alone varies: does (16) hold for all γ₁?
 Its steepness is f'(a₀), the error of a relative to a₀, the half-width (18) without tension.
 
-Output: applicability.png, conjecture.png, applicability.csv, and the answer in applicability.md.
+For whom the model is, h against l and w against γ₁, with the example scenes: regimes.py.
+
+Output: applicability.png, conjecture.png, regimes.png, applicability.csv, and the answer in
+applicability.md.
 """
 
 import functools

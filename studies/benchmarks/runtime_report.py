@@ -12,9 +12,17 @@ import numpy as np
 
 from studies.shared.figures import COLOURS, Figure, canvas, plain_ticks
 from studies.shared.table import Table, markdown
+from studies.shared.timing import blas_threads
 
 MARKERS = "osD^v<>phX*"
 LEAST = 1e-16
+TITLES = {
+    "nonadhesive": "a state without adhesion",
+    "adhesive": "a state with adhesion",
+    "finite": "a state with steep surfaces",
+    "loop": "one step of a loop",
+    "rough": "the lowest state of a rough profile",
+}
 LEVELS = (1e-4, 1e-6, 1e-8, 1e-10)
 COMMAND = "python -m studies runtime_vs_error"
 
@@ -62,9 +70,8 @@ def machine() -> str:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
         names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
         name = names[0] if names else name
-    threads = os.environ.get("OPENBLAS_NUM_THREADS", "as many as BLAS takes")
     versions = f"Python {platform.python_version()}, numpy {np.__version__}"
-    return f"{name}, {os.cpu_count()} cores, threads: {threads}; {versions}"
+    return f"{name}, {os.cpu_count()} cores, {blas_threads()} of BLAS; {versions}"
 
 
 def rows(points: Sequence[Point], floors: dict[int, float]) -> Table:
@@ -151,7 +158,7 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
     )
     columns = min(3, len(tasks))
     rows = -(-len(tasks) // columns)
-    size = 1 + 4.6 * columns, 1.6 + 3.8 * rows
+    size = 0.8 + 3.9 * columns, 1.6 + 3.4 * rows
     figure, grid = canvas(*size, rows, columns, sharey=True, squeeze=False)
     panels = grid.ravel()
     for axes in panels[len(tasks) :]:
@@ -163,21 +170,24 @@ def plot(points: Sequence[Point], floors: dict[int, float]) -> Figure:
             _draw(axes, [p for p in own if p.method == method], known, kinds.index(family(method)))
         for seconds in floors.values():
             axes.axhline(seconds, color="0.6", lw=0.8, ls="--", zorder=0)
-        axes.set(xscale="log", yscale="log", title=f"{task}, one step" * (task == "loop") or task)
-        axes.set_xlabel("relative error of the half-width a" if known else "nodes")
+        axes.set(xscale="log", yscale="log", title=TITLES.get(task, task))
+        axes.set_xlabel("relative error of the half-width a" if known else "number of nodes")
         if known:
             axes.set_xlim(LEAST / 3, max(axes.get_xlim()[1], 100 * LEAST))
+        else:
+            plain_ticks(axes.xaxis, steps=(1.0, 3.0))
         axes.grid(alpha=0.25)
     for axes in panels[::columns]:
-        axes.set_ylabel("time")
+        axes.set_ylabel("time of one answer")
     plain_ticks(panels[0].yaxis, "s", (1.0,))
     for number, kind in enumerate(kinds):
         panels[0].plot([], [], label=kind, **_style(number, kind.startswith("ours")))
     sizes = ", ".join(f"{n:g}" for n in floors)
-    panels[0].plot([], [], "--", color="0.6", lw=0.8, label=f"one dptsv, n = {sizes}")
-    figure.legend(loc="outside lower center", fontsize=8, ncols=min(len(kinds) + 1, 3))
+    solve = f"one tridiagonal solve, {sizes} unknowns"
+    panels[0].plot([], [], "--", color="0.6", lw=0.8, label=solve)
+    figure.legend(loc="outside lower center", fontsize=9, ncols=min(len(kinds) + 1, 3))
     figure.suptitle(
-        "What an error of the half-width costs, here and with what a user would pick instead"
+        "Time for a given error of the half-width, here and with what a user could take instead"
     )
     return figure
 

@@ -199,11 +199,11 @@ def plot(rows: Sequence[Row]) -> Figure:
     axes.set_xlim(min(0.9, low.min()), 30 * high.max())  # room for the texts
     for height, row in enumerate(rows):
         text = f"  × {row.factor:.3g}  (Δ {row.difference:.0e})"
-        axes.text(max(row.high, row.factor), height, text, va="center", fontsize=8)
+        axes.text(max(row.high, row.factor), height, text, va="center", fontsize=9)
     axes.axvline(1, color="black", lw=0.8)
     axes.grid(alpha=0.25, axis="x")
     axes.set_axisbelow(True)
-    axes.set_title("What is not needed is not done, and a, P, U change by rounding only (Δ)")
+    axes.set_title("Leaving out what a scene does not need changes a, P and U by rounding only (Δ)")
     return figure
 
 

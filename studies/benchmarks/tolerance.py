@@ -185,7 +185,7 @@ def table(trials: Sequence[Trial]) -> Table:
 
 def plot(trials: Sequence[Trial]) -> Figure:
     """Largest true error and estimate against rtol, and on nodes against their number."""
-    figure, panels = canvas(13, 4.4, 1, 3, sharey=True)
+    figure, panels = canvas(12.5, 4.4, 1, 3, sharey=True)
     for axes, slopes in zip(panels, ("small", "finite", "nodes"), strict=True):
         nodes = slopes == "nodes"
         own = [t for t in trials if (t.nodes == t.nodes if nodes else t.slopes == slopes)]
@@ -203,7 +203,7 @@ def plot(trials: Sequence[Trial]) -> Figure:
             limits = np.array([1e-13, FLOOR, 1e-1])
             axes.plot(limits, np.maximum(limits, FLOOR), "k--", lw=1, label="max(rtol, $10^{-12}$)")
     figure.axes[0].set_ylabel("relative error of a, P or U")
-    figure.axes[0].legend(loc="upper left", fontsize=8)
+    figure.axes[0].legend(loc="upper left", fontsize=9)
     kept = sum(trial.honoured and trial.trusted for trial in trials)
     figure.suptitle(
         f"rtol is honoured and the estimate covers the error in {kept} of {len(trials)} scenes"

@@ -11,7 +11,7 @@ from studies.shared.figures import COLOURS, LINE, MARKERS, Figure, canvas
 
 def plot(record: Record) -> Figure:
     """Angles with both laws and residuals; angles along loading paths and their residuals."""
-    figure, panels = canvas(13, 8, 2, 2, height_ratios=(1.5, 1))
+    figure, panels = canvas(12.5, 8, 2, 2, height_ratios=(1.5, 1))
     _draw_law(panels[0, 0], record)
     _draw_residuals(panels[1, 0], record)
     _draw_loops(panels[:, 1], record)
@@ -19,7 +19,7 @@ def plot(record: Record) -> Figure:
         axes.grid(alpha=0.25)
     worst = max(record.worst("finite"), record.worst("small"))
     law = "is a constant" if record.passed else "is NOT the constant of theory"
-    told = f"its laws hold within {worst:.0e} for every indenter, depth and way"
+    told = f"its laws hold within {worst:.0e} for every indenter, depth and direction"
     figure.suptitle(f"The contact angle {law}: {told}")
     return figure
 
@@ -53,7 +53,7 @@ def _draw_residuals(axes: Any, record: Record) -> None:
         axes.plot([angle.ratio for angle in angles], residuals, label=label, **style)
     axes.set_title("difference to the laws (below 1e-17: drawn there)")
     axes.set(xlabel="w/γ₁", ylabel="relative difference of π - θ", ylim=(3e-18, 1e3))
-    axes.legend(fontsize=8, ncols=2, loc="upper left")
+    axes.legend(fontsize=9, ncols=2, loc="upper left")
 
 
 def _draw_loops(panels: Any, record: Record) -> None:
@@ -74,7 +74,7 @@ def _draw_loops(panels: Any, record: Record) -> None:
     top.set(xlabel="depth d/δ₀", ylabel="angle in degrees")
     top.set_title(f"on a loading path ({chosen.shape}, w/γ₁ = {chosen.ratio:g}) only π - θ stays")
     top.set_ylim(top=1.45 * math.degrees(chosen.angles[0].law))
-    top.legend(loc="upper center", ncols=2, fontsize=8)
+    top.legend(loc="upper center", ncols=2, fontsize=9)
     for i, one in enumerate(record.loops):
         residuals = [max(angle.residual, 1e-17) for angle in one.angles]
         label = f"{one.shape}, w/γ₁ = {one.ratio:g}"
@@ -82,7 +82,7 @@ def _draw_loops(panels: Any, record: Record) -> None:
         bottom.semilogy([_scaled(a) for a in one.angles], residuals, ls="", label=label, **marks)
     bottom.set(xlabel="depth d/δ₀", ylabel="relative difference to (8)", ylim=(3e-18, 1e-6))
     bottom.set_title("difference to Young's law on all loading paths")
-    bottom.legend(fontsize=8, ncols=2)
+    bottom.legend(fontsize=9, ncols=2)
 
 
 def _scaled(angle: Angle) -> float:

@@ -25,7 +25,7 @@ def plot(record: Record, history: History) -> dict[str, Figure]:
 
 
 def _grid(rows: int, height: float) -> tuple[Figure, Any]:
-    return canvas(15, height, rows, len(INDENTERS), squeeze=False)
+    return canvas(12.5, height, rows, len(INDENTERS), squeeze=False)
 
 
 def _own(record: Record, shape: str) -> list[Loop]:
@@ -50,7 +50,7 @@ def over_control(record: Record) -> Figure:
             words = {"depth": "imposed depth", "force": "dead load"}
             stiffness = loop.control.removeprefix("K = ").replace(" ", "·")
             held = words.get(loop.control, f"spring of stiffness {stiffness}")
-            axes.set_title(f"{shape}, {held}: loop area {area:.3g}·2wb", fontsize=11)
+            axes.set_title(f"{shape}, {held},\nloop area {area:.3g}·2wb", fontsize=10)
             axes.axhline(0, color="black", lw=0.6, ls=":")
             axes.grid(alpha=0.25)
     drawn.suptitle(

@@ -113,7 +113,7 @@ def load(path: str | Path) -> SceneFile:
 def read(path: Path) -> dict[str, Any]:
     """The tables of a file, unchecked. ValueError for a file that cannot be read as TOML."""
     try:
-        return tomllib.loads(path.read_text("utf-8"))
+        return tomllib.loads(path.read_text("utf-8-sig"))
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}; give the path of a scene file") from None
     except ValueError as error:

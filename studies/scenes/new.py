@@ -14,6 +14,8 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from studies.shared.table import replacing
+
 TEMPLATES = Path(__file__).parent.parent  # template.toml and template.py
 
 
@@ -22,11 +24,10 @@ def write(path: Path, ending: str) -> None:
     if path.suffix != ending:
         raise ValueError(f"FILE = {str(path)!r} must end in {ending}; give such a name")
     path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write((TEMPLATES / f"template{ending}").read_text("utf-8"))
-    except FileExistsError:
-        raise ValueError(f"FILE = {str(path)!r} exists; give another name") from None
+    if path.exists():
+        raise ValueError(f"FILE = {str(path)!r} exists; give another name")
+    with replacing(path) as beside:
+        beside.write_text((TEMPLATES / f"template{ending}").read_text("utf-8"), "utf-8")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

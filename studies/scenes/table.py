@@ -1,5 +1,7 @@
 """A table of a scene file, read key by key; complaints name the file, the key and a remedy."""
 
+import contextlib
+import re
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -38,7 +40,17 @@ class Table:
     def error(self, problem: str) -> ValueError:
         name = "" if self.name == "file" or problem.startswith(f"{self.name} ") else f"{self.name}."
         known = f"; known keys: {', '.join(self.known)}" if self.known else ""
-        return ValueError(f"{self.path}: {name}{problem}{known}")
+        return ValueError(f"{self.path}: {name}{problem}{self.line(problem)}{known}")
+
+    def line(self, problem: str) -> str:
+        """The line of the key that a problem begins with, or of its section; "" if not found."""
+        *outer, inner = self.name.split(".")
+        places = [(self.name, re.split(r"\W", problem)[0]), (".".join(outer) or "file", inner)]
+        with contextlib.suppress(OSError, ValueError):
+            at = lines_of_keys(self.path.read_text("utf-8-sig"))
+            found = [at[place] for place in places if place in at]
+            return f" (at line {found[0]})" if found else ""
+        return ""
 
     def number(self, key: str) -> float:
         return self._finite(key, self.get(key))
@@ -100,4 +112,20 @@ class Table:
         try:
             return kind(*values)
         except ValueError as error:
-            raise ValueError(f"{self.path}: {self.name}.{error}") from None
+            where = self.line(str(error))
+            raise ValueError(f"{self.path}: {self.name}.{error}{where}") from None
+
+
+def lines_of_keys(text: str) -> dict[tuple[str, str], int]:
+    """The first line of each (section, key) of a TOML file, and of each section ("file", name)."""
+    found: dict[tuple[str, str], int] = {}
+    section = "file"
+    for number, line in enumerate(text.splitlines(), 1):
+        header = re.match(r"\s*\[+\s*([^\]]+?)\s*\]", line)
+        key = re.match(r"""\s*["']?([\w-]+)["']?\s*[=.]""", line)
+        if header:
+            section = header[1]
+            found.setdefault(("file", section), number)
+        elif key:
+            found.setdefault((section, key[1]), number)
+    return found

@@ -93,8 +93,8 @@ class Output:
     def text(self, name: str, text: str) -> Path:
         """Write a text."""
         path = self.at(name)
-        with table.naming(path):
-            path.write_text(text, encoding="utf-8")
+        with table.replacing(path) as beside:
+            beside.write_text(text, encoding="utf-8")
         return path
 
     def figures(self, figures: Mapping[str, Figure]) -> list[Path]:

@@ -13,7 +13,7 @@ from discretization.plots import RIGID as RIGID
 from discretization.plots import SOFT as SOFT
 from discretization.plots import canvas as canvas
 from studies.shared import Array
-from studies.shared.table import naming
+from studies.shared.table import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,8 +83,8 @@ def save(figure: Figure, path: Path, pdf: bool = True) -> list[Path]:
 
 
 def _write(path: Path, image: BytesIO) -> Path:
-    with naming(path):
-        path.write_bytes(image.getbuffer())
+    with replacing(path) as beside:
+        beside.write_bytes(image.getbuffer())
     return path
 
 

@@ -3,6 +3,7 @@
 import csv
 import functools
 import importlib.metadata
+import os
 import platform
 import re
 import subprocess
@@ -11,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+SOURCE = "from source"  # the version of what is not installed
 Table = tuple[Sequence[str], Sequence[Sequence[object]]]  # columns and rows
 
 
@@ -23,9 +25,22 @@ def naming(path: Path) -> Iterator[None]:
         raise OSError(error.errno, error.strerror, str(path)) from error
 
 
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A file beside this one, which takes its place once it is written: never half, nor empty."""
+    beside = path.with_name(f"{path.name}.part")
+    with naming(path):
+        try:
+            yield beside
+            os.replace(beside, path)
+        except BaseException:
+            beside.unlink(missing_ok=True)
+            raise
+
+
 def versions(*more: str) -> dict[str, str]:
     """Versions of elastocap, Python, numpy, scipy and more packages, where they are installed."""
-    found = {"elastocap": "from source", "python": platform.python_version()}
+    found = {"elastocap": SOURCE, "python": platform.python_version()}
     for package in ("elastocap", "numpy", "scipy", *more):
         try:
             found[package] = importlib.metadata.version(package)
@@ -36,14 +51,18 @@ def versions(*more: str) -> dict[str, str]:
 
 @functools.cache
 def commit() -> str:
-    """The commit this code is from, "-dirty" if it was changed since; else "unknown"."""
+    """The commit this code is from, "-dirty" if it was changed since; else the version installed.
+
+    Code that was copied without its repository has neither: "unknown".
+    """
     here = ["git", "-C", str(Path(__file__).parent)]
     own = [*here, "ls-files", "--error-unmatch", Path(__file__).name]  # not in another's repository
     asked = [own, [*here, "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]]
     try:
         done = [subprocess.run(a, capture_output=True, text=True, check=True) for a in asked]
     except (OSError, subprocess.CalledProcessError):
-        return "unknown"
+        version = versions()["elastocap"]
+        return "unknown" if version == SOURCE else f"that of version {version}"
     return done[-1].stdout.strip()
 
 
@@ -85,7 +104,7 @@ def write(
     path: Path, head: Iterable[str], columns: Sequence[str], rows: Iterable[Iterable[Any]]
 ) -> None:
     """Rows below the names of the columns below the commented header; numbers to the last bit."""
-    with naming(path), path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as beside, beside.open("w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {' '.join(line.split())}\n" for line in head)
         table = csv.writer(file, lineterminator="\n")
         table.writerow(columns)

@@ -23,6 +23,12 @@ def seconds(work: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
+def blas_threads() -> str:
+    """With what times are taken; `python -m studies` sets one thread."""
+    alone = os.environ.get("OPENBLAS_NUM_THREADS") == "1"
+    return "one thread" if alone else "as many threads as it takes"
+
+
 def tridiagonal_seconds(n: int, repeats: int = 7) -> float:
     """Median wall time of one LAPACK dptsv with n unknowns in place, without making its inputs."""
     times = []

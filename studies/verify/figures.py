@@ -185,7 +185,7 @@ def _draw_dimensions(axes: Any, data: Meniscus, h: float, unit: str) -> None:
 
 def case_studies(branches: Sequence[Branch]) -> Figure:
     """a(d) above, P(d) below, a column for each case study."""
-    figure, grid = canvas(13, 6.2, 2, len(branches), sharex="col")
+    figure, grid = canvas(12.5, 6.2, 2, len(branches), sharex="col")
     depth = prefixed(np.concatenate([data.dense for data in branches]), "m")
     width = prefixed(np.concatenate([data.half_width_card for data in branches]), "m")
     force = prefixed(np.concatenate([data.force_card for data in branches]), "N/m")

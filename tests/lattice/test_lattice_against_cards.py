@@ -156,9 +156,10 @@ def test_adhered_states_are_those_of_the_walk(first):
 @pytest.mark.parametrize("spacing", [0.2, 0.15])
 def test_ripples_narrower_than_the_spacing_give_a_warning(spacing):
     scene = scene_of(ripples(0.01, 0.2, 1.0), 0.0025, 1.25e-5)
-    with pytest.warns(AccuracyWarning, match="narrower than the spacing"):
+    ripple, sparse = "narrower than the spacing", "nodes are too far apart"
+    with pytest.warns(AccuracyWarning, match=ripple), pytest.warns(AccuracyWarning, match=sparse):
         minimise(scene, 0.03, method="lattice", spacing=spacing)
-    with pytest.warns(AccuracyWarning, match="narrower than the spacing"):
+    with pytest.warns(AccuracyWarning, match=ripple), pytest.warns(AccuracyWarning, match=sparse):
         load_path(scene, depths=[0.0, 0.03], method="lattice", spacing=spacing)
     minimise(scene, 0.03, method="lattice", spacing=0.01)  # and none where they are resolved
 

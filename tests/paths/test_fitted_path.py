@@ -10,8 +10,9 @@ from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
 from discretization.following import vanishing
+from discretization.following.trials import Trials
 from discretization.profile import resolve
-from energy import Parabola, Profile, Sampled
+from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies
 from studies.benchmarks.speed import rough_scene
 
 
@@ -38,6 +39,56 @@ def test_without_adhesion_a_path_begins_with_less_than_rounding():
     states = [minimise(case.scene, float(depth)) for depth in path.depth[2:]]
     assert path.force[2:] == pytest.approx([state.force for state in states], rel=1e-11, abs=0)
     assert len(states[-1].contacts) == 4
+
+
+@pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
+@pytest.mark.parametrize(
+    "indenter", [Parabola(0.02), PowerLaw(0.3, 1.5), PowerLaw(2e5, 3), PowerLaw(4e9, 4)]
+)
+@pytest.mark.parametrize("w", [0.0, 6e-5])
+def test_one_contact_of_a_smooth_profile_is_followed_without_a_search(
+    indenter, w, geometry, monkeypatch
+):
+    searches, tried = [], Trials.tried
+    monkeypatch.setattr(Trials, "tried", lambda *given: searches.append(1) or tried(*given))
+    surfaces = SurfaceEnergies.from_work(0.07, w)
+    scene = Scene(ElasticLayer(2.5e3, 0.3, 5e-6), surfaces, indenter, geometry=geometry)
+    depths = np.r_[np.linspace(0.0, 4e-7, 40), np.linspace(4e-7, -8e-7, 80)]
+    path = load_path(scene, depths=depths)
+    assert path.events[-1].kind == "detachment"
+    assert not searches
+    for step in (1, 20, 60):
+        force = minimise(scene, float(depths[step])).force
+        assert path.force[step] == pytest.approx(force, rel=1e-10, abs=0)
+
+
+@pytest.mark.parametrize("w", [0.0, 2e-3])
+def test_lines_leave_the_corners_of_a_polygon_where_they_do_as_states(w):
+    """With steps just beside the depths at which they come free, too."""
+    x = np.array([-6.0, -3.0, -1.2, 0.1, 1.5, 2.9, 6.0])
+    polygon = Sampled(x, 0.01 * x**2 + 0.003 * x, kind="linear")
+    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, w), polygon)
+    free = [event.depth for event in load_path(scene, depths=[0.0, 0.3]).events[1:]]
+    near = (0.0, 1e-9, -1e-9) if w else (1e-4, -1e-4)  # a tip's first steps are hardly resolved
+    up = np.sort([0.0, 0.02, 0.1, *(depth + off for depth in free for off in near), 0.3])
+    path = load_path(scene, depths=np.r_[up, up[::-1]])
+    for step, depth in enumerate(path.depth[1:-1], 1):
+        state = minimise(scene, float(depth))
+        assert path.half_width[step] == pytest.approx(state.half_width, rel=1e-12)
+        assert path.force[step] == pytest.approx(state.force, rel=1e-11)
+    loads = np.linspace(0.0, path.force.max(), 30)
+    for depth, load in zip(load_path(scene, forces=loads).depth[1:], loads[1:], strict=True):
+        assert minimise(scene, float(depth)).force == pytest.approx(load, rel=1e-10)
+
+
+def test_a_body_that_is_all_but_flat_is_pulled_off_by_the_largest_pull_of_its_states():
+    """The known profile ends 10²³ times as high as any state is deep."""
+    surfaces = SurfaceEnergies.from_work(12276.2, 122762.3)
+    scene = Scene(ElasticLayer(356.3, -0.9, 0.1108), surfaces, PowerLaw(1.3376e37, 20))
+    (jump, pull) = load_path(scene, forces=[0.0, -1e6]).events
+    assert jump.energy_released > 0 < pull.energy_released
+    pulls = [minimise(scene, pull.depth + off).force for off in (-1e-4, 0.0, 1e-4)]
+    assert pulls[1] == pytest.approx(pull.force, rel=1e-10) and pulls[1] == min(pulls)
 
 
 def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_touches():

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import ROOT
 
 from discretization import minimise
-from energy import Parabola, cards
+from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies, cards
 from studies.applicability import figures as applicability_figures
+from studies.applicability import regimes
 from studies.applicability import report as applicability_report
 from studies.applicability import study as applicability
 from studies.applicability.record import Point
@@ -184,3 +186,33 @@ def test_the_short_answer_tells_the_largest_error_of_any_shape_and_quantity(reco
     for paths in ({"wedge": wedge, "parabola": parabola}, {"parabola": parabola, "wedge": wedge}):
         told = applicability_report.short(replace(record, paths=paths))
         assert "4.0% where f'(a₀) = 0.1 and 60.0% where f'(a₀) = 1." in told
+
+
+@pytest.mark.parametrize("nu", regimes.RATIOS)
+def test_the_borders_of_the_regimes_are_where_states_begin_to_warn(nu):
+    """To a percent, on either side: springs, the lift of the layer by δ₀, and small slopes."""
+
+    def warned(thickness, ratio):
+        layer = ElasticLayer(1.0, nu, 1.0)
+        gamma1 = layer.stiffness / thickness**2  # l = h over that
+        surfaces = SurfaceEnergies.from_work(gamma1, ratio * gamma1)
+        scene = Scene(layer, surfaces, FlatPunch(1e3))
+        assert regimes.place(scene) == pytest.approx((thickness, ratio))
+        state = minimise(scene, -(1 - 1e-9) * scene.critical_separation)
+        return {a.name for a in state.validity if not a.holds}
+
+    thick = regimes.thickest(nu)
+    assert not warned(0.99 * thick, 0.99**3 * thick**2 / 200)
+    assert warned(1.01 * thick, 0.99**3 * thick**2 / 200) & {"h/l", "|c₂|(h/l)²"}
+    assert "u/h" in warned(0.99 * thick, thick**2 / 200)
+    assert "2w/γ₁" not in warned(10.0, 0.0499) and "2w/γ₁" in warned(10.0, 0.0501)
+
+
+def test_the_figure_of_the_regimes_holds_every_example():
+    (axes,) = regimes.draw_regimes().axes
+    named = [line.get_label() for line in axes.lines]
+    for path in (ROOT / "studies" / "scenes").glob("*.toml"):
+        at = named.index(path.stem.replace("_", " "))
+        x, y = axes.lines[at].get_data()
+        assert axes.get_xlim()[0] < x[0] < axes.get_xlim()[1]
+        assert axes.get_ylim()[0] < y[0] < axes.get_ylim()[1]

@@ -13,10 +13,10 @@ import pytest
 from scene_files import DEPTH, HELD_FROM, SURFACES, gone, writer
 from scenes import PLACES
 
-from discretization import History, minimise
+from discretization import History, load_path, minimise
 from energy import ElasticLayer, Parabola, Patches, Scene, SurfaceEnergies, Wedge
 from studies import __main__ as command_line
-from studies.scenes import run
+from studies.scenes import new, run
 from studies.scenes.sweep.store import Store
 
 LAYER, SURFACE = ElasticLayer(2e3, 0.3, 1e-5), SurfaceEnergies.from_work(0.05, 1e-4)
@@ -117,18 +117,45 @@ def test_a_full_disk_is_told_with_the_file(tmp_path, monkeypatch, capsys, preset
     command_line.main(["new", "--study", "mine.py"])
     out = tmp_path / "out"
     out.mkdir()
-    (out / name).symlink_to("/dev/full")
+    (out / f"{name}.part").symlink_to("/dev/full")
     capsys.readouterr()
     arguments = ["mine.py", "--preset", "quick", "--jobs", "1", *preset, "--out", str(out)]
     assert command_line.main(arguments) == 2
     said = capsys.readouterr().err.splitlines()
     assert said[-1] == f"mine.py: {out / name}: No space left on device"
+    assert not (out / name).exists() and not [*out.glob("*.part")]
     sys.modules.pop("mine", None)
 
 
 @needs_full
+def test_a_disk_that_is_full_from_the_beginning_keeps_no_empty_file(tmp_path, monkeypatch):
+    path = tmp_path / "a.jsonl"
+    store, add = Store(path, {"function": "f"}), Store.add
+
+    def full(store, lines):
+        store.file.close()
+        store.file = open("/dev/full", "w")  # noqa: SIM115
+        add(store, lines)
+
+    monkeypatch.setattr(Store, "add", full)
+    with pytest.raises(OSError, match="No space left on device"), store:
+        pass
+    assert not path.exists()
+    part = tmp_path / "my.toml.part"
+    part.symlink_to("/dev/full")
+    with pytest.raises(OSError, match="No space left on device"):
+        new.write(tmp_path / "my.toml", ".toml")
+    part = tmp_path / "loop.csv.part"
+    part.symlink_to("/dev/full")
+    path = load_path(Scene(LAYER, SURFACE, Parabola(0.01)), depths=[0.0, 1e-7])
+    with pytest.raises(OSError, match="No space left on device"):
+        path.to_csv(tmp_path / "loop.csv")
+    assert not [*tmp_path.iterdir()]
+
+
+@needs_full
 def test_a_full_disk_in_a_sweep_is_told_with_the_file(tmp_path):
-    store = Store(tmp_path / "a.jsonl", {})
+    store = Store(tmp_path / "a.jsonl", {"function": "f"})
 
     def added():
         with store:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from scene_files import writer
 from scenes import ROOT
@@ -14,6 +15,8 @@ from studies import MODULES, REPORTED, STUDIES, report, template
 from studies import __main__ as command_line
 from studies import report as page
 from studies.benchmarks import speed
+from studies.shared import table
+from studies.shared.figures import canvas, save
 
 ROWS = [
     speed.Row("state, small slopes", 1e-4, 0.5, 0.1, 1.0, 1e-14, 1e-10),
@@ -45,7 +48,8 @@ def test_every_figure_is_in_the_page_and_every_link_leads_to_a_file_beside_it(fo
             assert (folder / link).is_file()
     assert {"tolerance/tolerance.csv", "speed/speed.csv"} < set(links)
     assert "<figcaption>rtol is honoured and the estimate covers the error in 160 of 160" in made
-    assert "<summary>speed.csv: 2 rows</summary>" in made
+    assert "speed/printed.txt" in links and not (folder / "report.jsonl").exists()
+    assert "answer: " in (folder / "speed" / "printed.txt").read_text("utf-8")
     assert "<span class=good>All 2 studies passed.</span>" in made
 
 
@@ -90,7 +94,56 @@ def test_the_verification_table_shows_a_failure(tmp_path):
     shown = page.page([verify], "a command", "facts")
     for cell in ("<td class=text>&lt;angle&gt;</td>", "<td>—</td>", "<td>1.235e-09</td>"):
         assert cell in shown
-    assert shown.count("<tr class=bad>") == 1 and "<details open>" in shown
+    assert shown.count("<tr class=bad>") == 1
+
+
+def test_a_report_grows_and_goes_on_where_it_was_stopped(tmp_path, monkeypatch, capsys):
+    """Stopped in the third study; the second has failed and is run again."""
+    ran, stop, page_at = [], ["sphere"], tmp_path / "report.html"
+
+    def run(name, preset, out, jobs):
+        if ran and stop:
+            assert f"<h2 id={ran[-1]}>" in page_at.read_text("utf-8")  # before the next begins
+        if name in stop:
+            raise KeyboardInterrupt
+        ran.append(name)
+        return page.Section(name, "?", f"answer: {name}\n", int(name == "verify"), out / name, 1.5)
+
+    monkeypatch.setattr(report, "run", run)
+    command = ["--quick", "--only", "layer", "verify", "sphere", "--out", str(tmp_path)]
+    with pytest.raises(KeyboardInterrupt):
+        report.main(command)
+    assert ran == ["layer", "verify"]
+    shown = page_at.read_text("utf-8")
+    assert "1 of 2 studies failed" in shown and "1 more are to come" in shown
+    stop.clear()
+    assert report.main(command) == 1
+    assert (
+        ran == ["layer", "verify", "verify", "sphere"] and "layer kept" in capsys.readouterr().out
+    )
+    shown = page_at.read_text("utf-8")
+    assert "1 of 3 studies failed" in shown and "to come" not in shown
+    assert "answer: layer" in shown.replace("<p class=answer>", "answer: ")
+    assert report.main(command) == 1 and ran[4:] == ["layer", "verify", "sphere"]  # all anew
+
+
+def test_what_the_page_shows_is_small_and_the_rest_is_linked(tmp_path):
+    folder = tmp_path / "big"
+    folder.mkdir()
+    figure, axes = canvas(12, 8)
+    axes.pcolormesh(np.random.default_rng(1).random((50, 50)))
+    figure.suptitle("Noise")
+    (picture, *_) = save(figure, folder / "noise", pdf=False)
+    table.write(folder / "all.csv", [], ["x"], [[i] for i in range(5000)])
+    (folder / "printed.txt").write_text("word " * 5000)
+    one = page.Section("big", "?", "word " * 5000, 0, folder, 1.0)
+    shown = page.page([one], "a command", "facts")
+    words = re.sub(r"<style>.*?</style>|<[^>]*>", " ", shown, flags=re.S).split()
+    assert len(words) < 40 and len(shown) < 3000 + 0.8 * 4 / 3 * picture.stat().st_size
+    for name in ("noise.png", "all.csv", "printed.txt"):
+        assert f'href="big/{name}"' in shown
+    failed = page.page([one._replace(status=1, printed="early\n" * 50 + "late\n")], "c", "f")
+    assert "late" in failed and failed.count("early") == page.LAST - 1
 
 
 def test_every_study_that_needs_no_input_is_in_the_report():

@@ -1,6 +1,9 @@
 """The studies `speed` and `tolerance`: what they measure, what makes them fail; error estimates."""
 
 import math
+import os
+import subprocess
+import sys
 from collections import Counter
 from dataclasses import replace
 from functools import partial
@@ -8,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, adhesive, rough, tips, two
+from scenes import DELTA0, ROOT, L, adhesive, rough, tips, two
 from scipy.optimize import brentq
 
 from discretization import minimise
@@ -180,5 +183,18 @@ def test_errors_are_told_in_the_units_of_their_quantities():
     state = on_lattice(scene, level, L / 40)
     limit = state.uncertainty["force"]
     assert abs(state.force) <= limit == state.error_estimate["force"] * state.scales["force"]
-    assert f"force        P = {state.force:.10g}   (± {limit:.1e})" in str(state)
+    assert f"force        P = {state.force:.10g}   (numerical error {limit:.1e})" in str(state)
     assert limit > 100 * abs(minimise(scene, level).force)
+
+
+def test_the_verdict_says_with_how_many_threads_it_was_measured(monkeypatch):
+    code = (
+        "import studies.__main__, os; from studies.shared.timing import blas_threads;"
+        "print(blas_threads(), os.environ['MKL_NUM_THREADS'])"
+    )
+    given = {**os.environ, "OPENBLAS_NUM_THREADS": "7", "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, env=given, capture_output=True, text=True, check=True)
+    assert done.stdout == "one thread 1\n"
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "7")
+    assert timing.blas_threads() == "as many threads as it takes"

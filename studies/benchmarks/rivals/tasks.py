@@ -125,7 +125,7 @@ PATHS = (
 BVP = Method("scipy solve_bvp (angle put in)", boundary_value, tolerances=True)
 ROUGH = (
     Method("ours, shortest path (lattice)", shortest, only=ROUGH_NODES),
-    Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(15, 30, 60)),
+    Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(20, 30, 60)),
 )
 
 

@@ -31,7 +31,7 @@ MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
 def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
     """Fewest digits of a, P and U over each grid; crosses: lost or failed, rings: refused."""
     rows = math.ceil((len(grids) + 1) / 3)
-    figure, grid = canvas(14, 4.3 * rows + 0.4, rows, 3, squeeze=False)
+    figure, grid = canvas(13, 4.3 * rows + 0.4, rows, 3, squeeze=False)
     panels = grid.ravel()
     for axes in panels[len(grids) :]:
         axes.set_axis_off()

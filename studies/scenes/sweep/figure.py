@@ -18,6 +18,21 @@ PATH = (
     ("dissipated", "energy lost on the path", "J"),
 )
 LINES = 6  # of the second axis; more become a map
+WORDS = {
+    "depth": "depth d",
+    "layer.E": "Young's modulus E",
+    "layer.nu": "Poisson's ratio ν",
+    "layer.h": "thickness h",
+    "surfaces.gamma1": "surface tension γ₁",
+    "surfaces.w": "work of adhesion w",
+    "opening.w": "work of adhesion w of opening",
+    "indenter.R": "radius R",
+    "indenter.half_width": "half-width of the punch",
+    "indenter.delta": "angle δ of the wedge",
+    "indenter.delta_degrees": "angle δ of the wedge",
+    "path.machine_stiffness": "stiffness K of the machine",
+    "options.spacing": "distance of the nodes",
+}
 STYLES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 
 
@@ -32,8 +47,11 @@ def conventions(per_length: str) -> str:
 
 
 def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
-    """Over the longest axis, a line per value of the second, or a map; other axes at the first."""
-    figure, panels = canvas(11, 4.8, 1, 2)
+    """Over the longest axis, a line per value of the second, or a map; other axes at the first.
+
+    What that leaves out is said above; what a line or a mark means, below.
+    """
+    figure, panels = canvas(11, 5.2, 1, 2)
     shape = [len(axis.values) for axis in record.grid.axes]
     order = sorted(range(len(shape)), key=lambda i: -shape[i])
     first, second = order[0], order[1] if len(order) > 1 else None
@@ -49,7 +67,14 @@ def plot(record: Record, title: str, per_length: str = "/m") -> Figure:
         quantity = f"{label} in {size.symbol}"
         values = Values(table / size.size, error / size.size, apart)
         _draw(axes, record, (first, second), values, quantity)
-    fixed = ", ".join(_named(record, i, record.grid.axes[i].values[0]) for i in order[2:])
+    left_out = [(i, record.grid.axes[i].values) for i in order[2:]]
+    fixed = ", ".join(
+        _named(record, i, v[0]) + f", one of {len(v)}" * (len(v) > 1) for i, v in left_out
+    )
+    if any(len(values) > 1 for _, values in left_out):
+        fixed = f"shown at {fixed}; the others are in the table"
+    if named := dict(zip(*panels[0].get_legend_handles_labels()[::-1], strict=True)):
+        figure.legend(named.values(), named, loc="outside lower center", ncols=3, fontsize=9)
     failed = f"{record.failed} of {len(record.results)} points failed" if record.failed else ""
     figure.suptitle("\n".join(filter(None, (title, fixed, failed))), fontsize=13)
     return figure
@@ -84,7 +109,7 @@ def _draw(
         colours = axes.pcolormesh(x, y, values.attached.T, **shown)
         axes.figure.colorbar(colours, ax=axes, label=quantity)
         i, j = np.nonzero(values.detached)
-        axes.plot(x[i], y[j], "x", color=GREY, ms=4, label="detached")
+        axes.plot(x[i], y[j], "x", color=GREY, ms=4, label="detached" if i.size else None)
         return
     axes.set_ylabel(quantity)
     axes.grid(alpha=0.25)
@@ -97,7 +122,6 @@ def _crosses(axes: Any, x: Array, values: Values) -> None:
         for column, apart in zip(values.table.reshape(len(x), -1).T, lone.T, strict=True):
             axes.plot(x[apart], column[apart], "x", color=GREY, ms=ms)
         axes.plot([], [], "x", color=GREY, ms=ms, label="detached")
-        axes.legend(fontsize=8)
 
 
 def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> None:
@@ -107,15 +131,20 @@ def _lines(axes: Any, x: Array, values: Values, record: Record, second: int) -> 
         name = _named(record, second, value)
         style = {"color": colour, "ls": STYLES[i], "lw": 1.8, "label": name, "marker": "o", "ms": 3}
         axes.errorbar(x, values.attached[:, i], yerr=values.error[:, i], capsize=2, **style)
-    axes.legend(fontsize=8)
     _crosses(axes, x, values)
 
 
 def _named(record: Record, i: int, value: Value) -> str:
-    """The key of an axis and one of its values with its unit."""
+    """What an axis is and one of its values with its unit."""
     unit = _unit(record, i)
     text = value if isinstance(value, str) else f"{value / unit.size:.4g} {unit.symbol}"
-    return f"{record.grid.axes[i].key} = {text}".rstrip()
+    return f"{_words(record, i)} = {text}".rstrip()
+
+
+def _words(record: Record, i: int) -> str:
+    """What an axis is, in words; its key where there are none."""
+    key = record.grid.axes[i].key
+    return WORDS.get(key, key)
 
 
 def _unit(record: Record, i: int) -> Unit:
@@ -130,11 +159,11 @@ def _coordinates(axes: Any, which: str, record: Record, i: int) -> Array:
     """Positions along x or y, whose label and scale are set; texts stand at their numbers."""
     axis, unit = record.grid.axes[i], _unit(record, i)
     if isinstance(axis.values[0], str):
-        axes.set(**{f"{which}label": f"{axis.key}: {axis.values}"})
+        axes.set(**{f"{which}label": f"{_words(record, i)}: {', '.join(map(str, axis.values))}"})
         return np.arange(len(axis.values), dtype=float)
     values = np.array(axis.values, float)
     far = bool((values > 0).all()) and float(values.max() / values.min()) > 30
     log = far and bool(np.ptp(np.diff(np.log(values))) < np.ptp(np.diff(values)) / values.min())
-    label = f"{axis.key} in {unit.symbol}" if unit.symbol else axis.key
+    label = _words(record, i) + (f" in {unit.symbol}" if unit.symbol else "")
     axes.set(**{f"{which}scale": "log" if log else "linear", f"{which}label": label})
     return values / unit.size

@@ -1,15 +1,19 @@
 """The results of a sweep on disk: one JSON line for each point, appended as it comes.
 
-The first line says which sweep the file belongs to. A line is {"at": i, "found": {...}} or
-{"at": i, "error": "..."}, i the number of the point; not-a-number is null. A line that a kill cut
-in two is no JSON object and is passed over; of several lines for one point the last one counts.
+The first line says which sweep the file belongs to. While a sweep writes it, another one with the
+same file is refused; this lock ends with the process, however that ends (there is none on Windows).
+A line is {"at": i, "found": {...}} or {"at": i, "error": "..."}, i the number of the point;
+not-a-number is null. A line that a kill cut in two is no JSON object and is passed over; of several
+lines for one point the last one counts.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
+import sys
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -20,6 +24,9 @@ import numpy as np
 
 from studies.scenes.grid import Grid
 from studies.shared.table import naming
+
+if sys.platform != "win32":
+    import fcntl
 
 Found = dict[str, Any]
 SYNC = 1.0  # s between two fsyncs
@@ -44,31 +51,60 @@ class Store:
     """A file of results that is appended to and synced now and then; a context manager."""
 
     def __init__(self, path: Path, identity: Any) -> None:
-        """Open or begin the file. ValueError if it holds another sweep."""
-        self.path = path
-        if path.exists():
-            with path.open(encoding="utf-8", errors="replace") as file:
-                saved = _object(file.readline())
-            wanted = json.loads(json.dumps(identity))
-            differing = [key for key in wanted if key not in saved or saved[key] != wanted[key]]
-            if differing:
-                raise ValueError(
-                    f"{path} holds another sweep (it differs in {', '.join(differing)}): give "
-                    "another folder with --out, or remove that file to begin anew"
-                )
-        else:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            beside = path.with_name(f"{path.name}.{os.getpid()}.part")
-            beside.write_text(json.dumps(identity, ensure_ascii=False) + "\n", encoding="utf-8")
-            os.replace(beside, path)
+        self.path, self.identity = path, identity
 
     def __enter__(self) -> Store:
-        self.file: TextIO = self.path.open("a", encoding="utf-8")
-        if not self.path.read_bytes().endswith(b"\n"):
-            self.file.write("\n")  # after a line cut in two
-            self.file.flush()
+        """Open or begin the file. ValueError if it holds another sweep, or one is writing it."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.file: TextIO = self.path.open("a+", encoding="utf-8", errors="replace")
+        try:
+            self._lock()
+            self.file.seek(0)
+            text = self.file.read()
+            self._check(text)
+        except BaseException:
+            self.file.close()
+            raise
         self.synced = time.monotonic()
+        if not text:
+            self._begin()
+        elif not text.endswith("\n"):
+            self.add([""])  # after a line cut in two
         return self
+
+    def _lock(self) -> None:
+        """A lock of this process, not kept by those that it starts; where files have locks."""
+        if sys.platform == "win32":
+            return
+        try:
+            fcntl.lockf(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            raise ValueError(
+                f"{self.path}: another command is writing this file; wait for its end, or give "
+                "another folder with --out"
+            ) from None
+        except OSError:
+            return
+
+    def _check(self, text: str) -> None:
+        saved, wanted = _object(text.partition("\n")[0]), json.loads(json.dumps(self.identity))
+        differing = [key for key in wanted if key not in saved or saved[key] != wanted[key]]
+        if text and differing:
+            raise ValueError(
+                f"{self.path} holds results of another command (it differs in "
+                f"{', '.join(differing)}): give another folder with --out, or remove that file to "
+                "begin anew"
+            )
+
+    def _begin(self) -> None:
+        """Say which sweep it is; a disk that is full even for that keeps no empty file."""
+        try:
+            self.add([json.dumps(self.identity, ensure_ascii=False)])
+        except OSError:
+            with contextlib.suppress(OSError):
+                self.file.close()
+            self.path.unlink()
+            raise
 
     def add(self, lines: Iterable[str]) -> None:
         """Append lines; they survive a kill of this process at once, a power cut after SYNC."""
@@ -85,10 +121,17 @@ class Store:
             os.fsync(self.file.fileno())
 
     def results(self) -> dict[int, Found]:
-        """The line of each point so far, by its number."""
-        with self.path.open(encoding="utf-8", errors="replace") as file:
-            next(file)
-            return {line["at"]: line for line in map(_object, file) if "at" in line}
+        """The line of each point so far, by its number; read from the file that is locked, if so.
+
+        A lock ends where its process closes the file, even when it has opened it twice.
+        """
+        if "file" not in vars(self) or self.file.closed:
+            text = self.path.read_text("utf-8", errors="replace") if self.path.exists() else ""
+        else:
+            self.file.seek(0)
+            text = self.file.read()
+        found = map(_object, text.split("\n")[1:])
+        return {line["at"]: line for line in found if "at" in line}
 
 
 def _object(line: str) -> Found:

@@ -62,7 +62,8 @@ def sweep(
     numbers besides the grid (default: the function's name); a file of another sweep is refused.
     retry: try failed points again. show gets the progress about once a second.
 
-    ValueError for an empty axis, jobs < 1 and a file of another sweep. Ctrl-C: KeyboardInterrupt
+    ValueError for an empty axis, jobs < 1, a file of another sweep and one that another sweep is
+    writing. Ctrl-C: KeyboardInterrupt
     that says how many points are kept.
     """
     grid = Grid(tuple(Axis(key, tuple(values)) for key, values in parameters.items()))
@@ -71,12 +72,12 @@ def sweep(
         raise ValueError(f"jobs = {jobs!r} must be at least 1: give the number of workers")
     name = f"{function.__module__}.{function.__qualname__}" if identity is None else identity
     store = Store(Path(path), {"function": name, "axes": list(grid.axes), "made_with": versions()})
-    known = store.results()
-    done = {at for at, line in known.items() if not (retry and "error" in line)}
-    clock = BatchClock(len(done), len(grid), sum("error" in known[at] for at in done), show)
-    todo = ((at, grid.point(at)) for at in scattered(len(grid)) if at not in done)
     try:
         with store, nullcontext(executor) if executor else processes(workers) as pool:
+            known = store.results()
+            done = {at for at, line in known.items() if not (retry and "error" in line)}
+            clock = BatchClock(len(done), len(grid), sum("error" in known[at] for at in done), show)
+            todo = ((at, grid.point(at)) for at in scattered(len(grid)) if at not in done)
             for lines in in_batches(function, todo, pool, workers, clock):
                 store.add(lines)
     except KeyboardInterrupt:

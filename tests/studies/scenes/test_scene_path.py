@@ -107,7 +107,11 @@ def test_hysteresis_slopes_and_lattice_reach_the_path(written):
         ("steps = 4", "steps = true", "path.steps = True must be a whole number of at least 1"),
         (DEPTHS, "depths = {from = 0, to = 1, steps = 3}", "path.steps = 4 stands beside"),
         (DEPTHS, 'depths = ["a"]', r"path.depths\[0\] = 'a' must be a number"),
-        ("steps = 4", "steps = 4\nspeed = 1", "path.speed = 1 is unknown; known keys: depths"),
+        (
+            "steps = 4",
+            "steps = 4\nspeed = 1",
+            "path.speed = 1 is unknown \\(at line 16\\); known keys: depths",
+        ),
         ("[path]", '[options]\nbranch = "global"\n[path]', "options.branch = 'global' cannot be"),
         ("[path]", '[options]\nmethod = "magic"\n[path]', "options.method = 'magic' cannot be"),
         ("[path]", "[opening]\nw = 1e-5\n[path]", "opening = .* work of adhesion not below"),

@@ -18,9 +18,10 @@ from scenes import PLACES
 from discretization import minimise
 from studies.scenes import run as run_study
 from studies.scenes.file import built, read
-from studies.scenes.grid import SolvedScene, axes, placed
+from studies.scenes.grid import Axis, Grid, SolvedScene, axes, placed
 from studies.scenes.sweep import figure as sweep_figure
 from studies.scenes.sweep import study
+from studies.scenes.sweep.store import Record, Store
 from studies.scenes.sweep.study import sweep
 from studies.shared import table
 
@@ -78,18 +79,47 @@ def test_failed_points_are_tried_again_on_demand(tmp_path):
 def test_another_sweep_and_unusable_arguments_are_refused(tmp_path):
     path = tmp_path / "a.jsonl"
     sweep(cheap, AXES, path, jobs=1)
-    with pytest.raises(ValueError, match=r"another sweep \(it differs in axes\): give another"):
+    with pytest.raises(ValueError, match=r"another command \(it differs in axes\): give another"):
         sweep(cheap, AXES | {"y": [3.0]}, path, jobs=1)
     with pytest.raises(ValueError, match="differs in function"):
         sweep(slow, AXES, path, jobs=1)
     path.write_text("x,y\n1,2\n")
-    with pytest.raises(ValueError, match="another sweep"):
+    with pytest.raises(ValueError, match="another command"):
         sweep(cheap, AXES, path, jobs=1)
     with pytest.raises(ValueError, match="jobs = 0 must be at least 1"):
         sweep(cheap, AXES, tmp_path / "b", jobs=0)
     with pytest.raises(ValueError, match=r"y = .* has no values"):
         sweep(cheap, AXES | {"y": []}, tmp_path / "b", jobs=1)
     assert not (tmp_path / "b").exists()
+
+
+LOCKED = """
+import sys, time
+from pathlib import Path
+from studies.scenes.sweep.store import Record, Store
+with Store(Path(sys.argv[1]), {}) as store:
+    store.add(['{"at": 0, "found": {"sum": 1.0}}'])
+    store.results()
+    print("locked", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no locks on Windows")
+def test_two_sweeps_in_one_folder_do_not_do_the_work_twice(tmp_path):
+    """The second is refused while the first lives, and goes on where that was killed."""
+    path, given = tmp_path / "a.jsonl", {"PYTHONPATH": PLACES}
+    command = [sys.executable, "-c", LOCKED, path]
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, env=os.environ | given)
+    assert child.stdout.readline() == b"locked\n"
+    before = path.read_text("utf-8")
+    with refused(path, "another command is writing this file; wait for its end"), Store(path, {}):
+        pass
+    assert path.read_text("utf-8") == before
+    child.kill()
+    child.communicate()
+    with Store(path, {}) as store:
+        assert store.results()[0]["found"] == {"sum": 1.0}
 
 
 MANY = {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}
@@ -255,3 +285,25 @@ def test_a_map_of_a_sweep_leaves_detached_states_out(written, tmp_path):
     (colours,) = force.collections
     assert np.ma.getmaskarray(colours.get_array()).sum() == apart > 0
     assert force.lines[-1].get_xdata().size == apart
+
+
+@pytest.mark.parametrize(("depths", "lines"), [((1.0, 2.0, 3.0), 2), (tuple(range(9)), 7)])
+def test_the_figure_says_what_its_axes_are_and_what_it_leaves_out(depths, lines):
+    """Three axes: the longest along x, the second as lines or a map, of the third one value."""
+    tensions = tuple(0.01 * n for n in range(1, lines + 1))
+    axes = Axis("depth", depths), Axis("surfaces.gamma1", tensions), Axis("layer.h", (1e-6,) * 2)
+    count = len(Grid(axes))
+    labels = ["detached" if at == 0 else "global" for at in range(count)]
+    found = [{"force": at, "half_width": 1e-6, "label": label} for at, label in enumerate(labels)]
+    record = Record(Grid(axes), tuple({"at": i, "found": f} for i, f in enumerate(found)))
+    figure = sweep_figure.plot(record, "A title")
+    first = figure.axes[0]
+    assert first.get_xlabel() == "depth d in m"
+    assert "thickness h = 1 µm, one of 2; the others are in the table" in figure.get_suptitle()
+    (legend,) = figure.legends
+    told = [text.get_text() for text in legend.get_texts()]
+    assert "detached" in told and first.get_legend() is None  # beside the data
+    if lines > sweep_figure.LINES:
+        assert first.get_ylabel() == "surface tension γ₁ in mJ/m²"
+    else:
+        assert "surface tension γ₁ = 10 mJ/m²" in told
