@@ -52,7 +52,8 @@ class ContactSet(State):
 
         def most(i: Nodes) -> float:
             i = i[held[i] == held[i + 2]]  # those before and after are in contact, or not
-            nodes, at = self.model.nodes[i], self.model.nodes[i] - row.first
+            nodes = self.model.first + i
+            at = nodes - row.first
             work = row.works[1] * held[i] * (row.bond(at - 1) + row.bond(at))
             links = lat.weight(nodes - 0.5) + lat.weight(nodes + 0.5)
             stiffness = lat.spring * lat.weight(nodes) + lat.link * links

@@ -104,24 +104,23 @@ def totals(state: State) -> Totals:
     Every link's tension T enters the sum of forces twice, 4 ε √ΣT²; that of links beside a contact
     enters once, and is a difference of displacements, 2 ε t |u| each.
     """
-    model, u, lattice, nodes = state.model, state.u, state.model.lattice, state.model.nodes
+    model, u, lattice, first = state.model, state.u, state.model.lattice, state.model.first
     balance, held = model.balance(u), model.contact
-    force, springs, ends = balance.force, balance.springs, model.pulls * u[[0, -1]]
+    force, ends = balance.force, model.pulls * u[[0, -1]]
     free, pulled = np.flatnonzero(~held), np.flatnonzero(held & (force < 0))
     beside = np.flatnonzero(held[1:] != held[:-1])
-    ties = lattice.link * np.abs(u[beside + 1]) * lattice.weight(nodes[beside] + 0.5)
-    tension = math.sqrt(float(balance.tension @ balance.tension))
-    unbalanced = np.abs(force[free] / lattice.weight(nodes[free]))
+    ties = lattice.link * np.abs(u[beside + 1]) * lattice.weight(first + beside + 0.5)
+    unbalanced = np.abs(force[free] / lattice.weight(first + free))
     return Totals(
         energy=balance.energy,
-        force=float(springs.sum() + ends.sum()),
+        force=balance.springs + float(ends.sum()),
         force_by_reactions=float(force.sum() - force[free].sum()),
         energy_scale=balance.scale,
-        force_scale=float(np.abs(springs).sum() + np.abs(ends).sum()),
+        force_scale=balance.sizes + float(np.abs(ends).sum()),
         penetration=float((state.g[free] - u[free]).max(initial=0.0)),
         imbalance=float(unbalanced.max(initial=0.0)),
         opening=state.opening(pulled, force) if pulled.size else 0.0,
-        rounding=4 * EPSILON * tension + 2 * EPSILON * float(ties.sum()),
+        rounding=4 * EPSILON * balance.tension + 2 * EPSILON * float(ties.sum()),
     )
 
 

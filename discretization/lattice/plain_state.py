@@ -121,11 +121,11 @@ class PlainState(State):
         for every in held[1:-1:2], held[2:-1:2]:
             contact = model.contact.copy()
             contact[every] = False
-            less = NodalEnergy(model.lattice, contact, int(model.nodes[0]))
+            less = NodalEnergy(model.lattice, contact, model.first)
             gain = model.around(self.u) - less.around(less.relaxed(self.u))
             opens[every] = gain[every] > 0
         i = pulled[opens[pulled]]
-        return float((-force[i] / model.lattice.weight(model.nodes[i])).max(initial=0.0))
+        return float((-force[i] / model.lattice.weight(model.first + i)).max(initial=0.0))
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of the lines, one link outwards or inwards; energies over those of a unit gap."""

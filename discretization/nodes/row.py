@@ -139,7 +139,7 @@ class Row:
     def bond(self, links: Nodes) -> Array:
         """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
         middles, pattern = self.first + links + 0.5, self.scene.pattern
-        own = self.lattice.cell * self.lattice.weight(middles) * np.ones(links.size)
+        own = np.broadcast_to(self.lattice.cell * self.lattice.weight(middles), links.shape)
         return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
 
     def alone(self, depth: float, tie: float) -> Contacts:

@@ -195,7 +195,7 @@ def test_the_certificate_notices_force_and_balance():
     sums = totals(contacts)
     assert judge(contacts, sums).ok
     assert judge(contacts, sums._replace(force=sums.force * (1 + 1e-7))).failures == ("force",)
-    contacts.u[(nodes[0, 1] + nodes[1, 0]) // 2 - contacts.model.nodes[0]] += 1e-7 * DELTA0
+    contacts.u[(nodes[0, 1] + nodes[1, 0]) // 2 - contacts.model.first] += 1e-7 * DELTA0
     assert "stationarity" in judge(contacts, totals(contacts)).failures
 
 
