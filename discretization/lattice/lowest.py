@@ -25,6 +25,8 @@ one is beaten by it at all lower y, and by a newer one at all higher y. As surfa
    from an older start that is above one of them, but not above the best one, is above node j.)
 2. starts older than the best one at y = 0 are not needed beyond it, nor those blocked there, which
    a newer one beats. (Nor do these block any: lines above such a one fall below y = 0.)
+3. If the best line to some (z', y') from the starts there are at z is below all nodes from z to z',
+   older starts are not needed for these: one that is better there is better for (z', y'), too.
 
 So nothing is left out: V is the minimum but for rounding, and proves the state that attains it.
 """
@@ -52,7 +54,7 @@ from energy import Scene
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _TIE = 1e-12  # of wΔx: what more contact may cost
-_FEW = 32  # nodes after which it is looked again which starts are needed
+_FEW = 32  # starts that are all asked; nodes after which it is looked again which are needed
 _FAR = 300.0  # decay lengths after which it is, too: exp(-2·300) is a number
 
 
@@ -124,21 +126,27 @@ def _costs(chain: Chain, value: Array, starts: Nodes, k: int, height: float) -> 
 
 
 def _cheapest(chain: Chain, tie: float) -> tuple[float, Nodes]:
-    """V of the tail that follows, and from where each node is reached (-1: nothing precedes)."""
+    """V of the tail that follows, and from where each node is reached (-1: nothing precedes).
+
+    older: starts that may be needed from node `again` on, but not before.
+    """
     n, starts, again = chain.node.size, np.array([-1]), 0
-    value, before = np.full(n + 2, math.inf), np.empty(n + 1, np.int64)
+    value, before, older = np.full(n + 2, math.inf), np.empty(n + 1, np.int64), starts[:0]
     value[-1] = 0.0
     for k in range(n + 1):
         if k >= again:
-            starts = _needed(chain, value, starts, k)
+            needed = _needed(chain, value, np.append(older, starts), k)
             far = int(np.searchsorted(chain.place[:-1], chain.place[k] + _FAR))
-            again = max(k + 1, min(k + _FEW, far))
+            again = max(k + 1, min(k + _FEW + math.isqrt(needed.size), far))
+            older, starts = np.split(needed, [_first_needed(chain, value, needed, k, again - 1)])
         height = float(chain.height[k])
         cost = _costs(chain, value, starts, k, height)
         cost[-1] -= chain.bonds[k]
         best = _newest(cost, tie)
         value[k], before[k] = cost[best], starts[best]
-        kept = best + 1 if height else 0  # no span passes a node certainly in contact
+        kept = best + 1
+        if not height:  # no span passes a node certainly in contact
+            older, kept = older[:0], 0
         starts = np.append(starts[:kept], k)
     return float(value[n]), before
 
@@ -155,6 +163,17 @@ def _needed(chain: Chain, value: Array, starts: Nodes, k: int) -> Nodes:
     cost = _costs(chain, value, starts, k, 0.0)
     best = _newest(cost, 0.0)
     return starts[best:][np.isfinite(cost[best:])]
+
+
+def _first_needed(chain: Chain, value: Array, starts: Nodes, k: int, last: int) -> int:
+    """Place of the oldest start that may be best at one of the nodes k..last (statement 3)."""
+    if starts.size <= _FEW:
+        return 0
+    ahead = slice(k, last + 1)
+    height = chain.height[ahead] * np.exp(chain.place[ahead] - chain.place[last])
+    among = np.append(starts, np.arange(k, last))
+    cost = _costs(chain, value, among, last, float(height.min()))
+    return int(cost[: starts.size].argmin())
 
 
 def _path(before: Nodes) -> list[int]:
