@@ -54,8 +54,9 @@ def load_path(
         D, P = K (D - d).
     method : {"fitted", "lattice"}
         Contact lines as unknowns, for any profile with any number of contacts; or fixed nodes, for
-        small slopes with gamma1 > 0: their force is interpolated between the nodes, their energy
-        balance that of contact sets, which closes exactly.
+        small slopes with gamma1 > 0, around an axis for convex indenters: their force is
+        interpolated between the nodes, their energy balance that of contact sets, which closes
+        exactly.
     spacing : float
         Distance of the nodes [length], with "lattice".
     rtol : float

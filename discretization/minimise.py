@@ -51,7 +51,8 @@ def minimise(
         condition; any number of contacts, of "global" for small slopes: a lattice finds the
         topology. "lattice": fixed nodes, accurate to O(spacing²); of "global" the minimum over all
         contact sets of these nodes (small slopes); with finite slopes, and without tension, states
-        of one contact. "auto": "fitted", or "lattice" for "global" with a spacing.
+        of one contact, around an axis one contact of a convex indenter with small slopes. "auto":
+        "fitted", or "lattice" for "global" with a spacing.
         "shortest_path": "global" on the lattice with its `proof`. "oracle": the same by solvers of
         cvxpy, for checking; with w > 0 for at most 100 nodes, and with the test extra.
     branch : {"adhered", "global"}

@@ -45,6 +45,11 @@ def _disc(scene: Scene) -> bool:
     return scene.axisymmetric and scene.indenter.convex
 
 
+def _one_disc(scene: Scene) -> bool:
+    """Whether about an axis nodes answer: one contact, with one line."""
+    return _disc(scene) and scene.pattern is None and not _steep(scene)
+
+
 def _searched(scene: Scene) -> bool:
     """Whether another state than that of the path may have less energy, but for none."""
     return scene.gamma1 > 0 and scene.work_of_adhesion > 0 and not one_contact(scene)
@@ -70,9 +75,12 @@ _PATH = (
     "a Scene without it"
 )
 _ABOUT_AXIS = (
-    "geometry = 'axisymmetric': nodes do not know slopes = 'finite', gamma1 = 0 with a profile that"
-    " is not convex or with method = 'shortest_path', or method = 'oracle'; use method='fitted'"
+    "geometry = 'axisymmetric': nodes answer one contact around the axis there, of a convex "
+    "indenter with slopes = 'small' and no pattern, and no search over contact sets (branch = "
+    "'global' only where the line has one stable place, method = 'shortest_path' and 'oracle' "
+    "never); use method='fitted'"
 )
+_NO_LINKS = "gamma1 = 0 leaves no links to search over: use method='fitted' or 'lattice'"
 _BENT = (
     "branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex the "
     "lowest energy is only found for slopes='small'"
@@ -142,13 +150,12 @@ TABLE = (
     Row(MESH, STATES, lambda s: one_contact(s) and not _held_twice(s), "one contact"),
     Row(MESH, ("global",), lambda s: _steep(s) and _searched(s) and not _disc(s), refused=_BENT),
     Row(MESH, ANY, lambda s: True, "several contacts"),
-    Row(NODES, (*ANY, *SEARCH), lambda s: s.axisymmetric and _steep(s), refused=_ABOUT_AXIS),
-    Row(NODES, SEARCH, lambda s: s.axisymmetric and not s.gamma1, refused=_ABOUT_AXIS),
-    Row(NODES, ("oracle",), lambda s: s.axisymmetric, refused=_ABOUT_AXIS),
-    Row(NODES, ANY, lambda s: s.axisymmetric and not (_disc(s) or s.gamma1), refused=_ABOUT_AXIS),
+    Row(NODES, SEARCH, lambda s: s.axisymmetric, refused=_ABOUT_AXIS),
+    Row(NODES, ("global",), lambda s: s.axisymmetric and _searched(s), refused=_ABOUT_AXIS),
+    Row(NODES, ANY, lambda s: s.axisymmetric and not _one_disc(s), refused=_ABOUT_AXIS),
+    Row(NODES, SEARCH, _steep, refused=_BENT),
+    Row(NODES, SEARCH, lambda s: not s.gamma1, refused=_NO_LINKS),
     Row(NODES, SEARCH, lambda s: True, "lowest"),
-    Row(NODES, ("global",), lambda s: s.axisymmetric and _searched(s), "lowest"),
-    Row(NODES, STATES, lambda s: s.axisymmetric and not s.indenter.convex, "path"),
     Row(NODES, ("path",), lambda s: not s.gamma1, refused=_NODES_PATH),
     Row(NODES, ("path",), _steep, refused=_STEEP_NODES),
     Row(NODES, STATES, _plane, "plane"),

@@ -92,7 +92,7 @@ def _lowest(motion: Motion, depth: float) -> Iterator[set[Lines]]:
         lattice = Lattice.of(scene, max(spacing / 2**i, least))
         found: set[Lines] = {()}
         for at in (depth - beside, depth, depth + beside):
-            nodes, _ = lowest_contacts(lattice.seen(scene), at, lattice, "lattice")
+            nodes = lowest_contacts(lattice.seen(scene), at, lattice)
             lines = np.clip(lattice.x(nodes.astype(float).ravel()), *scene.indenter.extent)
             found.add(motion.settled(tuple(lines.tolist()), depth))
         yield found

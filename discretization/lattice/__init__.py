@@ -8,7 +8,8 @@ between the nodes (line.py), and how accurate these are (accuracy.py).
 They are found by state.py, which asks one of
     plain.py         one contact with finite slopes, or γ₁ = 0, by Newton's method: read it first
                      (with its certificate and free surface: plain_state.py)
-    lowest.py        lowest energy of all contact sets, on a line and around an axis; oracle.py
+    lowest.py        lowest energy of all contact sets; oracle.py the same; rings.py around an axis,
+                     where only the fitted mesh asks
     ../nodes/row.py  one convex contact: lines are looked for among links ever further apart
     walk.py          the end of a path from first touch on, from one change to the next, with lines
                      between the nodes (between.py); load paths (../paths/lattice_branch.py) too

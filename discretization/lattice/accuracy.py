@@ -1,18 +1,16 @@
 """How accurate a lattice state is: next to coarser and finer lattices, and to its own parts.
 
 With e a relative error of the state's a, P or U as the docstring of `Equilibrium.error_estimate`
-has it, and Q_c that of the same question on every other node, errors are O(Δx²), so that
+has it, and Q_c that of the same question on nodes c = 2, 1.7, 1.4 times further apart, errors are
+O(Δx²), so that
 
-    e <= 3/2 |Q - Q_c|/3,     3 = c² - 1 for a spacing c = 2 times larger.
+    e <= 3/2 |Q - Q_c|/(c² - 1),
 
-Two errors of this order may happen to be equal. Of U a second estimate therefore counts beside it,
-3/2 of what its parts (parts.py) differ by: quadrature between the lines found, of the profile as it
-is between nodes, too. With fewer than SPARSE nodes per l or NARROW links, for a profile that is not
-convex, and where lines are held both ways, so it does of P. With fewer than NARROW links, and for
-such lines, every other node is taken in three ways; around an axis c is. If f is not convex the
-energy decides where there are contacts, and a is held to be no more certain than U. Lines held both
-ways that are at a corner are known to a link only: errors are of first order, 3 above becomes c - 1
-= 1, and c is taken in more ways.
+the largest of all c, as two errors of this order may happen to be equal; for the same reason 3/2 of
+what U and P and their parts (parts.py) differ by, quadrature between the lines found of the profile
+as it is between nodes. Where the coarse state has another number of contacts, or a line that is
+held both ways is at a corner, errors are of first order, and c² is c. If f is not convex the energy
+decides where there are contacts, and a is held to be no more certain than U.
 
 The state is not resolved, and all errors are infinite, where
 
@@ -20,8 +18,8 @@ The state is not resolved, and all errors are infinite, where
     a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
     from the line through them,
     f is not convex, and another of its lowest points may touch before the lowest node does,
-    f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer has another
-    number of contacts,
+    f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer, which counts
+    as a coarser one does, has another number of contacts,
     the coarse nodes have no contact or no answer, or
     the state is detached and a lattice finer by one of FINER has a contact.
 
@@ -57,7 +55,7 @@ from energy import Scene
 
 Array = NDArray[np.float64]
 Solver = Callable[..., Equilibrium]  # on_lattice
-LEAST, NARROW, SPARSE = 4, 96, 16  # links of a resolved and of a narrow contact; per l
+LEAST, SPARSE = 4, 16  # links of a resolved contact; per l
 UNEVEN = 0.02  # of δ₀: by which heights may depart from the line through their neighbours
 FINER = (2, 8, 64)  # by which lattices are finer that are asked for a contact
 MOST = 200_000  # nodes, of a lattice that only looks for contacts
@@ -145,42 +143,21 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
-    if _too_coarse(fine) or _tied(fine) or _other_contacts(solve, fine):
+    if _too_coarse(fine) or _tied(fine):
         return UNRESOLVED
     bounds = []
-    for coarser, origin in _coarser(fine):
-        state = _asked(solve, fine, coarser * fine.spacing, origin)
+    sparse = fine.scene.elastocapillary_length < SPARSE * fine.spacing
+    if sparse and not fine.scene.indenter.convex:
+        finer = _asked(solve, fine, fine.spacing / 4)
+        if finer is None or len(finer.contacts) != len(fine.contacts):
+            return UNRESOLVED
+        bounds.append(_next_to(fine, finer, 1 / 4))
+    for coarser in _FACTORS:
+        state = _asked(solve, fine, coarser * fine.spacing)
         if state is None or not state.contacts.size:
             return UNRESOLVED
-        bounds.append(_from_coarse(fine, state, coarser))
+        bounds.append(_next_to(fine, state, coarser))
     return {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
-
-
-def _coarser(fine: Equilibrium) -> list[tuple[float, float | None]]:
-    """Coarse lattices: how much coarser, and a node; None: as the profile has it.
-
-    Nodes around an axis cannot be moved: there they are coarser by other factors.
-    """
-    if not _narrow(fine) and fine.scene.opening is None:
-        return [(2.0, None)]
-    if fine.scene.axisymmetric:
-        return [(factor, None) for factor in _FACTORS]
-    first = float(fine.nodes[0, 0])
-    moved = [(2.0, None), (2.0, first), (2.0, first + fine.spacing)]
-    return [*moved, (3.0, None), (1.5, first)] if _cornered(fine) else moved
-
-
-def _sparse(state: Equilibrium) -> bool:
-    """Whether a lattice has few nodes per l."""
-    return state.scene.elastocapillary_length < SPARSE * state.spacing
-
-
-def _other_contacts(solve: Solver, state: Equilibrium) -> bool:
-    """Whether a finer lattice has another number of contacts; only sparse ones are checked."""
-    if state.scene.indenter.convex or not _sparse(state):
-        return False
-    finer = _asked(solve, state, state.spacing / 4)
-    return finer is None or len(finer.contacts) != len(state.contacts)
 
 
 def _tied(state: Equilibrium) -> bool:
@@ -200,11 +177,6 @@ def _tied(state: Equilibrium) -> bool:
     left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1
     near = contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
     return not bool((near & (left >= 0)).all())
-
-
-def _narrow(state: Equilibrium) -> bool:
-    """Whether a state has few links in contact."""
-    return float(np.diff(state.nodes).sum()) < NARROW * state.spacing
 
 
 def _too_coarse(state: Equilibrium) -> bool:
@@ -236,26 +208,21 @@ def _cornered(state: Equilibrium) -> bool:
     return bool((near & ~state.pinned.ravel()).any())
 
 
-def _from_coarse(fine: Equilibrium, coarse: Equilibrium, coarser: float) -> dict[str, float]:
-    """The estimates of the module from one coarse state, of a spacing larger by this factor.
+def _next_to(fine: Equilibrium, other: Equilibrium, coarser: float) -> dict[str, float]:
+    """The estimates of the module from one other state, of a spacing larger by this factor.
 
-    Where the coarse state has another number of contacts, or a line is at a corner, errors are of
-    first order.
+    Where that has another number of contacts, or a line is at a corner, errors are of first order.
     """
-    smooth = coarse.contacts.shape == fine.contacts.shape and not _cornered(fine)
-    parts, convex = {"energy": fine.energy_parts}, fine.scene.indenter.convex
-    if _narrow(fine) or _sparse(fine) or not convex or fine.scene.opening is not None:
-        parts["force"] = fine.force_parts
-    scales = {"half_width": fine.half_width or fine.spacing, **fine.scales}
-    errors = {}
+    smooth = other.contacts.shape == fine.contacts.shape and not _cornered(fine)
+    parts = {"energy": fine.energy_parts, "force": fine.force_parts}
+    scales, errors = {"half_width": fine.half_width or fine.spacing, **fine.scales}, {}
     for name, scale in scales.items():
-        values = getattr(fine, name), getattr(coarse, name)
-        size = scale or max(map(abs, values))  # touching without adhesion: nothing is deformed
-        change = abs(values[0] - values[1]) / (coarser**2 - 1 if smooth else coarser - 1)
-        if name in parts:
-            change = max(change, abs(sum(parts[name].values()) - values[0]))
+        value, there = getattr(fine, name), getattr(other, name)
+        size = scale or max(abs(value), abs(there))  # touching: nothing is deformed
+        change = abs((value - there) / (coarser**2 - 1 if smooth else coarser - 1))
+        change = max(change, abs(sum(parts.get(name, {"": value}).values()) - value))
         errors[name] = float(_SAFETY * change / size if size else 0.0) + _ROUNDING
-    if not convex:
+    if not fine.scene.indenter.convex:
         errors["half_width"] = max(errors["half_width"], errors["energy"])
     return errors
 
@@ -269,12 +236,9 @@ def _held_on_finer_nodes(solve: Solver, state: Equilibrium) -> bool:
     return any(one is not None and one.contacts.size for one in found)
 
 
-def _asked(
-    solve: Solver, state: Equilibrium, spacing: float, origin: float | None = None
-) -> Equilibrium | None:
+def _asked(solve: Solver, state: Equilibrium, spacing: float) -> Equilibrium | None:
     """The same question on other nodes; None if it has no answer."""
-    asked = {"branch": state.branch, "origin": origin}
     try:
-        return solve(state.scene, state.depth, spacing, **asked)
+        return solve(state.scene, state.depth, spacing, branch=state.branch)
     except (ValueError, NotCertifiedError):
         return None

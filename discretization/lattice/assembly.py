@@ -54,11 +54,10 @@ def of_contacts(
     if not nodes:
         return without_contact(asked, row)
     refuse_unknown(row, asked.depth, nodes)
-    contacts, scene = ContactSet(row, nodes, asked.depth), asked.scene
+    contacts, scene = ContactSet.of(row, nodes, asked.depth), asked.scene
     sums, tail, neutral = totals(contacts), row.lattice.tail, False
     certificate = judge(contacts, sums)
-    round_ring = row.lattice.axis == 0 and not row.indenter.convex
-    if scene.opening is not None or scene.pattern is not None or round_ring:
+    if scene.opening is not None or scene.pattern is not None:
         lines, force, energy = _between(row, asked.depth, nodes, known)
         sums = sums._replace(force=force, energy=energy)
     elif len(nodes) > 1:
@@ -73,7 +72,7 @@ def of_contacts(
 def _between(
     row: Row, depth: float, nodes: Contacts, known: Sequence[float] | None
 ) -> tuple[list[line.Line], float, float]:
-    """Lines of contacts whose adhesion differs, or around an axis, as on paths; P and U."""
+    """Lines of contacts whose adhesion differs, as on paths; P and U."""
     at, held = np.reshape(nodes, (1, -1)), None if known is None else np.array([known])
     x, force, energy = interpolated(row, at, np.array([depth]), held)
     corners = row.indenter.corners
@@ -82,10 +81,10 @@ def _between(
 
 
 def _ends(contacts: ContactSet) -> list[line.End]:
-    """The ends of a single contact, the right one first; that one alone if it includes the axis."""
+    """The ends of a single contact, the right one first; alone if it includes the axis."""
     row, ((first, last),) = contacts.row, contacts.nodes
     alone = row.lattice.x(row.first + first) == row.lattice.axis
-    sides = [(last, 1)] if alone or contacts.mirrored else [(last, 1), (first, -1)]
+    sides = [(last, 1)] if alone else [(last, 1), (first, -1)]
     return [line.end_of(row, contacts.depth, *side) for side in sides]
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON
-from discretization.nodes.row import Contacts, Parts, Row
+from discretization.nodes.row import Contacts, Row
 from discretization.nodes.rules import Rules
 
 Array = NDArray[np.float64]
@@ -47,9 +47,7 @@ def interpolated(
         lines = _positions(row, nodes, offset)
     else:
         offset = offsets_of(row, nodes, lines)
-    force, energy = (
-        at_offsets(row, nodes, offset, depth, part) for part in (row.forces, row.energies)
-    )
+    energy, force = at_offsets(row, nodes, offset, depth)
     return lines, force, energy
 
 
@@ -151,30 +149,29 @@ def offsets(row: Row, nodes: Nodes, depth: Array, before: Array) -> Array:
     return offset
 
 
-def at_offsets(row: Row, nodes: Nodes, offset: Array, depth: Array, parts: Parts) -> Array:
-    """P or U (s,) with lines that far from their nodes: linear in each of them.
-
-    parts: what outermost lines and gaps add, `row.forces` or `row.energies`.
-    """
-    tail, gap = parts
-    total, steps, share = np.zeros(depth.size), np.sign(offset).astype(int), np.abs(offset)
+def at_offsets(row: Row, nodes: Nodes, offset: Array, depth: Array) -> Array:
+    """U and P (2, s) with lines that far from their nodes: linear in each of them."""
+    total, steps, share = np.zeros((2, depth.size)), np.sign(offset).astype(int), np.abs(offset)
     for column, side in ((0, -1), (-1, 1)):
         node = nodes[:, column]
-        own = tail(node, side, depth)
+        own = row.tail(node, side, depth)
         beside = node + side * steps[:, column]
         past = beside > row.size - 1  # as far from the last node as the one before
-        other = tail(np.clip(np.where(past, node - 1, beside), 0, row.size - 1), side, depth)
-        more = share[:, column] * np.where(past, own - other, other - own)
-        total = total + own + more  # with all digits of the sums
+        other = np.clip(np.where(past, node - 1, beside), 0, row.size - 1)
+        more = share[:, column] * (row.tail(other, side, depth) - own)
+        total = total + own + np.where(past, -more, more)  # with all digits of the sums
     if nodes.shape[1] == 2:
         return np.asarray(total, float)
     left, right, d = nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]
-    inner, inner_steps = share[:, 1:-1], steps[:, 1:-1]
-    near, far = left + inner_steps[:, ::2], right - inner_steps[:, 1::2]
-    whole, one, two = gap(left, right, d), gap(near, right, d), gap(left, far, d)
-    more = inner[:, ::2] * (one - whole) + inner[:, 1::2] * (two - whole)
-    more += inner[:, ::2] * inner[:, 1::2] * (gap(near, far, d) - one - two + whole)
-    return np.asarray(total + (whole + more).sum(axis=1), float)
+    (zeta, eta), near = (
+        share[:, 1:-1].reshape(-1, left.shape[1], 2).transpose(2, 0, 1),
+        left + steps[:, 1:-1:2],
+    )
+    far = right - steps[:, 2::2]
+    whole, one, two = row.gap(left, right, d), row.gap(near, right, d), row.gap(left, far, d)
+    more = zeta * (one - whole) + eta * (two - whole)
+    more = more + zeta * eta * (row.gap(near, far, d) - one - two + whole)
+    return np.asarray(total + (whole + more).sum(axis=2), float)
 
 
 def _outer_offset(row: Row, node: Nodes, side: int, depth: Array, before: Array) -> Array:

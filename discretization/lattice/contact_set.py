@@ -2,111 +2,65 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.judge import Move, Part
-from discretization.nodes.lattice import Lattice
+from discretization.lattice.judge import Move, State
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import surface
 from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 _BLOCK = 1 << 14  # nodes looked at at once: their arrays stay in the processor's cache
 
 
 @dataclass(frozen=True, eq=False)
-class ContactSet:
+class ContactSet(State):
     """Contacts between these first and last nodes of a row, from left to right, at a depth.
 
     In contact u = g = d - f; the free surfaces are exact.
     """
 
-    row: Row
     nodes: Contacts
-    depth: float
 
-    @property
-    def lattice(self) -> Lattice:
-        """The lattice."""
-        return self.row.lattice
+    @classmethod
+    def of(cls, row: Row, nodes: Contacts, depth: float) -> ContactSet:
+        """Of one contact of a convex profile its own nodes, with tails beyond; of others all."""
+        own = slice(nodes[0][0], nodes[-1][1] + 1) if row.clear else slice(0, row.size)
+        held = np.zeros(own.stop - own.start, bool)
+        for first, last in nodes:
+            held[first - own.start : last - own.start + 1] = True
+        work = row.works[0] * row.bonds[own.start : own.stop - 1] if row.scene.pattern else None
+        model, g = NodalEnergy(row.lattice, held, row.first + own.start, work), depth - row.f[own]
+        u, free = g, np.flatnonzero(~held)
+        if free.size:
+            u = g.copy()
+            u[free] = _surface(row, np.unique(nodes), depth, free)
+        return cls(row, depth, model, u, g, nodes)
 
-    @property
-    def at_lines(self) -> tuple[float, float]:
-        """u of the outermost contact nodes."""
-        return self.g(self.nodes[0][0]), self.g(self.nodes[-1][1])
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether half of a contact is looked at."""
-        first, last = self.nodes[0][0], self.nodes[-1][1]
-        both = self.row.clear and self.row.mirrored and self.lattice.axis != 0
-        return both and first + last == 2 * self.row.touch and first < last
-
-    def parts(self) -> Iterator[Part]:
-        """All nodes; of one contact of a convex profile its own, with tails beyond."""
-        row, first, mirrored = self.row, self.row.first, self.mirrored
-        start, stop = (self.nodes[0][0], self.nodes[-1][1]) if row.clear else (0, row.size - 1)
-        start = row.touch if mirrored else start
-        for low in range(start, max(stop, start + 1), _BLOCK):
-            high = min(low + _BLOCK, stop)
-            contact, g = (
-                self.contact(low, high),
-                self.depth - row.heights(first + low, first + high),
-            )
-            u = g if contact.all() else self.u[low : high + 1]
-            work = row.works[0] * row.bonds[low:high] if row.scene.pattern else None
-            image = mirrored and low == start
-            tails, at = (low == start and not image, high == stop), first + low
-            model = NodalEnergy(self.lattice, contact, at, work, tails, mirrored=image)
-            yield Part(model, u, g)
-
-    def contact(self, low: int, high: int) -> Mask:
-        """Which of the nodes low..high of the row are in contact."""
-        found = np.zeros(high - low + 1, bool)
-        for first, last in self.nodes:
-            found[max(first - low, 0) : max(last - low + 1, 0)] = True
-        return found
-
-    def g(self, node: int) -> float:
-        """d - f at a node of the row."""
-        at = self.row.first + node
-        return self.depth - float(self.row.heights(at, at)[0])
-
-    @functools.cached_property
-    def u(self) -> Array:
-        """Displacements (n,) of all nodes."""
-        u, free = self.depth - self.row.f, np.flatnonzero(~self.contact(0, self.row.size - 1))
-        u[free] = self._surface(np.unique(self.nodes), free)
-        return u
-
-    def _surface(self, held: Nodes, at: Nodes) -> Array:
-        """At some nodes, that of contact nodes."""
-        first = self.row.first
-        return surface(self.lattice, held + first, self.depth - self.row.f[held], at + first)
-
-    def opening(self, part: Part, i: Nodes, force: Array) -> Array:
+    def opening(self, pulled: Nodes, force: Array) -> float:
         """What is said in judge.py: a node with links of adhesion W is held up to √(2 S W).
 
         S: its stiffness, its neighbours as they are. Nodes with one link, the outermost of their
         contacts, are not opened here: these are moves of a line.
         """
-        lat, row, nodes = self.lattice, self.row, part.model.nodes[i]
-        start = int(part.model.nodes[0]) - row.first
-        held, at = self.contact(start - 1, start + part.u.size), start + i
-        before, after = held[i], held[i + 2]  # these are in contact
-        work = row.works[1] * (before * row.bond(at - 1) + after * row.bond(at))
-        stiffness = lat.on_nodes(np.full(i.size, lat.spring), nodes)
-        stiffness += lat.on_nodes(lat.link, nodes - 0.5) * (at > 0)
-        stiffness += lat.on_nodes(lat.link, nodes + 0.5) * (at < row.size - 1)
-        pull = lat.per_weight(-force - np.sqrt(2 * stiffness * work), nodes)
-        return np.asarray(pull[before == after])
+        row, lat, held = self.row, self.row.lattice, np.pad(self.model.contact, 1)
+
+        def most(i: Nodes) -> float:
+            i = i[held[i] == held[i + 2]]  # those before and after are in contact, or not
+            nodes = self.model.first + i
+            at = nodes - row.first
+            work = row.works[1] * held[i] * (row.bond(at - 1) + row.bond(at))
+            links = lat.weight(nodes - 0.5) + lat.weight(nodes + 0.5)
+            stiffness = lat.spring * lat.weight(nodes) + lat.link * links
+            pull = (-force[i] - np.sqrt(2 * stiffness * work)) / lat.weight(nodes)
+            return float(pull.max(initial=0.0))
+
+        return max(map(most, np.array_split(pulled, 1 + pulled.size // _BLOCK)))
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of all lines, one link outwards and, of contacts of more than one node, one inwards."""
@@ -126,10 +80,10 @@ class ContactSet:
         """A line at `start` that passes the next link, or has come from there."""
         row, first = self.row, self.row.first
         faced = None if other is None else first + other
-        far, rest, stiffness = self.lattice.beside(first + start, side, faced)
-        own, beyond = (self.depth - row.heights(first + start, first + start + side)).tolist()
+        far, rest, stiffness = row.lattice.beside(first + start, side, faced)
+        own, beyond = self.depth - row.f[[start, start + side]]
         gap = own - beyond - rest * own
-        gap += 0.0 if other is None else far * (self.g(other) - own)
+        gap += 0.0 if other is None else far * (self.depth - row.f[other] - own)
         bonds = row.works[opening] * row.bond(np.arange(min(start, after), max(start, after)))
         return Move(opening, float(gap), float(stiffness / 2 * gap * gap), float(bonds.sum()))
 
@@ -140,4 +94,10 @@ class ContactSet:
         held = np.array([node] if other is None else sorted((node, other)))
         end = (self.row.size if side > 0 else -1) if other is None else other
         at = np.sort(np.arange(node + side, end, side))
-        return bool((self.depth - self.row.f[at] - self._surface(held, at) <= noise).all())
+        u = _surface(self.row, held, self.depth, at)
+        return bool((self.depth - self.row.f[at] - u <= noise).all())
+
+
+def _surface(row: Row, held: Nodes, depth: float, at: Nodes) -> Array:
+    """Displacements at some nodes of the surface of these contact nodes."""
+    return surface(row.lattice, held + row.first, depth - row.f[held], at + row.first)

@@ -20,8 +20,9 @@ precision leaves in a nodal force, 32 ε (kΔx + 4t) δ, in their sum, and in a 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from typing import NamedTuple, Protocol
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,42 +49,35 @@ class Move(NamedTuple):
     work: float
 
 
-class Part(NamedTuple):
-    """Successive nodes of a state, from the last one of the part before on: energy, u and g."""
+@dataclass(frozen=True, eq=False)
+class State:
+    """Contacts on nodes of a row at a depth: the energy of the nodes looked at, u and g = d - f.
 
+    g is -inf where there is no profile.
+    """
+
+    row: Row
+    depth: float
     model: NodalEnergy
     u: Array
     g: Array
 
-
-class State(Protocol):
-    """Contacts on nodes at a depth."""
-
-    @property
-    def row(self) -> Row: ...
-
-    @property
-    def depth(self) -> float: ...
-
     @property
     def at_lines(self) -> tuple[float, float]:
         """u of the first and the last contact node."""
+        held = self.model.contact
+        return float(self.u[held.argmax()]), float(self.u[::-1][held[::-1].argmax()])
 
-    @property
-    def mirrored(self) -> bool:
-        """Whether `parts` are one half, and the other one is its mirror image."""
+    def opening(self, pulled: Nodes, force: Array) -> float:
+        """By how much at most pulled contact nodes that may be opened alone are not held.
 
-    def parts(self) -> Iterator[Part]:
-        """The nodes that are looked at, so many at once as stay in the processor's cache."""
-
-    def opening(self, part: Part, i: Nodes, force: Array) -> Array:
-        """By how much contact nodes i of a part are pulled by these forces more than they hold.
-
-        Per weight, and of nodes that may be opened alone.
+        force (n,): on all nodes; the answer is per weight, 0 if all are held.
         """
+        raise NotImplementedError
 
     def moves(self, noise: float) -> Iterable[Move]:
         """What lines could do, but for moves after which the surface is in the indenter."""
+        raise NotImplementedError
 
 
 class Totals(NamedTuple):
@@ -105,53 +99,29 @@ class Totals(NamedTuple):
 
 
 def totals(state: State) -> Totals:
-    """Energy and force of a state, and what is worst at its nodes, in one pass over them."""
-    energies, sums, worst, carried = np.zeros(1), np.zeros(5), np.zeros(3), 0.0
-    for part in state.parts():
-        model, u = part.model, part.u
-        terms, force, springs, tension = model.balance(u)
-        tails, free = model.pulls * u[[0, -1]], np.flatnonzero(~model.contact[: model.own])
-        force[0] += carried
-        force, carried = force[: model.own], float(force[-1])
-        energies = energies + list(terms.values())
-        sums += [
-            float(springs.sum() + tails.sum()),
-            float(force.sum() - force[free].sum()),
-            float(np.abs(springs).sum() + np.abs(tails).sum()),
-            float(tension @ tension),
-            _at_lines(part),
-        ]
-        force[0] *= 1 + model.mirrored
-        worst = np.maximum(worst, _worst(state, part, force, free))
-    energies, sums = energies * (1 + state.mirrored), sums * (1 + state.mirrored)
-    whole, reactions, scale, squares, beside = sums.tolist()
-    rounding = 4 * EPSILON * math.sqrt(squares) + 2 * EPSILON * beside
-    energy, size = float(energies.sum()), float(np.abs(energies).sum())
-    penetration, imbalance, opening = worst.tolist()
-    return Totals(energy, whole, reactions, size, scale, penetration, imbalance, opening, rounding)
-
-
-def _at_lines(part: Part) -> float:
-    """Sum of t|u| over links beside contacts.
+    """Energy and force of a state, and what is worst at its nodes.
 
     Every link's tension T enters the sum of forces twice, 4 ε √ΣT²; that of links beside a contact
     enters once, and is a difference of displacements, 2 ε t |u| each.
     """
-    held, lattice, nodes = part.model.contact, part.model.lattice, part.model.nodes
-    links = np.flatnonzero(held[1:] != held[:-1])
-    pulls = lattice.on_nodes(lattice.link * np.abs(part.u[links + 1]), nodes[links] + 0.5)
-    return float(pulls.sum())
-
-
-def _worst(state: State, part: Part, force: Array, free: Nodes) -> list[float]:
-    """penetration, imbalance and opening of `Totals`, of the nodes of this part."""
-    lattice, nodes, held = part.model.lattice, part.model.nodes, part.model.contact
-    pulled = np.flatnonzero(held[: force.size] & (force < 0))
-    return [
-        float((part.g[free] - part.u[free]).max(initial=0.0)),
-        float(np.abs(lattice.per_weight(force[free], nodes[free])).max(initial=0.0)),
-        float(state.opening(part, pulled, force[pulled]).max(initial=0.0)) if pulled.size else 0.0,
-    ]
+    model, u, lattice, first = state.model, state.u, state.model.lattice, state.model.first
+    balance, held = model.balance(u), model.contact
+    force, ends = balance.force, model.pulls * u[[0, -1]]
+    free, pulled = np.flatnonzero(~held), np.flatnonzero(held & (force < 0))
+    beside = np.flatnonzero(held[1:] != held[:-1])
+    ties = lattice.link * np.abs(u[beside + 1]) * lattice.weight(first + beside + 0.5)
+    unbalanced = np.abs(force[free] / lattice.weight(first + free))
+    return Totals(
+        energy=balance.energy,
+        force=balance.springs + float(ends.sum()),
+        force_by_reactions=float(force.sum() - force[free].sum()),
+        energy_scale=balance.scale,
+        force_scale=balance.sizes + float(np.abs(ends).sum()),
+        penetration=float((state.g[free] - u[free]).max(initial=0.0)),
+        imbalance=float(unbalanced.max(initial=0.0)),
+        opening=state.opening(pulled, force) if pulled.size else 0.0,
+        rounding=4 * EPSILON * balance.tension + 2 * EPSILON * float(ties.sum()),
+    )
 
 
 def size_of(state: State) -> float:

@@ -30,9 +30,8 @@ Array = NDArray[np.float64]
 Room = tuple[int, int]  # first and last node there are for a line
 _INWARDS, _OUTWARDS = 3, 4  # nodes beside the last one of a contact
 _ROUNDING = 1e-15  # of positions, in links
-_TURNS = 20  # in which two facing lines are found; each is a contraction
+_TURNS = 20  # in which lines that face each other are found; each is a contraction
 _SETTLED = 1e-12  # links
-_FAR = 60.0  # decay lengths after which two lines do not feel each other
 _CLOSEST = 1.5  # links between two lines that are moved
 
 
@@ -71,49 +70,41 @@ class Facing(NamedTuple):
 def lines_of(row: Row, depth: float, nodes: Contacts) -> list[Line]:
     """All lines of several contacts from left to right; those of a lone node stay there."""
     ends = [node for pair in nodes for node in pair]
-    found = [_raw(row, node) for node in ends]
-    rooms = (0, ends[1]), (ends[-2], row.size - 1)
-    for i, side, room in zip((0, len(ends) - 1), (-1, 1), rooms, strict=True):
-        if ends[i] != ends[i - side]:
-            found[i] = _line(row, end_of(row, depth, ends[i], side, room), row.lattice.critical_gap)
+    found, reach = [_raw(row, node) for node in ends], row.lattice.critical_gap
+    for _ in range(_TURNS):
+        before = [each.x for each in found]
+        for i, node in enumerate(ends):
+            side, own = (1, ends[i - 1]) if i % 2 else (-1, ends[i + 1])
+            faced, rim = None, row.size - 1 if side > 0 else 0
+            if 0 < i < len(ends) - 1:
+                faced = Facing(ends[i + side], found[i + side].x)
+                rim = faced.node - side
+            if node != own:
+                end = end_of(row, depth, node, side, (min(own, rim), max(own, rim)), faced)
+                found[i] = _line(row, end, reach)
+        moved = max(abs(each.x - x) for each, x in zip(found, before, strict=True))
+        if moved <= _SETTLED * row.lattice.spacing + _ROUNDING * max(map(abs, before)):
+            break
     for i in range(1, len(ends) - 1, 2):
-        found[i : i + 2] = _between(row, depth, nodes[i // 2], nodes[i // 2 + 1])
+        if found[i].x >= found[i + 1].x:
+            found[i : i + 2] = [_raw(row, node) for node in ends[i : i + 2]]
     return found
 
 
 def outer(row: Row, reach: float, ends: list[End]) -> list[Line]:
-    """Left and right line of a single contact with these outermost ends, the right one first."""
-    lattice, indenter, right = row.lattice, row.indenter, _line(row, ends[0], reach)
+    """Left and right line of a single contact with these ends, the right one first.
+
+    The right one alone if the contact includes the axis.
+    """
+    lattice, right = row.lattice, _line(row, ends[0], reach)
     if len(ends) > 1:
         return [_line(row, ends[1], reach), right]
-    if not math.isnan(lattice.axis):
-        return [Line(lattice.axis, 0.0, 0.0, False), right]
-    x = max(2 * (indenter.apex or 0.0) - right.x, indenter.extent[0])
-    return [Line(x, right.force, right.energy, right.pinned), right]
+    return [Line(lattice.axis, 0.0, 0.0, False), right]
 
 
 def _raw(row: Row, node: int) -> Line:
     """A line left on its node."""
     return Line(row.lattice.x(row.first + node), 0.0, 0.0, 0.0 in _corners(row, node, 1))
-
-
-def _between(
-    row: Row, depth: float, one: tuple[int, int], other: tuple[int, int]
-) -> tuple[Line, Line]:
-    """Both lines of a gap: the right one of contact nodes a..b, the left one of c..d."""
-    (a, b), (c, d), lattice, reach = one, other, row.lattice, row.lattice.critical_gap
-    left, right = _raw(row, b), _raw(row, c)
-    for _ in range(_TURNS):
-        before = left.x, right.x
-        if b > a:
-            left = _line(row, end_of(row, depth, b, 1, (a, c - 1), Facing(c, right.x)), reach)
-        if d > c:
-            right = _line(row, end_of(row, depth, c, -1, (b + 1, d), Facing(b, left.x)), reach)
-        moved = max(abs(left.x - before[0]), abs(right.x - before[1]))
-        far = c - b > _FAR / lattice.log_decay
-        if far or moved <= _SETTLED * lattice.spacing + _ROUNDING * abs(left.x):
-            break
-    return (left, right) if left.x < right.x else (_raw(row, b), _raw(row, c))
 
 
 def end_of(
@@ -144,14 +135,14 @@ def _advances(
     faced: x of a line it faces. Gaps are scaled so that all have the same reach.
     """
     lattice, at = row.lattice, row.first + nodes
-    g, at = depth - row.heights(int(at[0]), int(at[-1])), at[:-1]
+    g, at = depth - row.f[nodes], at[:-1]
     if faced is None:
         (_, rest, stiffness), felt = lattice.beside(at, side), 0.0
     else:
         links = np.maximum(np.abs(faced - lattice.x(at)) / lattice.spacing, _CLOSEST)
         far, rest, stiffness = lattice.beside(0, 1, links)
         felt = far * (depth - float(row.indenter.height(faced)) - g[:-1])
-    weight = lattice.bound(at, at + side)
+    weight = lattice.weight(at + side / 2)
     gap = g[:-1] - g[1:] - rest * g[:-1] + felt
     energy = stiffness / 2 * gap * gap - lattice.w * lattice.cell * weight
     scale = np.sqrt(stiffness / (lattice.link_over_decay * weight))

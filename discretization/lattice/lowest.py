@@ -6,9 +6,8 @@ Certain contact. Without adhesion the minimum is the surface ū of obstacle.py. 
 u <= ū: else min(u, ū) had less energy and no less contact, as the energy is submodular. So nodes in
 contact in ū are in contact, and it is searched for the drop v = ū - u, 0 <= v <= h = ū - g.
 
-The recursion. Let P_m grow and Q_m decay along free nodes (λ⁻ᵐ and λᵐ; around an axis
-radial_spans.py). With z = P/Q and y = v/Q a free surface between two contact nodes is a straight
-line below the nodes between, and costs
+The recursion. Along free nodes P_m = λ⁻ᵐ grows and Q_m = λᵐ decays. With z = P/Q and y = v/Q a free
+surface between two contact nodes is a straight line below the nodes between, and costs
 
     C (y_j - y_i)²/(z_j - z_i) = c_j (h_j - h_i Q_j/Q_i)²/(1 - z_i/z_j).
 
@@ -45,15 +44,14 @@ from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
 from discretization.lattice.assembly import Question, of_contacts
 from discretization.lattice.oracle import Oracle
+from discretization.lattice.rings import lowest_rings
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
-from discretization.nodes.obstacle import obstacle, pressed, runs, surface
-from discretization.nodes.radial_spans import ring_spans
+from discretization.nodes.obstacle import pressed, surface
 from discretization.nodes.row import Row
 from energy import Scene
 
 Array = NDArray[np.float64]
-Logs = NDArray[np.floating]
 Nodes = NDArray[np.int64]
 _TIE = 1e-12  # of wΔx: what more contact may cost
 _FEW = 32  # starts that are all asked; nodes after which it is looked again which are needed
@@ -63,13 +61,10 @@ _FAR = 300.0  # decay lengths after which it is, too: exp(-2·300) is a number
 def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
     """First and last node of each contact (m, 2) of lowest energy of all sets, and its proof.
 
-    g: (n,) heights d - f of nodes in a row, the first one on the axis if there is one. Beyond both
-    ends are free tails; contact must be impossible there (see `window`). Of states whose energies
-    agree within 1e-12 wΔx per contact the one with more contact. ValueError if γ₁ = 0 or g is empty
-    or not finite.
+    g: (n,) heights d - f of nodes in a row. Beyond both ends are free tails; contact must be
+    impossible there (see `window`). Of states whose energies agree within 1e-12 wΔx per contact the
+    one with more contact. ValueError if g is empty or not finite.
     """
-    if not lattice.gamma1:
-        raise ValueError("gamma1 = 0.0 leaves the springs independent: use method='lattice'")
     g = np.asarray(g, float)
     if g.ndim != 1 or not g.size or not np.isfinite(g).all():
         raise ValueError(f"g of shape {g.shape} must be one row of finite values: pass d - f")
@@ -89,45 +84,31 @@ def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
 class Chain(NamedTuple):
     """The nodes where contact may pay, then one far beyond all, and one far before them.
 
-    fall, rise: -ln Q and ln P, over `rate`; stiffness: c; height: h; bonds: what adheres in a
-    contact from the node before to this one, 0 if there is something else between.
+    place: in decay lengths; stiffness: c; height: h; bonds: what adheres in a contact from the
+    node before to this one, 0 if there is something else between.
     """
 
     node: Nodes
-    fall: Logs
-    rise: Logs
-    rate: float
-    stiffness: Array
+    place: Array
+    stiffness: float
     height: Array
     bonds: Array
 
 
 def _chain(lattice: Lattice, h: Array) -> Chain:
-    """Of a row of nodes with h = 0 only the first and the last; around an axis all others."""
+    """Of a row of nodes with h = 0 only the first and the last."""
     zero = np.concatenate([[False], h == 0, [False]])
     inner = zero[:-2] & zero[1:-1] & zero[2:]
-    deepest = math.inf if lattice.axis == 0 else lattice.deepest_contact
-    node = np.flatnonzero((h <= deepest) & ~inner)
+    node = np.flatnonzero((h <= lattice.deepest_contact) & ~inner)
     before = np.append(node[:1], node[:-1])
     linked = (node - before == 1) | (np.diff(np.cumsum(h > 0)[node], prepend=-1) == 0)
-    bonds = np.where(linked, lattice.w * lattice.cell * lattice.bound(before, node), 0.0)
-    rate, fall, rise, stiffness = _decays(lattice, node)
-    rest = (np.append(part, (0.0, 0.0)) for part in (stiffness, h[node], bonds))
-    return Chain(node, fall, rise, rate, *rest)
-
-
-def _decays(lattice: Lattice, node: Nodes) -> tuple[float, Logs, Logs, Array]:
-    """rate, fall, rise and stiffness of `Chain`."""
-    if lattice.axis != 0:
-        mu, at = lattice.log_decay, node.astype(float)
-        fall = np.append(at, (at.max(initial=0.0) + 2 * _FAR / mu, -math.inf))
-        return mu, fall, fall, np.full(node.size, lattice.spring / 2 + lattice.end_stiffness)
-    spans = ring_spans(lattice.spring / lattice.link, 1 << int(node[-1]).bit_length())
-    fall, rise = (
-        np.append(logs[node], (logs[-1] + 2 * _FAR, -math.inf)) for logs in (spans.fall, spans.rise)
+    bonds = np.where(linked, lattice.w * lattice.cell * (node - before), 0.0)
+    place = np.append(lattice.log_decay * node, (0.0, -math.inf))
+    place[-2] = place.max() + 2 * _FAR
+    stiffness = lattice.spring / 2 + lattice.end_stiffness
+    return Chain(
+        node, place, stiffness, *(np.append(part, (0.0, 0.0)) for part in (h[node], bonds))
     )
-    whole = spans.spring + spans.outside + spans.inside
-    return 1.0, fall, rise, lattice.link / 2 * whole[node].astype(float)
 
 
 def _costs(chain: Chain, value: Array, starts: Nodes, k: int, height: float) -> Array:
@@ -135,49 +116,38 @@ def _costs(chain: Chain, value: Array, starts: Nodes, k: int, height: float) -> 
 
     Slopes are compared less that of a line from z = 0, so that nothing is lost in rounding.
     """
-    own, fall = chain.height[starts], _apart(chain, chain.fall, starts, k)
-    falls = rises = np.expm1(fall)
-    if chain.rise is not chain.fall:
-        rises = np.expm1(_apart(chain, chain.rise, starts, k))
-    whole, up = -falls - (1 + falls) * rises, height - own
-    cost = value[starts] + chain.stiffness[k] * (up - falls * own) ** 2 / whole
+    own, reach = chain.height[starts], chain.place[starts] - chain.place[k]
+    falls, whole = np.expm1(reach), -np.expm1(2 * reach)
+    cost = value[starts] + chain.stiffness * (height - own - falls * own) ** 2 / whole
     if starts.size > 1:
-        slope = np.exp(fall - fall[-1]) * (up + rises * height) / whole
+        slope = np.exp(reach - reach[-1]) * (height - own + falls * height) / whole
         cost[slope < np.maximum.accumulate(slope[::-1])[::-1]] = math.inf
     return cost
-
-
-def _apart(chain: Chain, logs: Logs, starts: Nodes, k: int) -> Array:
-    """Of `fall` or `rise`, how much less they are at the starts than at node k."""
-    return np.asarray(chain.rate * (logs[starts] - logs[k]), float)
 
 
 def _cheapest(chain: Chain, tie: float) -> tuple[float, Nodes]:
     """V of the tail that follows, and from where each node is reached (-1: nothing precedes).
 
-    starts[oldest:size] may be needed for any node to come, starts[first:size] for those before
-    node `until`.
+    older: starts that may be needed from node `again` on, but not before.
     """
-    n = chain.node.size
-    value, before = np.full(n + 2, math.inf), np.empty(n + 1, np.int64)
-    starts, size, oldest, first, until = np.full(n + 2, -1), 1, 0, 0, 0
+    n, starts, again = chain.node.size, np.array([-1]), 0
+    value, before, older = np.full(n + 2, math.inf), np.empty(n + 1, np.int64), starts[:0]
     value[-1] = 0.0
     for k in range(n + 1):
-        if k >= until:
-            kept = _needed(chain, value, starts[oldest:size], k)
-            size = oldest + kept.size
-            starts[oldest:size] = kept
-            until = _until(chain, k, kept.size)
-            first = oldest + _first_needed(chain, value, kept, k, until - 1)
-        cost = _costs(chain, value, starts[first:size], k, float(chain.height[k]))
+        if k >= again:
+            needed = _needed(chain, value, np.append(older, starts), k)
+            far = int(np.searchsorted(chain.place[:-1], chain.place[k] + _FAR))
+            again = max(k + 1, min(k + _FEW + math.isqrt(needed.size), far))
+            older, starts = np.split(needed, [_first_needed(chain, value, needed, k, again - 1)])
+        height = float(chain.height[k])
+        cost = _costs(chain, value, starts, k, height)
         cost[-1] -= chain.bonds[k]
         best = _newest(cost, tie)
-        value[k], before[k] = cost[best], starts[first + best]
-        size = first + best + 1
-        if not chain.height[k]:  # no span passes it
-            oldest = first = size
-        starts[size] = k
-        size += 1
+        value[k], before[k] = cost[best], starts[best]
+        kept = best + 1
+        if not height:  # no span passes a node certainly in contact
+            older, kept = older[:0], 0
+        starts = np.append(starts[:kept], k)
     return float(value[n]), before
 
 
@@ -195,18 +165,12 @@ def _needed(chain: Chain, value: Array, starts: Nodes, k: int) -> Nodes:
     return starts[best:][np.isfinite(cost[best:])]
 
 
-def _until(chain: Chain, k: int, starts: int) -> int:
-    """The node from which on it is looked again at which starts are needed."""
-    far = np.searchsorted(chain.fall[:-1], chain.fall[k] + _FAR / chain.rate)
-    return max(k + 1, min(k + _FEW + math.isqrt(starts), int(far)))
-
-
 def _first_needed(chain: Chain, value: Array, starts: Nodes, k: int, last: int) -> int:
     """Place of the oldest start that may be best at one of the nodes k..last (statement 3)."""
     if starts.size <= _FEW:
         return 0
     ahead = slice(k, last + 1)
-    height = chain.height[ahead] * np.exp(chain.rate * (chain.fall[ahead] - chain.fall[last]))
+    height = chain.height[ahead] * np.exp(chain.place[ahead] - chain.place[last])
     among = np.append(starts, np.arange(k, last))
     cost = _costs(chain, value, among, last, float(height.min()))
     return int(cost[: starts.size].argmin())
@@ -221,60 +185,55 @@ def _path(before: Nodes) -> list[int]:
     return path
 
 
+def runs(contact: NDArray[np.bool_]) -> Nodes:
+    """First and last node of each contact (m, 2), of a mask of all nodes."""
+    edges = np.diff(contact.astype(np.int8), prepend=0, append=0)
+    return np.column_stack((np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1))
+
+
 def window(row: Row, depth: float) -> tuple[int, Array]:
     """First node, and g = d - f from there on: outside these nodes no minimiser is in contact.
 
     The nodes with f <= d + D (`Lattice.deepest_contact`; h >= f - d), and all between; at least the
-    lowest. All nodes around an axis.
+    lowest.
     """
-    if row.lattice.axis == 0:
-        return row.first, depth - row.f
     near = np.append(np.flatnonzero(row.f <= depth + row.lattice.deepest_contact), row.touch)
     start, stop = int(near.min()), int(near.max()) + 1
-    return row.first + start, depth - row.f[start:stop]
+    return start, depth - row.f[start:stop]
 
 
 def on_lowest(asked: Question, row: Row) -> Equilibrium:
     """Certified state of lowest energy of all contact sets on these nodes, with its proof.
 
-    ValueError for finite slopes, what the method cannot express, and a contact that reaches the end
-    of the known profile.
+    Method "shortest_path", "oracle", which needs cvxpy and has no proof, or "lattice": without
+    adhesion obstacle.py, else as "shortest_path". ValueError for what the method cannot express,
+    and a contact that reaches the end of the known profile.
     """
-    nodes, proof = _lowest(asked.scene, row, asked.depth, asked.method)
-    contacts = tuple((first, last) for first, last in (nodes - row.first).tolist())
-    state = of_contacts(asked, row, contacts)
+    nodes, proof = _lowest(row, asked.depth, asked.method)
+    state = of_contacts(asked, row, tuple((first, last) for first, last in nodes.tolist()))
     return replace(state, proof=proof, method="shortest_path" if proof else asked.method)
 
 
-def lowest_contacts(
-    scene: Scene, depth: float, lattice: Lattice, method: str
-) -> tuple[Nodes, Proof | None]:
-    """First and last nodes (m, 2) of the contacts of lowest energy, and the proof if there is one.
+def lowest_contacts(scene: Scene, depth: float, lattice: Lattice) -> Nodes:
+    """First and last nodes (m, 2) of the contacts of lowest energy; of rings around an axis, too.
 
-    scene: as far as it has nodes (`Lattice.seen`). method: "shortest_path", "oracle", which needs
-    cvxpy and has no proof, or "lattice": obstacle.py without adhesion, else as "shortest_path".
-    ValueError as `on_lowest`.
+    scene: as far as it has nodes (`Lattice.seen`). ValueError as `on_lowest`.
     """
-    return _lowest(scene, Row.of(scene, lattice, depth), depth, method)
+    row = Row.of(scene, lattice, depth)
+    if lattice.axis == 0:
+        return runs(lowest_rings(lattice, depth - row.f))
+    return _lowest(row, depth, "lattice")[0] + row.first
 
 
-def _lowest(scene: Scene, row: Row, depth: float, method: str) -> tuple[Nodes, Proof | None]:
-    lattice = row.lattice
-    if scene.slopes != "small":
-        raise ValueError(
-            f"slopes = {scene.slopes!r} has no search over all contact sets: use slopes='small', "
-            "or for a convex indenter method='fitted'"
-        )
-    if not scene.gamma1:
-        raise ValueError(
-            f"gamma1 = 0 leaves no links to search over: use 'lattice', not {method!r}"
-        )
-    first, g = window(row, depth)
+def _lowest(row: Row, depth: float, method: str) -> tuple[Nodes, Proof | None]:
+    """First and last nodes of the row, and the proof if there is one."""
+    lattice, (start, g) = row.lattice, window(row, depth)
     if method == "oracle":
         g = np.append(g, -math.inf)  # it needs two nodes
-        return runs(Oracle(lattice, g.size).solve(g).contact) + first, None
+        return runs(Oracle(lattice, g.size).solve(g).contact) + start, None
     if method == "lattice" and not lattice.w:
-        contact = obstacle(lattice, g).contact
-        return runs(contact if contact.any() else g == 0) + first, None
+        contact = np.zeros(g.size, bool)
+        contact[pressed(lattice, g)[0]] = True
+        return runs(contact) + start, None
     contacts, proof = global_minimum(lattice, g)
-    return contacts + first, proof
+    return contacts + start, proof

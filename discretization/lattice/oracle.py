@@ -110,7 +110,7 @@ def _elastic(lattice: Lattice, v: Any) -> Any:
 
     s = math.sqrt(lattice.spring / lattice.link)
     ends = cp.square(v[0]) + cp.square(v[-1])
-    links = cp.sum_squares(cp.diff(v)) + lattice.loss * ends
+    links = cp.sum_squares(cp.diff(v)) + lattice.end_stiffness / lattice.link * ends
     return s / 2 * cp.sum_squares(v) + links / (2 * s)
 
 

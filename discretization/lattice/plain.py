@@ -68,36 +68,38 @@ class Plain:
         The gap is that of small slopes which takes as much energy: ΔE <= 0 up to the critical one.
         Without adhesion that is half the product of the distance moved and the force it takes.
         """
-        lattice, ends = self.row.lattice, sorted((node, node + side))
-        (one, beside), (other, _) = (self.beyond(end, side) for end in (node, node + side))
-        g, line = self.depth - self.row.heights(*ends), -(side < 0)
-        passed = NodalEnergy(lattice, [True, True], ends[0], tails=(False, False)).balance(g)
-        distance = beside - float(g[-1 - line])
-        energy, work = other.energy + passed.energy - one.energy, -passed.terms["adhesion"]
+        lattice, after = self.row.lattice, node + side
+        (one, u), (other, _) = (self.beyond(node, side, held) for held in (1, 2))
+        distance = float(u[1] - self.g(after))
+        energy, work = other.energy - one.energy, one.terms["adhesion"] - other.terms["adhesion"]
+        pressed, before = other.force[::side][:2], one.force[::side][0]
         stiffness = float(lattice.beside(node, side).stiffness)
         if lattice.gamma1:
-            stiffness = lattice.link_over_decay * float(lattice.bound(node, node + side))
-        squared = abs(distance * float(other.force[line] + passed.force[-1 - line])) / stiffness
+            stiffness = lattice.link_over_decay * float(lattice.weight(node + side / 2))
+        squared = abs(distance * float(pressed[1])) / stiffness
         if work > 0 and lattice.gamma1:
             squared = lattice.critical_gap**2 * max(energy + work, 0.0) / work
-        force = passed.force.sum() + other.force[line] - one.force[line]
-        return math.copysign(math.sqrt(squared), distance), energy, float(force)
+        return math.copysign(math.sqrt(squared), distance), energy, float(pressed.sum() - before)
 
-    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
-    def beyond(self, node: int, side: int) -> tuple[Balance, float]:
-        """What the surface beyond a line at this node takes, from there on; u at its first node."""
-        lattice, count = self.row.lattice, 2 + far(self.row.lattice)
+    def beyond(self, node: int, side: int, held: int) -> tuple[Balance, Array]:
+        """What the surface takes from a line's node on, one or two nodes in contact; u outwards."""
+        lattice, count = self.row.lattice, 3 + far(self.row.lattice)
         if side < 0 and lattice.axis == 0:
             count = min(count, node + 1)
-        contact = (np.arange(count) < 1)[::side]
-        first = node if side > 0 else node - count + 1
+        contact = (np.arange(count) < held)[::side]
+        first, g = node if side > 0 else node - count + 1, np.zeros(count)
+        g[::side][:held] = [self.g(node + side * i) for i in range(held)]
         model = NodalEnergy(lattice, contact, first, tails=(side < 0, side > 0))
-        u = model.relaxed(np.where(contact, self.depth - self.row.heights(node, node), 0.0))
-        return model.balance(u), float(u[::side][min(1, count - 1)])
+        u = model.relaxed(g)
+        return model.balance(u), u[::side]
+
+    def g(self, node: int) -> float:
+        """d - f at one of the lattice's nodes."""
+        return self.depth - float(self.row.f[node - self.row.first])
 
     def resists(self, node: int, side: int) -> bool:
         """Whether a line at this node does not pass the next link outwards."""
-        lattice, u = self.row.lattice, self.depth - float(self.row.heights(node, node)[0])
+        lattice, u = self.row.lattice, self.g(node)
         if u > turning(lattice):
             return False  # it would turn over, into the indenter
         if self.row.indenter.convex and u < -(1 + _TIE) * math.sqrt(2 * lattice.w / lattice.k):
@@ -127,12 +129,12 @@ class Plain:
 
     def contact(self) -> tuple[int, int] | None:
         """First and last node in contact on the path from first touch on; None: detached."""
-        row, lowest = self.row, self.row.where.lowest
+        row = self.row
         pulled = row.lowest - self.depth
         if pulled > (1 + _TIE) * math.sqrt(2 * row.lattice.w / row.lattice.k):
             return None
         right = self.outermost(1)
-        left = 2 * lowest - right if row.mirrored else self.outermost(-1)
+        left = self.outermost(-1)
         return None if left == right and pulled > 0 and row.lattice.gamma1 else (left, right)
 
     def end(self, node: int, side: int) -> End:

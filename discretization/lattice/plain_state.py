@@ -20,16 +20,14 @@ from discretization.lattice.assembly import (
     refuse_unknown,
     without_contact,
 )
-from discretization.lattice.judge import Move, Part, judge, totals
+from discretization.lattice.judge import Move, State, judge, totals
 from discretization.lattice.plain import Plain, far, turning
 from discretization.nodes.lattice import Lattice, LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
-from energy import terms
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-_TURNS = 24  # of Newton's method for single nodes
 
 
 def on_plain(asked: Question, row: Row) -> Equilibrium:
@@ -47,15 +45,11 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
         return without_contact(asked, row)
     nodes = ((found[0] - row.first, found[1] - row.first),)
     refuse_unknown(row, depth, nodes)
-    ends = [plain.end(found[1], 1)]
-    if not row.mirrored and found[0] != lattice.axis:
-        ends.append(plain.end(found[0], -1))
-    touched = asked.branch == "adhered" and not lattice.gamma1
-    state = PlainState.of(plain, *found, ends, touched=touched)
+    state = PlainState.of(plain, *found)
     sums = totals(state)
     if asked.branch == "global" and depth <= row.lowest and sums.energy > 0:
         return without_contact(asked, row)
-    pair = line.outer(row, reach, ends)
+    pair = line.outer(row, reach, state.ends)
     for x, node in zip((pair[0].x, pair[1].x), found, strict=True):
         refuse_overhang(row, depth, x, node)
     certificate = judge(state, sums)
@@ -65,7 +59,7 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
     tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
-    neutral = is_neutral(row, nodes, ends[0])
+    neutral = is_neutral(row, nodes, state.ends[0])
     return certified(asked, row, nodes, pair, sums, certificate, tail, neutral=neutral)
 
 
@@ -73,7 +67,7 @@ def refuse_overhang(row: Row, depth: float, x: float, node: int) -> None:
     """ValueError for a line at which a surface of finite slope would all but turn over."""
     lattice = row.lattice
     limit, u = turning(lattice), depth - float(row.indenter.height(np.array([x]))[0])
-    own = abs(depth - float(row.heights(node, node)[0])) - lattice.spacing
+    own = abs(depth - float(row.f[node - row.first])) - lattice.spacing
     if max(abs(u), own) > limit:
         raise ValueError(overhang(depth, f" x = {x!r}", u, limit))
 
@@ -88,25 +82,18 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class PlainState:
-    """The relaxed surface of one contact: the energy, u and g of nodes (-inf: no profile there).
+class PlainState(State):
+    """The relaxed surface of one contact.
 
-    ends: of the lines that differ; touched: springs only attach where they touch, not where that
-    pays.
+    ends: of its lines, the right one first; touched: whether springs only attach where they touch,
+    not where that pays.
     """
 
-    row: Row
-    depth: float
-    model: NodalEnergy
-    u: Array
-    g: Array
     ends: list[line.End]
     touched: bool
 
     @classmethod
-    def of(
-        cls, plain: Plain, first: int, last: int, ends: list[line.End], *, touched: bool
-    ) -> PlainState:
+    def of(cls, plain: Plain, first: int, last: int) -> PlainState:
         """Nodes up to where the free surfaces are linear; all, of a profile that is not convex."""
         row, lattice, (lo, hi, _) = plain.row, plain.row.lattice, plain.row.where
         start, stop = first - far(lattice), last + far(lattice)
@@ -114,40 +101,31 @@ class PlainState:
             start, stop = min(start, lo), max(stop, hi)
         start = max(start, 0) if lattice.axis == 0 else start
         nodes = np.arange(start, stop + 1)
-        g = np.full(nodes.size, -math.inf)
-        known = slice(max(lo, start) - start, min(hi, stop) - start + 1)
-        g[known] = plain.depth - row.heights(max(lo, start), min(hi, stop))
+        g, known = np.full(nodes.size, -math.inf), np.arange(max(lo, start), min(hi, stop) + 1)
+        g[known - start] = plain.depth - row.f[known - lo]
         model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
+        ends = [plain.end(last, 1)]
+        if first != lattice.axis:
+            ends.append(plain.end(first, -1))
+        touched = plain.reach != lattice.critical_gap
         return cls(row, plain.depth, model, model.relaxed(g), g, ends, touched)
 
-    @property
-    def at_lines(self) -> tuple[float, float]:
-        """u of the first and the last contact node."""
-        held = np.flatnonzero(self.model.contact)
-        return float(self.u[held[0]]), float(self.u[held[-1]])
+    def opening(self, pulled: Nodes, force: Array) -> float:
+        """The largest pull per weight on contact nodes whose opening alone lowers the energy.
 
-    @property
-    def mirrored(self) -> bool:
-        """All nodes are looked at."""
-        return False
-
-    def parts(self) -> Iterator[Part]:
-        """All nodes at once."""
-        yield Part(self.model, self.u, self.g)
-
-    def opening(self, part: Part, i: Nodes, force: Array) -> Array:
-        """The pull per weight on contact nodes that adhesion does not hold.
-
-        A node between two links is held if opening it alone raises the energy.
+        Every second node is let go at once: between two that are held it moves alone. The outermost
+        ones are not opened here, as these are moves of a line; a lone node has no adhesion.
         """
-        lat, held = self.model.lattice, np.flatnonzero(self.model.contact)
-        pull = -lat.per_weight(force, self.model.nodes[i])
-        if not lat.gamma1:
-            return np.asarray(pull - math.sqrt(2 * lat.spring * lat.w * lat.cell))
-        if held.size == 1:
-            return np.asarray(pull)
-        inner = (i > held[0]) & (i < held[-1])
-        return np.asarray(pull[inner][_opens(self, i[inner])])
+        model, held = self.model, np.flatnonzero(self.model.contact)
+        opens = np.full(self.u.size, held.size == 1 and model.lattice.gamma1 > 0)
+        for every in held[1:-1:2], held[2:-1:2]:
+            contact = model.contact.copy()
+            contact[every] = False
+            less = NodalEnergy(model.lattice, contact, model.first)
+            gain = model.around(self.u) - less.around(less.relaxed(self.u))
+            opens[every] = gain[every] > 0
+        i = pulled[opens[pulled]]
+        return float((-force[i] / model.lattice.weight(model.first + i)).max(initial=0.0))
 
     def moves(self, noise: float) -> Iterator[Move]:
         """Of the lines, one link outwards or inwards; energies over those of a unit gap."""
@@ -157,38 +135,6 @@ class PlainState:
                 i = link - end.start
                 if 0 <= i < len(end.gap) and (opening or not self.touched):
                     yield Move(opening, end.gap[i], end.gap[i] ** 2, work)
-
-
-def _opens(state: PlainState, i: Nodes) -> NDArray[np.bool_]:
-    """Whether opening one of these nodes (n,), each between two links, lowers the energy.
-
-    Only that node moves, by Newton's method with steps halved while they would raise the energy.
-    """
-    lat, nodes, u = state.model.lattice, state.model.nodes, state.u
-    weight = lat.on_nodes(np.ones(u.size), nodes)[i]
-    links, sides = lat.on_links(np.ones(u.size - 1), nodes), (i - 1, i)
-
-    def terms_at(v: Array) -> tuple[Array, Array, Array]:
-        """Energy without adhesion, and its derivatives, over Δx."""
-        found = weight * np.array(terms.spring(v, k=lat.k))
-        for own, beside in zip(sides, (u[i - 1], u[i + 1]), strict=True):
-            slope = (v - beside) / lat.spacing
-            link = np.array(terms.surface(slope, gamma1=lat.gamma1, slopes=lat.slopes))
-            found += links[own] * link / lat.spacing ** np.arange(3)[:, None]
-        return found[0], found[1], found[2]
-
-    v, (closed, first, second) = u[i], terms_at(u[i])
-    energy = closed
-    for _ in range(_TURNS):
-        step = -first / second
-        better = terms_at(v + step)[0] <= energy
-        v = v + np.where(better, step, step / 2)
-        energy, first, second = terms_at(v)
-    for own, beside in zip(sides, (u[i - 1], u[i + 1]), strict=True):
-        stretch = (u[i] - beside) / lat.spacing
-        arc = np.hypot(1.0, stretch) if lat.slopes == "finite" else np.ones(i.size)
-        closed = closed - lat.w * links[own] * arc
-    return np.asarray(energy < closed)
 
 
 @dataclass(frozen=True)
@@ -206,7 +152,7 @@ class SteepTail(LatticeTail):
         lat = self.lattice
         model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
         u = model.relaxed(np.full(model.contact.size, u_line))
-        u = np.append(u, lat.decay * u[-1])
+        u = np.append(u, math.exp(-lat.log_decay) * u[-1])
         bend = lat.k / lat.gamma1 * u * (1 + np.gradient(u, lat.spacing, edge_order=2) ** 2) ** 1.5
         chord = np.diff(u) / lat.spacing
         return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])

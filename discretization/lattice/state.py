@@ -108,7 +108,7 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
     """
     nodes, lines = _followed(asked, row)
     raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
-    if raised and totals(ContactSet(row, nodes, asked.depth)).energy > 0:
+    if raised and totals(ContactSet.of(row, nodes, asked.depth)).energy > 0:
         return without_contact(asked, row)
     return of_contacts(asked, row, nodes, lines)
 

@@ -13,17 +13,17 @@ their own releases nothing, so that a branch walked there and back has no loop a
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.nodes.row import Contacts, Part, Row
 from discretization.nodes.rules import ordered
-from discretization.nodes.waiting import advances
 
 Array = NDArray[np.float64]
 
@@ -40,25 +40,16 @@ class Change(NamedTuple):
     parts: tuple[Part, ...]
 
 
-class Life(NamedTuple):
-    """A free part between two depths."""
-
-    part: Part
-    start: float
-    end: float
-
-
 class Way(NamedTuple):
     """How contacts come to a depth, or to an event before it.
 
-    nodes: the contacts there, before the event; at: the depth of the event, None if there is none;
-    after: the contacts after it; lives: the free parts on the way.
+    trace: the depth at which contacts become others, and these, in the order of the way; first its
+    start; at: the depth of the event, None if there is none; after: the contacts after it.
     """
 
-    nodes: Contacts
+    trace: list[tuple[float, Contacts]]
     at: float | None
     after: Contacts
-    lives: list[Life]
 
 
 def parts_of(nodes: Contacts) -> list[Part]:
@@ -79,9 +70,6 @@ class Walk:
     def __init__(self, row: Row) -> None:
         self.row = row
         self.closing, self.opening = row.rules
-        self._rises: dict[Part, Change] = {}
-        self._falls: dict[tuple[Part, bool, bool], Change] = {}
-        self._splits: dict[tuple[Part, Part], Change] = {}
 
     def touched(self, depth: float) -> Contacts:
         """The contacts at a depth to which the indenter has been pressed from first touch on."""
@@ -93,43 +81,50 @@ class Walk:
     def moved(self, nodes: Contacts, depth: float) -> Contacts:
         """Contacts at rest, once they have come to this depth, whatever happens on the way."""
         rises = self.first(parts_of(nodes), 1)[0].depth <= depth
-        return self.way(nodes, -math.inf if rises else math.inf, depth, through=True).nodes
+        way = self.way(nodes, -math.inf if rises else math.inf, depth)
+        while way.at is not None:
+            way = self.way(way.after, way.at, depth)
+        return way.after
 
-    def way(self, nodes: Contacts, start: float, end: float, *, through: bool = False) -> Way:
-        """The way to another depth, up to the first event, or through all of them."""
-        parts, lives, sign = parts_of(nodes), list[Life](), 1 if end >= start else -1
-        born, depth = dict.fromkeys(parts, start), start
-        before, changes, at = parts.copy(), 0, None
+    def way(self, nodes: Contacts, start: float, end: float) -> Way:
+        """The way to another depth, up to the first event."""
+        parts, trace, sign = parts_of(nodes), [(start, nodes)], 1 if end >= start else -1
+        depth, changes = start, 0
         while True:
             change, i = self.first(parts, sign)
             last = sign * (change.depth - end) >= 0 and (sign < 0 or change.depth > end)
-            if last or through or sign * (change.depth - depth) > 0:  # all at a depth has happened
-                if not through and self._happens(before, parts, changes, depth):
-                    at, end = depth, depth
-                    break
+            if last or sign * (change.depth - depth) > 0:  # all at a depth has happened
+                after = contacts_of(parts)
+                if self._happens(trace[-1][1], after, changes, depth):
+                    return Way(trace, depth, after)
+                trace += [(depth, after)] if changes else []
                 if last:
-                    break
-                before, changes = parts.copy(), 0
-                if slid := self._slid(parts, depth, end, through):
-                    _move(parts, slid, born, lives, sign)
-                    depth = sign * max(sign * float(when[-1]) for when in slid if when.size)
-                    before = parts.copy()
+                    return Way(trace, None, after)
+                changes = 0
+                if slid := self._slid(parts, depth, end):
+                    trace += slid
+                    depth, after = slid[-1]
+                    parts = parts_of(after)
                     continue
                 depth = sign * max(sign * depth, sign * change.depth)
-            gone = slice(i + change.start, i + change.stop)
-            lives += [Life(part, born.pop(part), depth) for part in parts[gone]]
-            parts[gone] = change.parts
-            born.update(dict.fromkeys(change.parts, depth))
+            parts[i + change.start : i + change.stop] = change.parts
             changes += 1
-        lives += [Life(part, since, end) for part, since in born.items()]
-        return Way(contacts_of(parts if at is None else before), at, contacts_of(parts), lives)
 
-    def _slid(self, parts: list[Part], depth: float, end: float, through: bool) -> list[Array]:
+    def _slid(self, parts: list[Part], depth: float, end: float) -> list[tuple[float, Contacts]]:
         """The many links that the lines of a convex contact pass before anything else happens."""
         if len(parts) < 2 or not self.closing.clear:
             return []
-        rules = self.closing if end >= depth else self.opening
-        return rules.slides(contacts_of(parts)[0], depth, end, through=through)
+        rules, sign = (self.closing, 1) if end >= depth else (self.opening, -1)
+        ((first, last),) = contacts_of(parts)
+        if not (slid := rules.slides((first, last), depth, end)):
+            return []
+        when = np.concatenate(slid)
+        order = np.argsort(sign * when, kind="stable")
+        left = order < slid[0].size
+        lefts = (first - sign * np.cumsum(left)).tolist()
+        rights = (last + sign * np.cumsum(~left)).tolist()
+        nodes = ((pair,) for pair in zip(lefts, rights, strict=True))
+        return list(zip(when[order].tolist(), nodes, strict=True))
 
     def first(self, parts: Sequence[Part], sign: int) -> tuple[Change, int]:
         """What happens first as the depth changes this way, and to which part or contact."""
@@ -147,26 +142,26 @@ class Walk:
         pairs = list(itertools.pairwise(parts))
         lone = [one[1] == other[0] for one, other in pairs]
         keys = zip(parts, [True, *lone], [*lone, True], strict=True)
-        found = [self._falls.get(key) or self._fall(*key) for key in keys]
-        return found + [self._splits.get(pair) or self._split(*pair) for pair in pairs]
+        return [*itertools.starmap(self._fall, keys), *itertools.starmap(self._split, pairs)]
 
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def rise(self, part: Part) -> Change:
         """The first change of a free part as the depth grows."""
-        if part in self._rises:
-            return self._rises[part]
         rules, (left, right) = self.closing, part
-        touch, node = rules.touches(left, right)
-        found: list[tuple[float, list[Part]]] = [(touch, [(left, node), (node, right)])]
+        depth, node = rules.touches(left, right)
+        parts: list[Part] = [(left, node), (node, right)]
         for side, line, other in ((1, left, right), (-1, right, left)):
             if line is not None and 0 <= line + side < rules.f.size:
-                new = ordered(side, line + side, other)
-                found.append((advances(rules, line, side, other), [new]))
+                new, at = ordered(side, line + side, other), rules.passes(line, side, other)
+                if at < depth and rules.clears(*new, at):
+                    depth, parts = at, [new]
         if left is not None and right is not None and right - left > 2:
-            found.append((rules.advance_both(left, right), [(left + 1, right - 1)]))
-        depth, parts = min(found, key=lambda change: change[0])
-        self._rises[part] = Change(depth, 0, 1, tuple(filter(_is_free, parts)))
-        return self._rises[part]
+            at = rules.passes_both(left, right)
+            if at < depth and rules.clears(left + 1, right - 1, at):
+                depth, parts = at, [(left + 1, right - 1)]
+        return Change(depth, 0, 1, tuple(filter(_is_free, parts)))
 
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def _fall(self, part: Part, left_fixed: bool, right_fixed: bool) -> Change:
         """The first move of the lines of a free part as the depth falls; fixed: of a lone node."""
         rules, (left, right), found = self.opening, part, [_NEVER]
@@ -179,101 +174,40 @@ class Walk:
         if left is not None and right is not None and len(found) == 3:
             depth = rules.recede_both(left, right)
             found.append(Change(depth, 0, 1, ((left - 1, right + 1),)))
-        first = max(found, key=lambda change: change.depth)
-        self._falls[part, left_fixed, right_fixed] = first
-        return first
+        return max(found, key=lambda change: change.depth)
 
+    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def _split(self, one: Part, other: Part) -> Change:
         """Where the contact between two parts lets go, or is torn open inside."""
-        rules, ((before, first), (last, after)), found = self.opening, (one, other), _NEVER
+        rules, ((before, first), (last, after)) = self.opening, (one, other)
         assert first is not None and last is not None
         if first == last:
-            found = Change(rules.pulled(before, first, after), 0, 2, ((before, after),))
-        elif last - first > 1 and rules.most_torn > -math.inf:
+            return Change(rules.pulled(before, first, after), 0, 2, ((before, after),))
+        if last - first > 1 and rules.most_torn > -math.inf:
             depth, node = rules.tears(first, last)
-            found = Change(depth, 1, 1, ((node - 1, node + 1),))
-        self._splits[one, other] = found
-        return found
+            return Change(depth, 1, 1, ((node - 1, node + 1),))
+        return _NEVER
 
-    def _happens(
-        self, before: Sequence[Part], after: Sequence[Part], changes: int, depth: float
-    ) -> bool:
+    def _happens(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
         """Whether changes at one depth are an event: they release energy, or contacts differ."""
         if len(before) != len(after):
             return True
         return changes > 1 and self._released(before, after, depth) > self.opening.least
 
-    def _released(self, before: Sequence[Part], after: Sequence[Part], depth: float) -> float:
-        """Energy that is not lost to adhesion hysteresis anyway, from the parts that differ."""
-        gone, new = set(before) - set(after), set(after) - set(before)
-        energies = (sum(self.energy(part, depth) for part in parts) for parts in (gone, new))
-        released = next(energies) - next(energies)
-        closing, opening = self.row.works
-        if closing == opening:
-            return float(released)
-        opened = sum(map(self.bonds, new)) - sum(map(self.bonds, gone))
-        return float(released) - max(0.0, float(opened)) * (opening - closing)
-
-    def energy(self, part: Part, depth: float) -> Any:
-        """What a free part adds to U, with the digits of the running sums."""
-        (left, right), d = part, np.array([depth])
-        if left is not None and right is not None:
-            return self.row.gap_energy(np.array([left]), np.array([right]), d)[0]
-        node, side = (left, 1) if right is None else (right, -1)
-        return self.row.tail_energy(np.array([node]), side, d)[0]
-
-    def bonds(self, part: Part) -> Any:
-        """Minus the contact's length, weighted with the pattern's factor, up to constants."""
-        left, right = part
-        sums = self.row.sums.bonds
-        return (0 if right is None else sums[right]) - (0 if left is None else sums[left])
-
-    def work(self, lives: Sequence[Life]) -> float:
-        """∫P dd: between changes P is linear in d."""
-        done = 0.0
-        for kind in (-1, 0, 1):  # the tails on the left, gaps, and the tails on the right
-            own = [life for life in lives if _kind(life.part) == kind and life.start != life.end]
-            if not own:
-                continue
-            start, end = (np.array([getattr(life, of) for life in own]) for of in ("start", "end"))
-            left, right = (
-                np.array([-1 if node is None else node for node in ends])
-                for ends in zip(*(life.part for life in own), strict=True)
-            )
-            middle = (start + end) / 2
-            if kind == 0:
-                force = self.row.gap_force(left, right, middle)
-            else:
-                force = self.row.tail_force(left if kind > 0 else right, kind, middle)
-            done += float((end - start) @ force)
-        return done
-
-
-def _move(
-    parts: list[Part], slid: list[Array], born: dict[Part, float], lives: list[Life], sign: int
-) -> None:
-    """The outermost lines pass links at these depths."""
-    for side, i, when in ((-1, 0, slid[0]), (1, -1, slid[1])):
-        if when.size:
-            node, start = parts[i][side < 0], born.pop(parts[i])
-            assert node is not None
-            step, last = side * sign, float(when[-1])
-            if math.isfinite(start):  # else only where it ends is asked
-                own = (ordered(side, node + step * j, None) for j in range(when.size))
-                lives += map(Life, own, [start, *when[:-1].tolist()], when.tolist())
-            parts[i] = ordered(side, node + step * when.size, None)
-            born[parts[i]] = last
+    def _released(self, before: Contacts, after: Contacts, depth: float) -> float:
+        """Energy that is not lost to adhesion hysteresis anyway."""
+        here, (closing, opening) = np.array([depth]), self.row.works
+        one, other = (
+            self.row.totals(np.reshape(nodes, (1, -1)), here)[0, 0] for nodes in (before, after)
+        )
+        opened = max(0.0, self.row.bonded(before) - self.row.bonded(after))
+        return float(one - other) - opened * (opening - closing)
 
 
 def _is_free(part: Part) -> bool:
     """Whether there is a free node between these contact nodes."""
     left, right = part
     return left is None or right is None or right - left > 1
-
-
-def _kind(part: Part) -> int:
-    """Where a free part is: -1 on the left of all contacts, 1 on their right, 0 between two."""
-    return int(part[1] is None) - int(part[0] is None)
 
 
 _NEVER = Change(-math.inf, 0, 0, ())

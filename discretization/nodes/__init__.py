@@ -2,13 +2,12 @@
 
 lattice.py        nodes Δx apart, springs and links, and what is exact there: free surfaces decay by
                   a constant factor per node, so that the far field takes no nodes
-radial.py         the same about an axis: nodes and links have weights, and what a free surface does
-                  depends on where it is held (radial_spans.py)
+radial.py         the same about an axis, of one contact: nodes and links have weights, and what
+                  the free surface does depends on where it is held
 nodal_energy.py   U[u] as a function of the displacements of all nodes, with its gradient
 ground.py         which nodes there are under an indenter, and their heights
 row.py            these nodes in a row, with running sums of what contacts on them take
 rules.py          the depths at which something happens to contacts on a row
-waiting.py        of a line that would put another node into the indenter, too
 obstacle.py       the surface over heights that it must not be below, without adhesion
 
 What is in contact at a depth is found and judged by ../lattice, which asks these.

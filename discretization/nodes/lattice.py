@@ -91,9 +91,9 @@ class Beside(NamedTuple):
 class Lattice:
     """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
 
-    spring: kΔx; link: t; log_decay: -ln λ; decay: λ, the factor by which a free tail decays per
-    node; loss: 1 - λ without cancellation; end_stiffness: t(1-λ), what a half-infinite free tail
-    does to its first node; link_over_decay: t/λ; cell: Δx, what a link covers.
+    spring: kΔx; link: t; log_decay: -ln λ, by which a free tail decays per node; end_stiffness:
+    t(1-λ), what a half-infinite free tail does to its first node; link_over_decay: t/λ; cell: Δx,
+    what a link covers.
 
     Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
     shape; energies [energy/length] and forces [force/length] per length of the contact line.
@@ -105,8 +105,9 @@ class Lattice:
     -S (1 - A - B) v. Where nothing is faced B = 0, A = λ, S = t/λ. So the line stops at
     v = √(2wΔx/S).
 
-    A line contact; its subclass for rotational symmetry (radial.py) answers the same questions.
-    There nodes and links have weights, and a free surface depends on where it is held.
+    A line contact; its subclass for rotational symmetry (radial.py) answers the same questions of
+    one contact around the axis. There nodes and links have weights, and a free surface depends on
+    where it is held.
     """
 
     axis: ClassVar[float] = math.nan
@@ -119,16 +120,9 @@ class Lattice:
     spring: float = field(init=False)
     link: float = field(init=False)
     log_decay: float = field(init=False)
-    decay: float = field(init=False)
-    loss: float = field(init=False)
     end_stiffness: float = field(init=False)
     link_over_decay: float = field(init=False)
     cell: float = field(init=False)
-
-    @classmethod
-    def describes(cls, scene: Scene) -> bool:
-        """Whether this is the lattice for a scene."""
-        return not scene.axisymmetric
 
     @classmethod
     def of(cls, scene: Scene, spacing: float, origin: float | None = None) -> Lattice:
@@ -142,32 +136,29 @@ class Lattice:
         spacing = positive("spacing", spacing)
         if origin is None:
             origin = 0.0 if scene.axisymmetric else _origin(scene.indenter, spacing)
-        every: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
-        kinds = [kind for kind in every if kind.describes(scene)]
-        if not kinds:
+        slopes = scene.slopes if scene.gamma1 else "small"
+        if scene.axisymmetric and slopes == "finite":
             raise ValueError(
                 f"slopes = {scene.slopes!r} with geometry = {scene.geometry!r} is not known on the "
                 "lattice; use slopes='small', or method='fitted'"
             )
-        slopes = scene.slopes if scene.gamma1 else "small"
+        kinds: list[type[Lattice]] = [Lattice, *Lattice.__subclasses__()]
+        kind = next(kind for kind in kinds if (kind.axis == 0) == scene.axisymmetric)
         scales = scene.stiffness, scene.gamma1, scene.work_of_adhesion
-        return kinds[0](spacing, origin, *scales, slopes)
+        return kind(spacing, origin, *scales, slopes)
 
     def __post_init__(self) -> None:
         dx, k, gamma1 = self.spacing, self.k, self.gamma1
         spring, link = k * dx, gamma1 / dx
         half = spring / 2
         log_decay = 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf
-        loss = -math.expm1(-log_decay)
         # t/λ without dividing by a λ that may underflow or vanish
         link_over_decay = link + half + math.sqrt(half) * math.sqrt(half + 2 * link)
         vars(self).update(
             spring=spring,
             link=link,
             log_decay=log_decay,
-            decay=math.exp(-log_decay),
-            loss=loss,
-            end_stiffness=link * loss,
+            end_stiffness=-link * math.expm1(-log_decay),
             link_over_decay=link_over_decay,
             cell=dx,
         )
@@ -176,21 +167,9 @@ class Lattice:
         """The scene as far as it has nodes."""
         return scene
 
-    def on_nodes(self, values: Any, nodes: Any) -> Any:
-        """Values per node, or of links by their middles, times the weights: 1."""
-        return values
-
-    def per_weight(self, values: Any, nodes: Any) -> Any:
-        """Values per node over the nodes' weights."""
-        return values
-
-    def on_links(self, values: Any, nodes: Any) -> Any:
-        """Values per link, between successive ones of these nodes, times the links' weights: 1."""
-        return values
-
-    def bound(self, first: Any, last: Any) -> Any:
-        """Weights of the links between nodes."""
-        return np.abs(last - first)
+    def weight(self, at: Any) -> Any:
+        """Weights of nodes, or of links by their middles: 1."""
+        return 1.0
 
     def pull(self, nodes: Any, side: int) -> Any:
         """Force of tails beyond these nodes on them over u, their springs' own being the same."""
@@ -209,7 +188,7 @@ class Lattice:
         else:
             tie, *grounds = self.pair(*(after, other)[::side])
             ground = grounds[side < 0]
-        spring, link = self.on_nodes(self.spring, after), self.on_nodes(self.link, node + side / 2)
+        spring, link = self.spring * self.weight(after), self.link * self.weight(node + side / 2)
         whole = spring + link + tie + ground
         return Beside(tie / whole, (spring + ground) / whole, whole)
 
@@ -219,10 +198,6 @@ class Lattice:
         p = nowhere if left is None else nodes - left
         q = nowhere if right is None else right - nodes
         return shares(self.log_decay, p, q)
-
-    def beyond(self, node: int, side: int, steps: Array, u: float) -> Array:
-        """Displacements of a tail so many nodes from the one it is held at, by u."""
-        return u * np.exp(-self.log_decay * steps)
 
     @property
     def critical_gap(self) -> float:
@@ -253,17 +228,13 @@ class Lattice:
         """The free surface beyond a contact line."""
         return LatticeTail(self.log_decay / self.spacing)
 
-    def gap_force(self, left, right, f, g, depth):
-        """Pull of free surfaces between two contact nodes each, at these heights of the profile."""
-        _, one, other = self.pair(left, right)
-        return one * (depth - f) + other * (depth - g)
-
-    def gap_energy(self, left, right, f, g, depth):
-        """Energy of the same surfaces."""
+    def gap(self, left: Any, right: Any, u: Any, v: Any) -> Array:
+        """Energy, and pull together, of surfaces between contact nodes displaced by u and v."""
         tie, one, other = self.pair(left, right)
-        return (one * (depth - f) ** 2 + other * (depth - g) ** 2 + tie * (g - f) ** 2) / 2
+        energy = (one * u**2 + other * v**2 + tie * (u - v) ** 2) / 2
+        return np.array([energy, one * u + other * v])
 
-    def x(self, node):
+    def x(self, node: Any) -> Any:
         """Position of a node (or an array of nodes)."""
         return self.origin + self.spacing * node
 

@@ -15,22 +15,25 @@ from discretization.nodes.lattice import Lattice
 from energy import terms
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 _SETTLED = 5  # steps that do not lower the energy are the last, too
+_BLOCK = 1 << 14  # nodes looked at at once: their arrays stay in the processor's cache
+_ALL = slice(None)
 
 
 class Balance(NamedTuple):
     """What displacements take: terms of U, and the force on each node, ∂U/∂u_i (n,).
 
-    springs (n,): the part of the force that is the springs'; tension (n - 1,): vertical, of links.
+    springs, sizes: sums of the springs' forces, and of their sizes; tension: root of the sum of the
+    squares of the links' vertical ones.
     """
 
     terms: dict[str, float]
     force: Array
-    springs: Array
-    tension: Array
+    springs: float
+    sizes: float
+    tension: float
 
     @property
     def energy(self) -> float:
@@ -48,10 +51,7 @@ class NodalEnergy:
 
     contact: (n,) bool, the nodes held to be in contact (they carry the adhesion); first: the
     lattice's number of the first node; adhesion (n - 1,): of each link, unless it is w everywhere;
-    tails: whether there is a tail beyond the first and the last node, or a part of the row with an
-    energy of its own, which begins at the last node of this one, whose spring counts there;
-    mirrored: whether this is half of a row and its mirror image, so that of the spring at the first
-    node one half counts.
+    tails: whether there is a tail beyond the first and the last node, or nothing.
     """
 
     def __init__(
@@ -61,14 +61,10 @@ class NodalEnergy:
         first: int = 0,
         adhesion: ArrayLike | None = None,
         tails: tuple[bool, bool] = (True, True),
-        *,
-        mirrored: bool = False,
     ) -> None:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
-        self.nodes = first + np.arange(self.contact.size)
-        self.mirrored = mirrored
-        self.own = self.contact.size - (not tails[1])  # of the springs
+        self.first = first
         ends = (first, -1), (first + self.contact.size - 1, 1)
         pulls = [
             float(lattice.pull(*end)) if tail else 0.0
@@ -76,51 +72,75 @@ class NodalEnergy:
         ]
         self.pulls = np.array(pulls)  # of the tails, over u
         self.bound = self.contact[1:] & self.contact[:-1]
-        self.cells = lattice.on_nodes(lattice.cell, self.nodes)
-        self.link_cells = lattice.on_links(lattice.cell, self.nodes)
-        self.adhesion = lattice.w * self.link_cells if adhesion is None else np.asarray(adhesion)
+        self.adhesion = None if adhesion is None else np.asarray(adhesion)
+
+    def _cells(self, at: slice = _ALL, middle: float = 0.0) -> Any:
+        """Length or area of each of these nodes, or all; middle = 1/2: of the links after them."""
+        own = range(self.contact.size - (middle > 0))[at]
+        places = np.arange(own.start, own.stop) + (self.first + middle)
+        return self.lattice.cell * self.lattice.weight(places)
 
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
-        lat, u = self.lattice, np.asarray(u, float)
-        slopes, ends = (u[1:] - u[:-1]) / lat.spacing, u[[0, -1]]
-        stretch, spring = self._stretch(slopes), terms.spring(u, k=lat.k)
-        springs, tension = self.cells * spring.first, self._tension() * stretch.first
-        springs[self.own :] = 0.0
-        stored = _sum(self.cells, spring.value, self.own)
-        if self.mirrored:
-            stored -= u[0] * springs[0] / 4
-            springs[0] /= 2
-        force = springs.copy()
-        force[:-1] -= tension
-        force[1:] += tension
+        u = np.asarray(u, float)
+        force, sums, ends = np.zeros(u.size), np.zeros(6), u[[0, -1]]
+        for start in range(0, u.size, _BLOCK):
+            sums += self._added(u, force, slice(start, start + _BLOCK))
         force[0] += self.pulls[0] * u[0]
         force[-1] += self.pulls[1] * u[-1]
-        values = {
-            "springs": stored,
-            "surface": lat.gamma1 * _sum(self.link_cells, stretch.value),
-            "adhesion": -self._adhesive(slopes),
-            "tails": float(self.pulls @ ends**2) / 2,
-        }
-        return Balance(values, force, springs, tension)
+        *own, springs, sizes, squares = sums.tolist()
+        values = dict(zip(("springs", "surface", "adhesion"), own, strict=True))
+        values["tails"] = float(self.pulls @ ends**2) / 2
+        return Balance(values, force, springs, sizes, math.sqrt(squares))
 
-    def _adhesive(self, slopes: Array) -> float:
-        """What adhesion gains."""
+    def _added(self, u: Array, force: Array, at: slice) -> list[float]:
+        """Adds the forces of springs at some nodes and of the links after them, and sums them up.
+
+        Energies of springs, links and adhesion; springs' forces, their sizes, and squared tensions.
+        """
+        lat, slopes = self.lattice, np.diff(u[at.start : at.stop + 1]) / self.lattice.spacing
+        stretch, spring = self._stretch(slopes), terms.spring(u[at], k=lat.k)
+        cells, links = self._cells(at), self._cells(at, 0.5)
+        springs, tension = cells * spring.first, self._tension(at) * stretch.first
+        force[at] += springs
+        force[at][: tension.size] -= tension
+        force[at.start + 1 : at.stop + 1] += tension
+        return [
+            float((cells * spring.value).sum()),
+            lat.gamma1 * float((links * stretch.value).sum()),
+            -float(self._adhesive(slopes, at).sum()),
+            float(springs.sum()),
+            float(np.abs(springs).sum()),
+            float(tension @ tension),
+        ]
+
+    def _adhesive(self, slopes: Array, at: slice = _ALL) -> Array:
+        """What adhesion gains, of each link, or of each spring without tension."""
         lat = self.lattice
         if not lat.gamma1:
-            return lat.w * _sum(self.cells, self.contact, self.own)
-        bonds = self.bound * np.hypot(1, slopes) if lat.slopes == "finite" else self.bound
-        return _sum(self.adhesion, bonds)
+            return np.asarray(lat.w * self._cells(at) * self.contact[at])
+        work = lat.w * self._cells(at, 0.5) if self.adhesion is None else self.adhesion[at]
+        gained = work * self.bound[at]
+        return np.asarray(gained * np.hypot(1, slopes) if lat.slopes == "finite" else gained)
+
+    def around(self, u: Array) -> Array:
+        """Energy of each node's spring and of the links on both of its sides (n,)."""
+        lat, slopes = self.lattice, np.diff(u) / self.lattice.spacing
+        springs, gained = self._cells() * terms.spring(u, k=lat.k).value, self._adhesive(slopes)
+        if not lat.gamma1:
+            return np.asarray(springs - gained)
+        links = lat.gamma1 * self._cells(middle=0.5) * self._stretch(slopes).value - gained
+        return np.asarray(springs + np.append(links, 0.0) + np.append(0.0, links))
 
     def _stretch(self, slopes: Array) -> terms.Density:
         """Of links whose surface tension is 1."""
         return terms.surface(slopes, gamma1=1.0, slopes=self.lattice.slopes)
 
-    def _tension(self) -> Any:
+    def _tension(self, at: slice = _ALL) -> Any:
         """Horizontal, of each link or all; with finite slopes those in contact have γ₁ - w."""
         lat = self.lattice
-        bound = lat.w * self.bound if lat.slopes == "finite" else 0.0
-        return (lat.gamma1 - bound) / lat.spacing * self.link_cells
+        bound = lat.w * self.bound[at] if lat.slopes == "finite" else 0.0
+        return (lat.gamma1 - bound) / lat.spacing * self._cells(at, 0.5)
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
@@ -142,7 +162,7 @@ class NodalEnergy:
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         slopes = np.diff(u) / lat.spacing
         stiffness = self._tension() / lat.spacing * self._stretch(slopes).second
-        band = np.full((2, u.size), lat.k) * self.cells
+        band = np.full((2, u.size), lat.k) * self._cells()
         band[0, :-1] += stiffness
         band[0, 1:] += stiffness
         band[0, 0] += self.pulls[0]
@@ -163,7 +183,7 @@ class NodalEnergy:
             u = np.where(self.contact, g, 0.0)
             return u + self._step(self.gradient(u), self.hessian())
         linear = replace(self.lattice, slopes="small")
-        u = NodalEnergy(linear, self.contact, int(self.nodes[0])).relaxed(g)
+        u = NodalEnergy(linear, self.contact, self.first).relaxed(g)
         found, before = self.balance(u), math.inf
         for turn in range(_NEWTON):
             step, rounding = self._step(found.force, self.hessian(u)), _ROUNDING * found.scale
@@ -191,10 +211,3 @@ class NodalEnergy:
         rows = min(2, held.size)  # one node has no sub-diagonal
         step = solveh_banded(band[:rows], np.where(held, 0.0, -force), lower=True)
         return np.asarray(step)
-
-
-def _sum(weights: Any, values: Array | Mask, count: int | None = None) -> float:
-    """Weighted sum of so many of these values; weights: of each, or of all."""
-    if np.ndim(weights):
-        return float(weights[:count] @ values[:count])
-    return float(weights * values[:count].sum())

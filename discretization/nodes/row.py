@@ -9,7 +9,6 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -26,7 +25,6 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
-Parts = tuple[Callable[[Nodes, int, Array], Array], Callable[[Nodes, Nodes, Array], Array]]
 _SPARE = 64  # links beyond the last that holds: for interpolation, and to see what is met there
 _SLACK = 1e-9  # of δ₀
 
@@ -48,7 +46,7 @@ class Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Nodes in a row under an indenter, which is asked for its heights where these are needed.
+    """Nodes in a row under an indenter.
 
     scene: as far as it has nodes (`Lattice.seen`); where: the lattice's numbers of the first and
     the last node, and of the one that touches first; widest: first and last node of the contact
@@ -102,12 +100,6 @@ class Row:
         """Whether there is one contact, and no outer surface can touch any node but the next."""
         return self.indenter.convex and self.scene.pattern is None
 
-    @property
-    def mirrored(self) -> bool:
-        """Whether the indenter is mirrored about the node that touches first."""
-        at = self.lattice.x(self.where.lowest)
-        return self.indenter.symmetric and at == self.indenter.apex
-
     @functools.cached_property
     def works(self) -> tuple[float, float]:
         """Of adhesion, of a contact that is being closed, and of one that is being opened."""
@@ -134,19 +126,10 @@ class Row:
         nodes = np.arange(self.first, self.where.last + 1.0)
         return ground.heights(self.lattice, self.indenter, nodes)
 
-    def heights(self, start: int, stop: int) -> Array:
-        """f from one of the lattice's nodes to another, up or down, without asking for all."""
-        low, high = min(start, stop), max(start, stop)
-        if "f" in vars(self):
-            own = self.f[low - self.first : high - self.first + 1]
-        else:
-            own = ground.heights(self.lattice, self.indenter, np.arange(low, high + 1.0))
-        return own if stop >= start else own[::-1]
-
     @functools.cached_property
     def lowest(self) -> float:
         """f at the node that touches first."""
-        return float(self.heights(self.where.lowest, self.where.lowest)[0])
+        return float(self.f[self.touch])
 
     @functools.cached_property
     def bonds(self) -> Array:
@@ -155,11 +138,9 @@ class Row:
 
     def bond(self, links: Nodes) -> Array:
         """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
-        lattice, nodes, pattern = self.lattice, self.first + links, self.scene.pattern
-        own = np.asarray(lattice.cell * lattice.bound(nodes, nodes + 1))
-        if pattern is None:
-            return own
-        return np.asarray(own * pattern.factor((lattice.x(nodes) + lattice.x(nodes + 1)) / 2))
+        middles, pattern = self.first + links + 0.5, self.scene.pattern
+        own = np.broadcast_to(self.lattice.cell * self.lattice.weight(middles), links.shape)
+        return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
 
     def alone(self, depth: float, tie: float) -> Contacts:
         """The contact of a convex profile that has been pressed to `Row.of`'s depth, or touched.
@@ -198,59 +179,45 @@ class Row:
         """The running sums."""
         h, touch = self.f - self.f[self.touch], self.touch
         steps, nodes = np.diff(self.f), self.first + np.arange(h.size)
-        stretch = self.lattice.on_links(self.lattice.link / 2 * steps * steps, nodes)
-        parts = (self.lattice.on_nodes(part, nodes) for part in (np.ones_like(h), h, h * h))
+        weights = self.lattice.weight(nodes)
+        stretch = self.lattice.link / 2 * steps * steps * self.lattice.weight(nodes[:-1] + 0.5)
+        parts = (part * weights for part in (np.ones_like(h), h, h * h))
         whole = (_running(part, touch) for part in parts)
         return Sums(*whole, *(_running(part, touch) for part in (stretch, self.bonds)))
 
-    @property
-    def forces(self) -> Parts:
-        """What the outermost lines add to P, and the gaps."""
-        return self.tail_force, self.gap_force
+    def totals(self, nodes: Nodes, depth: Array) -> Array:
+        """U and P (2, s) of s states with m contacts each at these nodes (s, 2m).
 
-    @property
-    def energies(self) -> Parts:
-        """What they add to U."""
-        return self.tail_energy, self.gap_energy
+        With the digits of the running sums.
+        """
+        gaps = self.gap(nodes[:, 1:-1:2], nodes[:, 2::2], depth[:, None]).sum(axis=2)
+        tails = self.tail(nodes[:, 0], -1, depth) + self.tail(nodes[:, -1], 1, depth)
+        return np.asarray(tails + gaps)
 
-    def _springs(self, before: Nodes, depth: Array) -> tuple[Array, Array]:
-        """Force and energy of the springs up to these node ends."""
+    def bonded(self, nodes: Contacts) -> float:
+        """Length or area of contacts, weighted with the pattern's factor."""
+        bonds = self.sums.bonds
+        return float(sum(bonds[last] - bonds[first] for first, last in nodes))
+
+    def _held(self, before: Nodes, node: Nodes, depth: Array) -> Array:
+        """Energy and force of the springs up to node ends, and of the links up to nodes."""
         sums, d = self.sums, depth - self.f[self.touch]
-        count, h = sums.nodes[before], sums.heights[before]
-        spring = self.lattice.spring
-        return (
-            spring * (count * d - h),
-            spring / 2 * ((count * d - 2 * h) * d + sums.squares[before]),
-        )
+        count, h, spring = sums.nodes[before], sums.heights[before], self.lattice.spring
+        energy = spring / 2 * ((count * d - 2 * h) * d + sums.squares[before])
+        links = sums.stretch[node] - self.works[0] * sums.bonds[node]
+        return np.array([energy + links, spring * (count * d - h)])
 
-    def _links(self, node: Nodes) -> Array:
-        """Energy of the links up to these nodes."""
-        return self.sums.stretch[node] - self.works[0] * self.sums.bonds[node]
+    def tail(self, node: Nodes, side: int, depth: Array) -> Array:
+        """What outermost lines at these nodes add to U and P, with the surface beyond them."""
+        held, u = self._held(node + (side > 0), node, depth), depth - self.f[node]
+        pull = self.lattice.pull(self.first + node, side) * u
+        return side * held + np.array([pull * u / 2, pull])
 
-    def tail_force(self, node: Nodes, side: int, depth: Array) -> Array:
-        """What the outermost line at these nodes adds to P, with the surface beyond it."""
-        springs, _ = self._springs(node + (side > 0), depth)
-        return side * springs + self.lattice.pull(self.first + node, side) * (depth - self.f[node])
-
-    def tail_energy(self, node: Nodes, side: int, depth: Array) -> Array:
-        """What the outermost line at these nodes adds to U, with the surface beyond it."""
-        _, springs = self._springs(node + (side > 0), depth)
-        tail = self.lattice.pull(self.first + node, side) / 2 * (depth - self.f[node]) ** 2
-        return np.asarray(side * (springs + self._links(node)) + tail)
-
-    def gap_force(self, left: Nodes, right: Nodes, depth: Array) -> Array:
-        """What the two lines of a free surface between contacts add to P, with that surface."""
-        springs = self._springs(left + 1, depth)[0] - self._springs(right, depth)[0]
+    def gap(self, left: Nodes, right: Nodes, depth: Array) -> Array:
+        """What both lines of free surfaces between contacts add, with these surfaces."""
+        held = self._held(left + 1, left, depth) - self._held(right, right, depth)
         ends = self.first + left, self.first + right
-        pull = self.lattice.gap_force(*ends, self.f[left], self.f[right], depth)
-        return np.asarray(springs + pull)
-
-    def gap_energy(self, left: Nodes, right: Nodes, depth: Array) -> Array:
-        """What they add to U."""
-        springs = self._springs(left + 1, depth)[1] - self._springs(right, depth)[1]
-        ends = self.first + left, self.first + right
-        stored = self.lattice.gap_energy(*ends, self.f[left], self.f[right], depth)
-        return np.asarray(springs + self._links(left) - self._links(right) + stored)
+        return held + self.lattice.gap(*ends, depth - self.f[left], depth - self.f[right])
 
 
 def _outwards(
@@ -275,7 +242,7 @@ def _holds(
     """Whether links outwards may be in contact; with finite slopes while u > -δ₀ beyond them."""
     nodes = start + way * links
     strongest = max(scene.pattern.factors) if scene.pattern else 1.0
-    bonds = strongest * lattice.w * lattice.cell * lattice.bound(nodes, nodes + way)
+    bonds = strongest * lattice.w * lattice.cell * lattice.weight(nodes + way / 2)
     with np.errstate(over="ignore", invalid="ignore"):
         f, after = (
             scene.indenter.height(ground.positions(lattice, scene.indenter, at))

@@ -8,18 +8,16 @@ the node beside a line (`Pair`), S = c + t + C + G that of this node, by the hei
     a line passes the next link, or closes the last two, or opens one, of adhesion W together, at
         d = f_i + (f_1 - f_i + B (f_i - f_j) - √(2W/S))/(1 - A - B);
     both lines of a span pass a link at once, next to a corner where neither would alone, where
-        y·H⁻¹y/2 = W, y = p d - q, H the stiffness of both nodes beside the lines, p = c + G of
-        each, q = H f - t f_i the pulls at d = 0;
+        (2 p d - q - q')²/(p + t) + (q - q')²/(p + t + 2 C) = 4 W, p = c + G of both nodes,
+        q = p f_1 + t (f_1 - f_i) + C (f_1 - f_1') the pull of one at d = 0, q' of the other;
     a free node touches at  d = (f_m - a f_i - b f_j)/(1 - a - b);
     a node inside a contact is torn open as a line that opens two links (T = 2);
     a lone node, which has no adhesion, lets go where it begins to be pulled.
 
-The energies compared are those of surfaces that stay above the indenter: where another node would
-be penetrated once a line has passed, it is held, too, and the line passes at a larger depth
-(waiting.py). With such energies v = u - g >= 0 falls with the depth and with every further contact
-node, and so does what a contact node costs: the energy is submodular in v, in what is in contact
-and in -d (Topkis). So pressed, contacts only grow, retracted, they only shrink, and neither order
-nor steps matter.
+v = u - g >= 0 falls with the depth and with every further contact node, and so does what a contact
+node costs: the energy is submodular in v, in what is in contact and in -d (Topkis). So pressed,
+contacts only grow, retracted, they only shrink. Where another node would be in the indenter once a
+line has passed a link, the line waits until that node touches.
 """
 
 from __future__ import annotations
@@ -84,6 +82,8 @@ class Rules:
             nodes, f, work = self.nodes[::side], self.f[::side], self.work[::side]
             depths = rest_depth(self.lattice, nodes[:-1], side, f[:-1], f[1:], work)
             found[side] = np.append(depths, math.inf)
+        if self.lattice.axis == 0:
+            found[-1][:-1] = -math.inf  # a contact around the axis is never opened there
         return found
 
     @property
@@ -94,24 +94,17 @@ class Rules:
     @functools.cached_property
     def torn(self) -> Array:
         """Depth below which each node between two contact links is torn open; -inf at the ends."""
-        f, (spring, link) = self.f, self.stiffness
+        f, spring, link = self.f, self.lattice.spring, self.lattice.link
         if f.size < 3 or self.clear:  # a convex profile is not torn open inside: its lines recede
             return np.full(f.size, -math.inf)
-        stored = (self.work[1:] + self.work[:-1]) * (spring[1:-1] + link[1:] + link[:-1])
-        pull = -np.diff(link * np.diff(f))
-        depth = f[1:-1] + (pull - np.sqrt(2 * stored)) / spring[1:-1]
+        stored = (self.work[1:] + self.work[:-1]) * (spring + 2 * link)
+        depth = f[1:-1] - (link * np.diff(f, 2) + np.sqrt(2 * stored)) / spring
         return np.pad(depth, 1, constant_values=-math.inf)
 
     @functools.cached_property
     def most_torn(self) -> float:
         """Depth above which no node is torn open."""
         return float(self.torn.max())
-
-    @functools.cached_property
-    def stiffness(self) -> tuple[Array, Array]:
-        """Of the springs (n,) and links (n - 1,)."""
-        lat, nodes, one = self.lattice, self.nodes, np.ones(self.f.size)
-        return lat.spring * lat.on_nodes(one, nodes), lat.link * lat.on_links(one[1:], nodes)
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
@@ -133,35 +126,19 @@ class Rules:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
         if right - left < 3:
             return math.inf
-        f, (springs, links) = self.f, self.stiffness
-        one, two = left + 1, right - 1
-        tie, *grounds = self.lattice.pair(self.first + one, self.first + two)
-        p = springs[one] + grounds[0], springs[two] + grounds[1]
-        own = p[0] + links[left] + tie, p[1] + links[two] + tie
-
-        def product(x: tuple[Any, Any], y: tuple[Any, Any]) -> Any:
-            """x·H⁻¹y."""
-            mixed = x[0] * (own[1] * y[0] + tie * y[1]) + x[1] * (tie * y[0] + own[0] * y[1])
-            return mixed / (own[0] * own[1] - tie * tie)
-
-        level, apart = (f[left] + f[right]) / 2, tie * (f[one] - f[two])
+        f, link, one, two = self.f, self.lattice.link, left + 1, right - 1
+        tie, ground, _ = self.lattice.pair(one, two)
+        p, level = self.lattice.spring + ground, (f[left] + f[right]) / 2
+        apart = tie * (f[one] - f[two])
         q = (
-            p[0] * (f[one] - level) + links[left] * (f[one] - f[left]) + apart,
-            p[1] * (f[two] - level) + links[two] * (f[two] - f[right]) - apart,
+            p * (f[one] - level) + link * (f[one] - f[left]) + apart,
+            p * (f[two] - level) + link * (f[two] - f[right]) - apart,
         )
-        middle = product(p, q) / product(p, p)
-        off = q[0] - p[0] * middle, q[1] - p[1] * middle
-        work = self.work[left] + self.work[two] - product(off, off) / 2
-        work += self.work[one] if right - left == 3 else 0.0
+        work = self.work[left] + self.work[two] + (self.work[one] if right - left == 3 else 0.0)
+        work -= (q[0] - q[1]) ** 2 / (4 * (p + link + 2 * tie))
         if work < 0:
             return math.inf
-        return float(level + middle - math.sqrt(2 * work / product(p, p)))
-
-    def advance_both(self, left: int, right: int) -> float:
-        """The same if no other node is penetrated then, else inf."""
-        depth = self.passes_both(left, right)
-        clear = right - left <= 3 or (depth < math.inf and self.clears(left + 1, right - 1, depth))
-        return depth if clear else math.inf
+        return float(level + (q[0] + q[1] - 2 * math.sqrt((p + link) * work)) / (2 * p))
 
     @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def touches(self, left: int | None, right: int | None) -> tuple[float, int]:
@@ -210,7 +187,7 @@ class Rules:
     @functools.cached_property
     def delta0(self) -> float:
         """δ₀, of the link that adheres most."""
-        cells = self.lattice.on_links(np.full(self.work.size, self.lattice.cell), self.nodes)
+        cells = self.lattice.cell * self.lattice.weight(self.nodes[:-1] + 0.5)
         return math.sqrt(2 * float((self.work / cells).max(initial=0.0)) / self.lattice.k)
 
     @functools.cached_property
@@ -218,13 +195,11 @@ class Rules:
         """1 - A - B of a span of two links."""
         return self.lattice.spring / (self.lattice.spring + 2 * self.lattice.link)
 
-    def slides(
-        self, contact: tuple[int, int], depth: float, end: float, *, through: bool
-    ) -> list[Array]:
+    def slides(self, contact: tuple[int, int], depth: float, end: float) -> list[Array]:
         """Depths at which both lines of a convex contact pass links on the way; empty: none does.
 
-        Nothing else happens between. through: also links that are passed late, with one before;
-        else the way ends there. A contact of two links is left to the walk.
+        Up to the first link that is passed late, with one before. A contact of two links is left to
+        the walk.
         """
         (first, last), sign, found, stop = contact, 1 if end >= depth else -1, [], end
         for side, at in ((-1, self.f.size - 1 - first), (1, last)):
@@ -232,10 +207,7 @@ class Rules:
             if sign < 0:
                 ahead = self.outwards[side][at - (last - first) : at][::-1]
             own = ahead[: _reached(ahead, end, sign)]
-            if through:
-                further = np.maximum if sign > 0 else np.minimum
-                own = further.accumulate(np.append(depth, own))[1:]
-            elif (late := sign * np.diff(own, prepend=depth) <= 0).any():
+            if (late := sign * np.diff(own, prepend=depth) <= 0).any():
                 own = own[: int(late.argmax())]
                 stop = sign * min(sign * stop, sign * float(own[-1] if own.size else depth))
             found.append(own)

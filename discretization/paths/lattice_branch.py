@@ -1,13 +1,6 @@
 """The metastable branch on the lattice, with any number of contacts, from change to change.
 
-A state is a list of contacts, node intervals first..last. As the depth changes, a line passes the
-next link, two lines meet, a free node touches, a node inside a contact is torn open, a lone node
-lets go, each at a depth of its own (../nodes/rules.py). So heights are turned to depths, and
-afterwards a line moves by comparing numbers, without a solve. Every change lowers the
-re-equilibrated energy or leaves it equal; where one calls for others at the same depth, the state
-jumps. A line that moves smoothly releases nothing at any link, hence a branch walked there and back
-has no loop area.
-
+A state is a list of contacts, node intervals first..last, which walk.py takes from depth to depth.
 Between the nodes the outermost lines are where the depth at which a link is passed, taken at the
 middles of the links, equals d; force and energy reported for a step are interpolated there. Where
 closing and opening differ a line stays where it last moved. States, events and the energy balance
@@ -28,12 +21,12 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
-from discretization.lattice.between import at_offsets, interpolated, moved_lines
+from discretization.lattice.between import interpolated, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.walk import Life, Walk, contacts_of, parts_of
+from discretization.lattice.walk import Walk, parts_of
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Contacts, Part, Parts, Row
+from discretization.nodes.row import Contacts, Row
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
 from discretization.routes import route
 from energy import Scene
@@ -43,30 +36,25 @@ Array = NDArray[np.float64]
 
 @dataclass(eq=False)
 class Links(Leg):
-    """A leg on which lines pass links, each at a depth of its own; lives: the free parts on it."""
+    """A leg on which lines pass links, each at a depth of its own; trace: that of its `Way`."""
 
-    lives: Sequence[Life]
-
-    @functools.cached_property
-    def _spans(self) -> Array:
-        """From where to where on the way each of the lives lasts (2, n)."""
-        return self._along(np.array([(life.start, life.end) for life in self.lives]).T)
-
-    def _along(self, depths: Array) -> Array:
-        return depths if self.end.depth >= self.start.depth else -depths
+    trace: Sequence[tuple[float, Contacts]]
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        (start, end), found = self._spans, []
-        for depth, here in zip(depths.tolist(), self._along(depths).tolist(), strict=True):
-            own = np.flatnonzero((start <= here) & (here < end)).tolist()
-            nodes = _between([self.lives[i] for i in own])
-            found.append(self.branch.point(nodes, depth, self.start))
-        return found
+        way = 1 if self.end.depth >= self.start.depth else -1
+        changed = way * np.array([depth for depth, _ in self.trace])
+        last = np.searchsorted(changed, way * depths, side="right") - 1
+        found = zip(last.tolist(), depths.tolist(), strict=True)
+        return [self.branch.point(self.trace[i][1], depth, self.start) for i, depth in found]
 
     def work(self) -> float:
         """∫P dd from the start to the end: P is linear between changes."""
-        return float(self.branch.walk.work(self.lives))
+        depths = np.array([depth for depth, _ in self.trace] + [self.end.depth])
+        nodes = np.array([nodes for _, nodes in self.trace]).reshape(len(self.trace), -1)
+        spans = np.diff(depths)
+        _, force = self.branch.row.totals(nodes, depths[:-1] + spans / 2)
+        return float(spans @ force)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,25 +142,20 @@ class LatticeBranch(Branch):
 
         Or to where an outermost line leaves or reaches what holds it.
         """
-        walked = self.walk.way(point.memory, point.depth, goal)
-        way, (low, high) = (1 if goal >= point.depth else -1), sorted((point.depth, goal))
-        held = [life for life in walked.lives if any(self._holds(life.part))]
-        stop = goal if walked.at is None else walked.at  # where all lives end
-        cuts = [way * at for life in held for at in life[1:] if way * at < way * stop]
-        cuts = [at for at in cuts if at > way * point.depth]
-        if cuts:
-            depth = way * min(cuts)
-            before = [life for life in walked.lives if way * life.start < way * depth]
-            lives = [life._replace(end=way * min(way * life.end, way * depth)) for life in before]
-            nodes = _between([life for life in lives if life.end == depth])
-            later = [one for one in walked.lives if way * one.start <= way * depth < way * one.end]
-            ends = self.point(nodes, depth, point), self.point(_between(later), depth, point)
-            return Links(self, point, *ends, False, lives)
-        depth = goal if walked.at is None else min(max(walked.at, low), high)  # but for rounding
-        end = self.point(walked.nodes, depth, point)
-        after = None if walked.at is None else self.point(walked.after, depth, end)
-        lost = after is not None and after.lines is None and len(walked.nodes) == 1
-        return Links(self, point, end, after, after is not None and not lost, walked.lives)
+        trace, at, then = self.walk.way(point.memory, point.depth, goal)
+        stop, held = goal if at is None else at, self._holds(point.memory)
+        for i, (depth, nodes) in enumerate(trace):
+            if self._holds(nodes) != held:
+                if depth not in (point.depth, stop):
+                    here = self.point(trace[i - 1][1], depth, point)
+                    there = self.point(nodes, depth, point)
+                    return Links(self, point, here, there, False, trace[:i])
+                held = self._holds(nodes)
+        low, high = sorted((point.depth, goal))
+        end = self.point(trace[-1][1], min(max(stop, low), high), point)  # but for rounding
+        after = None if at is None else self.point(then, end.depth, end)
+        lost = after is not None and after.lines is None and len(trace[-1][1]) == 1
+        return Links(self, point, end, after, after is not None and not lost, trace)
 
     @functools.cached_property
     def _held(self) -> tuple[dict[int, str], dict[int, str]]:
@@ -189,19 +172,14 @@ class LatticeBranch(Branch):
             left.pop(0, None)
         return left, right
 
-    def _holds(self, part: Part) -> Pinned:
-        """What holds the right line of the free part on the left, or of that on the right."""
-        (left, right), (one, other) = part, self._held
-        if left is None and right is not None:
-            return one.get(right, ""), ""
-        return "", other.get(left, "") if right is None and left is not None else ""
+    def _holds(self, nodes: Contacts) -> Pinned:
+        """What holds the outermost lines of contacts."""
+        left, right = self._held
+        return left.get(nodes[0][0], ""), right.get(nodes[-1][1], "")
 
     def pinned(self, point: Point) -> Pinned:
         """What holds the outermost lines: "edge", "tip" or "" where they are free."""
-        if point.lines is None:
-            return ("", "")
-        parts = parts_of(point.memory)
-        return self._holds(parts[0])[0], self._holds(parts[-1])[1]
+        return ("", "") if point.lines is None else self._holds(point.memory)
 
     def totals(self, points: Sequence[Point]) -> Array:
         """U and P (2, n), interpolated between the nodes: those of a contact set jump at links."""
@@ -222,23 +200,13 @@ class LatticeBranch(Branch):
         """U of the contact set."""
         if point.lines is None:
             return 0.0
-        return self.total(self.row.energies, point)
-
-    def total(self, parts: Parts, point: Point) -> float:
-        """P or U of the contact set; parts: `forces` or `energies` of the row."""
-        nodes, depths = _arrays([point])
-        on_nodes = np.zeros(nodes.shape)
-        return float(at_offsets(self.row, nodes, on_nodes, depths, parts)[0])
+        return float(self.row.totals(*_arrays([point]))[0, 0])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length of the links that open, weighted with the pattern's factor."""
         if before.lines is None or after.lines is None:
             return 0.0
-        return max(0.0, self._bonds(before) - self._bonds(after))
-
-    def _bonds(self, point: Point) -> float:
-        bonds = self.row.sums.bonds
-        return float(sum(bonds[last] - bonds[first] for first, last in point.memory))
+        return max(0.0, self.row.bonded(before.memory) - self.row.bonded(after.memory))
 
     def recorded(self, points: Sequence[Point]) -> tuple[Array, Array, Array]:
         """Outermost lines (n, 2), P and U (n,), interpolated between the nodes.
@@ -268,15 +236,9 @@ class LatticeBranch(Branch):
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        contacts = ContactSet(self.row, nodes, depth)
+        contacts = ContactSet.of(self.row, nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
-
-
-def _between(lives: Sequence[Life]) -> Contacts:
-    """The contacts between free parts that live at one depth."""
-    parts = [life.part for life in lives]
-    return contacts_of(sorted(parts, key=lambda part: -1 if part[0] is None else part[0]))
 
 
 def _arrays(points: Sequence[Point]) -> tuple[NDArray[np.int64], Array]:

@@ -8,13 +8,13 @@ from scenes import roughness
 
 from discretization.certificate import Proof
 from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.lowest import global_minimum
+from discretization.lattice.lowest import global_minimum, runs
 from discretization.lattice.walk import Walk
 from discretization.nodes.ground import Region, heights, region
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import pressed as held_by
 from discretization.nodes.obstacle import surface
-from discretization.nodes.radial import RadialLattice
 from discretization.nodes.row import Row
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
@@ -47,7 +47,7 @@ def of_heights(lattice, g, ends, depth=None, factor=None):
     depth = float(np.abs(g).max()) if depth is None else depth
     nothing = Profile(lambda x: 0 * x, lambda x: 0 * x)
     f = depth - np.append(g, [-1e3 * abs(depth)] * 3)
-    return ContactSet(row_of(lattice, nothing, f, factor=factor), [*map(tuple, ends)], depth)
+    return ContactSet.of(row_of(lattice, nothing, f, factor=factor), [*map(tuple, ends)], depth)
 
 
 def row_of(lattice, indenter, f, first=0, factor=None):
@@ -69,7 +69,7 @@ def over(lattice, indenter, depth, *nodes):
     every = np.arange(start, stop + 1)
     f = heights(lattice, indenter, every.astype(float))
     own = [(int(one - every[0]), int(other - every[0])) for one, other in nodes]
-    return ContactSet(row_of(lattice, indenter, f, int(every[0])), own, depth)
+    return ContactSet.of(row_of(lattice, indenter, f, int(every[0])), own, depth)
 
 
 def pressed(lattice, scene, depth):
@@ -94,12 +94,6 @@ def random_lattice(seed, most=14):
     height, d = 10 ** rng.uniform(-4, 4), rng.normal() * max(1.0, delta) * 0.7
     w = k * (height * delta) ** 2 / 2
     return Lattice(dx, 0.0, k, k * ell**2, w), height * (d - f)
-
-
-def random_round_lattice(seed, most=9):
-    """The same about an axis."""
-    flat, g = random_lattice(seed, most)
-    return RadialLattice(flat.spacing, 0.0, flat.k, flat.gamma1, flat.w), g
 
 
 def rough_row(seed):
@@ -226,3 +220,45 @@ def unpruned(lattice, g):
             if (line >= y[i + 1 : j] * np.sinh(mu * T[i]) * (1 - 1e-13)).all():
                 least[j] = min(least[j], least[i] + drop[i])
     return least[-1]
+
+
+@dataclass(frozen=True)
+class ObstacleSolution:
+    """The surface over an obstacle, per unit length of the line contact.
+
+    u: displacements (n,). contact: (n,) bool, the nodes that hold the surface. multipliers: (n,)
+    forces [force/length] of the indenter on the nodes, >= 0, zero where free.
+    """
+
+    u: np.ndarray
+    contact: np.ndarray
+    multipliers: np.ndarray
+
+    @property
+    def intervals(self) -> np.ndarray:
+        """First and last node of each contact (m, 2)."""
+        return runs(self.contact)
+
+    @property
+    def energy(self) -> float:
+        """U = Σ p_i u_i / 2 [energy/length]: the work of the multipliers p."""
+        return float(self.multipliers @ self.u) / 2
+
+    @property
+    def force(self) -> float:
+        """P = Σ p_i [force/length]."""
+        return float(self.multipliers.sum())
+
+
+def obstacle(lattice, g):
+    """Global minimum of the lattice energy for w = 0 with u_i >= g_i, -inf for no obstacle."""
+    g = np.asarray(g, float)
+    nodes, u = np.arange(g.size), np.maximum(g, 0.0)
+    if not lattice.gamma1 or g.max() <= 0:
+        return ObstacleSolution(u, g > 0, lattice.spring * u * lattice.weight(nodes))
+    held, force = held_by(lattice, g)
+    contact, multipliers = np.zeros(g.size, bool), np.zeros(g.size)
+    contact[held], multipliers[held] = True, force
+    free = np.flatnonzero(~contact)
+    u[free] = np.maximum(surface(lattice, held, g[held], free), g[free])
+    return ObstacleSolution(u, contact, multipliers)

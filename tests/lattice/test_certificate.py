@@ -3,7 +3,6 @@
 import contextlib
 import itertools
 import math
-from dataclasses import replace
 
 import mpmath as mp
 import numpy as np
@@ -189,16 +188,6 @@ def test_the_certificate_accepts_every_lowest_state_of_long_rows():
     assert judgements >= 50
 
 
-class Bent(ContactSet):
-    """Contacts whose free surface is off at one node."""
-
-    @property
-    def u(self):
-        u = super().u.copy()
-        u[(self.nodes[0][1] + self.nodes[1][0]) // 2] += 1e-7 * DELTA0
-        return u
-
-
 def test_the_certificate_notices_force_and_balance():
     scene, depth = adhesive(two(0.6 * L, lift=5e-4)), 0.05 * DELTA0
     lattice, nodes = nodes_of(on_lattice(scene, depth, L / 100, branch="global"))
@@ -206,8 +195,8 @@ def test_the_certificate_notices_force_and_balance():
     sums = totals(contacts)
     assert judge(contacts, sums).ok
     assert judge(contacts, sums._replace(force=sums.force * (1 + 1e-7))).failures == ("force",)
-    bent = Bent(contacts.row, contacts.nodes, depth)
-    assert "stationarity" in judge(bent, totals(bent)).failures
+    contacts.u[(nodes[0, 1] + nodes[1, 0]) // 2 - contacts.model.first] += 1e-7 * DELTA0
+    assert "stationarity" in judge(contacts, totals(contacts)).failures
 
 
 def test_the_certificate_notices_a_tail_out_of_balance():
@@ -215,7 +204,7 @@ def test_the_certificate_notices_a_tail_out_of_balance():
     contacts = of_heights(lattice, [0.01, 0.01, 0.01], [[0, 2]])
     assert judge(contacts, totals(contacts)).ok
     vars(lattice).update(log_decay=lattice.log_decay * (1 + 1e-7))
-    again = replace(contacts)
+    again = ContactSet.of(contacts.row, contacts.nodes, contacts.depth)
     assert "stationarity" in judge(again, totals(again)).failures
 
 
@@ -278,20 +267,16 @@ def test_a_lone_node_among_contacts_is_not_pulled(off, failures, lone):
 
 
 @pytest.mark.parametrize("ends", [[[0, 7]], [[3, 9], [14, 14], [20, 27]], [[0, 5], [12, 30]]])
-@pytest.mark.parametrize("kind", ["small", "round"])
 @pytest.mark.parametrize("factor", [None, 0.3])
-def test_totals_are_the_nodal_energy_of_any_contacts(ends, kind, factor):
-    scene = adhesive(SCENE.indenter, w=0.02)
-    if kind == "round":
-        scene = replace(scene, geometry="axisymmetric")
-    lattice = Lattice.of(scene, L / 7)
+def test_totals_are_the_nodal_energy_of_any_contacts(ends, factor):
+    lattice = Lattice.of(adhesive(SCENE.indenter, w=0.02), L / 7)
     g = 0.2 * L * (0.3 + np.random.default_rng(3).random(33))
-    contacts = of_heights(lattice, g, ends, factor=None if kind == "round" else factor)
+    contacts = of_heights(lattice, g, ends, factor=factor)
     sums, held = totals(contacts), mask_of(36, np.array(ends))
     model = NodalEnergy(lattice, held)
     u = model.relaxed(contacts.depth - contacts.row.f)
     terms, pressed = model.terms(u), model.gradient(u)[held].sum()
-    terms["adhesion"] *= 1.0 if kind == "round" or factor is None else factor
+    terms["adhesion"] *= 1.0 if factor is None else factor
     assert abs(sums.energy - sum(terms.values())) <= 1e-12 * sums.energy_scale
     assert sums.energy_scale == pytest.approx(sum(map(abs, terms.values())), rel=1e-12, abs=0)
     assert abs(sums.force_by_reactions - pressed) <= 1e-13 * sums.force_scale

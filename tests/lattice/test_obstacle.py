@@ -7,13 +7,11 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from lattices import lattice, lowest, rough_heights
+from lattices import lattice, lowest, obstacle, rough_heights
 
 from discretization.lattice.oracle import CLARABEL, Oracle
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
-from discretization.nodes.obstacle import obstacle
-from discretization.nodes.radial import RadialLattice
 
 SIZES = (3, 16, 17, 300, 16**3 + 1, 20_000)  # blocks of 16 nodes
 
@@ -48,22 +46,6 @@ def test_no_penetration_no_tension_and_balance(n, ell):
         assert found.energy == pytest.approx(energy.value(u), rel=1e-12, abs=0), name
         force = lat.spring * u.sum() + lat.end_stiffness * (u[0] + u[-1])
         assert found.force == pytest.approx(force, rel=1e-12, abs=0), name
-
-
-@pytest.mark.parametrize("n", [3, 17, 300, 5000])
-@pytest.mark.parametrize("ell", [0.1, 3.0, 400.0])
-def test_the_same_around_an_axis(n, ell):
-    rng, flat = np.random.default_rng(n), lattice(ell)
-    lat = RadialLattice(flat.spacing, 0.0, flat.k, flat.gamma1, 0.0)
-    for name, g in profiles(rng, n).items():
-        found = obstacle(lat, g)
-        u, p, held = found.u, found.multipliers, found.contact
-        energy = NodalEnergy(lat, held)
-        noise = 1e-13 * n * (lat.spring + lat.link) * np.abs(g).max()
-        assert (u >= g).all() and (p >= 0).all() and held.any(), name
-        assert (u[held] == g[held]).all() and (p[~held] == 0).all(), name
-        assert np.abs(energy.gradient(u) - p).max() <= noise, name
-        assert found.energy == pytest.approx(energy.value(u), rel=1e-12, abs=0), name
 
 
 def solve_exactly(lat, g, held):
@@ -117,21 +99,6 @@ def test_without_tension_or_contact():
     detached = obstacle(lattice(3.0), g - 0.5)
     assert not detached.u.any() and not detached.contact.any() and detached.force == 0
     assert detached.intervals.shape == (0, 2)
-
-
-@pytest.mark.parametrize(
-    ("lat", "g", "message"),
-    [
-        (lattice(3.0, w=1e-3), [1.0], "w = 0.001 must be 0"),
-        (lattice(3.0), [], "shape"),
-        (lattice(3.0), [[1.0]], "shape"),
-        (lattice(3.0), [1.0, math.nan], "nan"),
-        (lattice(3.0), [1.0, math.inf], "inf"),
-    ],
-)
-def test_refuses(lat, g, message):
-    with pytest.raises(ValueError, match=message):
-        obstacle(lat, g)
 
 
 GAP = CLARABEL["tol_gap_rel"]

@@ -12,7 +12,6 @@ from lattices import (
     plateaus,
     pulled_walk,
     random_lattice,
-    random_round_lattice,
     rough_row,
     unpruned,
 )
@@ -27,12 +26,11 @@ from energy import Sampled
 
 
 @pytest.mark.parametrize("start", range(0, 120, 40))
-@pytest.mark.parametrize("draw", [random_lattice, random_round_lattice])
-def test_no_contact_set_has_less_energy(draw, start):
+def test_no_contact_set_has_less_energy(start):
     """All of them, one by one; and the certificate accepts the one that is found."""
     untied = several = 0
     for seed in range(start, start + 40):
-        lattice, g = draw(seed)
+        lattice, g = random_lattice(seed)
         sets, energy = enumerated(lattice, g)
         result = Found.of(lattice, g)
         ours = np.flatnonzero((sets == result.in_contact).all(axis=1))[0]
@@ -49,9 +47,8 @@ def test_no_contact_set_has_less_energy(draw, start):
             untied += 1
             assert ours == np.argmin(energy), seed
         several += len(result.contacts) > 1
-        if draw is random_lattice:
-            assert_certified(lattice, g, result.contacts, seed)
-    assert untied >= 25 and several >= (3 if draw is random_lattice else 1)
+        assert_certified(lattice, g, result.contacts, seed)
+    assert untied >= 25 and several >= 3
 
 
 def assert_certified(lattice, g, ends, seed):
@@ -102,13 +99,14 @@ def wavy(depth, n=801):
 @pytest.mark.parametrize(("depth", "least"), [(-0.3, 1), (0.3, 3), (2.0, 4)])
 def test_the_window_leaves_nothing_out_and_mirror_images_agree(depth, least):
     lattice, scene = wavy(depth)
-    first, g = window(Row.of(scene, lattice, depth), depth)
+    row = Row.of(scene, lattice, depth)
+    start, g = window(row, depth)
     result = Found.of(lattice, g)
     whole = Found.of(lattice, depth - scene.indenter.z)
     scale = result.proof.scale
     assert g.size < 600
     assert len(result.contacts) >= least
-    assert (whole.contacts - 400).tolist() == (result.contacts + first).tolist()
+    assert (whole.contacts - 400).tolist() == (result.contacts + row.first + start).tolist()
     assert abs(whole.energy - result.energy) <= 1e-13 * scale
     mirrored = Found.of(lattice, g[::-1])
     assert mirrored.contacts.tolist() == (g.size - 1 - result.contacts[::-1, ::-1]).tolist()
@@ -134,8 +132,6 @@ def test_one_hundred_thousand_nodes():
 
 
 def test_what_it_cannot_answer_is_refused():
-    with pytest.raises(ValueError, match="gamma1"):
-        global_minimum(Lattice(1.0, 0.0, 1.0, 0.0, 0.1), np.zeros(3))
     for g in (np.zeros(0), np.array([0.0, math.nan]), np.zeros((2, 2))):
         with pytest.raises(ValueError, match="g of shape"):
             global_minimum(Lattice(1.0, 0.0, 1.0, 1.0, 0.1), g)

@@ -177,7 +177,7 @@ MORE = {  # lines after an event less those before it; a jump keeps them or join
 ON_NODES = {  # with the options of nodes: a tip lets go while links are as wide as its contact
     name: {"method": "lattice", "spacing": L / (60 if scene.axisymmetric else 240)}
     for name, scene in SCENES.items()
-    if name[:5] != "steep"
+    if name[:5] not in ("steep", "rings", "dimpl")
 }
 LOADED = ("parabola", "opening", "crests", "ripples, both", "sphere", "rings", "dimple")
 LOADED = [(name, control) for name in LOADED for control in ("load", "machine")]

@@ -53,9 +53,6 @@ LINKS = np.array([15, 30, 60, 120])
 FINER = {  # times as many, where contacts, gaps or waves are as narrow as so many links
     "crests without adhesion": 4,
     "rippled, steep": 4,
-    "ring": 2,
-    "wide ring": 2,
-    "disc and rings": 2,
 }
 
 
@@ -64,7 +61,9 @@ def solved(name, **options):
     return minimise(scene, depth * DELTA0, **options)
 
 
-ON_NODES = [name for name in CASES if not name.startswith("steep crests")]  # one contact if steep
+RINGS = ("ring", "wide ring", "disc and rings")
+# steep, and about an axis, nodes answer one contact
+ON_NODES = [name for name in CASES if not name.startswith("steep crests") and name not in RINGS]
 
 
 def on_nodes(name, links, **options):
@@ -171,7 +170,7 @@ def test_a_state_is_the_end_of_its_path(states, name):
     for one in ("force", "energy"):
         size = 1e-11 * state.scales[one]
         assert getattr(path, one)[-1] == pytest.approx(getattr(state, one), rel=0, abs=size)
-    if scene.slopes == "finite":
+    if scene.slopes == "finite" or name in RINGS:
         return  # nodes have no load paths of them
     state = on_nodes(name, 80)
     path = load_path(scene, depths=depths, method="lattice", spacing=L / 80)
@@ -215,7 +214,7 @@ def test_no_state_depends_on_units(states, name, length, stress):
         assert abs(getattr(there, one) / (stress * unit) - getattr(here, one)) <= size
 
 
-@pytest.mark.parametrize("name", [name for name in CASES if CASES[name][0].slopes == "small"])
+@pytest.mark.parametrize("name", [name for name in ON_NODES if CASES[name][0].slopes == "small"])
 def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
     scene, lowest = CASES[name][0], on_nodes(name, 80, branch="global")
     adhered, mesh = on_nodes(name, 80), solved(name, branch="global")
