@@ -66,20 +66,22 @@ def grid(
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
     Elements are halved towards the line until they resolve the shortest length there, and towards
-    corners, beside which the fields change as near the line; they shrink towards 0 where the
-    profile is not smooth (rough).
+    corners, beside which the fields change as near the line, from half-way to the next one; they
+    shrink towards 0 where the profile is not smooth (rough).
     """
     halvings = max(0, math.ceil(math.log2(max(a / (_NEAREST * shortest), 1.0))))
     towards = 0.5 ** np.arange(halvings + 1)
     ends = np.array([*towards, 0.0, *(1 - x / a for x in breaks if 0 < x < a)])
     if rough:
         ends = np.append(ends, 1 - _TOWARDS ** np.arange(1, _ROUGH + 1))
-    for corner in corners:
-        if corner < a:
-            beside = np.append(towards, towards[-1] / 2)[1:]
-            places = np.concatenate([corner / a - beside, corner / a + beside])
-            near = np.abs(1 - ends[:, None] - places).min(axis=0) > beside.min() / 2
-            ends = np.append(ends, 1 - places[(places > 0) & (places < 1) & near])
+    inside = np.array([x / a for x in corners if x < a])
+    for corner in inside.tolist():
+        clear = np.abs(np.append(inside[inside != corner], 1.0) - corner).min()
+        beside = np.append(towards, towards[-1] / 2)[1:]
+        beside = beside[beside <= max(clear / 2, beside[-1])]
+        places = np.concatenate([corner - beside, corner + beside])
+        near = np.abs(1 - ends[:, None] - places).min(axis=0) > beside.min() / 2
+        ends = np.append(ends, 1 - places[(places > 0) & (places < 1) & near])
     return tuple(np.unique(ends)[::-1].tolist())
 
 
