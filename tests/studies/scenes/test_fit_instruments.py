@@ -207,6 +207,7 @@ def test_cases_of_the_self_test_are_what_they_are_called():
     )
 
 
+@pytest.mark.slow
 def test_a_figure_for_each_name_and_a_status_that_says_whether_it_fits(tmp_path, capsys):
     scene = tmp_path / "sphere.toml"
     scene.write_text(SPHERE, "utf-8")
@@ -221,6 +222,7 @@ def test_a_figure_for_each_name_and_a_status_that_says_whether_it_fits(tmp_path,
         assert len(read(tmp_path / f"{stem}_fit.csv")) == curve.force.size
 
 
+@pytest.mark.slow
 def test_a_folder_is_fitted_resumed_and_shares_a_parameter(tmp_path, capsys, monkeypatch):
     scene, folder = tmp_path / "sphere.toml", tmp_path / "curves"
     scene.write_text(SPHERE, "utf-8")
@@ -263,6 +265,7 @@ def test_a_common_parameter_is_weighted_and_says_when_it_is_none():
         many.common("w", values * math.nan, values)
 
 
+@pytest.mark.slow
 def test_a_plan_tells_what_noise_does_and_fits_scatter_as_foretold(tmp_path, capsys):
     scene = tmp_path / "sphere.toml"
     scene.write_text(SPHERE.replace("0.045", "0.03").replace("0.7e-4", "1e-4"), "utf-8")

@@ -118,6 +118,7 @@ def test_quality_of_known_residuals():
     assert "the force out of contact is -5 standard errors off" in Quality(1.0, 0.0, -5.0).told
 
 
+@pytest.mark.slow
 def test_a_small_force_out_of_contact_is_fitted_or_called():
     short, long = (measured(SCENE, [-far, 1.1, -far], 0.02) for far in (1.1, 2.5))
     level = 0.05 * np.abs(short.force).max()  # too small to be taken for contact
