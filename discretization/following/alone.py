@@ -61,8 +61,9 @@ class Alone:
             last[i] = one.beyond(i, rests.rooms(surfaces, way)[:, i, 1 - i], place)
         if not np.isfinite(last).all():
             return None
-        one = cls(rests, way, (start, end), first, last, gone)
-        return cls(rests, way, (start, end), first, one.at(np.array([end]))[0], gone)
+        last = cls(rests, way, (start, end), first, last, gone).at(np.array([end]))[0]
+        passed = not axis and last[0] > last[1]
+        return None if passed else cls(rests, way, (start, end), first, last, gone)
 
     def rest(self, x: Array, line: NDArray[np.int64]) -> Array:
         """D of left and right lines (0, 1) at x, just ahead of a corner."""

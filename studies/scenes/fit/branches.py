@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from discretization import History, load_path
+from discretization import Event, History, load_path
 from energy import Scene
 from studies.shared import Array
 
@@ -106,30 +106,35 @@ def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[History, Branc
 
     Depths are crowded where contact begins or is lost, over whose root the force is smooth.
     """
-    touch, start, outwards = turns[0], turns[-1], len(turns) % 2 == 0
-    history, end = _through(scene, turns, reach), touch + reach
-    own = [event for event in history.events if event.step >= len(turns)] if outwards else []
-    if outwards and not own:
+    touch, start, t = turns[0], turns[-1], np.linspace(0.0, 1.0, POINTS)
+    if len(turns) % 2:  # inwards
+        depth = start + (touch + reach - start) * t**2
+        history = load_path(scene, depths=[*turns, *depth[1:].tolist()], rtol=RTOL)
+        force, own = history.force[len(turns) - 1 :], _events(history, turns)
+        return history, Branch(depth, force, len(own) <= 1)
+    history = _through(scene, turns, reach)
+    own = _events(history, turns)
+    if not own:
         raise ValueError(f"depth = {start!r}: no contact to retract from")
-    t, last = np.linspace(0.0, 1.0, POINTS), own[-1].before if outwards else None
-    leg = start + (end - start) * t**2 if last is None else last.depth + (start - last.depth) * t**2
-    leg = leg if last is None else leg[:0:-1]
-    path = load_path(scene, depths=[*turns, *leg[1:].tolist()], rtol=RTOL)
-    depth, force = leg, path.force[len(turns) - 1 :]
-    if last is not None:
-        held = depth > last.depth
-        depth, force = np.append(depth[held], last.depth), np.append(force[held], last.force)
-    else:
-        history, own = path, [event for event in path.events if event.step >= len(turns)]
-    return history, Branch(depth, force, len(own) <= 1)
+    last = own[-1].before
+    depth = (last.depth + (start - last.depth) * t**2)[:0:-1]
+    path = load_path(scene, depths=[*turns, *depth[1:].tolist()], rtol=RTOL)
+    held = depth > last.depth
+    force = path.force[len(turns) - 1 :][held]
+    ends = np.append(depth[held], last.depth), np.append(force, last.force)
+    return history, Branch(*ends, len(own) <= 1)
+
+
+def _events(history: History, turns: list[float]) -> list[Event]:
+    """What happens beyond the last of the turns."""
+    return [event for event in history.events if event.step >= len(turns)]
 
 
 def _through(scene: Scene, turns: list[float], reach: float) -> History:
-    """The path over these depths, and after an even number of them up to where contact is lost."""
+    """The path over these depths and on to where contact is lost."""
     below = BEYOND * scene.opened.critical_separation
     while True:
-        out = [turns[0] - below] if len(turns) % 2 == 0 else []
-        history = load_path(scene, depths=[*turns, *out], rtol=RTOL)
-        if not out or np.isnan(history.contacts[-1, 0]):
+        history = load_path(scene, depths=[*turns, turns[0] - below], rtol=RTOL)
+        if np.isnan(history.contacts[-1, 0]):
             return history
         below = 2 * below or reach
