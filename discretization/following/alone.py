@@ -13,14 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import NotCertifiedError
 from discretization.fitted.rests import TIE, Rests
 from discretization.following import vanishing
+from discretization.following.track import demand
 from discretization.roots import crossings
 
 Array = NDArray[np.float64]
 _FIRST, _GROWS = 1e-6, 4.0  # of l: the first step to where D is beyond a depth, and its growth
-_NEAR = 1e-11  # of the size of depths: D - d of lines at rest, where D hardly changes outwards
 _SIDES = np.array([-1, 1])  # of the left and of the right line
 
 
@@ -112,13 +111,9 @@ class Alone:
         found[:, 0, 1], found[:, 1, 0] = x.T
         moves = np.flatnonzero(self.first != self.last)
         off = self.rest(x[:, moves].ravel(), np.tile(moves, depths.size)).reshape(x[:, moves].shape)
-        known = _NEAR * _size(self.rests, *self.depths) + self.rests.noise(found)[:, moves]
-        if (np.abs(off - depths[:, None]) > known).any():
-            start, end = self.depths
-            raise NotCertifiedError(
-                f"the contact between depth = {start!r} and {end!r} does not come to rest; try "
-                "other depths, or method='lattice'"
-            )
+        ends = np.array(self.depths)
+        noise = self.rests.noise(found)[:, moves]
+        demand(off - depths[:, None], _size(self.rests, *self.depths), noise, ends)
         return found
 
 

@@ -74,10 +74,15 @@ class Track:
         for i in range(depths.size):
             off[:, i] = self.smooth.rests.ahead(lines[:, i], way) - depths[i]
         moves = np.isfinite(lines) & (lines != lines[:, :1])
-        known = _NEAR * self.smooth.rests.size + self.smooth.rests.noise(lines)[..., None]
-        if (moves & (np.abs(off) > known)).any():
-            start, end = depths[[0, -1]].tolist()
-            raise NotCertifiedError(
-                f"the contacts between depth = {start!r} and {end!r} do not come to rest; try "
-                "other depths, or method='lattice'"
-            )
+        noise = self.smooth.rests.noise(lines)[..., None]
+        demand(np.where(moves, off, 0.0), self.smooth.rests.size, noise, depths[[0, -1]])
+
+
+def demand(off: Array, size: float, noise: Array, depths: Array) -> None:
+    """NotCertifiedError unless D - d of lines is next to rounding; size: of depths; depths (2,)."""
+    if (np.abs(off) > _NEAR * size + noise).any():
+        start, end = depths.tolist()
+        raise NotCertifiedError(
+            f"the contacts between depth = {start!r} and {end!r} do not come to rest; try other "
+            "depths, or method='lattice'"
+        )
