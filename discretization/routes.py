@@ -138,7 +138,7 @@ TABLE = (
         for what, applies in _BEYOND_LAYER.items()
     ),
     Row(BOTH, LOWEST, _layer, refused=_LAYER_GLOBAL),
-    Row(MESH, STATES, lambda s: _layer(s) and _held_twice(s), refused=_PATH),
+    Row(BOTH, STATES, lambda s: _layer(s) and _held_twice(s), refused=_PATH),
     Row(MESH, ANY, _layer, "layer"),
     Row(NODES, ("path",), _layer, refused=_LAYER_NODES),
     Row(NODES, STATES, _layer, "layer"),
