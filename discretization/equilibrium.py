@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from discretization import display, plots
 from discretization.assumed import deformation, of_nodes
 from discretization.certificate import Certificate, Proof
-from discretization.parts import ACTING, SPRINGS, STORED, Elastic
+from discretization.parts import ACTING, STORED, Elastic, parts_of
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At, Shape
 from energy import Assumption, Scene
@@ -47,8 +47,8 @@ class Equilibrium:
         why no state on these nodes has a lower energy, where `shortest_path` has found it.
     nodes, pinned, spacing, neutral, surfaces, elastic
         The outermost contact nodes themselves; lines at corners; nan where there are no nodes;
-        whether a line rests anywhere in a range at no cost; what the free surfaces look like; what
-        presses, springs or the layer itself.
+        whether a line rests anywhere in a range at no cost; what the free surfaces look like; the
+        layer itself, None for springs.
 
     Notes
     -----
@@ -83,7 +83,7 @@ class Equilibrium:
     )
     proof: Proof | None = None
     neutral: bool = False
-    elastic: Elastic = SPRINGS
+    elastic: Elastic | None = None
 
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
@@ -137,7 +137,7 @@ class Equilibrium:
 
     @functools.cached_property
     def _parts(self) -> dict[str, float]:
-        return self.elastic.parts(self)
+        return self.elastic.parts(self) if self.elastic else parts_of(self)
 
     @property
     def energy_parts(self) -> dict[str, float]:
@@ -260,7 +260,10 @@ class Equilibrium:
         """
         x = self._measured(x)
         found, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
-        found[inside] = self.elastic.pressure(self, x[inside])
+        if self.elastic:
+            found[inside] = self.elastic.pressure(self, x[inside])
+        else:
+            found[inside] = self.scene.stiffness * self.displacement(x[inside])
         return found
 
     @property

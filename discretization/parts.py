@@ -76,25 +76,10 @@ def _of_free(state: Any) -> Array:
 
 
 class Elastic(Protocol):
-    """What presses on the indenter in contact, and stores energy."""
+    """A layer with its exact response: what presses on the indenter, and stores energy."""
 
     def pressure(self, state: Any, x: Array) -> Array:
         """In contact at positions."""
 
     def parts(self, state: Any) -> dict[str, float]:
         """Energy and force in parts."""
-
-
-class Springs:
-    """The layer as independent springs, which press with k u."""
-
-    def pressure(self, state: Any, x: Array) -> Array:
-        """In contact at positions."""
-        return np.asarray(state.scene.stiffness * state.displacement(x))
-
-    def parts(self, state: Any) -> dict[str, float]:
-        """Energy and force in parts."""
-        return parts_of(state)
-
-
-SPRINGS = Springs()
