@@ -193,7 +193,7 @@ class Leg:
             return np.array([span * 6 * t * (1 - t) * force])
 
         whole = np.array([[0.0], [1.0]])
-        found = summed(density, whole, _KNOWN, np.zeros((1, 1)), smooth=True, few=False)
+        found = summed(density, whole, _KNOWN, np.zeros((1, 1)), smooth=True)
         return float(found.sums.sum())
 
 
