@@ -10,10 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization import display, plots
-from discretization.assumed import deformation, of_nodes
+from discretization import display, plots, readings
 from discretization.certificate import Certificate, Proof
-from discretization.parts import ACTING, STORED, Elastic, parts_of
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At, Shape
 from energy import Assumption, Scene
@@ -83,7 +81,7 @@ class Equilibrium:
     )
     proof: Proof | None = None
     neutral: bool = False
-    elastic: Elastic | None = None
+    elastic: readings.Elastic | None = None
 
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
@@ -133,21 +131,21 @@ class Equilibrium:
     @functools.cached_property
     def _deformation(self) -> Deformation:
         """What the contact does to the layer."""
-        return deformation(self)
+        return readings.deformation(self)
 
     @functools.cached_property
     def _parts(self) -> dict[str, float]:
-        return self.elastic.parts(self) if self.elastic else parts_of(self)
+        return self.elastic.parts(self) if self.elastic else readings.parts_of(self)
 
     @property
     def energy_parts(self) -> dict[str, float]:
-        """Energy [energy/length] of springs, surface and adhesion; see discretization.parts."""
-        return {name: self._parts[name] for name in STORED}
+        """Energy [energy/length] of springs, surface and adhesion; see discretization.readings."""
+        return {name: self._parts[name] for name in readings.STORED}
 
     @property
     def force_parts(self) -> dict[str, float]:
         """Force [force/length] of the pressure (9) and of the lines (10); likewise."""
-        return {name: self._parts[name] for name in ACTING}
+        return {name: self._parts[name] for name in readings.ACTING}
 
     @property
     def half_width(self) -> float:
@@ -275,7 +273,7 @@ class Equilibrium:
     @property
     def resolution(self) -> tuple[Assumption, ...]:
         """Whether the nodes are close enough for l and the contacts; nothing on a mesh."""
-        return of_nodes(self)
+        return readings.of_nodes(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -87,7 +87,7 @@ class NodeFields:
         return np.interp(np.abs(x - apex), own, force / share - scene.gamma1 * bend)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """As parts.parts_of, with what is stored in the layer for the springs.
+        """As readings.parts_of, with what is stored in the layer for the springs.
 
         The energy of the surface is γ₁ ∂U/∂γ₁, as the displacements are those of least energy.
         """

@@ -68,7 +68,7 @@ class LayerFields:
         return body.scene.layer.shear_modulus * found.reshape(x.shape)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """As parts.parts_of; what springs store there is stored in the layer."""
+        """As readings.parts_of; what springs store there is stored in the layer."""
         own, body = self.layer, self.layer.body
 
         def density(x: Array) -> Array:
