@@ -6,6 +6,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from discretization import display, plots, readings
 from discretization.certificate import Certificate, Proof
 from discretization.routes import one_contact
-from discretization.surfaces.protocol import At, Shape
+from discretization.surfaces.protocol import At
 from energy import Assumption, Scene
 from energy.validity import Deformation, assumptions
 
@@ -43,10 +44,10 @@ class Equilibrium:
         That it is an equilibrium; its relative numerical errors, or the function that finds them
         (`errors`), relative to the sums of the absolute values of the terms of force and energy;
         why no state on these nodes has a lower energy, where `shortest_path` has found it.
-    nodes, pinned, spacing, neutral, surfaces, elastic
+    nodes, pinned, spacing, neutral, surfaces
         The outermost contact nodes themselves; lines at corners; nan where there are no nodes;
-        whether a line rests anywhere in a range at no cost; what the free surfaces look like; the
-        layer itself, None for springs.
+        whether a line rests anywhere in a range at no cost; what the free surfaces look like, and
+        of a layer with its exact response what presses.
 
     Notes
     -----
@@ -68,7 +69,7 @@ class Equilibrium:
     branch: str
     method: str
     certificate: Certificate
-    surfaces: Shape
+    surfaces: Any
     spacing: float = math.nan
     contacts: Array = field(default_factory=lambda: np.empty((0, 2)))
     nodes: Array = field(default_factory=lambda: np.empty((0, 2)))
@@ -81,7 +82,6 @@ class Equilibrium:
     )
     proof: Proof | None = None
     neutral: bool = False
-    elastic: readings.Elastic | None = None
 
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
@@ -135,7 +135,7 @@ class Equilibrium:
 
     @functools.cached_property
     def _parts(self) -> dict[str, float]:
-        return self.elastic.parts(self) if self.elastic else readings.parts_of(self)
+        return readings.parts_of(self)
 
     @property
     def energy_parts(self) -> dict[str, float]:
@@ -258,8 +258,8 @@ class Equilibrium:
         """
         x = self._measured(x)
         found, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
-        if self.elastic:
-            found[inside] = self.elastic.pressure(self, x[inside])
+        if self.scene.layer.exact and inside.any():
+            found[inside] = self.surfaces.pressure(self, x[inside])
         else:
             found[inside] = self.scene.stiffness * self.displacement(x[inside])
         return found
@@ -291,7 +291,7 @@ def detached(
     scene: Scene,
     depth: float,
     branch: str,
-    surfaces: Shape,
+    surfaces: Any,
     certificate: Certificate,
     spacing: float = math.nan,
 ) -> Equilibrium:

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,21 +39,16 @@ _SAMPLES = 257  # of each contact
 LINKS, FEWEST = 1.0, 0.5  # spacing over l, and over the half-width of a contact, at most
 
 
-class Elastic(Protocol):
-    """A layer with its exact response: what presses on the indenter, and stores energy."""
-
-    def pressure(self, state: Any, x: Array) -> Array:
-        """In contact at positions."""
-
-    def parts(self, state: Any) -> dict[str, float]:
-        """Energy and force in parts."""
-
-
 def parts_of(state: Any) -> dict[str, float]:
-    """Energy and force of a state in parts; of a plane without end every part is endless."""
+    """Energy and force of a state in parts; of a plane without end every part is endless.
+
+    Of a layer with its exact response, its fields know.
+    """
     parts = dict.fromkeys((*STORED, *ACTING), 0.0)
     if not state.contacts.size:
         return parts
+    if state.scene.layer.exact:
+        return dict(state.surfaces.parts(state))
     if not np.isfinite(state.contacts).all():
         bound = -math.inf if state.scene.work_of_adhesion else 0.0
         stored = math.inf if state.depth else 0.0

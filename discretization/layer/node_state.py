@@ -164,7 +164,6 @@ def _state(nodes: Nodes, depth: float, n: int, branch: str, touch: float) -> Equ
         energy=energy,
         scales=scales,
         errors=_errors(nodes, depth, n, touch, (a, force, energy), scales),
-        elastic=fields,
     )
 
 

@@ -162,7 +162,6 @@ def equilibrium(state: Layer, lines: Lines, rate: float, branch: str) -> Equilib
         energy=(stored + stretched - bound) * unit * body.h,
         scales={"force": scales[0] * unit, "energy": scales[1] * unit},
         errors=errors(state, lines, rate),
-        elastic=fields,
     )
 
 
