@@ -17,7 +17,7 @@ from energy.indenter import Array, Indenter, floats
 
 
 class Bowl(Indenter):
-    """A convex profile that is its own mirror image about 0, smooth between its corners and knots."""
+    """A convex profile, its own mirror image about 0 and smooth between its corners and knots."""
 
     apex = 0.0
     symmetric = convex = complete = True
