@@ -6,16 +6,15 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization import display, plots
-from discretization.assumed import deformation, of_nodes
+from discretization import display, plots, readings
 from discretization.certificate import Certificate, Proof
-from discretization.parts import ACTING, SPRINGS, STORED, Elastic
 from discretization.routes import one_contact
-from discretization.surfaces.protocol import At, Shape
+from discretization.surfaces.protocol import At
 from energy import Assumption, Scene
 from energy.validity import Deformation, assumptions
 
@@ -45,10 +44,10 @@ class Equilibrium:
         That it is an equilibrium; its relative numerical errors, or the function that finds them
         (`errors`), relative to the sums of the absolute values of the terms of force and energy;
         why no state on these nodes has a lower energy, where `shortest_path` has found it.
-    nodes, pinned, spacing, neutral, surfaces, elastic
+    nodes, pinned, spacing, neutral, surfaces
         The outermost contact nodes themselves; lines at corners; nan where there are no nodes;
-        whether a line rests anywhere in a range at no cost; what the free surfaces look like; what
-        presses, springs or the layer itself.
+        whether a line rests anywhere in a range at no cost; what the free surfaces look like, and
+        of a layer with its exact response what presses.
 
     Notes
     -----
@@ -70,7 +69,7 @@ class Equilibrium:
     branch: str
     method: str
     certificate: Certificate
-    surfaces: Shape
+    surfaces: Any
     spacing: float = math.nan
     contacts: Array = field(default_factory=lambda: np.empty((0, 2)))
     nodes: Array = field(default_factory=lambda: np.empty((0, 2)))
@@ -83,7 +82,6 @@ class Equilibrium:
     )
     proof: Proof | None = None
     neutral: bool = False
-    elastic: Elastic = SPRINGS
 
     @functools.cached_property
     def error_estimate(self) -> dict[str, float]:
@@ -133,21 +131,21 @@ class Equilibrium:
     @functools.cached_property
     def _deformation(self) -> Deformation:
         """What the contact does to the layer."""
-        return deformation(self)
+        return readings.deformation(self)
 
     @functools.cached_property
     def _parts(self) -> dict[str, float]:
-        return self.elastic.parts(self)
+        return readings.parts_of(self)
 
     @property
     def energy_parts(self) -> dict[str, float]:
-        """Energy [energy/length] of springs, surface and adhesion; see discretization.parts."""
-        return {name: self._parts[name] for name in STORED}
+        """Energy [energy/length] of springs, surface and adhesion; see discretization.readings."""
+        return {name: self._parts[name] for name in readings.STORED}
 
     @property
     def force_parts(self) -> dict[str, float]:
         """Force [force/length] of the pressure (9) and of the lines (10); likewise."""
-        return {name: self._parts[name] for name in ACTING}
+        return {name: self._parts[name] for name in readings.ACTING}
 
     @property
     def half_width(self) -> float:
@@ -260,7 +258,10 @@ class Equilibrium:
         """
         x = self._measured(x)
         found, inside = np.where(np.isnan(x), math.nan, 0.0), self.inside(x)
-        found[inside] = self.elastic.pressure(self, x[inside])
+        if self.scene.layer.exact and inside.any():
+            found[inside] = self.surfaces.pressure(self, x[inside])
+        else:
+            found[inside] = self.scene.stiffness * self.displacement(x[inside])
         return found
 
     @property
@@ -272,7 +273,7 @@ class Equilibrium:
     @property
     def resolution(self) -> tuple[Assumption, ...]:
         """Whether the nodes are close enough for l and the contacts; nothing on a mesh."""
-        return of_nodes(self)
+        return readings.of_nodes(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -290,7 +291,7 @@ def detached(
     scene: Scene,
     depth: float,
     branch: str,
-    surfaces: Shape,
+    surfaces: Any,
     certificate: Certificate,
     spacing: float = math.nan,
 ) -> Equilibrium:

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization.assumed import resolution, tell
 from discretization.paths.branch import Point
 from discretization.paths.control import Control
 from discretization.paths.history import History, branch_of
 from discretization.paths.load_path import LoadPath
 from discretization.profile import resolve
+from discretization.readings import resolution, tell
 from discretization.routes import usable
 from energy import Scene
 from energy.checks import array, finite, positive

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 
-from discretization.assumed import tell
 from discretization.certificate import AccuracyWarning
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.several import on_several
@@ -13,6 +12,7 @@ from discretization.fitted.springs import on_springs
 from discretization.lattice.state import looked_at_on_lattice, on_lattice
 from discretization.layer.node_state import on_layer_nodes
 from discretization.layer.state import on_layer
+from discretization.readings import tell
 from discretization.routes import question_of, route, usable
 from energy import Scene
 from energy.checks import finite, option, positive

@@ -46,15 +46,13 @@ class Resolved:
 
     A corner stands twice: first with the slope on its left, then with that on its right. touch:
     the least height, at x = lowest; scale: the steepest slope times the width, a size of f.
-    resolved: False where MOST samples were not enough. edges: of a pattern, on either side of which
-    there is a sample.
+    edges: of a pattern, on either side of which there is a sample.
     """
 
     indenter: Indenter
     x: Array
     f: Array
     slope: Array
-    resolved: bool
     edges: Array = field(default_factory=lambda: np.empty(0))
 
     @functools.cached_property
@@ -124,16 +122,15 @@ def resolve(scene: Scene, depth: float) -> Resolved:
     indenter = Radial(scene.indenter) if scene.axisymmetric else scene.indenter
     edges = np.array(scene.pattern.edges if scene.pattern is not None else (), float)
     cuts = _cuts(indenter, _window(scene, indenter, depth), edges)
-    *samples, resolved = _refined(scene, indenter, cuts)
+    x, resolved = _refined(scene, indenter, cuts)
     if not resolved:
-        finest = float(np.diff(np.unique(samples[0])).min())
         warnings.warn(
-            f"the profile varies on less than {finest!r}, which {MOST} samples do not resolve: "
-            "contacts may be missed; smooth the profile, or limit its extent",
+            f"the profile varies on less than {float(np.diff(x).min())!r}, which {MOST} samples do "
+            "not resolve: contacts may be missed; smooth the profile, or limit its extent",
             AccuracyWarning,
             stacklevel=4,
         )
-    return Resolved(indenter, *_with_extremes(indenter, *samples), resolved, edges)
+    return Resolved(indenter, *_with_extremes(indenter, *_with_corners(indenter, x)), edges)
 
 
 def _window(scene: Scene, indenter: Indenter, depth: float) -> tuple[float, float]:
@@ -197,41 +194,38 @@ def _cuts(indenter: Indenter, window: tuple[float, float], edges: Array) -> Arra
     return np.unique(np.concatenate([window, inner]))
 
 
-def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, Array, Array, bool]:
-    """Samples x, f, f' of the pieces between cuts, corners twice; whether they resolve them."""
-    corners = np.asarray(indenter.corners, float)
+def _refined(scene: Scene, indenter: Indenter, cuts: Array) -> tuple[Array, bool]:
+    """x of samples of the pieces between cuts, and whether they resolve them."""
     count = np.maximum(1, np.ceil(np.diff(cuts) / np.ptp(cuts) * _FIRST)).astype(int)
     t = np.concatenate([np.arange(n) / n for n in count.tolist()])
-    lo = np.repeat(cuts[:-1], count) + np.repeat(np.diff(cuts), count) * t
-    hi = np.append(lo[1:], cuts[-1])
-    low, high = (_read(indenter, corners, x, side) for x, side in ((lo, 1), (hi, -1)))
-    done: list[Array] = []
-    least, total = _FINEST * float(np.ptp(cuts)), lo.size
-    noise = _NOISE * float(np.abs([low[1], high[1]]).max())
+    x = np.append(np.repeat(cuts[:-1], count) + np.repeat(np.diff(cuts), count) * t, cuts[-1])
     noticed = _PART * math.sqrt(2 * scene.work_of_adhesion / scene.gamma1) if scene.gamma1 else 0.0
+    noticed = max(noticed, _NOISE * float(np.abs(_with_corners(indenter, x)[2]).max()))
+    lo, hi, least = x[:-1], x[1:], _FINEST * float(np.ptp(cuts))
     for _ in range(_ROUNDS):
-        rough = _unpredicted(indenter, lo, hi, low, high, max(noticed, noise)) & (hi - lo > least)
-        done.append(np.array([lo, hi, *low, *high])[:, ~rough])
-        lo, hi, low, high = lo[rough], hi[rough], low[:, rough], high[:, rough]
-        total += lo.size
-        if not lo.size or total > MOST:
+        low, high = _read(indenter, lo, 1), _read(indenter, hi, -1)
+        rough = _unpredicted(indenter, lo, hi, low, high, noticed) & (hi - lo > least)
+        lo, hi = lo[rough], hi[rough]
+        if not lo.size or x.size + lo.size > MOST:
             break
         middle = (lo + hi) / 2
-        own = _read(indenter, np.empty(0), middle, 1)
-        lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
-        low, high = np.hstack([low, own]), np.hstack([own, high])
-    parts = np.hstack([*done, np.array([lo, hi, *low, *high])])
-    parts = parts[:, np.argsort(parts[0], kind="stable")]
-    doubled = np.append(parts[3, 1:] != parts[5, :-1], True)  # a corner, or the last one
-    x = np.stack([parts[0], parts[1]], axis=1)
-    both = [np.stack([parts[2 + i], parts[4 + i]], axis=1) for i in (0, 1)]
-    kept = np.stack([np.ones_like(doubled), doubled], axis=1)
-    return x[kept], both[0][kept], both[1][kept], not lo.size
+        x, lo, hi = np.append(x, middle), np.append(lo, middle), np.append(middle, hi)
+    return np.sort(x), not lo.size
 
 
-def _read(indenter: Indenter, corners: Array, x: Array, side: int) -> Array:
+def _with_corners(indenter: Indenter, x: Array) -> tuple[Array, Array, Array]:
+    """x, f and f' of samples; corners twice, first with the slope on their left."""
+    x = np.sort(np.append(x, np.intersect1d(indenter.corners, x[1:-1])))
+    twice = x[1:] == x[:-1]
+    f, slope = _read(indenter, x, np.append(1, twice) - np.append(twice, 1))
+    kept = np.append(True, ~twice | (slope[1:] != slope[:-1]))
+    return x[kept], f[kept], slope[kept]
+
+
+def _read(indenter: Indenter, x: Array, side: Any) -> Array:
     """f and f' (2, n), the slope at corners on this side of them."""
-    slope = indenter.slope_beside(x, np.where(np.isin(x, corners), side, 0))
+    at_corner = np.isin(x, np.asarray(indenter.corners, float))
+    slope = indenter.slope_beside(x, np.where(at_corner, side, 0))
     return np.array([heights(indenter, x), slope])
 
 

@@ -36,10 +36,12 @@ Array = NDArray[np.float64]
 Density = Callable[[Array], Array]  # of places (n, p): several densities (m, n, p)
 Free = tuple[float, float, float, float]  # of the free surfaces: F, what they pull, k∫u, |pull|
 NONE: Free = 0.0, 0.0, 0.0, 0.0
-_FEW_PANELS = 50  # of which each gets many points, crowded at its ends
-_MANY, _PLAIN = 28, 12  # points of half such a panel; of one of many panels
+_T, _DT = np.polynomial.legendre.leggauss(12)
+_NEAR, _DT = ((_T + 1) / 2) ** 4 / 2, _DT * ((_T + 1) / 2) ** 3
+# points and weights of a panel, half of them for each half, crowded at its ends by t⁴: a power law
+# is not smooth there, and a jump close to an end would be missed
+_AT, _OF = np.append(_NEAR, 1 - _NEAR), np.append(_DT, _DT)
 _HALVINGS = 48  # of a panel, to the spacing of floating-point numbers
-_PART = 0.1  # of rtol for the quadrature
 _SUMMED = 80 * EPSILON  # of the sizes of the terms of a panel's sum
 _LUCK = 1 / 8  # of what the whole was off by
 _EXACT = 1e-15  # of a whole integral: what halving a panel may change it by
@@ -63,36 +65,25 @@ class Sums(NamedTuple):
         return Sums(*(part[:, own] for part in self))
 
 
-def over(density: Density, ends: Array, *, few: bool = False) -> tuple[Array, Array]:
+def over(density: Density, ends: Array) -> tuple[Array, Array]:
     """Integrals (m, n) over panels with ends (2, n) as they are, and of absolute values."""
-    (at, weights), (lo, hi) = _rule(few), ends[..., None]
-    values, width = density(lo + (hi - lo) * at), (hi - lo)[:, 0]
-    return (values @ weights) * width, (np.abs(values) @ weights) * width
+    lo, hi = ends[..., None]
+    values, width = density(lo + (hi - lo) * _AT), (hi - lo)[:, 0]
+    return (values @ _OF) * width, (np.abs(values) @ _OF) * width
 
 
-def summed(
-    density: Density,
-    ends: Array,
-    part: float,
-    lost: Array,
-    *,
-    smooth: bool,
-    few: bool | None = None,
-) -> Sums:
+def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: bool) -> Sums:
     """Integrals over panels, those halved that are off by more than a part of the whole's size.
 
-    lost (m, 1): what they are off by however often they are halved; smooth: on each
-    panel; few: whether panels get many points, by default if they are few.
+    lost (m, 1): what they are off by however often they are halved; smooth: on each panel.
     """
-    n = ends.shape[1]
-    few = n < _FEW_PANELS if few is None else few
-    left, done = Sums(ends, *over(density, ends, few=few), np.zeros((len(lost), n))), []
+    left, done = Sums(ends, *over(density, ends), np.zeros((len(lost), ends.shape[1]))), []
     limit = part * left.sizes.sum(axis=1, keepdims=True) + lost
     for _ in range(_HALVINGS):
         (lo, hi), n = left.ends, left.ends.shape[1]
         middle = (lo + hi) / 2
         halves = np.array([np.append(lo, middle), np.append(middle, hi)])
-        sums, sizes = over(density, halves, few=few)
+        sums, sizes = over(density, halves)
         apart = np.abs(sums[:, :n] + sums[:, n:] - left.sums)
         off = np.maximum(apart, left.off)
         rough = (off > np.maximum(limit, _SUMMED * left.sizes)).any(axis=0)
@@ -122,7 +113,7 @@ def densities(scene: Scene, level: float, x: Array) -> Array:
     return found * scene.measure(x) if scene.axisymmetric else found
 
 
-def in_contact(scene: Scene, depth: float, contacts: Array, rtol: float) -> tuple[Sums, float]:
+def in_contact(scene: Scene, depth: float, contacts: Array) -> tuple[Sums, float]:
     """Springs, surface, adhesion as it binds and pressure over contacts (m, 2).
 
     And what the heights are off by as measured, which is counted in what the sums are off by.
@@ -134,7 +125,7 @@ def in_contact(scene: Scene, depth: float, contacts: Array, rtol: float) -> tupl
         wide = np.diff(contacts).sum() + 2 * scene.elastocapillary_length
         lost[1] = rounding * wide * float(scene.measure(contacts.max()))
         lost[2] = 2 * deepest * lost[1]
-    part = max(_PART * rtol, ROUNDING) / max(1, ends.shape[1])
+    part = ROUNDING / max(1, ends.shape[1])
     found = summed(lambda x: densities(scene, depth, x), ends, part, lost, smooth=smooth)
     units = np.array([[k / 2], [1.0], [scene.work_of_adhesion], [k]])
     parts = (units * part[[2, 3, 4, 1]] for part in found[1:])
@@ -150,20 +141,6 @@ def _ends(scene: Scene, contacts: Array) -> Array:
         for left, right in contacts.tolist()
     ]
     return np.hstack([[part[:-1], part[1:]] for part in parts])
-
-
-@functools.lru_cache(maxsize=2)
-def _rule(few: bool) -> tuple[Array, Array]:
-    """Gauss points and weights on [0, 1]; of many, half for each half, crowded at the ends by t⁴.
-
-    A power law is not smooth where the panels end.
-    """
-    t, weights = np.polynomial.legendre.leggauss(_MANY if few else _PLAIN)
-    t, weights = (t + 1) / 2, weights / 2
-    if not few:
-        return t, weights
-    near, weights = t**4 / 2, 2 * weights * t**3
-    return np.concatenate([near, 1 - near]), np.concatenate([weights, weights])
 
 
 def height_rounding(indenter: Indenter, ends: Array) -> float:
@@ -206,9 +183,9 @@ class Interval(NamedTuple):
     rounding: float = 0.0
 
 
-def refined(scene: Scene, depth: float, contacts: Array, free: Free, rtol: float) -> Interval:
+def refined(scene: Scene, depth: float, contacts: Array, free: Free) -> Interval:
     """Energy and force of contacts (m, 2); free: what the free surfaces beside them add."""
-    found, rounding = in_contact(scene, depth, contacts, rtol)
+    found, rounding = in_contact(scene, depth, contacts)
     springs, tension, adhesion, force = found.sums.sum(axis=1).tolist()
     off, size = found.off.sum(axis=1), float(found.sizes[3].sum())
     energy, pull, area, pulls = free

@@ -1,73 +1,19 @@
-"""Which question of which scene leads where, or why it is refused: the one table that decides.
+"""Which question of which scene leads where, or why it is refused: all that decides stands here.
 
 Questions are the two branches of `minimise`, "adhered" and "global", the "search" for the lowest
-contacts by a method of its own or by the "oracle", and the load "path"; they are asked of the
-fitted mesh or of nodes.
-The first row that applies decides.
+contacts by a method of its own, and the load "path"; they are asked of the fitted mesh or of nodes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NoReturn
 
 from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
 from energy.checks import finite, option
 
 # turned about an axis, of these the line has one stable place (fitted/single_lines.py)
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
-STATES, SEARCH = ("adhered", "global"), ("search", "oracle")
-LOWEST, ANY = ("global", *SEARCH), (*STATES, "path")
-MESH, NODES, BOTH = (False,), (True,), (False, True)
-
-
-def one_contact(scene: Scene) -> bool:
-    """Whether at any depth there is at most one stable contact, with one line on each side."""
-    return scene.indenter.convex and (
-        not scene.axisymmetric or isinstance(scene.indenter, UNIMODAL)
-    )
-
-
-def _held_twice(scene: Scene) -> bool:
-    """Whether where a line rests depends on the way it came."""
-    return scene.opening is not None or scene.pattern is not None
-
-
-def _steep(scene: Scene) -> bool:
-    return scene.slopes == "finite" and scene.gamma1 > 0
-
-
-def _plane(scene: Scene) -> bool:
-    return isinstance(scene.indenter, Plane)
-
-
-def _disc(scene: Scene) -> bool:
-    return scene.axisymmetric and scene.indenter.convex
-
-
-def _one_disc(scene: Scene) -> bool:
-    """Whether about an axis nodes answer: one contact, with one line."""
-    return _disc(scene) and scene.pattern is None and not _steep(scene)
-
-
-def _searched(scene: Scene) -> bool:
-    """Whether another state than that of the path may have less energy, but for none."""
-    return scene.gamma1 > 0 and scene.work_of_adhesion > 0 and not one_contact(scene)
-
-
-def _layer(scene: Scene) -> bool:
-    return scene.layer.exact
-
-
-class Row(NamedTuple):
-    """Of what and what is asked, of which scenes; what answers, or why nothing does."""
-
-    where: tuple[bool, ...]
-    questions: tuple[str, ...]
-    applies: Callable[[Scene], bool]
-    leads_to: str = ""
-    refused: str = ""
-
 
 _PATH = (
     "opening = {scene.opening!r}, pattern = {scene.pattern!r}: where the line rests depends on the "
@@ -101,72 +47,15 @@ _ENDLESS = (
     "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, such as a "
     "punch, wedge, parabola, power law, or a sum of these"
 )
-
 _LAYER = (
     ": response = 'layer' answers one contact of a convex indenter, mirror-symmetric or turned "
     "about an axis, with small slopes, gamma1 > 0 and branch = 'adhered'; "
 )
 _OTHERWISE = "change that, or use response='springs'"
-_LAYER_GLOBAL = (
-    "branch = 'global'"
-    + _LAYER
-    + "use that branch, or response='springs' for what has least energy"
-)
+_LOWER = "use that branch, or response='springs' for what has least energy"
 _LAYER_NODES = (
     "method = 'lattice': with response = 'layer' nodes only answer states, no load paths; use "
     "method='fitted'"
-)
-_BEYOND_LAYER: dict[str, Callable[[Scene], bool]] = {
-    "slopes = {scene.slopes!r}": lambda s: s.slopes != "small",
-    "gamma1 = {scene.gamma1!r}": lambda s: not s.gamma1,
-    "pattern = {scene.pattern!r}": lambda s: s.pattern is not None,
-    "indenter = {scene.indenter!r} has no lowest point": _plane,
-    "indenter = {scene.indenter!r} is not convex": lambda s: not s.indenter.convex,
-    "indenter = {scene.indenter!r} is not mirror-symmetric": lambda s: (
-        not s.axisymmetric and s.mirror is None
-    ),
-}
-
-
-def _beyond(applies: Callable[[Scene], bool]) -> Callable[[Scene], bool]:
-    return lambda scene: _layer(scene) and applies(scene)
-
-
-TABLE = (
-    *(
-        Row(BOTH, (*ANY, *SEARCH), _beyond(applies), refused=what + _LAYER + _OTHERWISE)
-        for what, applies in _BEYOND_LAYER.items()
-    ),
-    Row(BOTH, LOWEST, _layer, refused=_LAYER_GLOBAL),
-    Row(MESH, STATES, lambda s: _layer(s) and _held_twice(s), refused=_PATH),
-    Row(MESH, ANY, _layer, "layer"),
-    Row(NODES, ("path",), _layer, refused=_LAYER_NODES),
-    Row(NODES, STATES, _layer, "layer"),
-    Row(BOTH, LOWEST, _held_twice, refused=_PATH),
-    Row(BOTH, STATES, lambda s: _held_twice(s) and (not s.gamma1 or _plane(s)), refused=_PATH),
-    Row(MESH, STATES, _plane, "plane"),
-    Row(MESH, ("path",), _plane, refused=_ENDLESS),
-    Row(MESH, ANY, lambda s: not s.gamma1, "springs"),
-    Row(MESH, STATES, lambda s: one_contact(s) and not _held_twice(s), "one contact"),
-    Row(MESH, ("global",), lambda s: _steep(s) and _searched(s) and not _disc(s), refused=_BENT),
-    Row(MESH, ANY, lambda s: True, "several contacts"),
-    Row(NODES, SEARCH, lambda s: s.axisymmetric, refused=_ABOUT_AXIS),
-    Row(NODES, ("global",), lambda s: s.axisymmetric and _searched(s), refused=_ABOUT_AXIS),
-    Row(NODES, ANY, lambda s: s.axisymmetric and not _one_disc(s), refused=_ABOUT_AXIS),
-    Row(NODES, SEARCH, _steep, refused=_BENT),
-    Row(NODES, SEARCH, lambda s: not s.gamma1, refused=_NO_LINKS),
-    Row(NODES, SEARCH, lambda s: True, "lowest"),
-    Row(NODES, ("path",), lambda s: not s.gamma1, refused=_NODES_PATH),
-    Row(NODES, ("path",), _steep, refused=_STEEP_NODES),
-    Row(NODES, STATES, _plane, "plane"),
-    Row(NODES, STATES, lambda s: _steep(s) and _held_twice(s), refused=_STEEP_NODES),
-    Row(NODES, ("global",), lambda s: _steep(s) and _searched(s), refused=_BENT),
-    Row(NODES, ANY, _held_twice, "path"),
-    Row(NODES, STATES, lambda s: not (s.gamma1 or s.indenter.convex), refused=_SPRINGS_NODES),
-    Row(NODES, STATES, lambda s: _steep(s) or not s.gamma1, "plain"),
-    Row(NODES, ("global",), lambda s: not s.indenter.convex, "lowest"),
-    Row(NODES, STATES, lambda s: not (s.work_of_adhesion or s.indenter.convex), "lowest"),
-    Row(NODES, ANY, lambda s: True, "path"),
 )
 
 
@@ -179,16 +68,105 @@ def usable(scene: Scene, rtol: float, method: str, methods: Sequence[str]) -> No
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
 
 
+def one_contact(scene: Scene) -> bool:
+    """Whether at any depth there is at most one stable contact, with one line on each side."""
+    return scene.indenter.convex and (
+        not scene.axisymmetric or isinstance(scene.indenter, UNIMODAL)
+    )
+
+
+def _held_twice(scene: Scene) -> bool:
+    """Whether where a line rests depends on the way it came."""
+    return scene.opening is not None or scene.pattern is not None
+
+
+def _steep(scene: Scene) -> bool:
+    return scene.slopes == "finite" and scene.gamma1 > 0
+
+
+def _searched(scene: Scene, question: str) -> bool:
+    """Whether the lowest state is asked for, and may be another than that of the path or none."""
+    adheres = scene.gamma1 > 0 and scene.work_of_adhesion > 0
+    return question == "global" and adheres and not one_contact(scene)
+
+
 def question_of(method: str, branch: str) -> str:
     """What is asked of nodes by a method of `minimise`."""
-    return {"shortest_path": "search", "oracle": "oracle"}.get(method, branch)
+    return "search" if method in ("shortest_path", "oracle") else branch
 
 
 def route(scene: Scene, question: str, *, nodes: bool) -> str:
     """What answers a question of a scene. ValueError where nothing does."""
-    for row in TABLE:
-        if nodes in row.where and question in row.questions and row.applies(scene):
-            if row.refused:
-                raise ValueError(row.refused.format(scene=scene))
-            return row.leads_to
-    raise AssertionError(f"no row for {question!r}")
+    if scene.layer.exact:
+        return _of_layer(scene, question, nodes)
+    no_path = not scene.gamma1 or isinstance(scene.indenter, Plane)
+    if _held_twice(scene) and (
+        question in ("global", "search") or (question != "path" and no_path)
+    ):
+        _refuse(scene, _PATH)
+    return _on_nodes(scene, question) if nodes else _on_mesh(scene, question)
+
+
+def _of_layer(scene: Scene, question: str, nodes: bool) -> str:
+    body, line = scene.indenter, not scene.axisymmetric
+    beyond = {
+        "slopes = {scene.slopes!r}": scene.slopes != "small",
+        "gamma1 = {scene.gamma1!r}": not scene.gamma1,
+        "pattern = {scene.pattern!r}": scene.pattern is not None,
+        "indenter = {scene.indenter!r} has no lowest point": isinstance(body, Plane),
+        "indenter = {scene.indenter!r} is not convex": not body.convex,
+        "indenter = {scene.indenter!r} is not mirror-symmetric": line and scene.mirror is None,
+    }
+    for what, too_much in beyond.items():
+        if too_much:
+            _refuse(scene, what + _LAYER + _OTHERWISE)
+    if question in ("global", "search"):
+        _refuse(scene, "branch = 'global'" + _LAYER + _LOWER)
+    if question == "adhered" and _held_twice(scene):
+        _refuse(scene, _PATH)
+    if question == "path" and nodes:
+        _refuse(scene, _LAYER_NODES)
+    return "layer"
+
+
+def _on_mesh(scene: Scene, question: str) -> str:
+    state = question != "path"
+    if isinstance(scene.indenter, Plane):
+        return "plane" if state else _refuse(scene, _ENDLESS)
+    if not scene.gamma1:
+        return "springs"
+    if state and one_contact(scene) and not _held_twice(scene):
+        return "one contact"
+    disc = scene.axisymmetric and scene.indenter.convex
+    if _steep(scene) and _searched(scene, question) and not disc:
+        _refuse(scene, _BENT)
+    return "several contacts"
+
+
+def _on_nodes(scene: Scene, question: str) -> str:
+    state, convex, steep = question != "path", scene.indenter.convex, _steep(scene)
+    if scene.axisymmetric:
+        one_disc = convex and scene.pattern is None and not steep
+        if question == "search" or _searched(scene, question) or not one_disc:
+            _refuse(scene, _ABOUT_AXIS)
+    if question == "search":
+        if steep or not scene.gamma1:
+            _refuse(scene, _BENT if steep else _NO_LINKS)
+        return "lowest"
+    if not state and (steep or not scene.gamma1):
+        _refuse(scene, _STEEP_NODES if steep else _NODES_PATH)
+    if isinstance(scene.indenter, Plane):
+        return "plane" if state else _refuse(scene, _ENDLESS)
+    if steep and (_held_twice(scene) or _searched(scene, question)):
+        _refuse(scene, _STEEP_NODES if _held_twice(scene) else _BENT)
+    if not (scene.gamma1 or convex):
+        _refuse(scene, _SPRINGS_NODES)
+    if steep or not scene.gamma1:
+        return "plain"
+    if _held_twice(scene) or not state or convex:
+        return "path"
+    return "lowest" if question == "global" or not scene.work_of_adhesion else "path"
+
+
+def _refuse(scene: Scene, why: str) -> NoReturn:
+    raise ValueError(why.format(scene=scene))

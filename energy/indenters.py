@@ -1,7 +1,7 @@
 """The built-in shapes: plane, flat punch, wedge, parabola, circle, power law.
 
-A new indenter is a frozen dataclass here with `height` and `slope`; the optional attributes are
-those of energy.indenter.
+A new indenter is a frozen dataclass here with `height` and `slope`; what else it may say stands in
+energy.indenter.
 """
 
 from __future__ import annotations
@@ -16,8 +16,15 @@ from energy.checks import finite, positive, real
 from energy.indenter import Array, Indenter, floats
 
 
+class Bowl(Indenter):
+    """A convex profile, its own mirror image about 0 and smooth between its corners and knots."""
+
+    apex = 0.0
+    symmetric = convex = complete = True
+
+
 @dataclass(frozen=True)
-class Plane(Indenter):
+class Plane(Bowl):
     """Rigid plane f = 0 without end, case study 1, Eq. (19).
 
     Examples
@@ -26,11 +33,6 @@ class Plane(Indenter):
     >>> Plane().height([-1.0, 2.0])
     array([0., 0.])
     """
-
-    apex = 0.0
-    symmetric = True
-    convex = True
-    complete = True
 
     def shifted(self, x0: float) -> Plane:
         finite("x0", x0)
@@ -44,7 +46,7 @@ class Plane(Indenter):
 
 
 @dataclass(frozen=True)
-class FlatPunch(Indenter):
+class FlatPunch(Bowl):
     """Flat punch f = 0 for |x| <= half_width and nothing (f = +inf) beyond, case study 2.
 
     Parameters
@@ -60,10 +62,6 @@ class FlatPunch(Indenter):
     """
 
     half_width: float
-    apex = 0.0
-    symmetric = True
-    convex = True
-    complete = True
 
     def __post_init__(self) -> None:
         positive("half_width", self.half_width)
@@ -86,7 +84,7 @@ class FlatPunch(Indenter):
 
 
 @dataclass(frozen=True)
-class Wedge(Indenter):
+class Wedge(Bowl):
     """Wedge f = |x| tan δ, case study 3; a cone if it is turned about its axis.
 
     Parameters
@@ -103,11 +101,7 @@ class Wedge(Indenter):
     """
 
     delta: float
-    apex = 0.0
     corners = (0.0,)
-    symmetric = True
-    convex = True
-    complete = True
 
     def __post_init__(self) -> None:
         if not 0 < finite("delta", self.delta) < math.pi / 2:
@@ -121,7 +115,7 @@ class Wedge(Indenter):
 
 
 @dataclass(frozen=True)
-class Parabola(Indenter):
+class Parabola(Bowl):
     """Parabola f = x²/(2R), the cylinder near its lowest line, Eq. (31); or the sphere likewise.
 
     Parameters
@@ -137,10 +131,6 @@ class Parabola(Indenter):
     """
 
     R: float
-    apex = 0.0
-    symmetric = True
-    convex = True
-    complete = True
 
     def __post_init__(self) -> None:
         positive("R", self.R)
@@ -154,7 +144,7 @@ class Parabola(Indenter):
 
 
 @dataclass(frozen=True)
-class Circle(Indenter):
+class Circle(Bowl):
     """The true arc f = R - √(R² - x²), |x| <= R: a cylinder, or a sphere if turned about its axis.
 
     Parameters
@@ -177,10 +167,6 @@ class Circle(Indenter):
     """
 
     R: float
-    apex = 0.0
-    symmetric = True
-    convex = True
-    complete = True
 
     def __post_init__(self) -> None:
         positive("R", self.R)
@@ -202,7 +188,7 @@ class Circle(Indenter):
 
 
 @dataclass(frozen=True)
-class PowerLaw(Indenter):
+class PowerLaw(Bowl):
     """Power law f = c |x|ⁿ: a wedge for n = 1, a parabola for 2, towards a flat punch for n → ∞.
 
     Parameters
@@ -221,10 +207,7 @@ class PowerLaw(Indenter):
 
     c: float
     n: float
-    apex = 0.0
-    symmetric = True
-    convex = True
-    complete = True
+    knots = (0.0,)
 
     def __post_init__(self) -> None:
         if not real("c", self.c) > 0:
@@ -237,10 +220,6 @@ class PowerLaw(Indenter):
     @property
     def corners(self) -> tuple[float, ...]:  # type: ignore[override]
         return (0.0,) if self.n == 1 else ()
-
-    @property
-    def knots(self) -> tuple[float, ...]:  # type: ignore[override]
-        return (0.0,)
 
     def height(self, x: ArrayLike) -> Array:
         return self.c * np.abs(floats(x)) ** self.n

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import bisect
 import functools
 import math
 from dataclasses import dataclass, field
@@ -13,10 +12,9 @@ from numpy.typing import ArrayLike
 from scipy.linalg import solve_banded
 
 from energy.checks import array, option
-from energy.indenter import Array, Indenter
+from energy.indenter import Array, Indenter, floats
 
 _ROUNDING = 1e-12
-Powers = tuple[Array, list[list[float]]]  # rows of coefficients, as an array and as lists
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,51 +113,34 @@ class Sampled(Indenter):
         return float(self.x[i] - h * m[i] / (bend / 2 + root))  # m + bend s + curl s² = 0
 
     def height(self, x: ArrayLike | float) -> Array:
-        return self._read(x, *self._heights, math.inf)
+        return self._read(x, self._heights, math.inf)
 
     def slope(self, x: ArrayLike | float) -> Array:
-        return self._read(x, *self._slants, math.nan)
+        return self._read(x, self._slants, math.nan)
 
     @functools.cached_property
-    def _heights(self) -> Powers:
+    def _heights(self) -> Array:
         """Coefficients (2 or 4, n - 1) of the powers of the distance from the last sample in f."""
         h, m = np.diff(self.x), self._slopes
         rows = [self.z[:-1], m[: h.size]]
         if self.kind == "smooth":
             over = np.diff(self.z) / h - m[:-1], np.diff(m)
             rows += [(3 * over[0] - over[1]) / h, (over[1] - 2 * over[0]) / h**2]
-        return np.array(rows), np.array(rows).tolist()
+        return np.array(rows)
 
     @functools.cached_property
-    def _slants(self) -> Powers:
+    def _slants(self) -> Array:
         """The same in f'."""
-        rows = self._heights[0][1:] * np.arange(1, len(self._heights[0]))[:, None]
-        return rows, rows.tolist()
+        return self._heights[1:] * np.arange(1, len(self._heights))[:, None]
 
-    @functools.cached_property
-    def _positions(self) -> list[float]:
-        return self.x.tolist()
-
-    def _read(self, x: Any, rows: Array, lists: list[list[float]], outside: float) -> Array:
+    def _read(self, x: Any, rows: Array, outside: float) -> Array:
         """What has these coefficients between the samples; a value for what is outside of them."""
-        if type(x) is float:  # a line search asks for one position at a time
-            return np.asarray(self._one(x, lists, outside))
-        x = np.asarray(x, float)
+        x = floats(x)
         i = np.minimum(np.maximum(self.x.searchsorted(x, side="right") - 1, 0), self.x.size - 2)
         t, value = x - self.x[i], rows[-1][i]
         for row in rows[-2::-1]:
             value = value * t + row[i]
         return np.where((x >= self.x[0]) & (x <= self.x[-1]), value, outside)
-
-    def _one(self, at: float, lists: list[list[float]], outside: float) -> float:
-        x = self._positions
-        if not x[0] <= at <= x[-1]:
-            return outside
-        i = min(bisect.bisect_right(x, at) - 1, len(x) - 2)
-        t, value = at - x[i], lists[-1][i]
-        for row in lists[-2::-1]:
-            value = value * t + row[i]
-        return value
 
 
 def _spline_slopes(x: Array, z: Array) -> Array:

@@ -63,7 +63,7 @@ def totals(contacts: Contacts, rtol: float) -> Interval:
     pulls = contacts.pulls
     energy, area = sum(each.energy for each in contacts.free), sum(e.area for e in contacts.free)
     free = energy, float(pulls.sum()), area, float(np.abs(pulls).sum())
-    return refined(contacts.motion.scene, contacts.depth, contacts.x, free, rtol)
+    return refined(contacts.motion.scene, contacts.depth, contacts.x, free)
 
 
 def equilibrium(lines: Array, found: Interval, **given: Any) -> Equilibrium:

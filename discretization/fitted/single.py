@@ -70,7 +70,7 @@ def totals(problem: Single, lines: list[Line], free: list[Free], rtol: float) ->
     ]
     energy, pull, area, size = np.sum(parts, axis=0).tolist()
     ends = ends_of(problem, lines)
-    return refined(problem.scene, problem.depth, ends, (energy, pull, area, size), rtol)
+    return refined(problem.scene, problem.depth, ends, (energy, pull, area, size))
 
 
 def certify(problem: Single, lines: list[Line], free: list[Free], found: Interval) -> Certificate:

@@ -51,7 +51,7 @@ def at_level(
         apart = Certificate.undeformed(max(0.0, (depth - touch) / lift))
         return detached(scene, depth, branch, surfaces, apart)
     lines = below(profile, max(level, touch))
-    found = refined(scene, depth, lines, NONE, rtol)
+    found = refined(scene, depth, lines, NONE)
     pinned = np.isin(lines, profile.indenter.walls)
     judged = _judged(profile, lines, pinned, depth, level, lift, found)
     judged.demand(f"the state at depth = {depth!r}", "try another depth")

@@ -7,7 +7,7 @@ O(Δx²), so that
     e <= 3/2 |Q - Q_c|/(c² - 1),
 
 the largest of all c, as two errors of this order may happen to be equal; for the same reason 3/2 of
-what U and P and their parts (parts.py) differ by, quadrature between the lines found of the profile
+what U and P and their parts differ by, quadrature between the lines found of the profile
 as it is between nodes. Where the coarse state has another number of contacts, or a line that is
 held both ways is at a corner, errors are of first order, and c² is c. If f is not convex the energy
 decides where there are contacts, and a is held to be no more certain than U.

@@ -87,7 +87,7 @@ class NodeFields:
         return np.interp(np.abs(x - apex), own, force / share - scene.gamma1 * bend)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """As parts.parts_of, with what is stored in the layer for the springs.
+        """As readings.parts_of, with what is stored in the layer for the springs.
 
         The energy of the surface is γ₁ ∂U/∂γ₁, as the displacements are those of least energy.
         """
@@ -164,7 +164,6 @@ def _state(nodes: Nodes, depth: float, n: int, branch: str, touch: float) -> Equ
         energy=energy,
         scales=scales,
         errors=_errors(nodes, depth, n, touch, (a, force, energy), scales),
-        elastic=fields,
     )
 
 

@@ -68,7 +68,7 @@ class LayerFields:
         return body.scene.layer.shear_modulus * found.reshape(x.shape)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """As parts.parts_of; what springs store there is stored in the layer."""
+        """As readings.parts_of; what springs store there is stored in the layer."""
         own, body = self.layer, self.layer.body
 
         def density(x: Array) -> Array:
@@ -162,7 +162,6 @@ def equilibrium(state: Layer, lines: Lines, rate: float, branch: str) -> Equilib
         energy=(stored + stretched - bound) * unit * body.h,
         scales={"force": scales[0] * unit, "energy": scales[1] * unit},
         errors=errors(state, lines, rate),
-        elastic=fields,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -147,17 +146,13 @@ class Leg:
         (between,) = self.points(np.array([(self.start.depth + self.end.depth) / 2]))
         return self.branch.pinned(between)
 
-    @functools.cached_property
-    def _known(self) -> dict[float, Point]:
-        return {point.depth: point for point in (self.end, self.start)}
-
     def points(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        asked = depths.tolist()
-        new = np.array([depth for depth in asked if depth not in self._known])
+        known = {point.depth: point for point in (self.end, self.start)}
+        new = np.array([depth for depth in depths.tolist() if depth not in known])
         if new.size:
-            self._known.update(zip(new.tolist(), self.between(new), strict=True))
-        return [self._known[depth] for depth in asked]
+            known |= zip(new.tolist(), self.between(new), strict=True)
+        return [known[depth] for depth in depths.tolist()]
 
     def between(self, depths: Array) -> list[Point]:
         """The same, where that is not known."""
@@ -193,7 +188,7 @@ class Leg:
             return np.array([span * 6 * t * (1 - t) * force])
 
         whole = np.array([[0.0], [1.0]])
-        found = summed(density, whole, _KNOWN, np.zeros((1, 1)), smooth=True, few=False)
+        found = summed(density, whole, _KNOWN, np.zeros((1, 1)), smooth=True)
         return float(found.sums.sum())
 
 

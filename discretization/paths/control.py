@@ -10,7 +10,6 @@ the push.) Where the running extreme is flat the indenter jumps.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -26,7 +25,7 @@ Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn
 _DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
 _FINEST = 1 / 256  # of a leg: parts that short are not halved again
-_PARTS = 8  # of a leg where P is only known between nodes
+_LEAST = 64  # samples of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
 _NEWTON = 5  # steps to a guess
 _ZOOMS = 40  # rounds, each of which narrows a peak to a quarter or finds it
@@ -73,20 +72,20 @@ class Curve(NamedTuple):
     @classmethod
     def of(cls, leg: Leg, control: Control) -> Curve:
         """Drawn by polynomials on parts of the leg, halved until they represent C."""
-        smooth, deepest = leg.branch.smooth, max(abs(leg.start.depth), abs(leg.end.depth))
+        deepest, todo = max(abs(leg.start.depth), abs(leg.end.depth)), [(0.0, 1.0)]
         rounding = float(control.value(_EPSILON * deepest, leg.rounding))
-        ends = np.linspace(0.0, 1.0, 2 if smooth else _PARTS + 1).tolist()
-        todo = list(itertools.pairwise(ends))[::-1]
+        if not leg.branch.smooth:
+            t = _at_changes(leg)
+            return cls(leg, control, t, _values(leg, control, t), [], rounding)
         t, value, series = np.empty(0), np.empty(0), list[Legendre]()
         while todo:
             low, high = todo.pop()
             at, drawn, fit = _drawn(leg, control, low, high, roughly=True)
-            if smooth and high - low > _FINEST and not _represents(fit, _DRAWN):
+            if high - low > _FINEST and not _represents(fit, _DRAWN):
                 todo += [((low + high) / 2, high), (low, (low + high) / 2)]
                 continue
-            if smooth:
-                series.append(fit)
-            if smooth and (turns := _turns(fit)).size:
+            series.append(fit)
+            if (turns := _turns(fit)).size:
                 at = np.append(at, turns)
                 drawn = np.append(drawn, _values(leg, control, turns, roughly=True))
             order = np.argsort(at, kind="stable")[t.size > 0 :]
@@ -183,6 +182,15 @@ def _guessed(
 def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> Array:
     depths = leg.depths(t)
     return np.asarray(control.value(depths, leg.forces(depths, roughly=roughly)), float)
+
+
+def _at_changes(leg: Any) -> Array:
+    """t at which links are passed, with at least some others, and half-way between all these."""
+    span = leg.end.depth - leg.start.depth or 1.0
+    share = (np.array([depth for depth, _ in leg.trace]) - leg.start.depth) / span
+    passed = 0.5 - np.sin(np.arcsin(1 - 2 * np.clip(share, 0, 1)) / 3)  # of `Leg.depths`
+    t = np.union1d(np.linspace(0, 1, _LEAST), passed)
+    return np.union1d(t, (t[1:] + t[:-1]) / 2)
 
 
 def _drawn(

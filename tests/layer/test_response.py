@@ -197,8 +197,9 @@ def test_questions_that_only_springs_answer():
     with pytest.raises(ValueError, match=r"method = 'lattice'.*method='fitted'"):
         load_path(scene, depths=[0.0, 0.1], **NODES)
     hysteretic = scene_of(Parabola(9.0), opening=0.02)
-    with pytest.raises(ValueError, match=r"opening = .*load_path"):
-        minimise(hysteretic, 0.1)
+    for given in ({}, NODES):
+        with pytest.raises(ValueError, match=r"opening = .*load_path"):
+            minimise(hysteretic, 0.1, **given)
     with pytest.raises(ValueError, match=r"spacing = 0\.1"):
         minimise(scene, 0.1, spacing=0.1)
     with pytest.raises(ValueError, match=r"spacing = None"):

@@ -14,6 +14,7 @@ from energy import (
     Parabola,
     Patches,
     Profile,
+    Sampled,
     Scene,
     SurfaceEnergies,
 )
@@ -279,3 +280,22 @@ def test_a_state_that_is_left_before_an_event_does_not_wait_for_that_event():
     load = K * (drives - path.depth)
     assert np.abs(path.force - load)[held].max() <= 1e-10 * np.abs(load[held]).max()
     assert min(event.energy_released for event in path.events) >= 0
+
+
+def test_jumps_under_a_load_are_those_of_the_depths_however_many_links_are_passed():
+    """One jump is a hundredth of the way up: P has to be looked at wherever a link is passed."""
+    rng, x = np.random.default_rng(3), np.linspace(-30, 30, 1201)
+    waves = (np.cos(2 * np.pi * n * x / 20 + rng.uniform(0, 6.3)) * 0.02 / n for n in range(1, 9))
+    z = sum(waves) + 0.002 * x**2
+    scene = plain(Sampled(x, z - z.min(), kind="smooth"), w=0.01)
+    nodes = {"method": "lattice", "spacing": 0.05}
+    down, up = np.linspace(0.0, 0.25, 2001), np.linspace(0.25, -0.085, 4001)
+    imposed = load_path(scene, depths=np.concatenate([down, up]), **nodes)
+    force = imposed.force[2000:]
+    held = load_path(scene, forces=[0.0, *np.linspace(force[0], 1.3 * force.min(), 300)], **nodes)
+    lower = force <= np.minimum.accumulate(force)  # than ever before: at rest under some load
+    last = np.flatnonzero(lower[:-1] & ~lower[1:])
+    first = last + 1 + np.array([np.argmax(lower[i + 1 :]) for i in last])
+    jumps = [(event.before.depth, event.after.depth) for event in held.events[2:-1]]
+    assert len(jumps) == 2
+    assert np.abs(up[[*zip(last, first, strict=True)]] - jumps).max() <= 2.5e-4
