@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
-from discretization.layer.geometry import lowest
+from discretization.layer.body import lowest
 from discretization.layer.nodes import KNOWN, Nodes, compliance
-from discretization.layer.state import NOTHING
 from discretization.surfaces.protocol import At, alone
+from discretization.surfaces.small import SmallSurfaces
 from energy import Scene, SurfaceEnergies
 
 Array = NDArray[np.float64]
@@ -126,7 +126,7 @@ def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -
         n = nodes.last(depth, touch)
         if n is None:
             flat = Certificate.undeformed()
-            return detached(scene, depth, branch, NOTHING, flat, spacing)
+            return detached(scene, depth, branch, SmallSurfaces(scene), flat, spacing)
         if n == nodes.x.size - 1 or 0 <= n <= nodes.x.size - 1 - _SPARE:
             return _state(nodes, depth, n, branch, touch)
         if nodes.x.size < count or count >= _MOST:

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.special import i0e, j0, k0e, sici
 
-from discretization.layer.geometry import lowest
+from discretization.layer.body import lowest
 from discretization.roots import bracketed
 from energy import Scene
 
