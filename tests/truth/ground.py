@@ -124,13 +124,17 @@ class Surfaces:
     def __init__(self, ground, surface, tie):
         self.ground, self.surface, self.tie = ground, surface, tie
 
-    def tilt(self, x, other, depth):
-        """Outward tilt of the free surface at a line put at x that faces `other`, or nothing."""
-        g = depth - self.ground.height(x)
+    def tilt_facing(self, other, depth):
+        """tilt(x): outward, of the free surface at a line at x that faces `other`, or nothing."""
         if other is None:
-            return self.surface.tail(g)
-        width = np.maximum(np.abs(other - x), 1e-300)
-        return self.surface.facing(g, depth - float(self.ground.height(other)), width)
+            return lambda x: self.surface.tail(depth - self.ground.height(x))
+        held = depth - float(self.ground.height(other))
+
+        def tilt(x):
+            width = np.maximum(np.abs(other - x), 1e-300)
+            return self.surface.facing(depth - self.ground.height(x), held, width)
+
+        return tilt
 
     def v(self, x, left, right, depth):
         """u - g of the free surface between two lines, -inf and inf where there is none."""
