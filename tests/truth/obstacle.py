@@ -44,7 +44,10 @@ class Hull:
     def state(self, depth):
         """The state at this depth."""
         tie = TIE * (abs(depth) + self.lowest)
-        free, extra = Surfaces(self.ground, self.surface, tie), [*self.extra, *self._stretched(depth)]
+        free, extra = (
+            Surfaces(self.ground, self.surface, tie),
+            [*self.extra, *self._stretched(depth)],
+        )
         for _ in range(MOST):
             lines = self._lines(depth, extra)
             ends = [-math.inf, *lines, math.inf]
