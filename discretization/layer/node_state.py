@@ -136,7 +136,8 @@ class NodeState:
         """The conditions of ../certificate.py, judged by the displacements that the forces give."""
         nodes, body, n, rests = self.nodes, self.nodes.body, self.n, self.nodes.rest_depths
         size, x = float(np.abs(self.g).max()) or 1.0, nodes.x[: n + 1]
-        ahead = np.unique(np.geomspace(1, 2 * nodes.x.size - n, _CLEAR).astype(int))
+        beyond = max(1, 2 * (nodes.x.size - 1) - n)
+        ahead = np.unique(np.geomspace(1, beyond, _CLEAR).astype(int))
         places, through = x[-1] + nodes.spacing * ahead, 0.0
         places = places[places <= body.edge]
         if places.size:
