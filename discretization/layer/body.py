@@ -23,11 +23,6 @@ _NEAR = 1e-6  # of h: places by which it is seen whether f' is a whole power bes
 _SMOOTH = 1e-9  # by how much of a power it may differ
 
 
-def lowest(scene: Scene) -> float:
-    """x of the lowest point of an indenter that is mirrored about it, or turned about an axis."""
-    return 0.0 if scene.axisymmetric else scene.mirror or 0.0
-
-
 @dataclass(frozen=True, eq=False)
 class Body:
     """Of a scene: its profile by distances from the lowest point, and where a line may be held."""
@@ -50,8 +45,8 @@ class Body:
 
     @functools.cached_property
     def apex(self) -> float:
-        """x of the lowest point."""
-        return lowest(self.scene)
+        """x of the lowest point, about which the indenter is mirrored or turned."""
+        return 0.0 if self.power else self.scene.mirror or 0.0
 
     def height(self, x: Any) -> Any:
         """Of the profile, so far from its lowest point."""
@@ -95,11 +90,19 @@ class Body:
         found[np.abs(found) <= self.tip] = 0.0
         return list(found[found >= 0].tolist())
 
+    @property
+    def walled(self) -> bool:
+        """Whether the body ends there, and not only what is known of it."""
+        return self.scene.indenter.extent[1] in self.scene.indenter.walls
+
     @functools.cached_property
     def corners(self) -> list[float]:
         """Where a line may be held beside the lowest point, the edge of the body the last."""
-        wall = self.scene.indenter.extent[1] in self.scene.indenter.walls
-        return sorted({*self.kinks, *([self.edge] if wall else [])} - {0.0})
+        return sorted({*self.kinks, *([self.edge] if self.walled else [])} - {0.0})
+
+    def ends(self, a: float) -> tuple[float, float]:
+        """x of both ends of a contact; about an axis one of them is that."""
+        return (0.0 if self.power else self.apex - a), self.apex + a
 
     def poles(self, tolerance: float) -> Poles:
         """Of the layer."""

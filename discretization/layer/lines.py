@@ -133,6 +133,8 @@ class Lines:
     def start(self, depth: float) -> tuple[float, float]:
         """A half-width so small that a line there advances, if there is any, and D there."""
         body, tip = self.body, self.body.tip
+        if self.flat:
+            return self.flat, self.exactly(self.flat, 1)
         places = np.minimum(_PLACES * body.scene.layer.h, body.edge / 2)
         deep, rise = depth - body.touch, body.height(places) - body.touch
         limits = ((self.excess, body.slope(places)), (deep, rise))
@@ -145,6 +147,12 @@ class Lines:
         return a, here
 
     @functools.cached_property
+    def flat(self) -> float:
+        """Half-width of a flat face, which without adhesion touches and parts as a whole; or 0."""
+        level = [x for x in self.body.corners if self.body.height(x) == self.body.touch]
+        return 0.0 if self.excess else max(level, default=0.0)
+
+    @functools.cached_property
     def narrowest(self) -> float:
         """Half-width down to which a contact is followed.
 
@@ -153,8 +161,8 @@ class Lines:
         """
         touch = self.body.touch
         a, here = self.start(touch)
-        if not self.body.power:
-            return max(_CLOSED * a, self.body.tip)
+        if self.flat or not self.body.power:
+            return self.flat or max(_CLOSED * a, self.body.tip)
         least = here
         while here - touch < _LEFT * (least - touch):
             a /= 2

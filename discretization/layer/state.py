@@ -72,8 +72,7 @@ def equilibrium(state: Layer, rate: float, branch: str) -> Equilibrium:
         )
     certificate.demand(named, "try another depth")
     stored, stretched, bound = state.energies
-    a = 0.0 if state.a <= body.tip else state.a
-    x = np.array([[0.0 if scene.axisymmetric else -a, a]]) + body.apex
+    x = np.array([body.ends(0.0 if state.a <= body.tip else state.a)])
     return Equilibrium(
         scene,
         state.depth,

@@ -18,7 +18,7 @@ from discretization.surfaces.spectral import coefficients, polynomial, rounded
 
 Array = NDArray[np.float64]
 _DEGREE = 10
-_HALVINGS = 3
+_HALVINGS = 10
 _KNOWN = 0.1  # of the tolerance: last coefficients of a panel
 
 

@@ -144,7 +144,7 @@ class Layer:
         return found
 
     def parts(self, state: Any) -> dict[str, float]:
-        """As parts.parts_of; what springs store there is stored in the layer."""
+        """As readings.parts_of; what springs store there is stored in the layer."""
 
         def density(x: Array) -> Array:
             """γ₁/2 u'² of the free surface."""

@@ -87,9 +87,7 @@ class LayerBranch(Branch):
 
     def point(self, depth: float, a: float) -> Point:
         """The contact of this half-width at a depth."""
-        x = 0.0 if a <= self.body.tip else a
-        ends = np.array([0.0 if self.scene.axisymmetric else -x, x]) + self.body.apex
-        return Point(depth, tuple(ends.tolist()), a)
+        return Point(depth, self.body.ends(0.0 if a <= self.body.tip else a), a)
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point with these lines; nan: detached."""
