@@ -56,10 +56,8 @@ class Equilibrium:
 
     Examples
     --------
-    >>> from discretization import minimise
-    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
-    >>> state = minimise(Scene(layer, surfaces, Parabola(0.02)), depth=0.3e-6)
+    Of the state of the example of `minimise`:
+
     >>> print(f"{state.displacement(0.0):.3g}, {state.displacement(2e-4):.3g}")
     3e-07, -6.79e-09
     """
