@@ -16,7 +16,7 @@ from discretization.certificate import Certificate, Proof
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At
 from energy import Assumption, Scene
-from energy.validity import Deformation, assumptions
+from energy.validity import assumptions
 
 Array = NDArray[np.float64]
 QUANTITIES = ("half_width", "force", "energy")
@@ -56,10 +56,8 @@ class Equilibrium:
 
     Examples
     --------
-    >>> from discretization import minimise
-    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
-    >>> state = minimise(Scene(layer, surfaces, Parabola(0.02)), depth=0.3e-6)
+    Of the state of the example of `minimise`:
+
     >>> print(f"{state.displacement(0.0):.3g}, {state.displacement(2e-4):.3g}")
     3e-07, -6.79e-09
     """
@@ -128,14 +126,9 @@ class Equilibrium:
             return "metastable"
         return "global" if one_contact(scene) else "adhered"
 
-    @functools.cached_property
-    def _deformation(self) -> Deformation:
-        """What the contact does to the layer."""
-        return readings.deformation(self)
-
-    @functools.cached_property
-    def _parts(self) -> dict[str, float]:
-        return readings.parts_of(self)
+    _deformation = functools.cached_property(readings.deformation)
+    _parts = functools.cached_property(readings.parts_of)
+    resolution = property(readings.of_nodes)
 
     @property
     def energy_parts(self) -> dict[str, float]:
@@ -269,11 +262,6 @@ class Equilibrium:
         """How far the assumptions of the model hold here (energy.validity), and of its nodes."""
         deformed = self._deformation if self.contacts.size else None
         return (*assumptions(self.scene, deformed), *self.resolution)
-
-    @property
-    def resolution(self) -> tuple[Assumption, ...]:
-        """Whether the nodes are close enough for l and the contacts; nothing on a mesh."""
-        return readings.of_nodes(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:

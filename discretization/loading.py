@@ -60,7 +60,7 @@ def load_path(
     spacing : float
         Distance of the nodes [length], with "lattice".
     rtol : float
-        Relative error asked of the fitted mesh's surfaces and integrals.
+        Relative error asked of the exact response of a layer; the rest is good to rounding.
     after : History, optional
         Of the same scene and control, which this programme continues; the result's first part.
     save : path, optional

@@ -61,7 +61,8 @@ def minimise(
     spacing : float, optional
         Distance of the nodes [length], for methods that have nodes; well below l and the contact.
     rtol : float
-        Relative error asked of the fitted mesh.
+        Relative error that is estimated on the fitted mesh without a warning; of the exact response
+        of a layer, also what is asked.
 
     Returns
     -------

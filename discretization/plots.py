@@ -155,8 +155,11 @@ def legs(history: Any) -> list[Leg]:
         if not found or found[-1][0] != kind:
             found.append((kind, []))
         found[-1][1].extend(state for state in part if math.isfinite(state.depth))
-    drawn = [_leg(*each) for each in found if each[1]]
-    return [leg for leg in drawn if leg.depth.size > 1]
+    return [
+        Leg(kind, *np.array([(s.depth, s.force, s.half_width) for s in states]).T)
+        for kind, states in found
+        if len(states) > 1
+    ]
 
 
 def _held(history: Any, event: Any) -> list[Any]:
@@ -167,12 +170,6 @@ def _held(history: Any, event: Any) -> list[Any]:
     stiffness = history.machine_stiffness
     held = stiffness * (event.control - after.depth) if stiffness else event.control
     return [before, after._replace(force=held), after]
-
-
-def _leg(kind: str, states: list[Any]) -> Leg:
-    table = np.array([(s.depth, s.force, s.half_width) for s in states])
-    moves = np.append(True, np.diff(table[:, 0]) != 0) | (kind == "jump")
-    return Leg(kind, *table[moves].T)
 
 
 def units(history: Any, quantity: str, si: bool = True) -> tuple[Unit, Unit]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energy.indenter import Array, Indenter, floats
+from energy.indenter import Array, Indenter
 from energy.indenters import Plane
 from energy.pattern import Patches
 from energy.sampled import Sampled
@@ -41,10 +41,10 @@ class Mirrored(Indenter):
         object.__setattr__(self, "apex", 0.0 if convex else None)
 
     def height(self, x: ArrayLike) -> Array:
-        return self.base.height(np.abs(floats(x)))
+        return self.base.height(np.abs(np.asarray(x, float)))
 
     def slope(self, x: ArrayLike) -> Array:
-        x = floats(x)
+        x = np.asarray(x, float)
         return np.sign(x) * self.base.slope(np.abs(x))
 
 
@@ -68,7 +68,7 @@ class Radial(Indenter):
         self.complete, self.convex = whole.complete, whole.convex
 
     def slope(self, x: ArrayLike) -> Array:
-        x = floats(x)
+        x = np.asarray(x, float)
         return self._whole.slope_beside(x, np.equal(x, 0).astype(int))
 
 

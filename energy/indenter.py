@@ -61,7 +61,7 @@ class Indenter:
 
         Read as near to x as rounding allows, inside the extent.
         """
-        x, corners = floats(x), np.asarray(self.corners, float)
+        x, corners = np.asarray(x, float), np.asarray(self.corners, float)
         if not corners.size:
             return self.slope(x)
         size = np.maximum(np.abs(x), np.abs(corners[[0, -1]]).max())
@@ -151,13 +151,6 @@ def _takes_arrays(name: str, function: Callable[[ArrayLike], Any], x: Array) -> 
         )
 
 
-def floats(x: ArrayLike | float) -> Array:
-    """x as float64; one position as a scalar, with which numpy computes faster than with arrays."""
-    if isinstance(x, float):
-        return np.float64(x)  # type: ignore[return-value]
-    return np.asarray(x, float)
-
-
 def as_indenter(profile: Any) -> Indenter:
     """Return profile itself, or wrap any object with height(x) and slope(x)."""
     if isinstance(profile, Indenter):
@@ -198,7 +191,7 @@ class Shifted(Indenter):
 
     def _own(self, x: ArrayLike) -> Array:
         """x in the base's frame; an end of the extent stays on it in spite of rounding."""
-        x, (lo, hi), (base_lo, base_hi) = floats(x), self.extent, self.base.extent
+        x, (lo, hi), (base_lo, base_hi) = np.asarray(x, float), self.extent, self.base.extent
         own = x - self.x0
         if math.isinf(lo) and math.isinf(hi):
             return own
@@ -218,7 +211,7 @@ class Tilted(Indenter):
             object.__setattr__(self, name, getattr(self.base, name))
 
     def height(self, x: ArrayLike) -> Array:
-        return self.base.height(x) + self.tilt * floats(x)
+        return self.base.height(x) + self.tilt * np.asarray(x, float)
 
     def slope(self, x: ArrayLike) -> Array:
         return self.base.slope(x) + self.tilt

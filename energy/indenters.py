@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energy.checks import finite, positive, real
-from energy.indenter import Array, Indenter, floats
+from energy.indenter import Array, Indenter
 
 
 class Bowl(Indenter):
@@ -108,10 +108,10 @@ class Wedge(Bowl):
             raise ValueError(f"delta = {self.delta!r} is outside (0, π/2); give the angle in rad")
 
     def height(self, x: ArrayLike) -> Array:
-        return np.abs(floats(x)) * math.tan(self.delta)
+        return np.abs(np.asarray(x, float)) * math.tan(self.delta)
 
     def slope(self, x: ArrayLike) -> Array:
-        return np.sign(floats(x)) * math.tan(self.delta)
+        return np.sign(np.asarray(x, float)) * math.tan(self.delta)
 
 
 @dataclass(frozen=True)
@@ -136,11 +136,11 @@ class Parabola(Bowl):
         positive("R", self.R)
 
     def height(self, x: ArrayLike) -> Array:
-        x = floats(x)
+        x = np.asarray(x, float)
         return x * x / (2 * self.R)
 
     def slope(self, x: ArrayLike) -> Array:
-        return floats(x) / self.R
+        return np.asarray(x, float) / self.R
 
 
 @dataclass(frozen=True)
@@ -176,13 +176,13 @@ class Circle(Bowl):
         return (-self.R, self.R)
 
     def height(self, x: ArrayLike) -> Array:
-        x = floats(x)
+        x = np.asarray(x, float)
         rest = (self.R - x) * (self.R + x)
         with np.errstate(invalid="ignore"):
             return np.where(rest >= 0, x * x / (self.R + np.sqrt(rest)), math.inf)[()]
 
     def slope(self, x: ArrayLike) -> Array:
-        x = floats(x)
+        x = np.asarray(x, float)
         with np.errstate(invalid="ignore", divide="ignore"):
             return x / np.sqrt((self.R - x) * (self.R + x))
 
@@ -222,8 +222,8 @@ class PowerLaw(Bowl):
         return (0.0,) if self.n == 1 else ()
 
     def height(self, x: ArrayLike) -> Array:
-        return self.c * np.abs(floats(x)) ** self.n
+        return self.c * np.abs(np.asarray(x, float)) ** self.n
 
     def slope(self, x: ArrayLike) -> Array:
-        x = floats(x)
+        x = np.asarray(x, float)
         return self.c * self.n * np.sign(x) * np.abs(x) ** (self.n - 1)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import solve_banded
 
 from energy.checks import array, option
-from energy.indenter import Array, Indenter, floats
+from energy.indenter import Array, Indenter
 
 _ROUNDING = 1e-12
 
@@ -135,7 +135,7 @@ class Sampled(Indenter):
 
     def _read(self, x: Any, rows: Array, outside: float) -> Array:
         """What has these coefficients between the samples; a value for what is outside of them."""
-        x = floats(x)
+        x = np.asarray(x, float)
         i = np.minimum(np.maximum(self.x.searchsorted(x, side="right") - 1, 0), self.x.size - 2)
         t, value = x - self.x[i], rows[-1][i]
         for row in rows[-2::-1]:

@@ -68,10 +68,9 @@ class Event(NamedTuple):
 
     Examples
     --------
-    >>> from discretization import load_path
-    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
-    >>> event = load_path(Scene(layer, surfaces, Parabola(0.02)), depths=[0.0]).events[0]
+    Of the path of the example of `load_path`:
+
+    >>> event = path.events[0]
     >>> print(event.kind, f"{event.energy_released:.3g} J/m", f"{event.after.half_width:.3g} m")
     jump-in 1.13e-08 J/m 0.00012 m
     """

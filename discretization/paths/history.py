@@ -66,10 +66,8 @@ class History:
 
     Examples
     --------
-    >>> from discretization import load_path
-    >>> from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
-    >>> layer, surfaces = ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5)
-    >>> path = load_path(Scene(layer, surfaces, Parabola(0.02)), depths=[0.0, 4e-7, -6e-7])
+    Of the path of the example of `load_path`:
+
     >>> print(f"{path.dissipated:.4g} J/m lost; {path.force.round(4)}")
     1.254e-08 J/m lost; [-0.0244  0.0312  0.    ]
     """

@@ -95,8 +95,7 @@ class LoadPath:
     def _touch(self) -> None:
         """The indenter touches, and is pulled in by adhesion."""
         after = self.branch.first
-        pulled = self.branch.holding_range > 0 and self.branch.force(after) < 0
-        if self.control.stiffness is not None and pulled:
+        if self.branch.holding_range > 0:
             after = self._landing(after, self._free, 1)
         self._jump("touch", Point(self.branch.touch, None), after, self._free)
 
