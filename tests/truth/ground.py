@@ -100,22 +100,23 @@ def refined_minima(function, x, values, below, ends=(math.inf, math.inf)):
     steps = np.where(np.isfinite(rise), np.abs(rise), 0.0)
     steps = np.pad(steps, 1)
     depth = np.max([steps[dips + i] for i in range(4)], axis=0)
-    for i, lower in zip(dips.tolist(), depth.tolist(), strict=True):
-        if values[i] - lower <= below:
-            yield refined(function, x[max(i - 1, 0)], x[i], x[min(i + 1, x.size - 1)], values[i])
+    dips = dips[values[dips] - depth <= below]
+    three = x[np.maximum(dips - 1, 0)], x[dips], x[np.minimum(dips + 1, x.size - 1)]
+    return refined(function, *three, values[dips]) if dips.size else []
 
 
 def refined(function, low, middle, high, value):
-    """Least point between three nodes: (x, value), by many places between the neighbours of it."""
-    best, places = (float(middle), float(value)), np.linspace(0.0, 1.0, PLACES)
+    """Least points between three nodes each, [(x, value)], by many places between neighbours."""
+    at, least, places, rows = middle, value, np.linspace(0.0, 1.0, PLACES), np.arange(low.size)
     for _ in range(ROUNDS):
-        x = low + (high - low) * places
-        values = function(x)
-        i = int(np.argmin(values))
-        if values[i] < best[1]:
-            best = float(x[i]), float(values[i])
-        low, high = x[max(i - 1, 0)], x[min(i + 1, PLACES - 1)]
-    return best
+        x = low[:, None] + (high - low)[:, None] * places
+        values = function(x.ravel()).reshape(x.shape)
+        i = values.argmin(axis=1)
+        lower = values[rows, i] < least
+        at = np.where(lower, x[rows, i], at)
+        least = np.where(lower, values[rows, i], least)
+        low, high = x[rows, np.maximum(i - 1, 0)], x[rows, np.minimum(i + 1, PLACES - 1)]
+    return list(zip(at.tolist(), least.tolist(), strict=True))
 
 
 class Surfaces:
@@ -156,7 +157,7 @@ class Surfaces:
         ends = tuple(-math.inf if math.isfinite(line) else math.inf for line in (left, right))
         v = self.v(x, left, right, depth)
         for at, value in refined_minima(
-            lambda at: self.v(np.asarray(at), left, right, depth), x, v, -self.tie, ends
+            lambda at: self.v(at, left, right, depth), x, v, -self.tie, ends
         ):
             if min(at - left, right - at) > BESIDE * self.ground.feature:
                 yield value, at
@@ -248,8 +249,8 @@ def _hump(drive, x, values):
         rise = np.abs(np.diff(values[max(j - 2, 0) : j + 3])).max()  # places are not evenly spaced
         if values[j] + rise < 0 or x[j - 1] == x[j] or x[j + 1] == x[j]:
             continue
-        low, top, high = sorted(x[j - 1 : j + 2].tolist())
-        at, value = refined(lambda at: -drive(at, -1), low, top, high, -values[j])
+        three = np.sort(x[j - 1 : j + 2])[:, None]
+        ((at, value),) = refined(lambda at: -drive(at, -1), *three, -values[j : j + 1])
         if value <= 0:
             return _root(drive, (float(x[j - 1]), float(values[j - 1])), (at, -value))
     return None

@@ -69,7 +69,7 @@ class Hull:
 
         x = np.union1d(ground.nodes, np.asarray(ground.indenter.knots, float))
         x = x[(x > ground.lo + near) & (x < ground.hi - near)]
-        return list(refined_minima(stress, x, stress(x), math.inf))
+        return refined_minima(stress, x, stress(x), math.inf)
 
     def _stretched(self, depth):
         """Nodes close to every place where the profile would pull most at this depth."""
