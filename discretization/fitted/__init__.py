@@ -9,5 +9,5 @@ Equilibrium, by single.py.
 Any profile: where lines rest (rests.py) and where they come to rest (stops.py, resting.py) ->
 states (tension.py, pressed.py, motion.py) -> energy and force (contacts.py), certificate and error
 estimate (judgement.py) -> Equilibrium, by several.py, which reads the contacts of "global" off a
-lattice; where γ₁ = 0 by springs.py alone. Paths of any profile: ../following.
+lattice; where γ₁ = 0 by ../paths/springs.py alone. Paths of any profile: ../following.
 """

@@ -3,8 +3,8 @@
 What runs out at an event is known in between, and all but linear in the depth: the square of the
 stiffness against moving the lines of a surface, its least clearance, the width of a contact. So the
 next depth to try is where it would be zero; one in the middle, where that does not halve the range.
-Where an equilibrium disappears, and where the lines of a contact meet, is solved for (vanishing.py)
-and only tried on either side.
+Where an equilibrium disappears, and where the lines of a contact meet, is solved for and only tried
+on either side.
 """
 
 from __future__ import annotations
@@ -13,17 +13,22 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
-from discretization.fitted.rests import TIE
-from discretization.following import vanishing
+from discretization.fitted.rests import TIE, Rests
 from discretization.following.trials import Trials, Tried
+from discretization.roots import bracketed
 
+Array = NDArray[np.float64]
+_CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _WORTH = 1 / 8  # of the range of depths: an aim that may be off by more is not worth a trial
 _MOST = 400  # trials: with the next rule three times as many as halvings of a double
-_FOLDS = 4  # times that an equilibrium is looked for that disappears
-_FASTEST = 3  # halvings of the range at once, where nothing was found again and again
 _PATIENCE = 3  # trials after which the range must have been halved, else its middle is tried
+_FOLDS = 4  # times that an equilibrium is looked for that disappears
+_CURVED = 1e-4  # of the room between two lines, or of l, for the change of the stiffness
+_NEAR = 1e-4  # of that: the depth of a fold is good to the square of its place
+_FOLDED = 12  # steps of Newton's method to a fold
 
 
 @dataclass(eq=False)
@@ -31,9 +36,9 @@ class Enclosing:
     """An event between `low`, up to which nothing happens, and `high`, which fails.
 
     start: where the way began; older: the trial before `low`; involved: the surfaces to which it
-    happens; aim, away: the depth where something runs out, and how far
-    that was from `low`; widths: of the ranges so far; folds: times that an equilibrium may yet be
-    looked for that disappears, fresh: whether `low` is new since the last time.
+    happens; passed: whether nothing happened at the last trial; aim: the depth where something runs
+    out; widths: of the ranges so far; folds: times that an equilibrium may yet be looked for that
+    disappears, fresh: whether `low` is new since.
     """
 
     trials: Trials
@@ -41,17 +46,14 @@ class Enclosing:
     high: Tried
     start: float
     passed: bool = False
-    passes: int = 0
     aim: float = math.nan
-    away: float = math.inf
     folds: int = _FOLDS
     fresh: bool = True
     widths: list[float] = field(default_factory=lambda: [math.inf] * _PATIENCE)
 
     def __post_init__(self) -> None:
         self.involved = self.trials.involved(self.high, self.start)
-        rooms = self.low.rooms or self.trials.rooms(self.low, self.involved, self.high.depth)
-        self.low = self.older = self.low._replace(rooms=rooms)
+        self.older = self.low
 
     @property
     def width(self) -> float:
@@ -61,7 +63,7 @@ class Enclosing:
     @property
     def least(self) -> float:
         """How close depths are known."""
-        return vanishing.CLOSE * self.trials.motion.rests.size
+        return _CLOSE * self.trials.motion.rests.size
 
     @property
     def done(self) -> bool:
@@ -75,7 +77,9 @@ class Enclosing:
         Or a depth to which nothing happens, twice.
         """
         for _ in range(_MOST):
-            self._solve()
+            if not self.done and self.folds and self.fresh:
+                self.folds, self.fresh = self.folds - 1, False
+                self._beside()
             if self.done:
                 return (self.low if self.high.failed else self.high), self.high, self.involved
             low, which = self.low, self.involved
@@ -85,32 +89,28 @@ class Enclosing:
             f"the event near depth = {self.low.depth!r} is not enclosed; try other depths"
         )
 
-    def _solve(self) -> None:
-        """Look for an equilibrium that disappears, or a contact that closes."""
-        if self.high.failed and abs(self.width) > self.least and self.folds and self.fresh:
-            self.folds, self.fresh = self.folds - 1, False
-            self.low, self.high = self._beside(self.low, self.high, self.involved)
-
     def _next(self) -> float:
-        """The next depth to try."""
+        """The next depth to try: a little before what is aimed at, or if that is near, beyond it.
+
+        The middle, where neither encloses the event much closer, or that has not helped so far.
+        """
         low, high, width = self.low, self.high, self.width
-        last, self.aim = (self.aim, self.away), _runs_out(self.older, low, high)
-        self.away = abs(self.aim - low.depth)
-        off = abs(self.aim - last[0]) * min(1.0, self.away / (last[1] or self.away or 1.0))
+        last, self.aim = self.aim, _runs_out(self.older, low, high)
         self.widths.append(abs(width))
-        closing = self.away < last[1] / 8
-        slow = self.widths[-1] > self.widths[-1 - _PATIENCE] / 2 and not closing
-        if self.passed and not high.known and not 0 < (self.aim - low.depth) / width < 1:
+        share = (self.aim - low.depth) / width
+        if self.passed and not high.known and not 0 < share < 1:
             return high.depth  # from here nothing may happen
-        middle = low.depth + width * (1 - 0.5 ** min(1 + self.passes, _FASTEST))
-        if slow:
-            return middle
-        return _towards(low, high, self.aim, off + self.least / 4, middle)
+        part = (abs(self.aim - last) + self.least / 4) / abs(width)
+        near = -part < share < 1 and part < _WORTH  # not of nan
+        if not near or self.widths[-1] > self.widths[-1 - _PATIENCE] / 2:
+            return low.depth + width / 2
+        depth = low.depth + width * (share - part if share > 2 * part else share + 2 * part)
+        inside = min(low.depth, high.depth) < depth < max(low.depth, high.depth)
+        return depth if inside else low.depth + width / 2
 
     def _take(self, tried: Tried) -> bool:
         """The range after a trial; whether lines only come free at its lower end."""
         self.passed = not tried.failed
-        self.passes = self.passes + 1 if self.passed else 0
         if not self.passed:
             self.high = tried
             self.involved = self.trials.involved(tried, self.start) & self.involved
@@ -132,33 +132,35 @@ class Enclosing:
         left = way * (self.trials.motion.rests.ahead(lines, way) - after.depth)
         return bool((held & (left <= TIE * size)).any())
 
-    def _solved(self, low: Tried, high: Tried, which: set[int]) -> list[float]:
+    def _solved(self) -> list[float]:
         """Depths where an equilibrium disappears or a contact closes; nan: not found."""
-        way, rests = (1 if high.depth > low.depth else -1), self.trials.motion.rests
+        low, high, rests = self.low, self.high, self.trials.motion.rests
+        way = 1 if self.width > 0 else -1
         lost = [i for i in sorted(high.failed) if math.isnan(high.rooms["stiff", i])]
-        found = [vanishing.fold(rests, low.lines[i], way) for i in lost]
+        found = [fold(rests, low.lines[i], way) for i in lost]
         if way < 0:
-            both = [i for i in sorted(which) if i + 1 in which]
-            found += [vanishing.closing(rests, low.lines[i : i + 2])[1] for i in both]
+            both = [i for i in sorted(self.involved) if i + 1 in self.involved]
+            found += [closing(rests, low.lines[i : i + 2]) for i in both]
         return found
 
-    def _beside(self, low: Tried, high: Tried, which: set[int]) -> tuple[Tried, Tried]:
-        """Just before and beyond the first event whose depth is solved for; else these."""
-        start, least = low.depth, self.least
-        way = 1 if high.depth > start else -1
-        steps = (way * (depth - start) for depth in self._solved(low, high, which))
-        ahead = [step for step in steps if -least < step < abs(high.depth - start)]
+    def _beside(self) -> None:
+        """The range just about the first event whose depth is solved for, if there is one."""
+        start, least, which = self.low.depth, self.least, self.involved
+        way = 1 if self.width > 0 else -1
+        steps = (way * (depth - start) for depth in self._solved())
+        ahead = [step for step in steps if -least < step < abs(self.width)]
         if not ahead:
-            return low, high
-        step, before = max(min(ahead), 0.0), low
+            return
+        step = max(min(ahead), 0.0)
         if step > least / 2:
-            before = self.trials.to(low.lines, which, start, start + way * (step - least / 2))
+            before = self.trials.to(self.low.lines, which, start, start + way * (step - least / 2))
             if before.failed:  # something else happens before that
-                return low, before
-            before = before.after(low)
+                self.high = before
+                return
+            self.low = before.after(self.low)
         beyond = start + way * (step + least / 2)
-        tried = self.trials.tried(before.lines, which, before.depth, beyond)
-        return before, tried if tried.failed else high
+        tried = self.trials.tried(self.low.lines, which, self.low.depth, beyond)
+        self.high = tried if tried.failed else self.high
 
 
 def _runs_out(older: Tried, low: Tried, high: Tried) -> float:
@@ -178,15 +180,59 @@ def _runs_out(older: Tried, low: Tried, high: Tried) -> float:
     return low.depth + min(found, key=lambda step: math.inf if math.isnan(step) else abs(step))
 
 
-def _towards(low: Tried, high: Tried, aim: float, off: float, middle: float) -> float:
-    """The next depth to try: a little before what is aimed at, or if that is near, beyond it.
+def fold(rests: Rests, lines: Array, way: int) -> float:
+    """The depth at which the equilibrium of these lines (2,) disappears ahead; nan: not found.
 
-    off: how far the aim may be off. The middle, where neither encloses the event much closer.
+    There both rest at one depth, and the stiffness against moving them is zero: Newton's
+    method for both, from lines not far from there. The depth is good to the square of the step.
     """
-    width = high.depth - low.depth
-    share, part = (aim - low.depth) / width, off / abs(width)
-    if not (-part < share < 1 and part < _WORTH):  # nan: not known
-        return middle
-    depth = low.depth + width * (share - part if share > 2 * part else share + 2 * part)
-    inside = min(low.depth, high.depth) < depth < max(low.depth, high.depth)
-    return depth if inside else middle
+    x, inner = lines.copy(), np.isfinite(lines)
+    room = rests.rooms(lines[None], way)
+    h, near = _CURVED * min(float(x[1] - x[0]), rests.length), False
+    for _ in range(_FOLDED):
+        step, depth = _step(rests, x, room, h, way)
+        if near:
+            return depth
+        x[inner] -= step
+        if not ((room[0, 0] <= x) & (x <= room[1, 0]))[inner].all() or not x[0] < x[1]:
+            break
+        near = bool(np.abs(step).max() <= _NEAR * h)
+    return math.nan
+
+
+def closing(rests: Rests, lines: Array) -> float:
+    """The depth at which the contact between two surfaces (2, 2) closes; nan: not known.
+
+    There both its lines rest at the same place. The lines that they face stay.
+    """
+    start, end = float(lines[0, 1]), float(lines[1, 0])
+
+    def at(x: float) -> Array:
+        return rests.ahead(np.array([(lines[0, 0], x), (x, lines[1, 1])]), -1)[[0, 1], [1, 0]]
+
+    def apart(x: float) -> float:
+        return float(np.subtract(*at(x)))
+
+    if not start < end or not apart(start) > 0 > apart(end):
+        return math.nan
+    return float(at(bracketed(apart, end, start)).mean())
+
+
+def _step(rests: Rests, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
+    """A step of Newton's method towards a fold (1 or 2,), nan: none, and D of the lines."""
+    inner, beside = np.isfinite(x), h * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+    value, rates = rests.rest_depths((x + beside)[:, None], np.repeat(room, 3, axis=1), way, True)
+    assert rates is not None
+    rate = rates[:, 0]
+    if inner.all():
+        stiff = rate[:, 0, 0] * rate[:, 1, 1] - rate[:, 0, 1] * rate[:, 1, 0]
+        off = np.array([value[0, 0, 0] - value[0, 0, 1], stiff[0]])
+        matrix = np.array([rate[0, 0] - rate[0, 1], (stiff[1:] - stiff[0]) / h])
+    else:
+        own = int(inner[1])
+        stiff = rate[:, own, own]
+        off, matrix = stiff[:1], (stiff[[[1 + own]]] - stiff[0]) / h
+    with np.errstate(all="ignore"):
+        solvable = np.isfinite(matrix).all() and np.linalg.det(matrix) != 0
+    depth = float(value[0, 0][inner].mean())
+    return np.linalg.solve(matrix, off) if solvable else np.full(off.size, math.nan), depth

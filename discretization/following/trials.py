@@ -114,14 +114,6 @@ class Trials:
         moves = start != end and which
         return self.tried(surfaces, which, start, end) if moves else unmoved(surfaces, start)
 
-    def rooms(self, low: Tried, which: set[int], end: float) -> Rooms:
-        """What is left at first for free surfaces and contacts."""
-        rooms: Rooms = {}
-        if end > low.depth:
-            self._pressed(low.lines, low.lines, which, (low.depth, low.depth), rooms, set())
-        self._contacts(low.lines, which, low.depth, rooms, set())
-        return rooms
-
     def involved(self, tried: Tried, start: float) -> set[int]:
         """Surfaces to which something happens; of retracted lines with those beyond a contact."""
         if tried.depth > start:

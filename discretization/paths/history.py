@@ -20,7 +20,7 @@ from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
 from discretization.paths.lattice_branch import LatticeBranch
 from discretization.paths.layer_branch import LayerBranch
-from discretization.paths.springs_branch import SpringsBranch
+from discretization.paths.springs import SpringsBranch
 from discretization.routes import route
 from energy import Scene
 from energy.description import alike, described, rebuilt

@@ -9,7 +9,7 @@ from truth.paths.path_scenes import envelope
 from truth.scenes import case_of
 
 from discretization import AccuracyWarning, load_path, minimise
-from discretization.following import vanishing
+from discretization.following import enclosing
 from discretization.following.trials import Trials
 from discretization.profile import resolve
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies
@@ -109,7 +109,7 @@ def test_jumps_are_where_halving_encloses_them(monkeypatch):
     """A gap between contacts on a rough profile: its lines leave at once, pressed and retracted."""
     scene, depths = waves(4), np.r_[-0.1, 1.87, 2.0, 1.9, 0.5]
     solved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
-    monkeypatch.setattr(vanishing, "fold", lambda *_: math.nan)
+    monkeypatch.setattr(enclosing, "fold", lambda *_: math.nan)
     halved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
     assert len(solved) == len(halved) >= 2
     for one, other in zip(solved, halved, strict=True):

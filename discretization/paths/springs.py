@@ -1,0 +1,254 @@
+"""Contact without surface tension, γ₁ = 0, of any profile: independent springs.
+
+Each spring attaches when it is touched and lets go at u = -δ₀, so that the contact is what lies
+below a level of the profile. Pressed, the level is the depth where that is higher; retracted, it is
+d + δ₀ where that is lower. So from first touch, and with the least energy, it is
+
+    adhered:  f <= min(max(d, min f), d + δ₀),        global:  f <= d + δ₀    (18).
+
+Nothing jumps on a path: what attaches loses its work of adhesion, as it had to be touched, and no
+energy is released at once.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discretization.certificate import ROUNDING, Certificate
+from discretization.equilibrium import Equilibrium, detached
+from discretization.fitted.contacts import equilibrium, estimated
+from discretization.paths.branch import Branch, Leg, Point
+from discretization.profile import Resolved, resolve
+from discretization.quadrature import NONE, Integrals, Interval, refined
+from discretization.roots import crossings
+from discretization.surfaces.small import SmallSurfaces
+from energy import Scene
+
+Array = NDArray[np.float64]
+_TIE = 1e-14  # of the level and δ₀: how far above the level a lowest point may lie by rounding
+_APART = 1e-15  # of the depths: two places that close are one
+
+
+def on_springs(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
+    """The certified state of independent springs.
+
+    ValueError for a contact that leaves the known profile; NotCertifiedError if springs that are
+    free would be touched.
+    """
+    springs, reach = SpringsBranch(scene, resolve(scene, depth)), scene.critical_separation
+    level = depth + reach if branch == "global" else min(max(depth, springs.touch), depth + reach)
+    return springs.state(depth, level, branch)
+
+
+def lines_below(profile: Resolved, levels: Array) -> list[Array]:
+    """The ends (2m,) of the parts of the profile at or below each level (k,), all at once.
+
+    ValueError where one goes on beyond the known profile.
+    """
+    x, f, last = profile.x, profile.f, profile.x.size - 1
+    beside = [np.flatnonzero(np.diff(f <= z, prepend=False, append=False)) for z in levels]
+    at, row = np.concatenate(beside), np.repeat(np.arange(levels.size), [z.size for z in beside])
+    starts = np.arange(at.size) % 2 == 0
+    inside = np.where(starts, at, at - 1)
+    outside = np.clip(np.where(starts, at - 1, at), 0, last)
+    for i in (0, last):
+        if (inside[outside == i] == i).any() and float(x[i]) not in profile.indenter.walls:
+            raise ValueError(
+                f"the contact spreads to x = {float(x[i])!r}, where the profile is not known any "
+                "more; give a wider profile or a smaller depth"
+            )
+    level, found = levels[row], x[inside]
+    own = np.flatnonzero((f[inside] < level) & (inside != outside) & (x[outside] != found))
+    if own.size:
+        goal, ends = level[own], (x[inside[own]], x[outside[own]])
+        rise = (f[outside[own]] - f[inside[own]]) / (ends[1] - ends[0])
+        guess = ends[0] + (goal - f[inside[own]]) / rise
+        found[own] = crossings(
+            lambda z, k: np.asarray(profile.indenter.height(z), float) - goal[k],
+            np.minimum(*ends),
+            np.maximum(*ends),
+            guess,
+            rise,
+            0.0,
+        )
+    return np.split(found, np.cumsum([z.size for z in beside])[:-1])
+
+
+@dataclass(eq=False)
+class Levels(Leg):
+    """A leg between two depths at which the contact begins, ends or meets a corner somewhere."""
+
+    def between(self, depths: Array) -> list[Point]:
+        """The contacts at depths on the way (n,)."""
+        return list(self.branch.moved(self.start, depths))
+
+
+@dataclass(frozen=True, eq=False)
+class SpringsBranch(Branch):
+    """Independent springs under a prescribed depth; what a point remembers is its level."""
+
+    scene: Scene
+    profile: Resolved
+
+    @classmethod
+    def of(cls, scene: Scene, deepest: float) -> SpringsBranch:
+        """deepest: the largest depth of the programme. ValueError for a pattern."""
+        if scene.pattern is not None:
+            raise ValueError(
+                f"pattern = {scene.pattern!r} with gamma1 = 0: springs that let go at different "
+                "heights are not followed; give gamma1 > 0, or leave the pattern out"
+            )
+        return cls(scene, resolve(scene, deepest))
+
+    @property
+    def touch(self) -> float:
+        """Depth at which contact begins."""
+        return self.profile.touch
+
+    @functools.cached_property
+    def integrals(self) -> Integrals:
+        """What contacts cost up to a line."""
+        return Integrals.of(self.scene, self.profile, float(self.profile.f.max()))
+
+    @functools.cached_property
+    def heights(self) -> Array:
+        """Levels at which contacts begin, end, or meet a corner, in their order."""
+        f, steps = self.profile.f, np.diff(self.profile.f)
+        turns = np.flatnonzero(steps[1:] * steps[:-1] <= 0) + 1  # corners stand twice
+        return np.unique(np.concatenate([f[:1], f[turns], f[-1:]]))
+
+    @property
+    def first(self) -> Point:
+        """The contacts at first touch."""
+        (lines,) = lines_below(self.profile, np.array([self.touch]))
+        return Point(self.touch, tuple(lines.tolist()), self.touch)
+
+    def contact(self, depth: float, *lines: float) -> Point:
+        """The point with lines here; nan: detached."""
+        if math.isnan(lines[0]):
+            return Point(depth, None)
+        level = float(np.max(self.profile.indenter.height(np.array(lines))))
+        return Point(depth, lines, level)
+
+    def moved(self, before: Point, depths: Array) -> list[Point]:
+        """The points at depths (n,) on one way from a point."""
+        levels = np.clip(before.memory, depths, depths + self.holding_range)
+        levels = np.maximum(levels, self.touch)  # but for rounding it is
+        found = lines_below(self.profile, levels)
+        return [
+            Point(d, before.lines if level == before.memory else tuple(lines.tolist()), level)
+            for d, level, lines in zip(depths.tolist(), levels.tolist(), found, strict=True)
+        ]
+
+    def leg(self, point: Point, goal: float) -> Levels:
+        """The way from a point towards another depth, up to the next change of the contact."""
+        here, level, way = point.depth, point.memory, (1 if goal > point.depth else -1)
+        reach = self.holding_range
+        off, lowest = (0.0, -math.inf) if way > 0 else (reach, self.touch - reach)
+        least = _APART * (abs(here) + abs(goal) + abs(self.touch) + reach)
+        ahead = np.append(self.heights[way * (self.heights - level) > 0], level) - off
+        ahead = ahead[way * (ahead - here) > least]
+        end = way * min(way * goal, float((way * ahead).min(initial=math.inf)))
+        lost = end <= lowest + least
+        end = lowest if lost else end
+        (there,) = self.moved(point, np.array([end]))
+        return Levels(self, point, there, Point(end, None) if lost else None, False)
+
+    def many(self, points: Sequence[Point]) -> Array:
+        """U and P (2, n) of points with as many lines as each other."""
+        lines = np.array([point.lines for point in points])
+        depths = np.repeat([point.depth for point in points], lines.shape[1])
+        parts = self.integrals.contact(lines.ravel(), depths, self.scene.work_of_adhesion)
+        parts = parts[::2].reshape(2, *lines.shape)
+        return np.asarray((parts[..., 1::2] - parts[..., ::2]).sum(axis=2))
+
+    def friction(self, before: Point, after: Point) -> float:
+        """w of what closes, which had to be touched, and w_opening - w of what opens."""
+        opened = self.opened(before, after)
+        closing, opening = self.scene.work_of_adhesion, self.scene.opened.work_of_adhesion
+        return (opening - closing) * opened if opened > 0 else -closing * opened
+
+    def opened(self, before: Point, after: Point) -> float:
+        """The length that opens between two points, or minus what closes."""
+        one, other = (
+            float(np.diff(self.integrals.at(np.array(p.lines or ()))[4].reshape(-1, 2)).sum())
+            for p in (before, after)
+        )
+        return one - other
+
+    def state(self, depth: float, level: float, branch: str) -> Equilibrium:
+        """The certified state in which what lies below a level is in contact."""
+        scene, surfaces = self.scene, SmallSurfaces(self.scene)
+        lift = max(abs(depth), self.holding_range) or 1.0
+        if self.touch > level + _TIE * lift:
+            apart = Certificate.undeformed(max(0.0, (depth - self.touch) / lift))
+            return detached(scene, depth, branch, surfaces, apart)
+        level = max(level, self.touch)
+        lines = lines_below(self.profile, np.array([level]))[0].reshape(-1, 2)
+        found = refined(scene, depth, lines, NONE)
+        pinned = np.isin(lines, self.profile.indenter.walls)
+        judged = _judged(self.profile, lines, pinned, depth, level, lift, found)
+        judged.demand(f"the state at depth = {depth!r}", "try another depth")
+        return equilibrium(
+            lines,
+            found,
+            scene=scene,
+            depth=depth,
+            pinned=pinned,
+            certificate=judged,
+            surfaces=surfaces,
+            errors=_errors(scene, lines, pinned, depth, found),
+            branch=branch,
+        )
+
+    def certify(self, point: Point) -> None:
+        """NotCertifiedError unless the springs are in equilibrium."""
+        if point.lines is not None:
+            self.state(point.depth, point.memory, "adhered")
+
+
+def _judged(
+    profile: Resolved,
+    lines: Array,
+    pinned: NDArray[np.bool_],
+    depth: float,
+    level: float,
+    lift: float,
+    found: Interval,
+) -> Certificate:
+    """penetration: of free springs; opening: none is held beyond δ₀; neighbours: of lines."""
+    free = np.searchsorted(lines.ravel(), profile.x) % 2 == 0
+    free &= ~np.isin(profile.x, lines)
+    through = float((depth - profile.f[free]).max(initial=0.0)) / lift
+    off = np.abs(np.asarray(profile.indenter.height(lines)) - level)[~pinned].max(initial=0.0)
+    highest = float(profile.f[~free].max(initial=-math.inf))
+    torn = max(0.0, highest - max(level, depth)) / lift
+    force = abs(found.force - found.force_by_field) / (found.force_scale or 1.0)
+    return Certificate(through, 0.0, torn, float(off) / lift, force)
+
+
+def _errors(
+    scene: Scene,
+    lines: Array,
+    pinned: NDArray[np.bool_],
+    depth: float,
+    found: Interval,
+) -> dict[str, float]:
+    """Rounding of the heights times the condition of the lines, and the quadrature."""
+    height, slope = (
+        np.asarray(part(lines), float) for part in (scene.indenter.height, scene.indenter.slope)
+    )
+    size = np.abs(height) + abs(depth)
+    width = float(np.diff(lines, axis=1).sum())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        moves = np.minimum((ROUNDING * size + found.rounding) / np.abs(slope), width)
+    moves = np.where(pinned, 0.0, np.nan_to_num(moves, nan=width))
+    push = scene.stiffness * np.abs(depth - height) * scene.measure(lines)
+    pull = float((moves * push).sum())
+    return estimated(found, width, float(moves.sum()), pull)
