@@ -66,13 +66,16 @@ class Contacts:
         """What the free surfaces pull at both lines of each contact, S (m, 2)."""
         return np.array([pull for each in self.free for pull in each.pulls][1:-1]).reshape(-1, 2)
 
+    def totals(self) -> Interval:
+        """Energy and force."""
+        return totals(self.motion.scene, self.depth, self.x, self.free)
 
-def totals(contacts: Contacts) -> Interval:
-    """Energy and force."""
-    pulls = contacts.pulls
-    energy, area = sum(each.energy for each in contacts.free), sum(e.area for e in contacts.free)
-    free = energy, float(pulls.sum()), area, float(np.abs(pulls).sum())
-    return refined(contacts.motion.scene, contacts.depth, contacts.x, free)
+
+def totals(scene: Scene, depth: float, contacts: Array, free: list[Free]) -> Interval:
+    """Energy and force of contacts (m, 2) and the free surfaces beside them."""
+    energy, area = sum(each.energy for each in free), sum(each.area for each in free)
+    pulls = [pull for each in free for pull in each.pulls]
+    return refined(scene, depth, contacts, (energy, sum(pulls), area, sum(map(abs, pulls))))
 
 
 def equilibrium(lines: Array, found: Interval, **given: Any) -> Equilibrium:

@@ -10,7 +10,6 @@ fixed depth: then they are followed from sample to sample.
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,9 +20,8 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.resting import Pair, Resting
 from discretization.fitted.rests import TIE, Rests
-from discretization.profile import Resolved
 from discretization.roots import bracketed
-from discretization.surfaces.protocol import At, Surfaces
+from discretization.surfaces.protocol import At
 
 Array = NDArray[np.float64]
 Lines = tuple[float, ...]
@@ -46,11 +44,6 @@ class Pressed:
     def rests(self) -> Rests:
         """Where lines rest."""
         return self.resting.rests
-
-    @functools.cached_property
-    def clearance(self) -> Clearance:
-        """Where free surfaces come closest to the profile."""
-        return Clearance(self.rests.profile, self.rests.surfaces)
 
     def lines(self, left: float, right: float, start: float, end: float) -> Lines:
         """The lines of a free surface with those of contacts that begin in it; () if it closes."""
@@ -96,10 +89,6 @@ class Pressed:
                 near = passes >= _AGAIN or high - low <= _STEP * size
                 depth = high if near else (low + high) / 2
         raise NotCertifiedError(f"the contacts at depth = {end!r} do not come to rest")
-
-    def least(self, lines: Pair, depth: float) -> tuple[float, float]:
-        """The least clearance between two lines, and where."""
-        return self.clearance.least(self.rests.at(lines[0]), self.rests.at(lines[1]), depth)
 
     def overtakes(self, q: float, p: float, moved: Pair, low: float, high: float) -> bool:
         """Whether the surface may have touched ahead of a line that has passed there since."""
@@ -161,38 +150,19 @@ class Pressed:
             return goal
         return float(self.rests.profile.x[own.start if side > 0 else own.stop - 1])
 
-
-def _beyond(depth: float, x: float) -> str:
-    return (
-        f"depth = {depth!r} spreads the contact from x = {x!r} to where the profile is not known "
-        "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends the "
-        "indenter there"
-    )
-
-
-def pairs(lines: Sequence[float]) -> list[Pair]:
-    """Lines two by two."""
-    return list(zip(lines[::2], lines[1::2], strict=True))
-
-
-@dataclass(frozen=True, eq=False)
-class Clearance:
-    """The gap v = u - g of free surfaces above a resolved profile."""
-
-    profile: Resolved
-    surfaces: Surfaces
-
-    def least(self, left: At | None, right: At | None, depth: float) -> tuple[float, float]:
-        """The least v between two lines, and where; a line that is None is infinitely far away.
+    def least(self, lines: Pair, depth: float) -> tuple[float, float]:
+        """The least clearance v = u - g between two lines, and where.
 
         Read where it is negative at samples; between two of them, where v' changes sign, at the
         minimum of the cubic through v and v'. The least of all these is solved for, unless its sign
         is certain. Towards a line v vanishes: that is no minimum, ∞.
         """
-        z, f, slope = self._near(left, right, depth)
+        left, right = (self.rests.at(x) for x in lines)
+        highest = max([depth, *(line.f for line in (left, right) if line is not None)])
+        z, f, slope = self._near(lines, highest)
         if not z.size:
             return math.inf, math.nan
-        u, u1 = self.surfaces.shape(z, left, right, depth)
+        u, u1 = self.rests.surfaces.shape(z, left, right, depth)
         v, v1 = u - depth + f, u1 + slope
         i = int(np.argmin(v))
         best, place = (float(v[i]), float(z[i])) if v[i] < 0 else (math.inf, math.nan)
@@ -207,42 +177,44 @@ class Clearance:
                 return float(low[j]), float(z[i] + v1[i] / (v1[i] - v1[i + 1]) * (z[i + 1] - z[i]))
         return best, place
 
-    def _near(self, left: At | None, right: At | None, depth: float) -> Array:
+    def _near(self, lines: Pair, highest: float) -> Array:
         """x, f and f' of the samples between two lines that are low: v >= f - max(d, f_line).
 
         And of those a little higher, so that the least v changes with the depth without a jump.
         """
-        ends = [
-            line.x if line is not None else end * math.inf for end, line in ((-1, left), (1, right))
-        ]
-        own = self.profile.beyond(*ends)
-        f = self.profile.f[own]
-        top = max([depth, *(line.f for line in (left, right) if line is not None)])
-        low = f <= top + _HIGHER * self.surfaces.scene.opened.critical_separation
+        profile, own = self.rests.profile, self.rests.profile.beyond(*lines)
+        f = profile.f[own]
+        low = f <= highest + _HIGHER * self.rests.scene.opened.critical_separation
         kept = low.copy()
         kept[1:] |= low[:-1]
         kept[:-1] |= low[1:]
-        return np.array([self.profile.x[own][kept], f[kept], self.profile.slope[own][kept]])
+        return np.array([profile.x[own][kept], f[kept], profile.slope[own][kept]])
 
     def _bottom(
-        self,
-        left: At | None,
-        right: At | None,
-        depth: float,
-        start: float,
-        end: float,
+        self, left: At | None, right: At | None, depth: float, start: float, end: float
     ) -> tuple[float, float]:
         """The minimum between two samples, as v and its place."""
-        indenter = self.profile.indenter
+        indenter, shape = self.rests.profile.indenter, self.rests.surfaces.shape
 
         def inclined(z: float) -> float:
-            return float(
-                self.surfaces.shape(np.array(z), left, right, depth)[1] + indenter.slope(z)
-            )
+            return float(shape(np.array(z), left, right, depth)[1] + indenter.slope(z))
 
         place = bracketed(inclined, start, end)
-        u = float(self.surfaces.shape(np.array(place), left, right, depth)[0])
+        u = float(shape(np.array(place), left, right, depth)[0])
         return u - depth + float(indenter.height(place)), place
+
+
+def _beyond(depth: float, x: float) -> str:
+    return (
+        f"depth = {depth!r} spreads the contact from x = {x!r} to where the profile is not known "
+        "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends the "
+        "indenter there"
+    )
+
+
+def pairs(lines: Sequence[float]) -> list[Pair]:
+    """Lines two by two."""
+    return list(zip(lines[::2], lines[1::2], strict=True))
 
 
 def _dips(z: Array, v: Array, v1: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:

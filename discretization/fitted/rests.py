@@ -61,15 +61,9 @@ class Rests:
         beyond = At(facing.x, rise(self.profile, self.length, At(x, f), facing))
         return f + self.surfaces.rest_depth(side, x, f - f, f1, beyond, w)
 
-    def at(self, x: float) -> At | None:
-        """A line at x; None at infinity."""
-        if math.isinf(x):
-            return None
-        return At(x, float(self.profile.indenter.height(x)))
-
-    def many(self, x: Array) -> At:
-        """Lines at x (n,)."""
-        return At(x, np.asarray(self.profile.indenter.height(x), float))
+    def at(self, x: Any) -> At | None:
+        """A line at x, or lines (n,); None at infinity."""
+        return At(x, self.profile.indenter.height(x)) if np.isfinite(x).all() else None
 
     def work(self, way: int) -> float:
         """The work of adhesion of a contact that closes (way 1), and of one that opens (-1)."""
@@ -119,7 +113,7 @@ class Rests:
             x = lines[own]
             if x.size:
                 beyond = x.reshape(-1, 2)[:, ::-1].ravel() if paired else x
-                yield own, x, side[own], self.many(beyond) if paired else None
+                yield own, x, side[own], self.at(beyond) if paired else None
 
     def ahead(self, lines: Array, way: int, adhesive: bool = True) -> Array:
         """D just ahead of lines (n, 2) that move outwards of contacts (way 1) or inwards (-1).

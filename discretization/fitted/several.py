@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.contacts import Contacts, equilibrium, totals
+from discretization.fitted.contacts import Contacts, equilibrium
 from discretization.fitted.judgement import certify, errors
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
@@ -163,7 +163,7 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilib
         through = motion.penetration(lines, depth) / lift
         return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
     contacts = Contacts(motion, lines, depth)
-    found = totals(contacts)
+    found = contacts.totals()
     return certified(contacts, found, errors(contacts, found), branch)
 
 

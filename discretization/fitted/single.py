@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium, detached
 from discretization.fitted.alone import Alone
-from discretization.fitted.contacts import equilibrium, estimated, push
-from discretization.quadrature import Interval, refined
+from discretization.fitted.contacts import equilibrium, estimated, push, totals
+from discretization.quadrature import Interval
 from discretization.surfaces.protocol import Free
 from energy import Scene
 
@@ -104,10 +104,7 @@ class Single:
 
     def totals(self) -> Interval:
         """Energy and force."""
-        pulls = [sum(each.pulls) for each in self.free]
-        energy, area = sum(each.energy for each in self.free), sum(e.area for e in self.free)
-        free = energy, sum(pulls), area, sum(map(abs, pulls))
-        return refined(self.alone.scene, self.depth, self.ends, free)
+        return totals(self.alone.scene, self.depth, self.ends, self.free)
 
     def certify(self, found: Interval) -> Certificate:
         """The same conditions as of several contacts (judgement.py), next to the lines."""

@@ -24,7 +24,6 @@ from discretization.following.trials import Trials, merge, unmoved
 from discretization.routes import one_contact
 
 Array = NDArray[np.float64]
-_SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _AHEAD = (1e-10, 1e-12, 0.0)  # of the size of depths: how far beyond an event it is looked at
 
 
@@ -57,13 +56,6 @@ class Events:
         """The contact, if it stays alone."""
         scene = self.motion.scene
         return Alone.of(scene) if one_contact(scene) and scene.pattern is None else None
-
-    def happens(self, before: Lines, after: Lines) -> bool:
-        """Whether lines have jumped, and not only come free."""
-        if len(before) != len(after):
-            return True
-        apart = np.abs(np.subtract(before, after)).max(initial=0.0)
-        return bool(apart > _SHORT * self.motion.scene.elastocapillary_length)
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""

@@ -214,10 +214,7 @@ class Smooth:
         parts[::2, :, 1] *= -1
         total = parts.sum(axis=2)
         for own in kinds(lines[:, 0]):
-            left, right = (
-                self.rests.many(z.ravel()) if np.isfinite(z).all() else None
-                for z in lines[own].transpose(2, 0, 1)
-            )
+            left, right = (self.rests.at(z.ravel()) for z in lines[own].transpose(2, 0, 1))
             at = np.tile(depths, int(own.sum()))
             energy, force = self.rests.surfaces.stored(left, right, at)
             total[:, own] += np.array([energy, energy, force]).reshape(3, -1, j)

@@ -36,9 +36,7 @@ class Track:
             for k in range(0, at.size, _MOST):
                 own = at[k : k + _MOST]
                 found[own[:, None], which] = self._read(piece, depths[own], way, roughly)
-        if (
-            self.smooth.rests.scene.axisymmetric
-        ):  # where a contact is lost, rounding is all there is
+        if self.smooth.rests.scene.axisymmetric:  # where it is lost, rounding is all there is
             found = np.where(np.isfinite(found), np.maximum(found, 0.0), found)
         return found
 
@@ -74,15 +72,9 @@ class Track:
         for i in range(depths.size):
             off[:, i] = self.smooth.rests.ahead(lines[:, i], way) - depths[i]
         moves = np.isfinite(lines) & (lines != lines[:, :1])
-        noise = self.smooth.rests.noise(lines)[..., None]
-        demand(np.where(moves, off, 0.0), self.smooth.rests.size, noise, depths[[0, -1]])
-
-
-def demand(off: Array, size: float, noise: Array, depths: Array) -> None:
-    """NotCertifiedError unless D - d of lines is next to rounding; size: of depths; depths (2,)."""
-    if (np.abs(off) > _NEAR * size + noise).any():
-        start, end = depths.tolist()
-        raise NotCertifiedError(
-            f"the contacts between depth = {start!r} and {end!r} do not come to rest; try other "
-            "depths, or method='lattice'"
-        )
+        known = _NEAR * self.smooth.rests.size + self.smooth.rests.noise(lines)[..., None]
+        if (np.abs(np.where(moves, off, 0.0)) > known).any():
+            raise NotCertifiedError(
+                f"the contacts between depth = {depths[0]!r} and {depths[-1]!r} do not come to "
+                "rest; try other depths, or method='lattice'"
+            )

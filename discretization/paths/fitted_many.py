@@ -27,6 +27,7 @@ from discretization.surfaces import surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]
+_SHORT = 1e-6  # of l: where an equilibrium disappears within rounding a line is that far from it
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
 
@@ -111,9 +112,11 @@ class FittedMany(Branch):
             return not self.motion.gradual
         if len(before.lines) != len(after.lines):
             return True
+        apart = np.abs(np.subtract(before.lines, after.lines)).max()
         energy, force = self.totals([before, after])
         noise = TIE * self.motion.rests.size * float(np.abs(force).sum())
-        return self.events.happens(before.lines, after.lines) and energy[0] - energy[1] > noise
+        far = apart > _SHORT * self.scene.elastocapillary_length
+        return bool(far and energy[0] - energy[1] > noise)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points with as many lines as each other."""

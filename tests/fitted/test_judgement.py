@@ -10,7 +10,7 @@ from scenes import ALPHA, DELTA0, L, adhesive, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
 from discretization.fitted import several
-from discretization.fitted.contacts import Contacts, totals
+from discretization.fitted.contacts import Contacts
 from discretization.fitted.judgement import certify, errors, penetration
 from discretization.fitted.motion import Motion
 from discretization.fitted.several import state_of
@@ -71,7 +71,7 @@ def contacts_of(state, lines):
 def judged(state, lines):
     contacts = contacts_of(state, lines)
     moved = replace(state, contacts=contacts.x)
-    return certify(contacts, moved, totals(contacts))
+    return certify(contacts, moved, contacts.totals())
 
 
 @pytest.mark.slow
@@ -159,7 +159,7 @@ def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
     profile, surfaces = resolve(scene, 2 * DELTA0), surfaces_of(scene)
     motion = Motion.of(scene, profile, surfaces, 2 * DELTA0)
     contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), 2 * DELTA0)
-    found = errors(contacts, totals(contacts))
+    found = errors(contacts, contacts.totals())
     assert np.isfinite(list(found.values())).all()
 
 
