@@ -12,22 +12,15 @@ They are solved on spectral elements (spectral.py) whose errors are rounding.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from discretization.surfaces.finite_line import FiniteSurfaces
 from discretization.surfaces.meniscus_surfaces import MeniscusSurfaces
 from discretization.surfaces.protocol import Surfaces
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene
 
-_KINDS: dict[tuple[str, str], Callable[[Scene], Surfaces]] = {
-    ("line", "small"): SmallSurfaces,
-    ("line", "finite"): FiniteSurfaces,
-    ("axisymmetric", "small"): SmallSurfaces,
-    ("axisymmetric", "finite"): MeniscusSurfaces,
-}
-
 
 def surfaces_of(scene: Scene) -> Surfaces:
     """The free surfaces of a scene."""
-    return _KINDS[scene.geometry, scene.slopes](scene)
+    if scene.slopes == "small":
+        return SmallSurfaces(scene)
+    return MeniscusSurfaces(scene) if scene.axisymmetric else FiniteSurfaces(scene)

@@ -12,7 +12,6 @@ a few radii of every octave and read in between as a polynomial in log s.
 from __future__ import annotations
 
 import functools
-import math
 from typing import Any
 
 import numpy as np
@@ -37,22 +36,18 @@ def stiffness(degree: int, side: int, s: Any) -> Any:
 
     Infinite beyond a line at the axis, 0 inside it.
     """
-    if not np.ndim(s):
-        octave = math.floor(math.log2(max(s, 2.0 ** (_LEAST - 1))))
-        return _read(degree, side, s, octave)
-    found = np.empty_like(s)
+    s, found = np.asarray(s, float), np.empty(np.shape(s))
     octaves = np.floor(np.log2(np.maximum(s, 2.0 ** (_LEAST - 1))))
-    for octave in set(octaves.tolist()):
+    for octave in set(octaves.ravel().tolist()):
         own = octaves == octave
         found[own] = _read(degree, side, s[own], int(octave))
-    return found
+    return found[()]
 
 
 def _read(degree: int, side: int, s: Any, octave: int) -> Any:
     """S of radii in an octave; below the last one that of a disc without springs, or a ring."""
     if octave >= _LEAST:
-        log2 = np.log2 if np.ndim(s) else math.log2
-        value = _horner(_family(degree, side, octave), 2 * (log2(s) - octave) - 1)
+        value = np.polyval(_family(degree, side, octave), 2 * (np.log2(s) - octave) - 1)
         return value * (1 + s) / s if side > 0 else value * s / (2 + s)
     if side < 0:
         return s / 2
@@ -63,12 +58,12 @@ def _read(degree: int, side: int, s: Any, octave: int) -> Any:
 
 
 @functools.lru_cache(maxsize=256)
-def _family(degree: int, side: int, octave: int) -> tuple[float, ...]:
+def _family(degree: int, side: int, octave: int) -> Array:
     """The polynomial of S s/(1+s) outside and S (2+s)/s inside, smooth at small and great s."""
     t = np.sort(np.cos(np.pi * (np.arange(_POINTS[side]) + 0.5) / _POINTS[side]))
     s = 2.0 ** (octave + (t + 1) / 2)
     scale = s / (1 + s) if side > 0 else (2 + s) / s
-    return tuple(np.linalg.solve(np.vander(t), _solved(degree, side, s) * scale).tolist())
+    return np.asarray(np.linalg.solve(np.vander(t), _solved(degree, side, s) * scale))
 
 
 def _solved(degree: int, side: int, s: Array) -> Array:
@@ -93,14 +88,6 @@ def decayed(side: int, start: Any, r: Array) -> Array:
     """How much of the displacement at a radius is left at others beyond it."""
     bessel = k0e if side > 0 else i0e
     return np.asarray(bessel(r) / bessel(start) * np.exp(side * (start - r)))
-
-
-def _horner(powers: tuple[float, ...], t: Any) -> Any:
-    """The polynomial with these coefficients of falling powers."""
-    total = 0.0
-    for power in powers:
-        total = total * t + power
-    return total
 
 
 def ring(degree: int, q: Array, width: Array) -> Network:
