@@ -25,7 +25,6 @@ from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
 from discretization.profile import Resolved, resolve
-from discretization.quadrature import Interval
 from discretization.surfaces import surfaces_of
 from energy import Scene
 
@@ -164,28 +163,17 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilib
         return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
     contacts = Contacts(motion, lines, depth)
     found = contacts.totals()
-    return certified(contacts, found, errors(contacts, found), branch)
-
-
-def certified(
-    contacts: Contacts, found: Interval, errors: dict[str, float], branch: str
-) -> Equilibrium:
-    """The certified state with these contacts, energy, force and errors.
-
-    NotCertifiedError if it is no equilibrium.
-    """
-    motion, depth = contacts.motion, contacts.depth
     state = equilibrium(
         contacts.x,
         found,
-        scene=motion.scene,
+        scene=scene,
         depth=depth,
         pinned=contacts.pinned,
         certificate=_UNKNOWN,
         surfaces=motion.surfaces,
-        errors=errors,
+        errors=errors(contacts, found),
         branch=branch,
-        neutral=motion.neutral(contacts.lines, depth),
+        neutral=motion.neutral(lines, depth),
     )
     return _demanded(replace(state, certificate=certify(contacts, state, found)))
 

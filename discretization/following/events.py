@@ -66,17 +66,9 @@ class Events:
         found = trials.tried(surfaces, everything, start, end)
         if not found.failed:
             return Part(end, _flat(found.lines), None, found.pieces)
-        failed, passed = found.failed, sorted(everything - found.failed)
         low, high, own = Enclosing(trials, unmoved(surfaces, start), found, start).run()
-        found, smooth = trials.to(surfaces, failed - own, start, low.depth), True
-        if passed and low.depth != start:  # smoothly up to here, as they do beyond
-            smooth_motion = trials.smooth
-            moved = smooth_motion.balanced(smooth_motion.over(surfaces[passed], start, low.depth))
-            found.lines[passed] = moved.lines
-            way = Piece(tuple(passed), moved.depths, moved.whole)
-            found = found._replace(pieces=(*found.pieces, way))
-            smooth = bool(moved.smooth.all())
-        if found.failed or not smooth:  # by a shorter way than the others
+        found = trials.to(surfaces, everything - own, start, low.depth)
+        if found.failed:  # by a shorter way than the others
             return self.part(lines, start, (start + low.depth) / 2)
         found = merge(low, own, found)
         part = Part(high.depth, _flat(found.lines), None, found.pieces)
