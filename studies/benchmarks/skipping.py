@@ -1,10 +1,9 @@
 """What does a scene that needs less than the general one save, and does that change a digit?
 
 Measured in pairs: the call that skips, and the same question asked so that nothing can be skipped:
-the profile declared without what it is (`declared(Parabola(R), symmetric=False)` has the same
-heights), a vanishing slope, nodes instead of an exact far field. The factor is the median of the
-ratios of their times, between its quartiles; next to it the largest difference of a, P and U,
-relative to each, which must be rounding. The table in
+a profile of the same heights that does not say what it is, a vanishing slope, nodes instead of an
+exact far field. The factor is the median of the ratios of their times, between its quartiles; next
+to it the largest difference of a, P and U, relative to each, which must be rounding. The table in
 discretization/README.md says where each thing is skipped.
 
 The film is thicker than springs allow beside the contact, h > l: times and digits are those of the
@@ -87,15 +86,13 @@ def pressed(beside: int) -> Numbers:
 def routes() -> dict[str, tuple[Route, Route]]:
     """The call that skips, and the one that does not; what both return must agree."""
     own, body, steps = scene(), Parabola(RADIUS), np.linspace(DEPTH, 1.1 * DEPTH, 50)
-    flat, uneven = scene(FlatPunch(6e-4)), scene(declared(body, symmetric=False))
-    pulled = -0.5 * own.critical_separation
+    flat, pulled = scene(FlatPunch(6e-4)), -0.5 * own.critical_separation
     plain = declared(Profile(body.height, body.slope), apex=0.0, symmetric=True)
     gentle = scene(Parabola(1e6 * RADIUS), w=0.0)
     fine = minimise(own, DEPTH).half_width / 1e5
     nodes: dict[str, Any] = {"method": "lattice", "spacing": fine}
     coarse: dict[str, Any] = nodes | {"spacing": 10 * fine}
     return {
-        "second side, fitted": (partial(solved, own), partial(solved, uneven)),
         "line of a punch": (
             partial(solved, flat, pulled),
             partial(solved, scene(blunt(6e-4)), pulled),
