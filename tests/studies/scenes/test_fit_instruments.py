@@ -4,7 +4,6 @@ import math
 import re
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from studies.scenes.fit.alternatives import STRONG, Alternative
 from studies.scenes.fit.branches import one_way, retraction, touching
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, baseline, free_parts
-from studies.scenes.fit.search import minimum
 from studies.scenes.fit.trials import SCENE
 from studies.shared.table import read
 
@@ -370,22 +368,3 @@ def test_the_tutorial_shows_what_is_so(tmp_path, capsys, monkeypatch):
     data = (ROOT / "studies" / "scenes" / "sphere_curve.csv").read_text("utf-8").splitlines()
     assert all(f"    {line}\n" in shown for line in data[:3])
     assert (tmp_path / "sphere_curve_fit.png").stat().st_size > 10_000
-
-
-def test_a_coordinate_that_runs_away_does_not_hold_the_others():
-    def residuals(x):
-        return np.array([10 * (x[0] - 1 + 0.1 * x[1]), math.exp(x[1]), 0.1])
-
-    def jacobian(x, free):
-        return np.array([[10.0, 1.0], [0.0, math.exp(x[1])], [0.0, 0.0]])[:, list(free)]
-
-    limits, strides = np.array([50.0, 4.0]), np.array([math.inf, 0.5])
-    model = SimpleNamespace(
-        residuals=residuals, jacobian=jacobian, size=1.0, limits=limits, strides=strides
-    )
-    found = minimum(model, np.zeros(2), ftol=1e-4)
-    assert found.x[1] < -2 and found.x[0] == pytest.approx(1 - 0.1 * found.x[1], abs=1e-3)
-    assert found.cost == pytest.approx(0.005, rel=0.2)
-    held = minimum(model, np.array([0.0, -1.0]), fixed=1)
-    assert held.x == pytest.approx([1.1, -1.0], abs=1e-6)
-    assert not np.any(held.jac[:, 1])
