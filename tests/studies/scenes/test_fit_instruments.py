@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scene_files import refused
+from scene_files import SPHERE, written
 from scenes import ROOT
 
 import studies
@@ -26,21 +26,6 @@ from studies.scenes.fit.trials import SCENE
 from studies.shared.table import read
 
 FAST = {"profiles": False, "alternatives": False}
-SPHERE = """
-depth = 50e-9
-[layer]
-E = 30e3
-nu = 0.45
-h = 0.3e-6
-[surfaces]
-gamma1 = 0.045
-w = 0.7e-4
-[indenter]
-shape = "sphere"
-R = 5e-6
-[options]
-geometry = "axisymmetric"
-"""
 START = replace(SCENE, surfaces=SurfaceEnergies.from_work(0.045, 0.7e-4))
 
 
@@ -51,13 +36,6 @@ def sphere(stiffness=math.inf, seed=1, noise=20e-12, n=90, zero=0.0, level=0.0, 
     force = trials.simulated(SCENE, drive, stiffness) + level + slope * drive
     force = force + noise * np.random.default_rng(seed).standard_normal(drive.size)
     return Curve(drive + zero - force / stiffness, force, stiffness)
-
-
-def written(path, curve, head="depth [nm];force [nN]"):
-    """A curve in a file of text."""
-    rows = [f"{1e9 * d:.6f};{1e9 * p:.7f}" for d, p in zip(*curve[:2], strict=True)]
-    path.write_text("\n".join([head, *rows]), "utf-8")
-    return path
 
 
 @pytest.mark.parametrize(
@@ -281,53 +259,6 @@ def test_a_plan_tells_what_noise_does_and_fits_scatter_as_foretold(tmp_path, cap
     assert len(read(tmp_path / "sphere_plan.csv")) == 7
     with pytest.raises(ValueError, match=r"noise = .* must be positive"):
         plan.main(["--scene", str(scene), "--noise", "0"])
-
-
-def test_springs_and_positions_of_a_piezo_are_read(tmp_path):
-    curve = sphere(0.08, n=20)
-    path = written(tmp_path / "a.csv", curve, "Weg [nm];Kraft [nN]")
-    found = read_curve(path, Reading(width=1.0, spring_constant=0.08))
-    assert found.machine_stiffness == 0.08
-    assert found.drive == pytest.approx(curve.drive, abs=1e-14)
-    drives = Curve(curve.drive, curve.force)
-    path = written(tmp_path / "b.csv", drives, "Piezo [nm];Last [nN]")
-    found = read_curve(path, Reading(width=1.0, spring_constant=0.08))
-    assert found.depth == pytest.approx(curve.depth, abs=1e-14)
-    with refused(path, "'piezo' is the position of the piezo.*--spring-constant"):
-        read_curve(path, Reading(width=1.0))
-    with refused(path, 'the force is in newtons: .* set geometry = "axisymmetric"'):
-        read_curve(path)
-    with pytest.raises(ValueError, match=r"spring_constant = 0\.0 must be positive"):
-        Reading(spring_constant=0.0)
-    scene = tmp_path / "s.toml"
-    scene.write_text(SPHERE + "[measured]\nspring_constant = 0.08\n", "utf-8")
-    assert load(scene).measured.spring_constant == 0.08
-
-
-def test_plain_hdf5_files_are_read(tmp_path):
-    library = pytest.importorskip("h5py", reason="the extra elastocap[afm] is not installed")
-    path = tmp_path / "one.h5"
-    with library.File(path, "w") as file:
-        for name, values, unit in (("depth", [1.0, 2.0], "nm"), ("Force", [3.0, 4.5], "nN")):
-            file.create_dataset(f"segment/{name}", data=values).attrs["unit"] = unit
-    found = read_curve(path, Reading(width=1.0))
-    assert found.depth == pytest.approx([1e-9, 2e-9]) and found.force == pytest.approx(
-        [3e-9, 4.5e-9]
-    )
-    assert many.curves(path, Reading()) == [str(path)]
-    with library.File(path, "a") as file:
-        file["more"] = [1.0]
-    with refused(path, "must hold data sets of one length"):
-        read_curve(path, Reading(width=1.0))
-
-
-def test_a_sphere_is_a_turned_circle(tmp_path):
-    scene = tmp_path / "s.toml"
-    scene.write_text(SPHERE, "utf-8")
-    assert load(scene).scene.indenter == Circle(5e-6)
-    scene.write_text(SPHERE.replace("axisymmetric", "line"), "utf-8")
-    with refused(scene, 'indenter.shape = "sphere" is a turned body: set geometry'):
-        load(scene)
 
 
 def test_the_public_functions_are_the_ones_of_the_command():
