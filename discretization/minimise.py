@@ -25,7 +25,6 @@ ON_MESH = {
     "one contact": on_one_contact,
     "several contacts": on_several,
     "springs": on_springs,
-    "layer": on_layer,
 }
 
 
@@ -121,7 +120,10 @@ def minimise(
         raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
     if way == "plane":
         return on_lattice(scene, float(depth), _any_length(scene), branch=branch)
-    state = ON_MESH[way](scene, float(depth), branch=branch, rtol=rtol)
+    if way == "layer":
+        state = on_layer(scene, float(depth), branch=branch, rtol=rtol)
+    else:
+        state = ON_MESH[way](scene, float(depth), branch=branch)
     if max(state.error_estimate.values()) > rtol:
         warnings.warn(
             f"rtol = {rtol!r} not reached: estimated relative errors {state.error_estimate}; ask "

@@ -12,7 +12,7 @@ from typing import NoReturn
 from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
 from energy.checks import finite, option
 
-# turned about an axis, of these the line has one stable place (fitted/single_lines.py)
+# turned about an axis, of these the line has one stable place (fitted/alone.py)
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 
 _PATH = (

@@ -3,7 +3,7 @@
 What lines feel of the free surfaces beside them is known in ../surfaces.
 
 One contact, where there can be no other: its lines by bracketing
-(single_lines.py, ../roots.py) -> integrals (../quadrature.py), certificate and error estimate ->
+(alone.py, ../roots.py) -> integrals (../quadrature.py), certificate and error estimate ->
 Equilibrium, by single.py.
 
 Any profile: where lines rest (rests.py) and where they come to rest (stops.py, resting.py) ->

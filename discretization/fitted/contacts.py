@@ -67,7 +67,7 @@ class Contacts:
         return np.array([pull for each in self.free for pull in each.pulls][1:-1]).reshape(-1, 2)
 
 
-def totals(contacts: Contacts, rtol: float) -> Interval:
+def totals(contacts: Contacts) -> Interval:
     """Energy and force."""
     pulls = contacts.pulls
     energy, area = sum(each.energy for each in contacts.free), sum(e.area for e in contacts.free)

@@ -41,20 +41,20 @@ _SAME = 1e-9  # of the energy's scale: energies of the same state
 _UNKNOWN = Certificate(*5 * (math.nan,))
 
 
-def on_several(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
+def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     """Certified equilibrium of a profile that may have several contacts, and its error estimate.
 
     NotCertifiedError if it was not found; ValueError for a contact that leaves the known profile;
     AccuracyWarning where the profile is not resolved.
     """
     motion = Motion.of(scene, resolve(scene, depth), surfaces_of(scene), depth)
-    return _found(motion, depth, branch, rtol)
+    return _found(motion, depth, branch)
 
 
-def _found(motion: Motion, depth: float, branch: str, rtol: float) -> Equilibrium:
+def _found(motion: Motion, depth: float, branch: str) -> Equilibrium:
     """The state of a branch."""
     adhered = motion.adhered(depth)
-    state = state_of(motion, adhered, depth, branch, rtol)
+    state = state_of(motion, adhered, depth, branch)
     if branch == "adhered" or not motion.scene.work_of_adhesion:
         return state
 
@@ -62,7 +62,7 @@ def _found(motion: Motion, depth: float, branch: str, rtol: float) -> Equilibriu
         states = [state]
         for lines in candidates:
             with contextlib.suppress(NotCertifiedError):
-                states.append(state_of(motion, lines, depth, branch, rtol))
+                states.append(state_of(motion, lines, depth, branch))
         return min(states, key=lambda each: each.energy)
 
     if motion.scene.axisymmetric and motion.scene.indenter.convex:
@@ -151,8 +151,8 @@ def _turns(x: Array, slope: Array, least: float) -> list[float]:
     return found
 
 
-def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: float) -> Equilibrium:
-    """The certified state with these lines; rtol: of energy and force.
+def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilibrium:
+    """The certified state with these lines.
 
     NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
     """
@@ -163,7 +163,7 @@ def state_of(motion: Motion, lines: Lines, depth: float, branch: str, rtol: floa
         through = motion.penetration(lines, depth) / lift
         return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
     contacts = Contacts(motion, lines, depth)
-    found = totals(contacts, rtol)
+    found = totals(contacts)
     return certified(contacts, found, errors(contacts, found), branch)
 
 

@@ -28,7 +28,7 @@ _ENTRIES = 1 << 22  # heights that are compared with levels at once
 _TIE = 1e-14  # of the level and δ₀: how far above the level a lowest point may lie by rounding
 
 
-def on_springs(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
+def on_springs(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
     """The certified state of independent springs.
 
     ValueError for a contact that leaves the known profile; NotCertifiedError if springs that are
@@ -37,11 +37,11 @@ def on_springs(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equil
     profile, reach = resolve(scene, depth), scene.critical_separation
     touch = profile.touch
     level = depth + reach if branch == "global" else min(max(depth, touch), depth + reach)
-    return at_level(scene, profile, depth, level, branch=branch, rtol=rtol)
+    return at_level(scene, profile, depth, level, branch=branch)
 
 
 def at_level(
-    scene: Scene, profile: Resolved, depth: float, level: float, *, branch: str, rtol: float
+    scene: Scene, profile: Resolved, depth: float, level: float, *, branch: str
 ) -> Equilibrium:
     """The certified state in which what lies below a level is in contact."""
     reach, touch = scene.opened.critical_separation, profile.touch

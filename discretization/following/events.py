@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.fitted.alone import Alone, Way
 from discretization.fitted.contacts import Contacts
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
-from discretization.following.alone import Alone
 from discretization.following.enclosing import Enclosing
 from discretization.following.pieces import Piece
 from discretization.following.trials import Trials, merge, unmoved
@@ -38,7 +38,7 @@ class Part(NamedTuple):
     lines: Lines
     after: Lines | None
     pieces: tuple[Piece, ...] = ()
-    alone: Alone | None = None
+    alone: Way | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +53,10 @@ class Events:
         return Trials(self.motion)
 
     @functools.cached_property
-    def _alone(self) -> bool:
-        """Whether a line moves one way until it comes free, or its contact is lost."""
-        return one_contact(self.motion.scene) and self.motion.scene.pattern is None
+    def _alone(self) -> Alone | None:
+        """The contact, if it stays alone."""
+        scene = self.motion.scene
+        return Alone.of(scene) if one_contact(scene) and scene.pattern is None else None
 
     def happens(self, before: Lines, after: Lines) -> bool:
         """Whether lines have jumped, and not only come free."""
@@ -66,7 +67,7 @@ class Events:
 
     def part(self, lines: Lines, start: float, end: float) -> Part:
         """Smooth motion of all lines as far as it goes."""
-        if self._alone and (known := self._gradual(lines, start, end)):
+        if known := self._gradual(lines, start, end):
             return known
         surfaces, trials = np.array(free(lines)), self.trials
         everything = set(range(len(surfaces)))
@@ -91,16 +92,16 @@ class Events:
 
     def _gradual(self, lines: Lines, start: float, end: float) -> Part | None:
         """The same of a contact that stays alone; None where that is not all that happens."""
-        if len(lines) != 2 or start == end:
+        if self._alone is None or len(lines) != 2 or start == end:
             return None
-        alone = Alone.of(self.motion.rests, np.array(free(lines)), start, end)
-        if alone is None:
+        way = Way.of(self._alone, lines, start, end)
+        if way is None:
             return None
-        found, end = (float(alone.last[0]), float(alone.last[1])), alone.depths[1]
-        if alone.lost:
-            return Part(end, found, (), alone=alone)
-        beside = Contacts(self.motion, found, end).free  # ValueError if one turns over
-        return Part(end, found, None, alone=alone) if beside else None
+        end = way.depths[1]
+        if way.lost:
+            return Part(end, way.ends, (), alone=way)
+        beside = Contacts(self.motion, way.ends, end).free  # ValueError if one turns over
+        return Part(end, way.ends, None, alone=way) if beside else None
 
     def _beyond(self, part: Part, failed: set[int], low: float, end: float) -> Part:
         """What the lines do at an event, or where they only come free.

@@ -14,7 +14,6 @@ Array = NDArray[np.float64]
 CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
 _CURVED = 1e-4  # of the room between two lines, or of l, for the change of the stiffness
 _NEAR = 1e-4  # of that: the depth of a fold is good to the square of its place
-_INNERMOST = 1e-6  # of the radius of a disc: there it is not held any more
 _FOLDED = 12  # steps of Newton's method to a fold
 
 
@@ -55,31 +54,6 @@ def closing(rests: Rests, lines: Array) -> tuple[float, float]:
         return math.nan, math.nan
     x = bracketed(apart, end, start)
     return x, float(at(x).mean())
-
-
-def lost(rests: Rests, lines: Array) -> tuple[float, float]:
-    """Where the one contact between two surfaces (2, 2) is lost, and at which depth; nan: unknown.
-
-    It closes, or, about an axis, where the depth at which its line rests is least or at the axis. A
-    tip lets go where it is pulled, below touching.
-    """
-    if lines[0, 1] == lines[1, 0]:
-        return float(lines[0, 1]), rests.profile.touch
-    if not rests.scene.axisymmetric:
-        return closing(rests, lines)
-    outer = float(lines[1, 0])
-    room = rests.rooms(lines[1:], -1)
-
-    def falls(x: float) -> float:
-        rates = rests.rest_depths(np.array([[(x, math.inf)]]), room, -1, True)[1]
-        assert rates is not None
-        return -float(rates[0, 0, 0, 0])
-
-    if not falls(outer) < 0:
-        return math.nan, math.nan
-    inmost = _INNERMOST * outer
-    x = bracketed(falls, outer, inmost) if falls(inmost) > 0 else 0.0
-    return x, float(rests.ahead(np.array([(x, math.inf)]), -1)[0, 0])
 
 
 def _step(rests: Rests, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
+from discretization.fitted.alone import Way
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.rests import TIE
 from discretization.fitted.several import state_of
-from discretization.following.alone import Alone
 from discretization.following.events import Events
 from discretization.following.track import Track
 from discretization.paths.branch import Branch, Leg, Pinned, Point
@@ -27,7 +27,6 @@ from discretization.surfaces import surfaces_of
 from energy import Scene
 
 Array = NDArray[np.float64]
-_RTOL = 1e-8  # of the energy and the force of a state that is certified
 _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 
 
@@ -35,16 +34,19 @@ _FELT = 1e-9  # of l: lines that jump less far do so by rounding
 class Tracked(Leg):
     """A leg of lines that move smoothly."""
 
-    track: Alone | Track
+    track: Way | Track
 
     def between(self, depths: Array) -> list[Point]:
         """The contacts at depths on the way (n,)."""
-        rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
+        if isinstance(self.track, Way):
+            rows = self.track.at(depths).tolist()
+        else:
+            rows = self.track.lines(depths).reshape(depths.size, -1)[:, 1:-1].tolist()
         return [Point(d, tuple(row) or None) for d, row in zip(depths.tolist(), rows, strict=True)]
 
     def forces(self, depths: Array, *, roughly: bool = False) -> Array:
         """P at depths on the way (n,); roughly: from the polynomials of the lines."""
-        if not roughly:
+        if not roughly or isinstance(self.track, Way):
             return super().forces(depths)
         lines = self.track.lines(depths, roughly=True)
         return np.asarray(self.branch.events.trials.smooth.many(lines, depths)[1])
@@ -132,7 +134,7 @@ class FittedMany(Branch):
         if not point.lines:
             return
         try:
-            state_of(self.motion, point.lines, point.depth, "adhered", _RTOL)
+            state_of(self.motion, point.lines, point.depth, "adhered")
         except NotCertifiedError as problem:
             raise NotCertifiedError(
                 f"{problem}: the path stops before it; try other depths, or method='lattice'"

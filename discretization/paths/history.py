@@ -279,7 +279,7 @@ def branch_of(
         return LatticeBranch.of(scene, spacing, deepest())
     way = route(scene, "path", nodes=False)
     if way == "springs":
-        return SpringsBranch.of(scene, rtol, deepest())
+        return SpringsBranch.of(scene, deepest())
     if way == "layer":
         return LayerBranch.of(scene, rtol)
     return FittedMany.of(scene, deepest())

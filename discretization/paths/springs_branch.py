@@ -41,17 +41,16 @@ class SpringsBranch(Branch):
 
     scene: Scene
     profile: Resolved
-    rtol: float
 
     @classmethod
-    def of(cls, scene: Scene, rtol: float, deepest: float) -> SpringsBranch:
+    def of(cls, scene: Scene, deepest: float) -> SpringsBranch:
         """deepest: the largest depth of the programme. ValueError for a pattern."""
         if scene.pattern is not None:
             raise ValueError(
                 f"pattern = {scene.pattern!r} with gamma1 = 0: springs that let go at different "
                 "heights are not followed; give gamma1 > 0, or leave the pattern out"
             )
-        return cls(scene, resolve(scene, deepest), rtol)
+        return cls(scene, resolve(scene, deepest))
 
     @property
     def touch(self) -> float:
@@ -133,4 +132,4 @@ class SpringsBranch(Branch):
         """NotCertifiedError unless the springs are in equilibrium."""
         if point.lines is not None:
             depth, level = point.depth, point.memory
-            at_level(self.scene, self.profile, depth, level, branch="adhered", rtol=self.rtol)
+            at_level(self.scene, self.profile, depth, level, branch="adhered")

@@ -9,9 +9,9 @@ from scenes import adhesive
 
 from discretization import minimise
 from discretization.equilibrium import QUANTITIES
+from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import push
-from discretization.fitted.single import certify, totals
-from discretization.fitted.single_lines import Line, Single, find_line
+from discretization.fitted.single import Single
 from energy import (
     FlatPunch,
     Parabola,
@@ -81,24 +81,23 @@ def test_composed_profiles_agree_on_both_discretisations():
             assert abs(fitted.force - lattice.force) <= 1e-3 * lattice.scales["force"]
 
 
-def found(problem, left, right, rtol=1e-8):
+def found(scene, left, right):
     """Energy and force of a contact between two lines."""
-    lines = [Line(-1, left), Line(1, right)]
-    return totals(problem, lines, [problem.free(line.side, line.x) for line in lines], rtol)
+    return Single(Alone.of(scene), 1e-3, (left, right)).totals()
 
 
-def judged(problem, a):
+def judged(scene, a):
     """The certificate of a contact between lines at -a and a."""
-    lines, free = [Line(1, a, times=2)], [problem.free(1, a)]
-    return certify(problem, lines, free, totals(problem, lines, free, 1e-8))
+    single = Single(Alone.of(scene), 1e-3, (-a, a))
+    return single.certify(single.totals())
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
 def test_the_force_changes_with_a_line_by_no_more_than_its_bound(slopes):
     """What the estimate of the force's error is made of."""
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    problem, a, step = Single.of(scene, 1e-3), 0.006, 1e-6
-    force = [found(problem, -a, a + side * step).force for side in (-1, 1)]
+    a, step = 0.006, 1e-6
+    force = [found(scene, -a, a + side * step).force for side in (-1, 1)]
     rate, bound = abs(force[1] - force[0]) / (2 * step), push(scene, 1e-3, np.array(a))
     assert bound / 2 <= rate <= bound
 
@@ -107,14 +106,12 @@ def test_the_force_changes_with_a_line_by_no_more_than_its_bound(slopes):
 @pytest.mark.parametrize("change", [1e-5, -1e-5])
 def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     scene = adhesive(Parabola(0.02), slopes=slopes)
-    problem = Single.of(scene, 1e-3)
-    a = find_line(problem, 1, 0.0).x
-    assert judged(problem, a).ok
-    assert judged(problem, a * (1 + change)).failures == ("neighbours",)
+    a = Alone.of(scene).find(1, 1e-3)
+    assert judged(scene, a).ok
+    assert judged(scene, a * (1 + change)).failures == ("neighbours",)
     smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
-    problem = Single.of(smooth, 1e-3)
-    a = find_line(problem, 1, 0.0).x * (1 - 1e-5)
-    assert "penetration" in judged(problem, a).failures
+    a = Alone.of(smooth).find(1, 1e-3) * (1 - 1e-5)
+    assert "penetration" in judged(smooth, a).failures
 
 
 def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_separation():
@@ -149,14 +146,6 @@ def test_samples_of_a_parabola_give_the_parabola():
     plain = minimise(adhesive(Parabola(0.02)), 1e-3)
     for name in QUANTITIES:
         assert getattr(smooth, name) == pytest.approx(getattr(plain, name), rel=1e-10, abs=0)
-
-
-def test_to_ask_for_more_digits_than_there_are_loses_none():
-    """As load paths do for the energy an event releases; a power law is not smooth at its tip."""
-    problem = Single.of(adhesive(PowerLaw(2.0, 1.68)), 1e-3)
-    few, many = (found(problem, -0.004, 0.004, rtol) for rtol in (1e-8, 1e-15))
-    assert abs(many.energy - few.energy) <= 1e-14 * few.energy_scale
-    assert abs(many.force - few.force) <= 1e-14 * few.force_scale
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])

@@ -49,7 +49,7 @@ def test_twenty_contacts_are_those_of_a_higher_degree(states, case, monkeypatch)
     assert len(state.contacts) >= 17 and state.method == "fitted"
     assert state.certificate.ok and max(state.error_estimate.values()) <= 1e-8
     monkeypatch.setitem(small._NETS, "line", Line(16))
-    exact = on_several(state.scene, state.depth, branch=case[1], rtol=1e-14)
+    exact = on_several(state.scene, state.depth, branch=case[1])
     for name, error in errors(state, exact).items():
         assert error <= 1e-13
         if name in state.error_estimate:

@@ -71,7 +71,7 @@ def contacts_of(state, lines):
 def judged(state, lines):
     contacts = contacts_of(state, lines)
     moved = replace(state, contacts=contacts.x)
-    return certify(contacts, moved, totals(contacts, 1e-8))
+    return certify(contacts, moved, totals(contacts))
 
 
 @pytest.mark.slow
@@ -150,7 +150,7 @@ def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
     motion = Motion.of(scene, profile, surfaces_of(scene), DELTA0)
     for depth, rejected in ((0.999 * profile.touch, False), (1.001 * profile.touch, True)):
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
-            several.state_of(motion, (), depth, "global", 1e-8)
+            several.state_of(motion, (), depth, "global")
 
 
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
@@ -159,7 +159,7 @@ def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
     profile, surfaces = resolve(scene, 2 * DELTA0), surfaces_of(scene)
     motion = Motion.of(scene, profile, surfaces, 2 * DELTA0)
     contacts = Contacts(motion, (-edge, edge * (1 - 1e-15)), 2 * DELTA0)
-    found = errors(contacts, totals(contacts, 1e-8))
+    found = errors(contacts, totals(contacts))
     assert np.isfinite(list(found.values())).all()
 
 
@@ -194,14 +194,14 @@ def rests(w, geometry):
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_a_line_off_by_a_millionth_of_what_is_beside_it_is_refused(w, geometry, sign):
     motion, lines = rests(w, geometry)
-    state_of(motion, lines, DEPTH, "adhered", 1e-9)
+    state_of(motion, lines, DEPTH, "adhered")
     for i, x in enumerate(lines):
         beside = [abs(x - other) for other in lines[max(i - 1, 0) : i + 2] if other != x]
         wrong = (*lines[:i], x + sign * MOVED * min(beside), *lines[i + 1 :])
         if x == 0 and geometry == "axisymmetric":
             continue  # the axis is no line
         with pytest.raises(NotCertifiedError):
-            state_of(motion, wrong, DEPTH, "adhered", 1e-9)
+            state_of(motion, wrong, DEPTH, "adhered")
 
 
 @pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
@@ -209,16 +209,16 @@ def test_a_missing_contact_and_a_missing_gap_are_refused(geometry):
     motion, lines = rests(0.0, geometry)
     for i in range(0, len(lines), 2):
         with pytest.raises(NotCertifiedError):
-            state_of(motion, lines[:i] + lines[i + 2 :], DEPTH, "adhered", 1e-9)
+            state_of(motion, lines[:i] + lines[i + 2 :], DEPTH, "adhered")
     for i in range(1, len(lines) - 1, 2):
         with pytest.raises(NotCertifiedError):
-            state_of(motion, lines[:i] + lines[i + 2 :], DEPTH, "adhered", 1e-9)
+            state_of(motion, lines[:i] + lines[i + 2 :], DEPTH, "adhered")
 
 
 def test_a_missing_contact_is_refused_with_adhesion():
     motion, lines = rests(1e-6, "line")
     with pytest.raises(NotCertifiedError):
-        state_of(motion, lines[2:], DEPTH, "adhered", 1e-9)
+        state_of(motion, lines[2:], DEPTH, "adhered")
 
 
 LENGTH, Q, PRESSED = 0.5, 2 * math.pi, 0.2
