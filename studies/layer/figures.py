@@ -20,7 +20,7 @@ def _draw(axes: Any, rows: Sequence[Any], x: str, y: str, label: str, **more: An
     """y over x of each ν, with its error if there is any."""
     for nu in sorted({row.nu for row in rows}):
         own, i = [row for row in rows if row.nu == nu], len(axes.containers)
-        error = [getattr(row, "error", 0.0) for row in own]
+        error = [row.error for row in own] if hasattr(own[0], "error") else None
         values = ([getattr(row, name) for row in own] for name in (x, y))
         look = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 5, "capsize": 3, **more}
         axes.errorbar(*values, error, label=f"{label}ν = {nu:g}", **look)
