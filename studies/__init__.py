@@ -17,7 +17,7 @@ verify/, contact_angle/, applicability/, hysteresis/, pull_off/, layer/   each l
 import importlib
 from typing import Any
 
-TIMED = ("speed", "skipping", "runtime_vs_error")  # one job
+TIMED = ("skipping", "runtime_vs_error")  # one job
 MODULES = {
     **{name: f"studies.{name}.study" for name in ("verify", "contact_angle", "applicability")},
     **{name: f"studies.{name}.study" for name in ("hysteresis", "pull_off")},

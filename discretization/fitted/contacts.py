@@ -52,6 +52,15 @@ class Contacts:
         ends = [(rests.at(q), rests.at(p)) for q, p in free(self.lines)]
         return [rests.surfaces.free(*pair, self.depth) for pair in ends]
 
+    @functools.cached_property
+    def rates(self) -> tuple[Array, NDArray[np.bool_], Array]:
+        """Lines (n, 2) of the free surfaces, which of them are free, the changes of D (n, 2, 2)."""
+        rests, lines = self.motion.rests, np.array(free(self.lines))
+        held = np.concatenate([[True], self.pinned.ravel(), [True]]).reshape(-1, 2)
+        _, rates = rests.rest_depths(lines[:, None], rests.rooms(lines, 1), 1, True)
+        assert rates is not None
+        return lines, np.isfinite(lines) & ~held, rates[:, 0]
+
     @property
     def pulls(self) -> Array:
         """What the free surfaces pull at both lines of each contact, S (m, 2)."""

@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import Equilibrium
 from discretization.fitted.contacts import Contacts, estimated, push
-from discretization.fitted.motion import free
 from discretization.fitted.rests import margins
 from discretization.quadrature import Interval
 from discretization.roots import least
@@ -69,10 +68,9 @@ def _steepest(contacts: Contacts) -> float:
 def _at_lines(contacts: Contacts) -> tuple[float, float]:
     """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
     rests, depth = contacts.motion.rests, contacts.depth
-    surfaces = np.array(free(contacts.lines))
-    held = np.concatenate([[True], contacts.pinned.ravel(), [True]]).reshape(-1, 2)
+    surfaces, loose, _ = contacts.rates
     with np.errstate(invalid="ignore"):
-        off = np.where(held, 0.0, _ULPS * np.spacing(np.abs(surfaces))) * (1, -1)
+        off = np.where(loose, _ULPS * np.spacing(np.abs(surfaces)), 0.0) * (1, -1)
     bare = rests.ahead(surfaces + off, 1, adhesive=False)
     closing = rests.ahead(surfaces + off, 1)
     noise = rests.noise(surfaces)[:, None]
@@ -83,21 +81,12 @@ def _at_lines(contacts: Contacts) -> tuple[float, float]:
     return depth - float(bare.min()), gain
 
 
-def _rates(contacts: Contacts) -> tuple[Array, NDArray[np.bool_], Array]:
-    """Lines (n, 2) of all free surfaces, which of them are free, and the changes of D (n, 2, 2)."""
-    rests, lines = contacts.motion.rests, np.array(free(contacts.lines))
-    held = np.concatenate([[True], contacts.pinned.ravel(), [True]]).reshape(-1, 2)
-    _, rates = rests.rest_depths(lines[:, None], rests.rooms(lines, 1), 1, True)
-    assert rates is not None
-    return lines, np.isfinite(lines) & ~held, rates[:, 0]
-
-
 def _unstable(contacts: Contacts) -> float:
     """1 where D falls outwards of a free line, or of both of a gap together; else 0."""
     scene = contacts.motion.scene
     if scene.hysteretic or not scene.work_of_adhesion:
         return 0.0  # held by another work of adhesion than what moves it; or the energy is convex
-    _, loose, rates = _rates(contacts)
+    _, loose, rates = contacts.rates
     stable, _ = margins(rates[:, None], loose)
     slack = _FALLING * np.abs(rates).max(axis=(1, 2))
     nearly, _ = margins((rates + np.diag([1, -1]) * slack[:, None, None])[:, None], loose)
@@ -144,13 +133,11 @@ def _tension(contacts: Contacts, lift: float) -> float:
 
 def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     """Errors of rounding times the condition of the lines, and of the quadrature."""
-    motion, scene = contacts.motion, contacts.motion.scene
-    off, move, more = ROUNDING * motion.rests.size + found.rounding, 0.0, 0.0
-    for row, own, rate in zip(*_rates(contacts), strict=True):
-        if own.any():
-            inverse = np.abs(np.linalg.pinv(rate[np.ix_(own, own)]))
-            moved = inverse.sum(axis=1) * off + _POSITION * np.abs(row[own])
-            move += float(moved.sum())
-            more += float(push(scene, contacts.depth, row[own]) @ moved)
+    rests, scene = contacts.motion.rests, contacts.motion.scene
+    lines, free, rates = contacts.rates
+    own = np.where(free[:, :, None] & free[:, None], rates, 0.0)
+    off = ROUNDING * rests.size + found.rounding
+    moved = (np.abs(np.linalg.pinv(own)).sum(axis=2) * off)[free] + _POSITION * np.abs(lines[free])
+    more = float(push(scene, contacts.depth, lines[free]) @ moved)
     width = float(np.diff(contacts.x, axis=1).sum())
-    return estimated(found, width, move, more)
+    return estimated(found, width, float(moved.sum()), more)

@@ -1,7 +1,7 @@
 """One contact of a layer, condensed to its line: where it rests, and what it takes.
 
-In units h = G = 1. v_j = u - φ_j of pole j obeys, with the measure m of the geometry and v_j known
-at the line,
+With the poles of k (poles.py), v_j = u - φ_j of pole j obeys, with the measure m (1, or r about an
+axis) and v_j known at the line,
 
     -(m v')' + τ_j m v = (m f')'    on 0 < x < a,    v'(0) + f'(0) = 0,
 
@@ -12,50 +12,74 @@ axis K₀(λr)), in which φ_j is τ_j/(τ_j - λ²) of u. That φ_j has one val
 are, with u = d - f(a) there, as many linear equations as decays. So all is linear in u(a) and 1,
 and the reaction of all that is free or pressed beside a line is
 
-    S = Γ (σ u(a) + s₀).
+    S = γ₁ (σ u(a) + s₀).
 
-Of ∂U/∂a = m [Γ/2 (f' - S/Γ)² - w] the line rests where that vanishes, m the length of the line:
+Of ∂U/∂a = m [γ₁/2 (f' - S/γ₁)² - w] the line rests where that vanishes, m the length of the line:
 
-    D(a) = f(a) + (f'(a) - s₀ - √(2w/Γ))/σ,    P = whole ∫₀ᵃ p dm + whole m S,
+    D(a) = f(a) + (f'(a) - s₀ - √(2w/γ₁))/σ,    P = whole ∫₀ᵃ p dm + whole m S,
 
-with the layer's pressure p = k₀u + Σ c_j v_j + p₀. The square is left because f' Γ - S is the force
-on the line and a line that advances takes the surface along. What is stored at fixed a is
-½ whole (∫p u dm + m S u(a)), and whole Γ/2 ∫f'² dm of the surface in contact.
+with the layer's pressure p = k₀u + Σ c_j v_j + p₀. The square is left because f' γ₁ - S is the
+force on the line and a line that advances takes the surface along. What is stored at fixed a is
+½ whole (∫p u dm + m S u(a)), and whole γ₁/2 ∫f'² dm of the surface in contact.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import k0e, k1e, kve
 
 from discretization.layer import elements as inside
 from discretization.layer.body import Body
 from discretization.layer.elements import Elements, Swept
-from discretization.layer.poles import Poles
+from discretization.layer.poles import Poles, paired
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 _INTO = np.array([1] + [0] * 11 + [-1])  # of a corner the slope inside the element
+_LARGEST = 2e4  # complex arguments of Bessel functions; beyond, 1/z² terms are the last that count
+
+
+def decayed(power: int, decays: Complex, a: Array, beside: Array, order: int) -> Complex:
+    """Fields (n, k) outside contacts a (k,), 1 at the line, so far beside it (k,); order 1: slopes.
+
+    exp(-λx), or about an axis K₀(λ(a + x))/K₀(λa).
+    """
+    found = np.exp(-np.outer(decays, beside)) * (-decays[:, None]) ** order
+    if not power:
+        return found
+    return found * _bessel(order, np.outer(decays, a + beside)) / _bessel(0, np.outer(decays, a))
+
+
+def _bessel(order: int, z: Complex) -> Complex:
+    """K(z) exp(z)."""
+
+    def above(z: Complex) -> Complex:
+        near = np.where(np.abs(z) < _LARGEST, z, 1.0)
+        far = np.sqrt(math.pi / (2 * z)) * (1 + (4 * order - 1) / (8 * z))
+        return np.where(np.abs(z) < _LARGEST, kve(order, near), far)
+
+    return paired(k1e if order else k0e, above, z)
 
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """Contacts of half-widths a (m,) with the same elements in units of a.
 
-    f, slope (m,): of the profile at the line, slopes (m, e, 13) at nodes; u (m, 2, e, 13): of
-    nodes, of what is linear in u(a) and 1. So are reaction (m, 2): σ, s₀; amplitudes (m, n, 2): A.
+    f (m,): of the profile at the line, slopes (m, e, 13) at nodes; u (m, 2, e, 13): of nodes, of
+    what is linear in u(a) and 1. So are reaction (m, 2): σ, s₀; amplitudes (m, n, 2): A.
     """
 
+    body: Body
     poles: Poles
-    gamma: float
-    power: int
     elements: Elements
     a: Array
     f: Array
-    slope: Array
     slopes: Array
     u: Array
     swept: Swept
@@ -65,34 +89,26 @@ class Contacts:
     @property
     def length(self) -> Array:
         """m at the lines (m,)."""
-        return self.a**self.power
+        return self.a**self.body.power
 
     @property
     def weights(self) -> Array:
-        """Of nodes, with the measure (m, e, 13)."""
-        return np.asarray(self.a[:, None, None] ** (self.power + 1) * self.elements.mass)
+        """Of nodes, with the measure (m, e, 13), of both sides or all around."""
+        wide = self.body.whole * self.a ** (self.body.power + 1)
+        return np.asarray(wide[:, None, None] * self.elements.mass)
 
     @property
     def stretched(self) -> Array:
-        """½Γ ∫f'² dm (m,)."""
-        return np.asarray(self.gamma / 2 * (self.weights * self.slopes**2).sum(axis=(1, 2)))
-
-    @functools.cached_property
-    def at_line(self) -> Complex:
-        """v there (m, n, 2)."""
-        return np.asarray((1 - self.poles.share) @ self.amplitudes)
-
-    @property
-    def volumes(self) -> Complex:
-        """∫v dm (m, n, 2)."""
-        found = inside.volumes(self.elements, self.swept, self.at_line)
-        return np.asarray(found * (self.length * self.a)[:, None, None])
+        """γ₁/2 ∫f'² (m,)."""
+        density = self.body.scene.gamma1 / 2 * self.slopes**2
+        return np.asarray((self.weights * density).sum(axis=(1, 2)))
 
     @functools.cached_property
     def pressure(self) -> Array:
         """At nodes (m, 2, e, 13)."""
         own, poles, wide = self.elements, self.poles, self.a[:, None, None]
-        found = poles.still * self.u + inside.total(own, self.swept, self.at_line, poles.c)
+        at_line = (1 - poles.share) @ self.amplitudes
+        found = poles.still * self.u + inside.total(own, self.swept, at_line, poles.c)
         if poles.flow:
             load = poles.flow * (wide**2 * own.mass)[:, None] * self.u
             there = ((-poles.flow / poles.decays**2) @ self.amplitudes)[:, None]
@@ -102,42 +118,45 @@ class Contacts:
         return np.asarray(found)
 
     @functools.cached_property
+    def lines(self) -> Array:
+        """What the lines pull in all, (m, 2)."""
+        whole = self.body.whole * self.body.scene.gamma1
+        return np.asarray(whole * self.length[:, None] * self.reaction)
+
+    @functools.cached_property
     def form(self) -> Array:
-        """∫p u dm + m S u(a) (m, 2, 2), p and S of the first, u of the second."""
+        """∫p u + m S u(a) (m, 2, 2), p and S of the first, u of the second."""
         flat = (self.a.size, 2, -1)
         pressed = (self.pressure * self.weights[:, None]).reshape(flat)
         found = pressed @ self.u.reshape(flat).swapaxes(1, 2)
-        found[:, :, 0] += self.gamma * self.length[:, None] * self.reaction
+        found[:, :, 0] += self.lines
         return np.asarray(found)
 
 
-def contacts(body: Body, a: Array, tolerance: float) -> Contacts:
-    """Of half-widths or radii (m,), with poles to a tolerance.
+def contacts(body: Body, a: Array, tolerance: float, first: float = 0.5) -> Contacts:
+    """Of half-widths or radii (m,), with poles to a tolerance; first: see `elements.grid`.
 
     Of several only where no breaks are inside.
     """
-    poles, geometry = body.poles(tolerance), body.geometry
+    poles, wide = body.poles(tolerance), a[:, None, None]
     shortest = 1 / float(np.abs(np.sqrt(poles.tau)).max())
-    ends = inside.grid(float(a.max()), shortest, body.breaks, body.kinks, rough=body.rough)
-    own, wide = inside.elements(geometry.power, ends), a[:, None, None]
-    x, f = wide * own.x, np.asarray(body.height(a), float)
-    slopes = np.asarray(body.slope(x, _INTO))
-    u = np.ones((a.size, 2, *own.x.shape))
+    ends = inside.grid(float(a.max()), shortest, body.breaks, body.kinks, first)
+    own = inside.elements(body.power, ends)
+    x, f = wide * own.x, body.height(a)
+    slopes, u = body.slope(x, _INTO), np.ones((a.size, 2, *own.x.shape))
     u[:, 1] = f[:, None, None] - body.height(x)
     load = np.zeros_like(u)
     load[:, 1] = wide * inside.risen(own, slopes)
     found = inside.sweep(own, poles.tau * a[:, None] ** 2, load)
-    flow = poles.flow * (u * own.mass).sum(axis=(2, 3)) * a[:, None]
-    amplitudes, reaction = _outside(poles, geometry.outside(poles.decays, a), a, found, flow)
-    slope = np.asarray(body.slope(a, -1), float)
-    known = (poles, body.gamma, geometry.power, own, a, f, slope, slopes, u)
-    return Contacts(*known, found, amplitudes, reaction)
+    volume = (u * own.mass).sum(axis=(2, 3))
+    outwards = -decayed(body.power, poles.decays, a, np.zeros(a.size), 1).T
+    amplitudes = _outside(poles, outwards, a, found, volume)
+    reaction = (outwards[:, None] @ amplitudes)[:, 0].real
+    return Contacts(body, poles, own, a, f, slopes, u, found, amplitudes, reaction)
 
 
-def _outside(
-    poles: Poles, out: Complex, a: Array, taken: Swept, flow: Array
-) -> tuple[Complex, Array]:
-    """A (m, n, 2), and σ, s₀ (m, 2), by what fields take inside; flow (m, 2): k₁ ∫u dm/m."""
+def _outside(poles: Poles, out: Complex, a: Array, taken: Swept, volume: Array) -> Any:
+    """A (m, n, 2), by what fields take inside; out (m, n): pulls of decays; volume: ∫u dm/(ma)."""
     share, one = poles.share, np.array([1.0, 0.0])
     size = np.sqrt(poles.tau)[:, None] * a[:, None, None]
     fields = (taken.own[..., None] + (out * a[:, None])[:, None]) * share / size
@@ -147,9 +166,8 @@ def _outside(
         (taken.own[..., None] * one - taken.given) / size,
     ]
     if poles.flow:
-        rows.append((-poles.flow / poles.decays**2 * out)[:, None])
-        wanted.append(flow[:, None])
+        rows.append((-out / poles.decays**2 / a[:, None])[:, None])
+        wanted.append(volume[:, None])
     matrix = np.concatenate(rows, axis=1)
     size = np.abs(matrix).max(axis=1, keepdims=True)
-    found = np.linalg.solve(matrix / size, np.concatenate(wanted, axis=1)) / size.swapaxes(1, 2)
-    return found, (out[:, None] @ found)[:, 0].real
+    return np.linalg.solve(matrix / size, np.concatenate(wanted, axis=1)) / size.swapaxes(1, 2)

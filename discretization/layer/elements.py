@@ -10,6 +10,7 @@ there and about f''/τ.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -23,11 +24,11 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 DEGREE = 12
 _NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
-_TOWARDS, _ROUGH = 0.25, 5  # of elements towards 0, and their number
+_CLEAR = 1e-3  # of the elements there: how far from a break others end
 
 
 class Elements(NamedTuple):
-    """Of e elements: distances from the line and from 0 (e, 13), weights, also times the measure.
+    """Of e elements: distances from the line and from 0 (e, 13), weights times the measure.
 
     values (e, 11), modes (e, 11, 11): λ and φ, φᵀ M φ = 1; ties (e, 11, 2), flat (e, 11), bridge
     (e,): stiffness between modes and ends, mass of modes, stiffness between the two ends.
@@ -35,7 +36,6 @@ class Elements(NamedTuple):
 
     beside: Array
     x: Array
-    weights: Array
     mass: Array
     values: Array
     modes: Array
@@ -56,33 +56,25 @@ class Swept(NamedTuple):
 
 
 def grid(
-    a: float,
-    shortest: float,
-    breaks: Sequence[float],
-    corners: Sequence[float],
-    *,
-    rough: bool,
+    a: float, shortest: float, breaks: Sequence[float], kinks: Sequence[float], first: float
 ) -> tuple[float, ...]:
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
-    Elements are halved towards the line until they resolve the shortest length there, and towards
-    corners, beside which the fields change as near the line, from half-way to the next one; they
-    shrink towards 0 where the profile is not smooth (rough).
+    Elements end at breaks. They are halved towards the line, and towards kinks of the profile,
+    beside which the fields change likewise, until they resolve the shortest length of a pole;
+    first: the share of the way at which that begins.
     """
-    halvings = max(0, math.ceil(math.log2(max(a / (_NEAREST * shortest), 1.0))))
-    towards = 0.5 ** np.arange(halvings + 1)
-    ends = np.array([*towards, 0.0, *(1 - x / a for x in breaks if 0 < x < a)])
-    if rough:
-        ends = np.append(ends, 1 - _TOWARDS ** np.arange(1, _ROUGH + 1))
-    inside = np.array([x / a for x in corners if x < a])
-    for corner in inside.tolist():
-        clear = np.abs(np.append(inside[inside != corner], 1.0) - corner).min()
-        beside = np.append(towards, towards[-1] / 2)[1:]
-        beside = beside[beside <= max(clear / 2, beside[-1])]
-        places = np.concatenate([corner - beside, corner + beside])
-        near = np.abs(1 - ends[:, None] - places).min(axis=0) > beside.min() / 2
-        ends = np.append(ends, 1 - places[(places > 0) & (places < 1) & near])
-    return tuple(np.unique(ends)[::-1].tolist())
+    own = [0.0, 1.0, *(1 - x / a for x in breaks if 0 < x < a)]
+    graded = [np.empty((2, 0))]
+    for left, right in itertools.pairwise([0.0, *(x for x in kinks if 0 < x < a), a]):
+        times = math.log2(max(1.0, (right - left) / (_NEAREST * shortest)))
+        steps = (right - left) / a * first * 0.5 ** np.arange(math.ceil(times))
+        graded.append(np.array([1 - right / a + steps, steps]))
+        if left in kinks:
+            graded.append(np.array([1 - left / a - steps[1:], steps[1:]]))
+    places, steps = np.concatenate(graded, axis=1)
+    clear = np.abs(places[:, None] - own).min(axis=1) > _CLEAR * steps
+    return tuple(np.unique(np.append(own, places[clear]))[::-1].tolist())
 
 
 @functools.lru_cache(maxsize=128)
@@ -94,8 +86,7 @@ def elements(power: int, ends: tuple[float, ...]) -> Elements:
     beside = (far + near) / 2 - half * z
     beside[:, [0, -1]] = np.hstack([far, near])
     x = 1 - beside
-    weights = half * w
-    mass = weights * x**power
+    mass = half * w * x**power
     stiffness = (d.T * (mass / half**2)[:, None]) @ d
     root = np.sqrt(mass[:, 1:-1])
     scaled = stiffness[:, 1:-1, 1:-1] / (root[:, :, None] * root[:, None])
@@ -103,7 +94,7 @@ def elements(power: int, ends: tuple[float, ...]) -> Elements:
     modes = vectors / root[:, :, None]
     ties = modes.transpose(0, 2, 1) @ stiffness[:, 1:-1][:, :, [0, -1]]
     flat = (modes * mass[:, 1:-1, None]).sum(axis=1)
-    return Elements(beside, x, weights, mass, values, modes, ties, flat, stiffness[:, 0, -1])
+    return Elements(beside, x, mass, values, modes, ties, flat, stiffness[:, 0, -1])
 
 
 def risen(own: Elements, slope: Array) -> Array:
@@ -144,7 +135,10 @@ def sweep(own: Elements, tau: Complex, load: Array, whole: Any = 0.0) -> Swept:
 
 def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
     """Σ c v (m, 2, e, 13), real, of fields that are known at the line (m, n, 2)."""
-    joints = c[:, None] * _joints(found, at_line)
+    values = [at_line]
+    for passed, rest in zip(found.passed[::-1], found.rest[::-1], strict=True):
+        values.append(rest + passed[..., None] * values[-1])
+    joints = c[:, None] * np.array(values[::-1])  # at the ends of elements (e + 1, m, n, 2)
     ones = np.broadcast_to(c[:, None], (*joints[1:].shape[:-1], 1))
     parts = np.moveaxis(np.concatenate([ones, joints[:-1], joints[1:]], axis=-1), 0, 1)
     sums = (found.share.swapaxes(-1, -2) @ parts).real  # (m, e, 11, 5)
@@ -155,21 +149,3 @@ def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
     v[:, :, 0], v[:, :, -1] = np.moveaxis(ends[:-1], 0, 1), np.moveaxis(ends[1:], 0, 1)
     v[:, :, 1:-1] = own.modes @ inner
     return np.moveaxis(v, -1, 1)
-
-
-def volumes(own: Elements, found: Swept, at_line: Complex) -> Complex:
-    """∫v dm (m, n, 2) of each of these fields."""
-    joints = np.moveaxis(_joints(found, at_line), 0, 1)
-    parts = np.concatenate([found.forced, np.broadcast_to(-own.ties, found.forced.shape)], axis=-1)
-    sums = found.share @ (own.flat[..., None] * parts)  # (m, e, n, 4)
-    ends = own.mass[:, None, [0, -1]] + sums[..., 2:]
-    inner = ends[..., :1] * joints[:, :-1] + ends[..., 1:] * joints[:, 1:]
-    return np.asarray((sums[..., :2] + inner).sum(axis=1))
-
-
-def _joints(found: Swept, at_line: Complex) -> Complex:
-    """Fields at the ends of elements (e + 1, m, n, 2), known at the line."""
-    values = [at_line]
-    for passed, rest in zip(found.passed[::-1], found.rest[::-1], strict=True):
-        values.append(rest + passed[..., None] * values[-1])
-    return np.array(values[::-1])

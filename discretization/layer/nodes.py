@@ -21,15 +21,15 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.special import i0e, j0, k0e, sici
 
-from discretization.layer.geometry import lowest
+from discretization.layer.body import Body
 from discretization.roots import bracketed
 from energy import Scene
 
@@ -50,101 +50,77 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_ORDER)
 class Nodes:
     """Contacts of 1, 2, ... nodes on each side of a scene's lowest point.
 
-    x (n,): their distances from there; lower: L; start, rate (n,): y at d = 0 and its change;
-    area (n,): in contact up to each node; edge: whether the body ends at the last one.
+    x (n,): their distances from there; lower: L; start, rate (n,): y at d = 0 and its change; edge:
+    whether the body ends at the last one.
     """
 
-    scene: Scene
+    body: Body
     spacing: float
     x: Array
     lower: Array
     start: Array
     rate: Array
-    area: Array
     edge: bool
 
     @classmethod
-    def of(cls, scene: Scene, spacing: float, count: int) -> Nodes:
+    def of(cls, body: Body, spacing: float, count: int) -> Nodes:
         """At most so many nodes on each side; the outermost one at the edge of a body that ends."""
-        apex = lowest(scene)
-        end, walls = scene.indenter.extent[1], scene.indenter.walls
-        first = (end - apex) % spacing if end in walls else 0.0
-        if scene.axisymmetric and first < _LEAST * spacing:
+        first = body.edge % spacing if body.walled else 0.0
+        if body.power and first < _LEAST * spacing:
             first += spacing
-        known = math.floor((end - apex - first) / spacing + 1e-9) + 1 if end < math.inf else count
+        known = count
+        if body.edge < math.inf:
+            known = math.floor((body.edge - first) / spacing + 1e-9) + 1
         x = np.asarray(first + spacing * np.arange(min(count, known)), float)
-        lower = cholesky(compliance(scene, x, x), lower=True)
-        both = np.array([-scene.indenter.height(apex + x), np.ones(x.size)]).T
+        lower = cholesky(compliance(body.scene, x, x), lower=True)
+        both = np.array([-body.height(x), np.ones(x.size)]).T
         start, rate = solve_triangular(lower, both, lower=True).T
-        area = np.asarray(math.pi * x * x if scene.axisymmetric else 2 * x, float)
-        return cls(scene, spacing, x, lower, start, rate, area, x.size == known and end in walls)
-
-    def coarser(self, times: int) -> Nodes:
-        """Nodes that many times further apart, the outermost one among them at an edge."""
-        first = round(float(self.x[0]) / self.spacing)
-        start = (self.x.size - 1) % times if self.edge else (-first) % times
-        own = np.arange(start, self.x.size, times)
-        lower = cholesky((self.lower @ self.lower.T)[np.ix_(own, own)], lower=True)
-        g = np.array([self.lower @ self.start, self.lower @ self.rate]).T[own]
-        start, rate = solve_triangular(lower, g, lower=True).T
-        part = self.x[own], lower, start, rate, self.area[own]
-        return Nodes(self.scene, times * self.spacing, *part, self.edge)
-
-    @property
-    def apex(self) -> float:
-        """x of the lowest point."""
-        return lowest(self.scene)
+        return cls(body, spacing, x, lower, start, rate, x.size == known and body.walled)
 
     @functools.cached_property
     def rest_depths(self) -> Array:
         """D of the links (n - 1,), in the middle between the nodes."""
-        lift = np.sqrt(2 * self.scene.work_of_adhesion * np.diff(self.area))
-        return -(self.start[1:] + lift) / self.rate[1:]
+        bound = self.body.scene.work_of_adhesion * np.diff(self.body.area(self.x))
+        return -(self.start[1:] + np.sqrt(2 * bound)) / self.rate[1:]
 
-    def last(self, depth: float, touch: float) -> int | None:
+    def last(self, depth: float) -> int | None:
         """The outermost node in contact on the way from first touch; None: none, -1: beyond all."""
-        ahead = np.flatnonzero(self.rest_depths >= max(depth, touch))
+        ahead = np.flatnonzero(self.rest_depths >= max(depth, self.body.touch))
         if not ahead.size:
             return self.x.size - 1 if self.edge else -1
         n = int(ahead[0])
-        if depth < touch:
+        if depth < self.body.touch:
             back = np.flatnonzero(self.rest_depths[:n] <= depth)
             return int(back[-1]) + 1 if back.size else None
         return n
 
     def found(self, depth: float, n: int) -> tuple[float, float, float]:
         """a, P and U between the nodes, where node n is the outermost in contact."""
-        y = self.start + depth * self.rate
-        force = np.cumsum(y * self.rate)
-        energy = np.cumsum(y * y) / 2 - self.scene.work_of_adhesion * self.area
-        if n == self.x.size - 1:
-            return float(self.x[n]), float(force[n]), float(energy[n])
-        own = np.arange(*_four(n - 1, self.x.size - 1))
-        middle = (self.x[own] + self.x[own + 1]) / 2
-        off = interpolation(middle, self.rest_depths[own] - depth)
-        lo, hi = self.x[n] - self.spacing / 2, self.x[n] + self.spacing / 2
-        a = bracketed(off, lo, hi) if off(lo) <= 0 < off(hi) else float(self.x[n])
-        own = np.arange(*_four(int(np.searchsorted(self.x, a)) - 1, self.x.size))
-        press, stored = (interpolation(self.x[own], part[own])(a) for part in (force, energy))
-        return a, press, stored
+        y, x = self.start + depth * self.rate, self.x
+        bound = self.body.scene.work_of_adhesion * self.body.area(x)
+        both = np.cumsum(y * self.rate), np.cumsum(y * y) / 2 - bound
+        a = float(x[n])
+        if n < x.size - 1:
+            links = self._through((x[1:] + x[:-1]) / 2, self.rest_depths - depth, n - 1)
+            lo, hi = a - self.spacing / 2, a + self.spacing / 2
+            if links(lo) <= 0 < links(hi):
+                a = bracketed(lambda at: float(links(at)), lo, hi)
+            n = int(np.searchsorted(x, a)) - 1
+            press, stored = (float(self._through(x, part, n)(a)) for part in both)
+            return a, press, stored
+        return a, float(both[0][n]), float(both[1][n])
+
+    def _through(self, x: Array, y: Array, i: int) -> Polynomial:
+        """The polynomial through the four points around that one and the next."""
+        start = min(max(i - 1, 0), max(x.size - 4, 0))
+        own = slice(start, start + 4)
+        domain = [x[start], x[start] + 3 * self.spacing]
+        return Polynomial.fit(x[own], y[own], x[own].size - 1, domain=domain)
 
     def forces(self, depth: float, n: int) -> Array:
         """On the nodes (n + 1,) of that contact."""
         y = (self.start + depth * self.rate)[: n + 1]
         return np.asarray(solve_triangular(self.lower[: n + 1, : n + 1], y, lower=True, trans=1))
-
-
-def _four(first: int, size: int) -> tuple[int, int]:
-    """Four places around that one and the next, of so many."""
-    start = min(max(first - 1, 0), max(size - 4, 0))
-    return start, min(start + 4, size)
-
-
-def interpolation(x: Array, y: Array) -> Callable[[float], float]:
-    """The polynomial through a few points."""
-    middle, size = float(x.mean()), float(np.ptp(x)) or 1.0
-    curve = np.polynomial.Polynomial.fit((x - middle) / size, y, x.size - 1)
-    return lambda at: float(curve((at - middle) / size))
 
 
 def compliance(scene: Scene, z: Array, x: Array) -> Array:

@@ -1,14 +1,14 @@
 """The stiffness of a bonded layer as a sum of poles, to a tolerance.
 
-In units of the thickness h and the shear modulus G, with s = q² and Γ = γ₁/(Gh),
+With s = q²,
 
     k(s) = k₀ + k₁/s + Σ c_j s/(s + τ_j),
 
-k₀ that of q = 0 and k₁ = 0; an incompressible layer flows sideways instead, k₁ = 3 and k₀ fitted.
-The first poles are the layer's own: k is infinite where (3 - 4ν) sinh z = z, s = z²/4. The others
-are real, in steps as far apart as the tolerance allows where tension has not yet taken over from
-the layer, k < γ₁q² times the tolerance: a sum over poles in steps of a factor e^h is off by
-4 exp(-π²/h). The c_j are those of least squares of the error relative to k + γ₁q².
+k₀ that of q = 0 and k₁ = 0; an incompressible layer flows sideways instead, k₁ = 3G/h³ and k₀
+fitted. The first poles are the layer's own: k is infinite where (3 - 4ν) sinh z = z, s = z²/4h².
+The others are real, in steps as far apart as the tolerance allows where tension has not yet taken
+over from the layer, k < γ₁q² times the tolerance: a sum over poles in steps of a factor e^h is off
+by 4 exp(-π²/h). The c_j are those of least squares of the error relative to k + γ₁q².
 
 A sum that is bounded for q -> ∞ leaves to tension alone what happens at a contact line: there the
 displacement has a kink, and nothing of the layer may compete with γ₁u'².
@@ -27,28 +27,31 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.roots import bracketed
+from energy import ElasticLayer
 from energy.layer import relative_stiffness
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-FLOW = 3.0  # k₁ of an incompressible layer
+FLOW = 3.0  # k₁ of an incompressible layer, over G/h³
 _DIGITS = 2.0  # of the tolerance that one of the layer's own pairs of poles is good for
 _BEYOND = 1.5  # times the last of them, where the others begin
 _LEAST = 0.3  # of k: an error that may be, where tension rules
 _SAMPLES = 1401  # of q; fitted to every second one, the error looked at on all
-_FLATTEST, _FURTHEST = 5e-4, 1e3  # q of the first; of the last, times where tension rules
+_FLATTEST, _FURTHEST = 5e-4, 1e3  # qh of the first; of the last, times where tension rules
 _NEWTON, _ABERTH = 50, 100
-_STILL = (
-    1e-9  # of a decay squared: a step of Aberth's method that is rounding if it shrinks no more
-)
+# of a decay squared: a step of Aberth's method that is rounding if it shrinks no more
+_STILL = 1e-9
 _REAL = 1e-13  # of a decay: an imaginary part that is rounding
+_UNRESOLVED = (
+    "the free surface of the layer is not resolved; use another rtol, or response='springs'"
+)
 
 
 class Poles(NamedTuple):
     """k₀, k₁, τ (n,), c (n,), and what these make of a free surface.
 
-    decays (n + 1 or n + 2,): λ with k(-λ²) = Γλ², real parts positive: a free surface is a sum of
-    exp(-λx). τ and decays are sorted as `paired` says. error: largest |k - sum of poles|/(k + Γq²).
+    decays (n + 1 or n + 2,): λ with k(-λ²) = γ₁λ², real parts positive: a free surface is a sum of
+    exp(-λx). τ and decays are sorted as `paired` says. error: of the sum, over k + γ₁q².
     """
 
     still: float
@@ -63,6 +66,11 @@ class Poles(NamedTuple):
         """φ_j over u (n, m) of what decays by each λ: τ/(τ - λ²)."""
         return np.asarray(self.tau[:, None] / (self.tau[:, None] - self.decays**2))
 
+    def stiffness(self, s: Array) -> Array:
+        """k(s)."""
+        poles = (s[:, None] / (s[:, None] + self.tau) @ self.c).real
+        return np.asarray(self.still + self.flow / s + poles)
+
 
 def paired(real: Callable[[Any], Any], pairs: Callable[[Any], Any], z: Complex) -> Complex:
     """A function of z (n, ...), for real ones, and for those above the real axis.
@@ -76,33 +84,33 @@ def paired(real: Callable[[Any], Any], pairs: Callable[[Any], Any], z: Complex) 
 
 
 @functools.lru_cache(maxsize=32)
-def poles(nu: float, gamma: float, tolerance: float) -> Poles:
-    """The poles of a layer with this Poisson's ratio and Γ.
+def poles(layer: ElasticLayer, gamma1: float, tolerance: float) -> Poles:
+    """The poles of a layer under a tension.
 
     NotCertifiedError if the decays of its free surface are not found.
     """
+    stress, h = layer.shear_modulus, layer.h
+    found = _relative(layer.nu, gamma1 / (stress * h), tolerance)
+    stiff, flow = stress / h, stress / h**3
+    tau, decays, c = found.tau / h**2, found.decays / h, found.c * stiff
+    return Poles(found.still * stiff, found.flow * flow, tau, c, decays, found.error)
+
+
+def _relative(nu: float, gamma: float, tolerance: float) -> Poles:
+    """The poles in units of the thickness and the shear modulus, γ₁ = Γ."""
     first, *own = _own(nu, max(1, round(-math.log10(tolerance) / _DIGITS)))
     others = _others(abs(own[-1]) * _BEYOND, gamma * (1 - nu), tolerance)
     real, pairs = np.array([first.real, *others][int(nu == 0.5) :]), np.array(own)
-    q = np.geomspace(
-        _FLATTEST, max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST), _SAMPLES
-    )
+    furthest = max(_FURTHEST / (tolerance * gamma * (1 - nu)), _FURTHEST)
+    q = np.geomspace(_FLATTEST, furthest, _SAMPLES)
     exact = relative_stiffness(nu, q)
     size = exact + gamma * q * q
     half = slice(None, None, 2)
     still, c = _fitted(nu, real, pairs, q[half], exact[half], size[half])
     tau, flow = np.concatenate([real, pairs, pairs.conj()]), FLOW if nu == 0.5 else 0.0
     found = Poles(still, flow, tau, c, np.empty(0, complex), math.inf)
-    error = float((np.abs(stiffness(found, q * q) - exact) / size).max())
+    error = float((np.abs(found.stiffness(q * q) - exact) / size).max())
     return found._replace(decays=_sorted(_decays(found, gamma)), error=error)
-
-
-def stiffness(found: Poles, s: Array) -> Array:
-    """k(s) as the sum of poles."""
-    n = int((found.tau.imag == 0).sum())
-    real, above = found.tau[:n].real, slice(n, n + (found.tau.size - n) // 2)
-    k = found.still + found.flow / s + (s[:, None] / (s[:, None] + real)) @ found.c[:n].real
-    return np.asarray(k + 2 * (s[:, None] / (s[:, None] + found.tau[above]) @ found.c[above]).real)
 
 
 def _own(nu: float, pairs: int) -> list[complex]:
@@ -165,9 +173,7 @@ def _sorted(decays: Complex) -> Complex:
     real = np.abs(decays.imag) <= _REAL * np.abs(decays)
     above = decays[~real & (decays.imag > 0)]
     if decays.size != real.sum() + 2 * above.size:
-        raise NotCertifiedError(
-            "the free surface of the layer is not resolved; use another rtol, or response='springs'"
-        )
+        raise NotCertifiedError(_UNRESOLVED)
     return np.concatenate([decays[real].real, above, above.conj()])
 
 
@@ -195,7 +201,4 @@ def _decays(found: Poles, gamma: float) -> Complex:
         if before / 2 <= now <= _STILL:
             root = np.sqrt(mu)
             return np.where(root.real < 0, -root, root)
-    raise NotCertifiedError(
-        f"the free surface of a layer with gamma1/(G h) = {gamma!r} is not resolved; use another "
-        "rtol, or response='springs'"
-    )
+    raise NotCertifiedError(_UNRESOLVED)

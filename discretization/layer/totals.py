@@ -1,7 +1,7 @@
 """One contact of a layer at a depth: its energy, force, pressure and free surface.
 
 The force is known from what the poles' fields press, and as dU/dd of the energy at fixed contact,
-a parabola of the depth; what these fields pull at the line is known by Green's identity, too.
+a parabola of the depth; what these fields press and pull is known from other elements, too.
 """
 
 from __future__ import annotations
@@ -13,20 +13,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.layer.body import TIP, Body
-from discretization.layer.contact import Contacts, contacts
+from discretization.layer.body import Body
+from discretization.layer.contact import Contacts, contacts, decayed
 from discretization.layer.elements import DEGREE
+from discretization.quadrature import summed
+from discretization.surfaces.protocol import At, alone
 from discretization.surfaces.spectral import polynomial
 
 Array = NDArray[np.float64]
 _OUTSIDE = 200  # places at which the free surface is compared with the indenter
 _NEAREST = 1e-9  # of its reach: the first of them
 _FAR = 40.0  # decay lengths
+_OTHER = 0.7  # of the way to the line, where elements of another set begin
+_EXACT = 1e-11  # of the energy of the free surface
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A contact at a depth [h], the only one of `contact`, with many poles."""
+    """A contact at a depth, the only one of `contact`, with many poles."""
 
     body: Body
     contact: Contacts
@@ -34,13 +38,13 @@ class Layer:
     tolerance: float
 
     @classmethod
-    def of(cls, body: Body, a: float, depth: float, tolerance: float) -> Layer:
-        """The contact of this half-width [h]."""
-        return cls(body, contacts(body, np.array([a]), tolerance), depth, tolerance)
+    def of(cls, body: Body, a: float, depth: float, tolerance: float, **given: float) -> Layer:
+        """The contact of this half-width."""
+        return cls(body, contacts(body, np.array([a]), tolerance, **given), depth, tolerance)
 
     @property
     def a(self) -> float:
-        """Half-width [h]."""
+        """Half-width."""
         return float(self.contact.a[0])
 
     @property
@@ -51,88 +55,64 @@ class Layer:
     @property
     def touches(self) -> bool:
         """Whether it is one with the lowest point alone, and nothing is pressed."""
-        return self.a <= TIP and self.depth == self.body.touch
+        return self.a <= self.body.tip and self.depth == self.body.touch
+
+    def rest_depth(self, excess: float, side: int) -> float:
+        """D of its line."""
+        reaction = self.contact.reaction.T
+        return float(self.body.rest_depth(self.contact.a, reaction, excess, side)[0])
 
     @property
-    def whole(self) -> float:
-        """What integrals count with."""
-        return self.body.geometry.whole
-
-    @property
-    def reaction(self) -> float:
-        """S times the length of the line."""
-        return float(
-            self.body.gamma * self.contact.length[0] * self.contact.reaction[0] @ self.both
-        )
-
-    @functools.cached_property
-    def amplitudes(self) -> Any:
-        """Of the free surface."""
-        return self.contact.amplitudes[0] @ self.both
-
-    @functools.cached_property
-    def pressure(self) -> Array:
-        """At nodes (e, 13)."""
-        return np.tensordot(self.both, self.contact.pressure[0], 1)
-
-    def pressure_at(self, x: Array) -> Array:
-        """The same at positions under the indenter (k,)."""
-        nodes = self.a * self.contact.elements.x
-        own = np.clip(np.searchsorted(nodes[:, 0], x, side="right") - 1, 0, len(nodes) - 1)
-        found = np.empty(x.size)
-        for i in np.unique(own).tolist():
-            here, (lo, hi) = own == i, nodes[i, [0, -1]]
-            found[here] = polynomial(DEGREE, (2 * x[here] - lo - hi) / (hi - lo), self.pressure[i])
-        return found
+    def lines(self) -> float:
+        """What its lines pull."""
+        return float(self.contact.lines[0] @ self.both)
 
     @property
     def force(self) -> float:
         """P."""
-        return self.whole * float(self.both @ self.contact.form[0, :, 0])
+        return float(self.both @ self.contact.form[0, :, 0])
 
     @functools.cached_property
     def energies(self) -> tuple[float, float, float]:
         """Stored in the layer and its free surface, in the surface in contact, and what adheres."""
         stored = float(self.both @ self.contact.form[0] @ self.both) / 2
-        area = float(self.contact.weights.sum())
-        bound = self.body.excess(self.body.scene) ** 2 * self.body.gamma / 2 * area
-        stretched = float(self.contact.stretched[0])
-        return self.whole * stored, self.whole * stretched, self.whole * bound
+        bound = self.body.scene.work_of_adhesion * float(self.body.area(self.a))
+        return stored, float(self.contact.stretched[0]), bound
+
+    @functools.cached_property
+    def pressed(self) -> Array:
+        """Pressure at nodes (e, 13)."""
+        return np.tensordot(self.both, self.contact.pressure[0], 1)
 
     @functools.cached_property
     def force_scale(self) -> float:
         """∫|p| and what the free surface pulls."""
-        parts = float((self.contact.weights[0] * np.abs(self.pressure)).sum()) + abs(self.reaction)
-        return self.whole * parts
+        return float((self.contact.weights[0] * np.abs(self.pressed)).sum()) + abs(self.lines)
 
     @property
     def rounding(self) -> float:
         """How far the force is from dU/dd, over the sizes of its terms."""
         form = self.contact.form[0]
-        return self.whole * float(abs(form[0, 1] - form[1, 0])) / 2 / (self.force_scale or 1.0)
+        return float(abs(form[0, 1] - form[1, 0])) / 2 / (self.force_scale or 1.0)
 
     @property
     def unbalanced(self) -> float:
-        """By how much what the fields press differs from Green's identity, over all of it."""
-        own, contact, a = self.body.poles(self.tolerance), self.contact, self.a
-        root, inside = np.sqrt(own.tau), self.body.geometry.inside
-        places = (a * contact.elements.x).ravel(), (a * contact.elements.beside).ravel()
-        rise = a * (contact.elements.weights * contact.slopes[0]).ravel()
-        t = inside(root, np.array([a]), np.zeros(1), a)[:, 0]
-        exact = t * (contact.at_line[0] @ self.both) + inside(root, *places, a) @ rise
-        off = contact.volumes[0] @ self.both - contact.length[0] * exact / root
-        return self.whole * float(np.abs(own.c * off).sum()) / (self.force_scale or 1.0)
+        """By how much what the fields press, pull and store is different on other elements."""
+        other = Layer.of(self.body, self.a, self.depth, self.tolerance, first=_OTHER)
+        off = abs(other.force - self.force) + abs(other.lines - self.lines)
+        stored, same = (sum(one.energies[:2]) for one in (other, self))
+        return max(off / (self.force_scale or 1.0), abs(stored - same) / (same or 1.0))
 
     def free(self, beside: Array, order: int = 0) -> Array:
         """u of the free surface, or its slope outwards (order 1), so far from the line."""
-        decays = self.body.poles(self.tolerance).decays
-        found = self.body.geometry.decayed(decays, self.a, beside, order)
-        return np.asarray((self.amplitudes @ found).real)
+        contact, a = self.contact, np.full(beside.size, self.a)
+        found = decayed(self.body.power, contact.poles.decays, a, beside, order)
+        return np.asarray((contact.amplitudes[0] @ self.both @ found).real)
 
     @property
     def reach(self) -> float:
         """How far the free surface is felt."""
-        slowest = float(self.body.poles(self.tolerance).decays.real.min())
+        slowest = float(self.contact.poles.decays.real.min())
         return min(_FAR / slowest, self.body.edge - self.a)
 
     @functools.cached_property
@@ -144,3 +124,41 @@ class Layer:
         beside = self.reach * np.geomspace(_NEAREST, 1.0, _OUTSIDE)
         g = self.depth - self.body.height(self.a + beside)
         return float((g - self.free(beside)).max())
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """u and u' of the free surface at positions beside a line."""
+        side = 1 if left is not None else -1
+        beside = side * (z - alone(left, right).x)
+        return self.free(beside), side * self.free(beside, 1)
+
+    def pressure(self, state: Any, x: Array) -> Array:
+        """p in contact at positions, sums of the fields of the poles."""
+        nodes, x = self.a * self.contact.elements.x, np.abs(x - self.body.apex)
+        own = np.clip(np.searchsorted(nodes[:, 0], x, side="right") - 1, 0, len(nodes) - 1)
+        found = np.empty(x.shape)
+        for i in np.unique(own).tolist():
+            here, (lo, hi) = own == i, nodes[i, [0, -1]]
+            found[here] = polynomial(DEGREE, (2 * x[here] - lo - hi) / (hi - lo), self.pressed[i])
+        return found
+
+    def parts(self, state: Any) -> dict[str, float]:
+        """As readings.parts_of; what springs store there is stored in the layer."""
+
+        def density(x: Array) -> Array:
+            """γ₁/2 u'² of the free surface."""
+            slope = self.free(x.ravel(), 1).reshape(x.shape)
+            whole = self.body.whole * (self.a + x) ** self.body.power
+            return np.array([self.body.scene.gamma1 / 2 * slope**2 * whole])
+
+        ends = np.array([[0.0], [self.reach]])
+        found = summed(density, ends, _EXACT, np.zeros((1, 1)), smooth=True)
+        outside, (stored, stretched, bound) = float(found.sums.sum()), self.energies
+        return {
+            "springs": stored - outside,
+            "surface": stretched + outside,
+            "adhesion": -bound,
+            "pressure": self.force - self.lines,
+            "lines": self.lines,
+        }

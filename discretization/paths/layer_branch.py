@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE
-from discretization.layer.body import TIP, Body
+from discretization.layer.body import Body
 from discretization.layer.lines import Lines
 from discretization.layer.state import certify
 from discretization.layer.table import Table
@@ -51,69 +51,53 @@ class Slide(Leg):
 
 @dataclass(frozen=True, eq=False)
 class LayerBranch(Branch):
-    """One contact under a prescribed depth; what a point remembers is a, in units of h."""
+    """One contact under a prescribed depth; what a point remembers is a."""
 
     scene: Scene
     body: Body
     table: Table
-    tolerance: float
 
     @classmethod
     def of(cls, scene: Scene, rtol: float) -> LayerBranch:
         """The poles, and what is computed at half-widths, are good to rtol."""
         body = Body(scene)
-        return cls(scene, body, Table(body, rtol), rtol)
-
-    @property
-    def h(self) -> float:
-        """Unit of lengths."""
-        return self.body.h
+        return cls(scene, body, Table(body, rtol))
 
     @property
     def touch(self) -> float:
         """Depth at which contact begins."""
-        return self.body.touch * self.h
+        return self.body.touch
 
     @functools.cached_property
     def holding_range(self) -> float:
         """Displacement at the line of a contact as it begins."""
         a = self.first.memory
-        if not a:
-            return 0.0
-        return (
-            self.h * self.body.excess(self.scene.opened) / float(self.table.at(np.array([a]))[0, 0])
-        )
+        return self.lines[-1].excess / float(self.table.at(np.array([a]))[0, 0]) if a else 0.0
 
     @functools.cached_property
     def lines(self) -> dict[int, Lines]:
         """The line on its way out (1) and in (-1)."""
-        works = {1: self.body.excess(self.scene), -1: self.body.excess(self.scene.opened)}
-        return {way: Lines(self.table, excess, _RATIO) for way, excess in works.items()}
+        works = {1: self.scene.surfaces, -1: self.scene.opened.surfaces}
+        return {way: Lines(self.table, of.small_slope_deficit, _RATIO) for way, of in works.items()}
 
     @functools.cached_property
     def first(self) -> Point:
         """The contact at first touch."""
-        found = self.lines[1].settled(self.body.touch)
-        return self.point(self.touch, found.a)
+        return self.point(self.touch, self.lines[1].settled(self.touch).a)
 
     def point(self, depth: float, a: float) -> Point:
         """The contact of this half-width at a depth."""
-        x = 0.0 if a <= TIP else a * self.h
-        return Point(
-            depth,
-            ((0.0 if self.scene.axisymmetric else -x) + self.body.apex, x + self.body.apex),
-            a,
-        )
+        return Point(depth, self.body.ends(0.0 if a <= self.body.tip else a), a)
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point with these lines; nan: detached."""
         if math.isnan(lines[0]):
             return Point(depth, None)
-        return self.point(depth, max((lines[1] - self.body.apex) / self.h, TIP))
+        return self.point(depth, max(lines[1] - self.body.apex, self.body.tip))
 
     def pinned(self, point: Point) -> Pinned:
         """What holds each line: "edge", "tip" or ""."""
-        tips = point.memory == TIP and not self.scene.axisymmetric
+        tips = point.memory == self.body.tip and not self.scene.axisymmetric
         if tips and self.body.apex in self.scene.indenter.corners:
             return "tip", "tip"
         return super().pinned(point)
@@ -125,58 +109,48 @@ class LayerBranch(Branch):
 
         def rest_depth(a: Array) -> Array:
             side = np.where(a == other, -way, way)  # of a corner at which the line ends
-            return self.table.rest_depth(a, self.lines[way].excess, side)
+            return np.asarray(self.lines[way].rest_depth(a, side))
 
         span = rest_depth(np.array([one, other]))
         rise = np.full(depths.size, float(np.diff(span)[0]) / (other - one))
-        share = np.clip((depths / self.h - span[0]) / (span[1] - span[0]), 0, 1)
-        return crossings(
-            lambda a, own: rest_depth(a) - depths[own] / self.h,
-            *(lo, hi, one + share * (other - one), rise, 0.0),
-        )
+        share = np.clip((depths - span[0]) / (span[1] - span[0]), 0, 1)
+        guess = one + share * (other - one)
+        return crossings(lambda a, own: rest_depth(a) - depths[own], lo, hi, guess, rise, 0.0)
 
     def leg(self, point: Point, goal: float) -> Slide:
         """The way from a point towards another depth, up to where the line comes free or jumps."""
-        a, here, to = point.memory, point.depth / self.h, goal / self.h
-        way = 1 if goal >= point.depth else -1
-        lines, tie = self.lines[way], _TIE * (abs(here) + self.holding_range / self.h)
+        a, here, way = point.memory, point.depth, 1 if goal >= point.depth else -1
+        lines, tie = self.lines[way], _TIE * (abs(here) + self.holding_range)
         rest = lines.rest_depth(a, way)
         if way * (rest - here) > tie:  # held so far
-            held = goal if way * (to - rest) <= 0 else rest * self.h
+            held = goal if way * (goal - rest) <= 0 else rest
             return Slide(self, point, self.point(held, a), None, False)
-        far, depth, how = lines.walk(a, here, to, way, past=False, tie=tie)
-        end = self.point(goal if depth == to else depth * self.h, far)
-        if how == "turns":
+        far, depth, how = lines.walk(a, here, goal, way, past=False, tie=tie)
+        end = self.point(depth, far)
+        after, jumps = None, how == "turns"
+        if jumps:
             landed = lines.walk(far, depth, depth, way, past=True)
-            after = None if landed.how == "lost" else landed.a
-            return Slide(self, point, end, self._beyond(end, after), True)
-        return Slide(self, point, end, self._beyond(end, None) if how == "lost" else None, False)
-
-    def _beyond(self, end: Point, a: float | None) -> Point:
-        return Point(end.depth, None) if a is None else self.point(end.depth, a)
+            after = Point(depth, None) if landed.how == "lost" else self.point(depth, landed.a)
+        elif how == "lost":
+            after = Point(depth, None)
+        return Slide(self, point, end, after, jumps)
 
     def many(self, points: Sequence[Point]) -> Array:
         """U and P (2, n) of points in contact."""
         a = np.array([point.memory for point in points])
-        force, stored = self.table.taken(a, np.array([point.depth for point in points]) / self.h)
-        bound = self.body.excess(self.scene) ** 2 * self.body.gamma / 2 * self._area(a)
-        return self.body.unit * np.array([(stored - bound) * self.h, force])
-
-    def _area(self, a: Array) -> Array:
-        """In contact [h, or h² about an axis]."""
-        return math.pi * a * a if self.scene.axisymmetric else 2 * a
+        force, stored = self.table.taken(a, np.array([point.depth for point in points]))
+        return np.array([stored - self.scene.work_of_adhesion * self.body.area(a), force])
 
     def opened(self, before: Point, after: Point) -> float:
         """The length or area that opens between two points."""
         if not before.lines or not after.lines:
             return 0.0
-        lost = self._area(np.array([before.memory])) - self._area(np.array([after.memory]))
-        return max(0.0, float(lost[0])) * self.h ** (2 if self.scene.axisymmetric else 1)
+        return max(0.0, float(self.body.area(before.memory) - self.body.area(after.memory)))
 
     def certify(self, point: Point) -> None:
         """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
-            state = Layer.of(self.body, point.memory, point.depth / self.h, self.tolerance)
-            found = certify(state, self.lines[1].excess, self.lines[-1].excess)
-            found = found._replace(tolerance=max(TOLERANCE, self.tolerance))
+            tolerance = self.table.tolerance
+            found = certify(Layer.of(self.body, point.memory, point.depth, tolerance))
+            found = found._replace(tolerance=max(TOLERANCE, tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")

@@ -1,15 +1,9 @@
 """Wall times, their spread, and the solve against which they are measured."""
 
-import functools
 import os
 import statistics
-import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,26 +30,6 @@ def tridiagonal_seconds(n: int, repeats: int = 7) -> float:
         system = np.full(n, 2.1), np.full(n - 1, -1.0), np.ones(n)
         times.append(seconds(lambda a=system: lapack.dptsv(*a, 1, 1, 1)))  # type: ignore[misc]
     return statistics.median(times)
-
-
-def interpreter_seconds(code: str) -> float:
-    """Wall time of a Python that does nothing else, modules compiled as those installed are."""
-    command, environment = [sys.executable, "-c", code], _compiled(code)
-    given: dict[str, Any] = {"check": True, "env": environment, "cwd": _ROOT}
-    return seconds(lambda: subprocess.run(command, **given))
-
-
-_ROOT = Path(__file__).parents[2]  # from where these packages are found, installed or not
-_BYTECODE = functools.cache(tempfile.TemporaryDirectory)  # one, made when it is needed
-
-
-@functools.cache
-def _compiled(code: str) -> dict[str, str]:
-    """An environment in which what the code imports is compiled: it has run once."""
-    environment = {**os.environ, "PYTHONPYCACHEPREFIX": _BYTECODE().name}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    subprocess.run([sys.executable, "-c", code], check=True, env=environment, cwd=_ROOT)
-    return environment
 
 
 def middle(values: ArrayLike) -> tuple[float, float]:

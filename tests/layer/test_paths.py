@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from layers import BODIES, GEOMETRIES, body_of, scene_of
+from layers import BODIES, GEOMETRIES, FlatTo, body_of, scene_of
 
 from discretization import NotCertifiedError, load_path, minimise
 from discretization.paths.layer_branch import LayerBranch
@@ -150,3 +150,18 @@ def test_a_line_that_does_not_rest_is_not_certified(geometry, opening):
         branch.certify(wide)  # it is held
         with pytest.raises(NotCertifiedError, match="neighbours"):
             branch.certify(branch.point(pressed.depth, pressed.memory * 2))
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+@pytest.mark.parametrize("body", [FlatPunch(1.0), FlatTo(1.0, 0.1)])
+def test_without_adhesion_a_flat_face_touches_and_parts_as_a_whole(body, geometry):
+    scene = scene_of(body, 0.3, w=0.0, geometry=geometry)
+    path = load_path(scene, depths=[0.02, 0.05, -0.1], rtol=1e-6)
+    for depth, a, force in zip(path.depth[:2], path.half_width, path.force, strict=False):
+        state = minimise(scene, float(depth), rtol=1e-6)
+        assert a == pytest.approx(state.half_width, rel=1e-6)
+        assert force == pytest.approx(state.force, rel=1e-6)
+    assert (path.events[0].kind, path.events[-1].kind) == ("touch", "detachment")
+    assert abs(path.events[-1].depth) <= 1e-9 and path.dissipated <= 1e-9 * path.energy[1]
+    pulled = load_path(scene, forces=[0.01, -0.01], rtol=1e-6)
+    assert list(pulled.half_width) == [1.0, 0.0]

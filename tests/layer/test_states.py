@@ -227,6 +227,19 @@ def test_the_line_rests_at_a_corner_inside_a_body(geometry, nu):
     assert not minimise(scene, -0.5).contacts.size
 
 
+def test_corners_a_rounding_away_from_where_they_are_looked_for():
+    """Of an element that would end there, too, and of the lowest point."""
+    c = 7.905431378799093
+    x = np.linspace(-2 * c, 2 * c, 13)
+    wide = scene_of(Sampled(x, x * x / (20 * c)), 0.3, geometry="axisymmetric")
+    assert minimise(wide, 0.04 * c, rtol=1e-4).half_width > c / 2
+    x, same = np.linspace(-0.5, 0.5, 13), np.linspace(-0.5, 0.5, 13)
+    same[6] = -3e-17
+    bodies = [Sampled(z, x * x / 3) for z in (x, same)]
+    one, other = (minimise(scene_of(body, 0.3), 0.02, rtol=1e-8) for body in bodies)
+    assert abs(one.energy - other.energy) <= 1e-12 * one.scales["energy"]
+
+
 @pytest.mark.parametrize("nu", [0.3, 0.5])
 def test_a_steep_wedge_touches_with_its_tip(nu):
     """As a line force on the surface."""

@@ -13,7 +13,7 @@ from discretization.following import vanishing
 from discretization.following.trials import Trials
 from discretization.profile import resolve
 from energy import ElasticLayer, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies
-from studies.benchmarks.speed import rough_scene
+from studies.benchmarks.rivals.problem import waves
 
 
 def test_springs_lose_their_work_of_adhesion_wherever_they_have_been_touched():
@@ -107,7 +107,7 @@ def test_a_contact_begins_at_the_lowest_point_and_the_next_where_the_surface_tou
 @pytest.mark.slow
 def test_jumps_are_where_halving_encloses_them(monkeypatch):
     """A gap between contacts on a rough profile: its lines leave at once, pressed and retracted."""
-    scene, depths = rough_scene(4), np.r_[-0.1, 1.87, 2.0, 1.9, 0.5]
+    scene, depths = waves(4), np.r_[-0.1, 1.87, 2.0, 1.9, 0.5]
     solved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]
     monkeypatch.setattr(vanishing, "fold", lambda *_: math.nan)
     halved = [event for event in load_path(scene, depths=depths).events if event.kind == "jump"]

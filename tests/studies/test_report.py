@@ -14,22 +14,22 @@ from scenes import ROOT
 from studies import MODULES, REPORTED, STUDIES, report, template
 from studies import __main__ as command_line
 from studies import report as page
-from studies.benchmarks import speed
+from studies.benchmarks import skipping
 from studies.shared import table
 from studies.shared.figures import canvas, save
 
 ROWS = [
-    speed.Row("state, small slopes", 1e-4, 0.5, 0.1, 1.0, 1e-14, 1e-10),
-    speed.Row("loop, depth", 0.1, 20.0, 0.1, 150.0, 1e-14, 1e-8),
+    skipping.Row("far field", 1e-4, 2e-4, 2.0, 1.9, 2.1, 1e-15),
+    skipping.Row("fields", 1e-4, 5e-4, 5.0, 4.9, 5.1, 0.0),
 ]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("report")
-    only = ["--only", "tolerance", "speed"]
+    only = ["--only", "tolerance", "skipping"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(speed, "run", lambda p, show: ROWS)  # however busy the machine
+        patch.setattr(skipping, "run", lambda p, show: ROWS)  # however busy the machine
         assert report.main(["--preset", "quick", *only, "--out", str(out)]) == 0
     return out
 
@@ -46,10 +46,10 @@ def test_every_figure_is_in_the_page_and_every_link_leads_to_a_file_beside_it(fo
             assert f"<h2 id={link[1:]}>" in made
         else:
             assert (folder / link).is_file()
-    assert {"tolerance/tolerance.csv", "speed/speed.csv"} < set(links)
+    assert {"tolerance/tolerance.csv", "skipping/skipping.csv"} < set(links)
     assert "<figcaption>rtol is honoured and the estimate covers the error in 160 of 160" in made
-    assert "speed/printed.txt" in links and not (folder / "report.jsonl").exists()
-    assert "answer: " in (folder / "speed" / "printed.txt").read_text("utf-8")
+    assert "skipping/printed.txt" in links and not (folder / "report.jsonl").exists()
+    assert "answer: " in (folder / "skipping" / "printed.txt").read_text("utf-8")
     assert "<span class=good>All 2 studies passed.</span>" in made
 
 

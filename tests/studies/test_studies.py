@@ -17,7 +17,7 @@ from studies.shared import table
 from studies.shared.table import read
 
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
-FAST = {  # its words, and the rows of its tables; tolerance and speed are in the test of the report
+FAST = {  # its words, and the rows of its tables; two more are in the test of the report
     "stress": (["stress", "--grids", "fitted", "lattice"], 147),
     "rough": (["rough"], 180),
     "sweep": (["sweep", "scene.toml"], 4),

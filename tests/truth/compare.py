@@ -146,11 +146,10 @@ def penetration(state, feature):
     x = np.unique(np.concatenate([ground.nodes, lines, *near]))
     x = x[(x >= ground.lo) & (x <= ground.hi)]
 
+    left, right = state.contacts.T
+
     def v(at):
-        at = np.atleast_1d(np.asarray(at, float))
-        inside = np.zeros(at.shape, bool)
-        for left, right in state.contacts:
-            inside |= (at >= left) & (at <= right)
+        inside = left.searchsorted(at, "right") > right.searchsorted(at, "left")
         return np.where(inside, 0.0, state.displacement(at) - (state.depth - ground.height(at)))
 
     found = [value for _, value in refined_minima(v, x, v(x), 0.0)]

@@ -100,22 +100,23 @@ def refined_minima(function, x, values, below, ends=(math.inf, math.inf)):
     steps = np.where(np.isfinite(rise), np.abs(rise), 0.0)
     steps = np.pad(steps, 1)
     depth = np.max([steps[dips + i] for i in range(4)], axis=0)
-    for i, lower in zip(dips.tolist(), depth.tolist(), strict=True):
-        if values[i] - lower <= below:
-            yield refined(function, x[max(i - 1, 0)], x[i], x[min(i + 1, x.size - 1)], values[i])
+    dips = dips[values[dips] - depth <= below]
+    three = x[np.maximum(dips - 1, 0)], x[dips], x[np.minimum(dips + 1, x.size - 1)]
+    return refined(function, *three, values[dips]) if dips.size else []
 
 
 def refined(function, low, middle, high, value):
-    """Least point between three nodes: (x, value), by many places between the neighbours of it."""
-    best, places = (float(middle), float(value)), np.linspace(0.0, 1.0, PLACES)
+    """Least points between three nodes each, [(x, value)], by many places between neighbours."""
+    at, least, places, rows = middle, value, np.linspace(0.0, 1.0, PLACES), np.arange(low.size)
     for _ in range(ROUNDS):
-        x = low + (high - low) * places
-        values = function(x)
-        i = int(np.argmin(values))
-        if values[i] < best[1]:
-            best = float(x[i]), float(values[i])
-        low, high = x[max(i - 1, 0)], x[min(i + 1, PLACES - 1)]
-    return best
+        x = low[:, None] + (high - low)[:, None] * places
+        values = function(x.ravel()).reshape(x.shape)
+        i = values.argmin(axis=1)
+        lower = values[rows, i] < least
+        at = np.where(lower, x[rows, i], at)
+        least = np.where(lower, values[rows, i], least)
+        low, high = x[rows, np.maximum(i - 1, 0)], x[rows, np.minimum(i + 1, PLACES - 1)]
+    return list(zip(at.tolist(), least.tolist(), strict=True))
 
 
 class Surfaces:
@@ -124,13 +125,17 @@ class Surfaces:
     def __init__(self, ground, surface, tie):
         self.ground, self.surface, self.tie = ground, surface, tie
 
-    def tilt(self, x, other, depth):
-        """Outward tilt of the free surface at a line put at x that faces `other`, or nothing."""
-        g = depth - self.ground.height(x)
+    def tilt_facing(self, other, depth):
+        """tilt(x): outward, of the free surface at a line at x that faces `other`, or nothing."""
         if other is None:
-            return self.surface.tail(g)
-        width = np.maximum(np.abs(other - x), 1e-300)
-        return self.surface.facing(g, depth - float(self.ground.height(other)), width)
+            return lambda x: self.surface.tail(depth - self.ground.height(x))
+        held = depth - float(self.ground.height(other))
+
+        def tilt(x):
+            width = np.maximum(np.abs(other - x), 1e-300)
+            return self.surface.facing(depth - self.ground.height(x), held, width)
+
+        return tilt
 
     def v(self, x, left, right, depth):
         """u - g of the free surface between two lines, -inf and inf where there is none."""
@@ -152,7 +157,7 @@ class Surfaces:
         ends = tuple(-math.inf if math.isfinite(line) else math.inf for line in (left, right))
         v = self.v(x, left, right, depth)
         for at, value in refined_minima(
-            lambda at: self.v(np.asarray(at), left, right, depth), x, v, -self.tie, ends
+            lambda at: self.v(at, left, right, depth), x, v, -self.tie, ends
         ):
             if min(at - left, right - at) > BESIDE * self.ground.feature:
                 yield value, at
@@ -176,7 +181,8 @@ def first_rest(drive, start, limit, meets, ground):
     (+1) or behind it (-1). Where there is nothing to meet, at the end of the profile, a line rests.
     A line that rests farther than a feature away is returned where it is by then.
     """
-    if float(drive(start, 1)) >= 0:
+    here = float(drive(start, 1))
+    if here >= 0:
         return start, False
     x, ahead = _places(start, limit, meets, ground)
     if not x.size:
@@ -187,10 +193,10 @@ def first_rest(drive, start, limit, meets, ground):
     if hump is not None:
         return hump, False
     if stop < values.size:
-        before = float(x[stop - 1]) if stop else start
-        if before == x[stop]:  # a corner holds it
-            return before, False
-        return _root(drive, before, float(x[stop])), False
+        before = (float(x[stop - 1]), float(values[stop - 1])) if stop else (start, here)
+        if before[0] == x[stop]:  # a corner holds it
+            return before[0], False
+        return _root(drive, before, (float(x[stop]), float(values[stop]))), False
     if abs(limit - start) > ground.feature:
         return float(x[-1]), False
     return limit, meets
@@ -207,27 +213,30 @@ def _places(start, limit, meets, ground):
         parts.append(limit - move * near)
     elif reach == high - low:
         parts.append(np.array([limit]))
-    x = np.unique(np.concatenate(parts))
+    x = np.concatenate(parts)
     x = x[(x >= low) & (x <= high) & (x != start) & (np.abs(x - start) <= reach)]
     if meets:
         x = x[np.abs(limit - x) >= 0.999 * MET * ground.feature]
-    corner = np.isin(x, ground.corners) & (x != limit)
-    x = np.concatenate([x, x[corner]])
-    ahead = np.concatenate([-np.ones(corner.size), np.ones(int(corner.sum()))])
-    order = np.lexsort((ahead, move * x))
-    return x[order], ahead[order]
+    x = np.unique(x)[::move]
+    twice = 1 + (np.isin(x, ground.corners) & (x != limit))
+    x, ahead = np.repeat(x, twice), -np.ones(twice.sum())
+    ahead[1:][x[1:] == x[:-1]] = 1.0
+    return x, ahead
 
 
 def _root(drive, low, high):
-    """Where drive vanishes between two places without a corner in between."""
-    if float(drive(low, 1)) >= 0:
-        return low
-    if float(drive(high, -1)) <= 0:
-        return high
-    size = max(abs(low), abs(high))
-    return brentq(
-        lambda x: float(drive(x, -1 if x == high else 1)), low, high, xtol=1e-17 * size, rtol=1e-15
-    )
+    """Where drive vanishes between two (place, value) without a corner in between."""
+    known = dict((low, high))
+    if low[1] >= 0:
+        return low[0]
+    if high[1] <= 0:
+        return high[0]
+
+    def value(x):
+        return known[x] if x in known else float(drive(x, 1))
+
+    size = max(abs(low[0]), abs(high[0]))
+    return brentq(value, low[0], high[0], xtol=1e-17 * size, rtol=1e-15)
 
 
 def _hump(drive, x, values):
@@ -240,8 +249,8 @@ def _hump(drive, x, values):
         rise = np.abs(np.diff(values[max(j - 2, 0) : j + 3])).max()  # places are not evenly spaced
         if values[j] + rise < 0 or x[j - 1] == x[j] or x[j + 1] == x[j]:
             continue
-        low, top, high = sorted(x[j - 1 : j + 2].tolist())
-        at, value = refined(lambda at: -drive(at, -1), low, top, high, -values[j])
+        three = np.sort(x[j - 1 : j + 2])[:, None]
+        ((at, value),) = refined(lambda at: -drive(at, -1), *three, -values[j : j + 1])
         if value <= 0:
-            return _root(drive, float(x[j - 1]), at)
+            return _root(drive, (float(x[j - 1]), float(values[j - 1])), (at, -value))
     return None

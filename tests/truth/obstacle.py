@@ -8,6 +8,7 @@ lines are polished by Newton's method on f' + u' = 0. Where the profile would pu
 in contact, g + l² f'' < 0 least, three nodes lie close together, so that no gap is missed there.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -26,58 +27,74 @@ APART = 1e-9  # of the feature: nodes closer than that are one
 
 def obstacle(scene, feature, depth):
     """The state without adhesion. Outside if it reaches an end of the profile."""
-    surface = surface_of(scene)
-    ground = Ground(scene.indenter, min(feature, surface.length))
-    tie = TIE * (abs(depth) + abs(float(ground.heights.min())))
-    free, extra = Surfaces(ground, surface, tie), ground.lowest(tie)[1]
-    inside = ground.corners[(ground.corners > ground.lo) & (ground.corners < ground.hi)]
-    beside = JOINED * ground.feature  # a gap opens at every corner that points inwards
-    extra += [*_stretched(ground, surface.length, depth), *(inside - beside), *(inside + beside)]
-    for _ in range(MOST):
-        lines = _lines(ground, surface, depth, extra)
-        ends = [-math.inf, *lines, math.inf]
-        pairs = zip(ends[::2], ends[1::2], strict=True)
-        dips = [x for pair in pairs for v, x in free.dips(*pair, depth) if v < -tie]
-        if not dips:
-            return state_of(lines, depth, ground, surface, scene)
-        extra = [*extra, *dips]
-    raise RuntimeError(f"the obstacle problem at depth = {depth!r} is not solved to rounding")
+    return Hull(scene, feature).state(depth)
 
 
-def _stretched(ground, length, depth):
-    """Nodes close to every place where the profile would pull most, which may be at a knot."""
-    near = min(CLOSE) * ground.feature
+class Hull:
+    """The states of a scene without adhesion at any depths."""
 
-    def stress(x):
-        rise = ground.slope(x + near, -1) - ground.slope(x - near, 1)
-        return depth - ground.height(x) + length**2 * rise / (2 * near)
+    def __init__(self, scene, feature):
+        self.scene, self.surface = scene, surface_of(scene)
+        self.ground = ground = Ground(scene.indenter, min(feature, self.surface.length))
+        inside = ground.corners[(ground.corners > ground.lo) & (ground.corners < ground.hi)]
+        beside = JOINED * ground.feature  # a gap opens at every corner that points inwards
+        self.lowest = float(np.abs(ground.heights.min()))
+        self.extra = [*ground.lowest(TIE * self.lowest)[1], *(inside - beside), *(inside + beside)]
 
-    x = np.union1d(ground.nodes, np.asarray(ground.indenter.knots, float))
-    x = x[(x > ground.lo + near) & (x < ground.hi - near)]
-    least = PULLED * (abs(depth) + abs(float(ground.heights.min())))
-    for at, value in refined_minima(stress, x, stress(x), -least):
-        if value < -least:
-            yield at
-            for close in CLOSE:
-                yield from (at - close * ground.feature, at + close * ground.feature)
+    def state(self, depth):
+        """The state at this depth."""
+        tie = TIE * (abs(depth) + self.lowest)
+        free, extra = (
+            Surfaces(self.ground, self.surface, tie),
+            [*self.extra, *self._stretched(depth)],
+        )
+        for _ in range(MOST):
+            lines = self._lines(depth, extra)
+            ends = [-math.inf, *lines, math.inf]
+            pairs = zip(ends[::2], ends[1::2], strict=True)
+            dips = [x for pair in pairs for v, x in free.dips(*pair, depth) if v < -tie]
+            if not dips:
+                return state_of(lines, depth, self.ground, self.surface, self.scene)
+            extra = [*extra, *dips]
+        raise RuntimeError(f"the obstacle problem at depth = {depth!r} is not solved to rounding")
 
+    @functools.cached_property
+    def _pulls(self):
+        """(x, f - l² f'') where the profile would pull most, which may be at a knot."""
+        ground, near = self.ground, min(CLOSE) * self.ground.feature
 
-def _lines(ground, surface, depth, extra):
-    """Lines of the hull over the ground's nodes and `extra`, zoomed in on and polished."""
-    step = ground.step
-    kept = _with(ground.corners, np.unique(extra), APART * ground.feature)
-    nodes = _with(kept, ground.nodes, step / 8)
-    noise = ROUNDING * (abs(depth) + abs(float(ground.heights.min())))
-    lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
-    for _ in range(ROUNDS):
-        step /= FINER
-        near = np.arange(-AROUND, AROUND + 1) * step
-        nodes = np.unique(np.concatenate([nodes, *(x + near for x in lines)]))
-        nodes = _with(kept, nodes[(nodes >= ground.lo) & (nodes <= ground.hi)], step / 8)
+        def stress(x):
+            rise = ground.slope(x + near, -1) - ground.slope(x - near, 1)
+            return self.surface.length**2 * rise / (2 * near) - ground.height(x)
+
+        x = np.union1d(ground.nodes, np.asarray(ground.indenter.knots, float))
+        x = x[(x > ground.lo + near) & (x < ground.hi - near)]
+        return refined_minima(stress, x, stress(x), math.inf)
+
+    def _stretched(self, depth):
+        """Nodes close to every place where the profile would pull most at this depth."""
+        for at, value in self._pulls:
+            if depth + value < -PULLED * (abs(depth) + self.lowest):
+                yield at
+                for close in CLOSE:
+                    yield from (at - close * self.ground.feature, at + close * self.ground.feature)
+
+    def _lines(self, depth, extra):
+        """Lines of the hull over the ground's nodes and `extra`, zoomed in on and polished."""
+        ground, surface, step = self.ground, self.surface, self.ground.step
+        kept = _with(ground.corners, np.unique(extra), APART * ground.feature)
+        nodes = _with(kept, ground.nodes, step / 8)
+        noise = ROUNDING * (abs(depth) + self.lowest)
         lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
-    if lines.size and (lines[0] <= ground.lo or lines[-1] >= ground.hi):
-        raise Outside("the contact reaches an end of the profile")
-    return polished(_joined(lines, ground), depth, ground, surface) if lines.size else lines
+        for _ in range(ROUNDS):
+            step /= FINER
+            near = np.arange(-AROUND, AROUND + 1) * step
+            nodes = np.unique(np.concatenate([nodes, *(x + near for x in lines)]))
+            nodes = _with(kept, nodes[(nodes >= ground.lo) & (nodes <= ground.hi)], step / 8)
+            lines = hull_lines(nodes, depth - ground.height(nodes), surface.length, noise)
+        if lines.size and (lines[0] <= ground.lo or lines[-1] >= ground.hi):
+            raise Outside("the contact reaches an end of the profile")
+        return polished(_joined(lines, ground), depth, ground, surface) if lines.size else lines
 
 
 def _with(kept, nodes, least):

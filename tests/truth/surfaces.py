@@ -243,14 +243,17 @@ class Adhesion:
     """The deficit at which a line rests: √(2w/γ₁), with finite slopes 2 asin √(w/(2γ₁))."""
 
     def __init__(self, scene, ground):
-        self.gamma1, self.finite = scene.gamma1, scene.slopes == "finite"
-        self.works = {+1: scene.work_of_adhesion, -1: scene.opened.work_of_adhesion}
-        self.pattern, self._aside = scene.pattern, ASIDE * max(abs(ground.lo), abs(ground.hi))
+        pattern, factors = scene.pattern, np.ones(1)
+        self.edges, self._aside = np.empty(0), ASIDE * max(abs(ground.lo), abs(ground.hi))
+        if pattern is not None:
+            self.edges, factors = np.asarray(pattern.edges), np.asarray(pattern.factors)
+        self.deficits = {}
+        for way, w in (1, scene.work_of_adhesion), (-1, scene.opened.work_of_adhesion):
+            half = np.sqrt(w * factors / (2 * scene.gamma1))
+            self.deficits[way] = 2 * np.arcsin(half) if scene.slopes == "finite" else 2 * half
 
     def deficit(self, x, toward, way):
         """Of a line at x that would move to this side (±1), outwards (way = 1) or inwards (-1)."""
-        w = self.works[way]
-        if self.pattern is not None:
-            w = w * self.pattern.factor(np.asarray(x, float) + self._aside * toward)
-        half = np.sqrt(w / (2 * self.gamma1))
-        return 2 * np.arcsin(half) if self.finite else 2 * half
+        if not self.edges.size:
+            return self.deficits[way][0]
+        return self.deficits[way][self.edges.searchsorted(x + self._aside * toward, "right")]

@@ -50,7 +50,7 @@ class Walk:
         self.free = Surfaces(self.ground, self.surface, self.tie)
         self.touch, self.first = self.ground.lowest(self.tie)
         self.lines, self.depth = [x for x in self.first for _ in range(2)], self.touch
-        self._due, self.turns, self.most = [], 0, math.inf
+        self._due, self.turns, self.most, self._close = [], 0, math.inf, False
         self._settle(+1, ROUGHLY)
 
     def to(self, depth):
@@ -58,20 +58,22 @@ class Walk:
         while self.depth < depth:
             self._sink(min(depth, self.depth + SINK * self.delta))
         if depth < self.depth:
-            self._settle(+1, CLOSELY)  # a gap about to close may have been left open
+            if not self._close:
+                self._settle(+1, CLOSELY)  # a gap about to close may have been left open
             self.depth = depth
             self._settle(-1, CLOSELY)
         else:
             self._settle(+1, CLOSELY)
+        self._close = True
         return tuple(self.lines)
 
     def put(self, lines, depth):
         """Go on from these lines, at rest at this depth."""
-        self.lines, self.depth = list(lines), depth
+        self.lines, self.depth, self._close = list(lines), depth, True
 
     def _sink(self, depth):
         """Grow the depth with the lines fixed until something touches, then let it move."""
-        before, self.depth = self.depth, depth
+        before, self.depth, self._close = self.depth, depth, False
         everywhere = range(len(self.lines) // 2 + 1)
         some = [i for i in everywhere if any(v + self.tie < 0 for v, _ in self._dips(i))]
 
@@ -130,7 +132,8 @@ class Walk:
     def _settle(self, way, least):
         """Move lines by turns until none moves by more than `least` of the feature.
 
-        way: +1 outwards, -1 inwards. A line that has moved is due again, and the one it faces.
+        way: +1 outwards, -1 inwards. The line is due that one faces that has moved, and this itself
+        unless it has come to rest.
         """
         self._due, self.turns, moves = [True] * len(self.lines), 0, []
         while any(self._due):
@@ -154,10 +157,7 @@ class Walk:
             raise Outside("two lines that face each other come to rest too slowly")
         far = self._advance(i) if way > 0 else self._recede(i)
         if far > least * self.feature:
-            side = 1 if i % 2 else -1
-            for one in (i, i + side):
-                if 0 <= one < len(self.lines):
-                    self._due[one] = True
+            self._wake(i + (1 if i % 2 else -1), *([i] if far > MOVE / 2 * self.feature else []))
 
     def _leap(self, moves, way):
         """Whether lines whose moves are a slow geometric series went part of the rest at once.
@@ -237,7 +237,7 @@ class Walk:
 
         if facing is not None and self._movable(i + side, start):  # not before the other has moved
             while clearance(rest) < 0 and abs(rest - start) > BESIDE * self.feature:
-                rest = (start + rest) / 2
+                rest, self._due[i] = (start + rest) / 2, True
         if clearance(rest) >= 0:
             return abs(rest - start)
         if clearance(start) >= 0:
@@ -248,7 +248,7 @@ class Walk:
     def _movable(self, i, facing):
         """Whether a line would advance if the one it faces were here."""
         x, side = self.lines[i], 1 if i % 2 else -1
-        tilt = self.free.tilt(x, facing, self.depth)
+        tilt = self.free.tilt_facing(facing, self.depth)(x)
         tilt += self.surface.lean(side * self.ground.slope(x, side))
         return float(tilt) < (1 - 1e-6) * float(self.adhesion.deficit(x, side, +1))
 
@@ -283,12 +283,12 @@ class Walk:
 
     def _drive(self, i, side, way):
         """drive(x, ahead) >= 0: a line does not move on from x, as it looks ahead (1) or back."""
-        other = self._facing(i, side)[1]
-        lean, ground = self.surface.lean, self.ground
+        ground, lean, tilt = self.ground, self.surface.lean, self.free.tilt_facing
+        facing = tilt(self._facing(i, side)[1], self.depth)
 
         def drive(x, ahead):
-            tilt, toward = self.free.tilt(x, other, self.depth), ahead * side * way
+            toward = ahead * side * way
             deficit = self.adhesion.deficit(x, toward, way)
-            return way * (lean(side * ground.slope(x, toward)) + tilt - deficit)
+            return way * (lean(side * ground.slope(x, toward)) + facing(x) - deficit)
 
         return drive

@@ -24,6 +24,7 @@ from energy import ElasticLayer, Parabola, Sampled, Scene, SurfaceEnergies
 from studies.shared import Array
 
 RADIUS = 10.0
+WAVES_SPACING = 1 / 25  # in l
 
 
 class Answer(NamedTuple):
@@ -51,6 +52,20 @@ def rough(n: int) -> tuple[Scene, dict[str, Any]]:
         z -= 0.08 / j * np.sin(2 * math.pi * j * x / 4 + rng.uniform(0, 6))
     options = {"branch": "global", "spacing": float(x[1] - x[0])}
     return replace(scene, indenter=Sampled(x, z)), options
+
+
+def waves(contacts: int) -> Scene:
+    """A rough profile with l = 1 that touches about so many times, 25 nodes in each l.
+
+    Waves between 3 l and 12 l long of random phases, in a trough whose walls end the profile.
+    """
+    half, rng = 4.0 * contacts + 20, np.random.default_rng(1)
+    x = np.arange(-round(half / WAVES_SPACING), round(half / WAVES_SPACING) + 1) * WAVES_SPACING
+    z = np.zeros_like(x)
+    for wave in np.linspace(3, 12, 30):
+        z += wave * np.cos(2 * math.pi * x / wave + rng.uniform(0, 2 * math.pi))
+    z = z / z.std() + 0.3 * np.maximum(np.abs(x) - half + 15, 0) ** 2
+    return replace(elastic(0.3, RADIUS), indenter=Sampled(x, z - z.min(), kind="smooth"))
 
 
 @dataclass(frozen=True, eq=False)

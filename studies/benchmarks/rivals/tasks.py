@@ -12,6 +12,7 @@ from energy import cards
 from studies.benchmarks.rivals import by_hand, solvers
 from studies.benchmarks.rivals.problem import (
     RADIUS,
+    WAVES_SPACING,
     Answer,
     Grid,
     Method,
@@ -19,6 +20,7 @@ from studies.benchmarks.rivals.problem import (
     Task,
     elastic,
     rough,
+    waves,
 )
 from studies.shared.random_cases import steep_totals
 
@@ -71,6 +73,21 @@ def _followed(task: Task, **options: Any) -> Solve:
         return Answer(found.half_width, found.force, found.energy, angle)
 
     return solve
+
+
+def rough_path(**options: Any) -> Callable[[Task, float], Made]:
+    """`load_path` over about so many contacts; its external work over the energy it releases."""
+
+    def make(task: Task, contacts: float) -> Made:
+        scene = waves(int(contacts))
+
+        def solve() -> Answer:
+            found = load_path(scene, depths=task.depths, **options)
+            return Answer(math.nan, math.nan, found.work() / found.dissipated, math.nan)
+
+        return solve, len(scene.indenter.knots)
+
+    return make
 
 
 def shortest(task: Task, size: float) -> Made:
@@ -128,6 +145,16 @@ ROUGH = (
     Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(20, 30, 60)),
 )
 
+CONTACTS = (3, 10, 30, 100)  # about
+ROUGH_PATHS = (
+    Method("ours, load_path", rough_path(), only=CONTACTS),
+    Method(
+        "ours, load_path on the lattice",
+        rough_path(method="lattice", spacing=WAVES_SPACING),
+        only=CONTACTS,
+    ),
+)
+
 
 def convex() -> tuple[Method, ...]:
     """What can solve a quadratic programme."""
@@ -168,6 +195,13 @@ TASKS: dict[str, Callable[[int], Task]] = {
     ),
     "finite": lambda steps: finite(),
     "loop": lambda steps: adhesive("loop", PATHS, steps=steps),
+    "rough loop": lambda steps: Task(  # of the rms height, with about `steps` / 7 steps
+        "rough loop",
+        waves(CONTACTS[0]),
+        np.r_[np.linspace(0, 3, -(-steps // 14)), np.linspace(3, -2.5, -(-steps // 14))],
+        np.ones((4, 1)),
+        ROUGH_PATHS,
+    ),
     # exact is what each size proves itself, so that only U counts
     "rough": lambda steps: Task("rough", rough(60)[0], np.array([0.5]), np.ones((4, 1)), ROUGH),
 }

@@ -8,14 +8,14 @@ import numpy as np
 from discretization import NotCertifiedError, minimise
 from energy import Assumption, Scene
 from studies.scenes.fit.model import BASELINE, Model, scene_with
-from studies.scenes.fit.search import Best, minimum
+from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless
 from studies.shared import Array
 
 STRONG = 6.0  # a difference of the information criterion that decides (Kass and Raftery 1995)
 KNOWN = 0.3  # half-width of the interval of log w: adhesion that is known so well is needed
 NONE = 1e-5  # of the work of adhesion stands for none
 WITHIN = 0.1  # by which two models may differ in a parameter without a word
-ROUGHLY = 10.0, 3e-3  # straight ends at first, and how well a sum of squares is found
+ROUGHLY = 3e-3  # how well a sum of squares is found
 LOOKS = 5  # states along the curve whose assumptions are looked at
 NEEDLESS = {"gamma1": "without surface tension", "w": "without adhesion"}
 
@@ -82,7 +82,7 @@ def compared(model: Model, best: Best, reaches: Array) -> tuple[Alternative, ...
 
     reaches: half-widths of the intervals; adhesion that is well known is needed, and not left out.
     """
-    at = model.parameters(best.x)
+    at = model.parameters(model.start if hopeless(model, best) else best.x)
     scene, names = scene_with(model.scene, at), _own(model)
     others: list[tuple[str, Scene, list[str]]] = []
     if "gamma1" in names and not scene.layer.exact:
@@ -114,9 +114,10 @@ def _alternative(
     model: Model, best: Best, name: str, scene: Scene, names: list[str]
 ) -> Alternative:
     at = model.parameters(best.x)
-    other, (first, last) = Model.of(scene, names, model.data, at["offset"]), ROUGHLY
-    found = minimum(replace(other, blunt=first * other.blunt), other.start, None, last, False)
-    found = minimum(other, found.x, None, last, False)
+    zero = None if hopeless(model, best) else at["offset"]
+    other = Model.of(scene, names, model.data, zero)
+    x = followed(replace(other, blunt=BLUNT[-1] * other.blunt), other.start, ftol=ROUGH).x
+    found = followed(other, x, ftol=ROUGHLY)
     own = other.parameters(found.x)
     energies = [name for name in names if name in ("w", "gamma1")]
     off = {n: at[n] / own[n] - 1 for n in energies}

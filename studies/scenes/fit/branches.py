@@ -9,11 +9,12 @@ The offset of the depth and the stiffness of the machine cost no further path.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from discretization import Event, History, load_path
+from discretization import load_path
 from energy import Scene
 from studies.shared import Array
 
@@ -22,10 +23,11 @@ BEYOND = 1.01  # times δ₀ below touching nothing holds
 POINTS, DENSE = 300, 3000  # on a leg of a path, and where the machine is looked for
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Branch:
     """Equilibria in contact along one way of the indenter (n,), in the order of the motion.
 
+    Roots of the distances from the end at which contact begins or is lost are evenly spaced.
     smooth: no jumps on it.
     """
 
@@ -39,8 +41,8 @@ class Branch:
         From `blunt` before its end, where dP/dD is often infinite, and beyond it the force goes on
         along its slope there; deeper than it is known, along the slope of its deepest points.
         """
-        s, drive, spline = self._reached(stiffness)
-        ahead, root = drives - drive[0], np.sqrt(drive - drive[0])
+        s, drive, root, spline = _reached(self, stiffness)
+        ahead = drives - drive[0]
         at = np.interp(np.sqrt(np.maximum(ahead, blunt)), root, s)
         force = spline(at)
         first = float(np.interp(math.sqrt(blunt), root, s))
@@ -50,27 +52,39 @@ class Branch:
         deep = float((spline(s[-1]) - spline(s[-2])) / (drive[-1] - drive[-2]))
         return force + deep * np.maximum(drives - drive[-1], 0.0), float(drive[0])
 
-    def _reached(self, stiffness: float) -> tuple[Array, Array, CubicSpline]:
-        """Roots of the depths from the end that a machine reaches, its drives there, the force.
-
-        Over the root of the distance the force is smooth where the contact is lost.
-        """
-        way = -1 if self.depth[-1] < self.depth[0] else 1
-        end = self.depth[-1] if way < 0 else self.depth[0]
-        root = np.sqrt(np.abs(self.depth - end))
-        kind = CubicSpline if self.smooth else PchipInterpolator
-        spline = kind(root[::way], self.force[::way])
-        s = np.linspace(0.0, root.max(), DENSE)
-        drive = end + s**2 + spline(s) / stiffness
-        extreme = np.minimum.accumulate(drive[::-1])[::-1]
-        if way > 0:
-            extreme = np.maximum.accumulate(drive)
-        return s[extreme == drive], drive[extreme == drive], spline
-
     def depth_at(self, drive: float, stiffness: float) -> float:
         """The depth where the machine is at that drive."""
         force, _ = self.read(np.array([drive]), stiffness)
         return drive - float(force[0]) / stiffness
+
+
+@lru_cache(8)
+def _reached(branch: Branch, stiffness: float) -> tuple[Array, Array, Array, CubicSpline]:
+    """Roots of the depths from the end that a machine reaches, its drives there, the roots of
+    their distances from the first one, the force.
+
+    Over the root of the distance the force is smooth where the contact is lost.
+    """
+    way = -1 if branch.depth[-1] < branch.depth[0] else 1
+    end = branch.depth[-1] if way < 0 else branch.depth[0]
+    kind = CubicSpline if branch.smooth else PchipInterpolator
+    spline = kind(np.sqrt(np.abs(branch.depth - end))[::way], branch.force[::way])
+    s = np.linspace(0.0, spline.x[-1], DENSE)
+    drive = end + s**2 + spline(s) / stiffness
+    extreme = np.minimum.accumulate(drive[::-1])[::-1]
+    if way > 0:
+        extreme = np.maximum.accumulate(drive)
+    s, drive = s[extreme == drive], drive[extreme == drive]
+    return s, drive, np.sqrt(drive - drive[0]), spline
+
+
+def moved(here: Branch, rates: Sequence[tuple[Array, Array]], steps: Sequence[float]) -> Branch:
+    """The branch with its depths and forces moved along their rates by so many steps."""
+    depth, force = here.depth.copy(), here.force.copy()
+    for rate, step in zip(rates, steps, strict=True):
+        depth += step * rate[0]
+        force += step * rate[1]
+    return replace(here, depth=depth, force=force)
 
 
 def touching(scene: Scene) -> float:
@@ -81,8 +95,8 @@ def touching(scene: Scene) -> float:
 
 def retraction(scene: Scene, touch: float, reach: float) -> tuple[Branch, bool]:
     """From as deep as `reach` below the touch to the detachment; whether the way in is the same."""
-    history, branch = _leg(scene, [touch, touch + reach], reach)
-    return branch, reversible(scene) and len(history.events) == 2
+    branch, events = _leg(scene, [touch, touch + reach], reach)
+    return branch, reversible(scene) and events == 2
 
 
 def reversible(scene: Scene) -> bool:
@@ -94,47 +108,42 @@ def one_way(
     scene: Scene, touch: float, reach: float, drives: Sequence[float], stiffness: float
 ) -> list[Branch]:
     """From the touch inwards, and on in turn from each of the turning drives; reach: as above."""
-    found, depths = [_leg(scene, [touch], reach)[1]], [touch]
+    found, depths = [_leg(scene, [touch], reach)[0]], [touch]
     for drive in drives:
         depths.append(found[-1].depth_at(drive, stiffness))
-        found.append(_leg(scene, depths, reach)[1])
+        found.append(_leg(scene, depths, reach)[0])
     return found
 
 
-def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[History, Branch]:
-    """On from the last of these depths, outwards to the detachment after an even number of them.
+def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[Branch, int]:
+    """On from the last of these depths, outwards to the detachment after an even number of them;
+    how many events there were up to its end.
 
     Depths are crowded where contact begins or is lost, over whose root the force is smooth.
     """
     touch, start, t = turns[0], turns[-1], np.linspace(0.0, 1.0, POINTS)
-    if len(turns) % 2:  # inwards
+    below, inwards = BEYOND * scene.opened.critical_separation, len(turns) % 2 == 1
+    while True:
         depth = start + (touch + reach - start) * t**2
+        if not inwards:
+            low = min(start, touch)
+            pressed = low + (start - low) * (1 - t[::2]) ** 2
+            pulled = low + (touch - below - low) * t[1::2]
+            depth = np.append(pressed, pulled)
         history = load_path(scene, depths=[*turns, *depth[1:].tolist()], rtol=RTOL)
-        force, own = history.force[len(turns) - 1 :], _events(history, turns)
-        return history, Branch(depth, force, len(own) <= 1)
-    history = _through(scene, turns, reach)
-    own = _events(history, turns)
+        own = [event for event in history.events if event.step >= len(turns)]
+        force = history.force[len(turns) - 1 :]
+        if inwards:
+            return Branch(depth, force, len(own) <= 1), len(history.events)
+        if np.isnan(history.contacts[-1, 0]):
+            break
+        below = 2 * below or reach
     if not own:
         raise ValueError(f"depth = {start!r}: no contact to retract from")
-    last = own[-1].before
-    depth = (last.depth + (start - last.depth) * t**2)[:0:-1]
-    path = load_path(scene, depths=[*turns, *depth[1:].tolist()], rtol=RTOL)
+    last, smooth = own[-1].before, len(own) <= 1
     held = depth > last.depth
-    force = path.force[len(turns) - 1 :][held]
-    ends = np.append(depth[held], last.depth), np.append(force, last.force)
-    return history, Branch(*ends, len(own) <= 1)
-
-
-def _events(history: History, turns: list[float]) -> list[Event]:
-    """What happens beyond the last of the turns."""
-    return [event for event in history.events if event.step >= len(turns)]
-
-
-def _through(scene: Scene, turns: list[float], reach: float) -> History:
-    """The path over these depths and on to where contact is lost."""
-    below = BEYOND * scene.opened.critical_separation
-    while True:
-        history = load_path(scene, depths=[*turns, turns[0] - below], rtol=RTOL)
-        if np.isnan(history.contacts[-1, 0]):
-            return history
-        below = 2 * below or reach
+    depth, force = np.append(depth[held], last.depth), np.append(force[held], last.force)
+    depth, chosen = np.unique(depth, return_index=True)
+    kind, even = CubicSpline if smooth else PchipInterpolator, t * math.sqrt(start - last.depth)
+    force = kind(np.sqrt(depth - last.depth), force[chosen])(even)
+    return Branch((last.depth + even**2)[::-1], force[::-1], smooth), len(history.events)

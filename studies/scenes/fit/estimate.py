@@ -205,7 +205,7 @@ def fit(
     """
     data = Data.of(curve)
     model = Model.of(scene, names, data)
-    best = sought(model)
+    best = sought(model, model.start)
     condition, weakest, spread = conditioning(best.jac, len(names))
     reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
     quality = _quality(model, best)

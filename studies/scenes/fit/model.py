@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from discretization import NotCertifiedError
 from energy import Scene, SurfaceEnergies
-from studies.scenes.fit.branches import Branch, one_way, retraction, reversible, touching
+from studies.scenes.fit.branches import Branch, moved, one_way, retraction, reversible, touching
 from studies.scenes.fit.force_curve import Data
 from studies.shared import Array
 
@@ -21,10 +21,11 @@ DEFAULT = ("w", "gamma1", "offset")
 SCENE = ("w", "gamma1", "stiffness", "opening")  # parameters of the scene itself
 BASELINE = ("level", "slope", "drift")  # of the force out of contact
 SHIFTS = ("offset", *BASELINE)  # are added; the others are factors
+Rates = list[list[tuple[Array, Array]]]  # of depth and force, of each branch by each coordinate
 STRIDE = 1e-3  # of the difference quotients, in the coordinates
 SHIFTED = 1e-5  # the same of the offset
 FAR = math.log(1e4)  # from the start at most, in the logarithms
-STEP = 1.4  # of a search at most, in the logarithms
+STEP = 0.8  # of a search at most, in the logarithms
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
 DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
 SHARP = 0.02  # of the distance between points in contact: how straight the end stays
@@ -88,9 +89,8 @@ class Model:
 
     Coordinates: logarithms of the parameters over those of the scene; (offset - zero)/length;
     level, slope and drift of the force out of contact over `size`. names: parameters fitted, those
-    of the baseline last. touch: depth of touching. forward and turned: retraction and one_way of
-    the parameters of a scene, which remember their last answers. blunt: before their ends branches
-    go on straight.
+    of the baseline last. touch: depth of touching. branches: of the legs of all contacts as a
+    function of the parameters. blunt: before their ends branches go on straight.
     """
 
     scene: Scene
@@ -100,8 +100,7 @@ class Model:
     length: float
     zero: float
     touch: float
-    forward: Callable[..., tuple[Branch, bool]]
-    turned: Callable[..., list[Branch]]
+    branches: Callable[[dict[str, float]], list[Branch]]
     blunt: float = 0.0
 
     @classmethod
@@ -127,13 +126,62 @@ class Model:
             stiffness = data.curve.machine_stiffness
             return one_way(_placed(scene, values), touch, reach, drives, stiffness)
 
+        def branches(p: dict[str, float]) -> list[Branch]:
+            own, found = tuple(p[name] for name in SCENE), []
+            same = reversible(_placed(scene, own))
+            if same:
+                both, same = forward(*own)
+            for piece in data.pieces:
+                drives = tuple(leg.turn - p["offset"] for leg in piece[1:])
+                found += [both] * len(piece) if same else turned(drives, *own)
+            return found
+
         fitted = (*names, *BASELINE[: data.columns.shape[1]])
-        step = 2 * length / int(used.sum())
-        sharp = SHARP * step
-        model = cls(scene, fitted, data, size, length, 0.0, touch, forward, turned, sharp)
+        sharp = SHARP * 2 * length / int(used.sum())
+        model = cls(scene, fitted, data, size, length, 0.0, touch, branches, sharp)
         if "offset" not in names:
             return model
-        return replace(model, zero=model.nearest() if zero is None else zero)
+        own = (parameters_of(scene)[name] for name in SCENE)
+        return replace(model, zero=model.nearest(forward(*own)[0]) if zero is None else zero)
+
+    def near(self, x: Array, rates: Rates | None = None) -> tuple[Model, Rates]:
+        """The model whose branches follow these rates from x on, by default their own at x.
+
+        A branch as a function of the root of the distance from its end varies smoothly with the
+        parameters, where the force at a depth may vary as a root.
+        """
+        at = self.parameters(x)
+        here, changing = self.branches(at), self.names[: self.count]
+        if rates is None:
+            rates = [self._rates(x, i, here) for i in range(len(changing))]
+
+        def branches(p: dict[str, float]) -> list[Branch]:
+            steps = [
+                self.coordinate(name, p[name]) - self.coordinate(name, at[name])
+                for name in changing
+            ]
+            found: dict[int, Branch] = {}
+            for number, one in enumerate(here):
+                if id(one) not in found:
+                    found[id(one)] = moved(one, [rate[number] for rate in rates], steps)
+            return [found[id(one)] for one in here]
+
+        return replace(self, branches=branches), rates
+
+    def _rates(self, x: Array, i: int, here: list[Branch]) -> list[tuple[Array, Array]]:
+        """How depth and force of each branch change with coordinate i."""
+        step = np.zeros(x.size)
+        step[i] = SHIFTED if self.names[i] in SHIFTS else STRIDE
+        beside = self.branches(self.parameters(x + step))
+        return [
+            ((b.depth - a.depth) / step[i], (b.force - a.force) / step[i])
+            for a, b in zip(here, beside, strict=True)
+        ]
+
+    @property
+    def count(self) -> int:
+        """How many parameters are not of the baseline."""
+        return len(self.names) - self.data.columns.shape[1]
 
     @property
     def start(self) -> Array:
@@ -144,10 +192,9 @@ class Model:
             x[-columns.shape[1] :] = line / self.size
         return x
 
-    def nearest(self) -> float:
-        """The offset, of all with a contact in it, at which the start is nearest to the data."""
+    def nearest(self, branch: Branch) -> float:
+        """The offset, of all with a contact in it, at which a branch is nearest to the data."""
         data, drive = self.data, self.data.curve.drive[self.data.used]
-        branch, _ = self.forward(*(self.parameters(self.start)[name] for name in SCENE))
         measured = (data.curve.force - self.line(self.start))[data.used]
 
         def off(offset: float) -> float:
@@ -224,16 +271,11 @@ class Model:
     def forces(self, p: dict[str, float]) -> tuple[Array, dict[str, float]]:
         """P at every point of the curve (n,), 0 out of contact; drives at its begin and its end."""
         curve, offset = self.data.curve, p["offset"]
-        own = tuple(p[name] for name in SCENE)
-        force, end, same = np.zeros(curve.force.size), 0.0, reversible(_placed(self.scene, own))
-        if same:
-            both, same = self.forward(*own)
-        for piece in self.data.pieces:
-            drives = tuple(leg.turn - offset for leg in piece[1:])
-            found = [both] * len(piece) if same else self.turned(drives, *own)
-            for leg, branch in zip(piece, found, strict=True):
-                at = curve.drive[leg.points] - offset
-                force[leg.points], end = branch.read(at, curve.machine_stiffness, self.blunt)
+        force, end = np.zeros(curve.force.size), 0.0
+        legs = [leg for piece in self.data.pieces for leg in piece]
+        for leg, branch in zip(legs, self.branches(p), strict=True):
+            at = curve.drive[leg.points] - offset
+            force[leg.points], end = branch.read(at, curve.machine_stiffness, self.blunt)
         return force, {"touch": self.touch + offset, "detachment": end + offset}
 
     def apart(self, x: Array) -> NDArray[np.bool_]:
@@ -243,17 +285,18 @@ class Model:
         return before | (data.curve.drive < ends["detachment"] - CLEARLY * self.length)
 
     def jacobian(self, x: Array, free: Sequence[int]) -> Array:
-        """∂residuals/∂x of some coordinates, a column for each: central for those without cost."""
-        columns, here = [], self.residuals(x)
+        """∂residuals/∂x of some coordinates, a column for each."""
+        columns, here, data = [], self.residuals(x), self.data
         for i in free:
+            name = self.names[i]
+            if name in BASELINE:
+                line = self.size * data.columns[:, BASELINE.index(name)]
+                ends = np.zeros(len(data.ends))
+                columns.append(np.concatenate([line[data.used], line[data.free], ends]))
+                continue
             step = np.zeros(x.size)
-            if self.names[i] in SHIFTS:
-                step[i] = SHIFTED
-                rise = self.residuals(x + step) - self.residuals(x - step)
-                columns.append(rise / (2 * SHIFTED))
-            else:
-                step[i] = STRIDE
-                columns.append((self.residuals(x + step) - here) / STRIDE)
+            step[i] = SHIFTED if name == "offset" else STRIDE
+            columns.append((self.residuals(x + step) - here) / step[i])
         return np.stack(columns, axis=1)
 
 

@@ -1,7 +1,6 @@
 """Least squares on the simulator: the nearest parameters, and how well they are conditioned."""
 
 import math
-import sys
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,18 +9,20 @@ import numpy as np
 from studies.scenes.fit.model import Model
 from studies.shared import Array
 
-BLUNT = ((100.0, 1e-2), (10.0, 1e-2))  # straight ends of branches at first, relative gains
-FINE, ROUGH, HOPELESS = (
-    1e-6,
-    1e-2,
-    5.0,
-)  # gains at last; rough where so many times the noise is left
+BLUNT = 100.0, 10.0  # straight ends of branches at first
+FINE, ROUGH = 1e-6, 1e-2  # gains at last, and where straight ends or HOPELESS noise are left
+HOPELESS = 4.0  # times the noise
 STEPS, DAMPED = 25, (1e-3, 1e6)  # at most; Levenberg's damping after a failure, when it is over
-FAIR = 0.75  # of the gain that was predicted: the Jacobian served
+SOLVED = 1e-7  # of the sum of squares: gains of a step where branches are known
+ROUNDS, SHORTER = 15, 0.25  # places at most; the reach after a failure
+SHORTEST = 1e-3  # reach at least
+FAIR, CLOSE = 0.75, 0.05  # of the gain that was promised, and how far off: rates serve again
 CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
-LOWER = 0.01  # of the sum of squares: by less another minimum is no better
 DEAD = 1e-5  # of the longest column: what simulated forces do not tell
 ROUNDING = 1e-10  # of a force, relative to the largest
+
+
+Box = tuple[Array, Array]  # least and largest coordinates
 
 
 class Best(NamedTuple):
@@ -33,71 +34,94 @@ class Best(NamedTuple):
     cost: float
 
 
-def sought(model: Model) -> Best:
-    """The minimum from the start, or from where straight ends of branches lead if that is lower.
+def sought(model: Model, start: Array, ftol: float = FINE) -> Best:
+    """The minimum from where straight ends of branches lead, or from the start if that is lower.
 
     At an end the force may vary as a root: from far off, steps along its slope lead nowhere. From
     close by, straight ends may lead away.
     """
-    x = model.start
-    for times, gain in BLUNT:
-        found = minimum(replace(model, blunt=times * model.blunt), x, None, gain, False)
-        x, left = found.x, math.sqrt(2 * found.cost / found.fun.size)
-    hopeless = left > HOPELESS * max(model.data.sigma, 1e-4 * model.size)
-    gain = ROUGH if hopeless else FINE
-    near, far = (minimum(model, at, None, gain) for at in (model.start, x))
-    return far if far.cost < (1 - LOWER) * near.cost else near
+    x = start
+    for times in BLUNT:
+        x = followed(replace(model, blunt=times * model.blunt), x, ftol=ROUGH).x
+    found = followed(model, x, ftol=ftol)
+    if not hopeless(model, found):
+        return found
+    near = followed(model, start, ftol=ftol)
+    return near if near.cost < found.cost else found
 
 
-def minimum(
-    model: Model,
-    start: Array,
-    fixed: int | None = None,
-    ftol: float = 1e-6,
-    final: bool = True,
-) -> Best:
-    """Least squares from `start` by Levenberg and Marquardt; coordinate `fixed` stays.
+def hopeless(model: Model, best: Best) -> bool:
+    """Whether so much more than the noise is left that the model cannot be right there."""
+    left = math.sqrt(2 * best.cost / best.fun.size)
+    return left > HOPELESS * max(model.data.sigma, 1e-4 * model.size)
 
-    A Jacobian with which a step gained what it promised is brought up to date by Broyden's formula.
-    It ends where a step with a fresh one gains less than ftol of the sum of squares; final: the
-    Jacobian given is that of the minimum.
+
+def followed(model: Model, start: Array, fixed: int | None = None, ftol: float = FINE) -> Best:
+    """Least squares on the simulator from `start`; coordinate `fixed` stays.
+
+    Paths are followed at one place and beside it for the rates of their branches. Where the least
+    squares of the branches that go on by these rates are is the next place, within a reach that
+    becomes shorter where that is no better. It ends where they gain less than ftol.
     """
-    free = [i for i in range(start.size) if i != fixed]
-    x, fun = start.copy(), model.residuals(start)
+    x, fun, known = start.copy(), model.residuals(start), start
     if not np.isfinite(fun).all():
         raise ValueError(
             f"scene = {model.scene!r} has no equilibria along the measured depths to start from; "
             "start from other parameters"
         )
-    jac, fresh, damping, least = model.jacobian(x, free), True, 0.0, ROUNDING * model.size
+    (near, rates), reach, least = model.near(x), model.strides, ROUNDING * model.size
+    gained = math.inf
+    for _ in range(ROUNDS):
+        box = np.maximum(x - reach, -model.limits), np.minimum(x + reach, model.limits)
+        found, before = minimum(near, x, box, fixed), float(fun @ fun)
+        promised = before - 2 * found.cost
+        small = promised <= max(ftol, ROUGH * hopeless(model, found)) * before + least**2
+        if small and (gained > 0 or reach[0] < SHORTEST):
+            break
+        trial = model.residuals(found.x)
+        gained = before - float(trial @ trial) if np.isfinite(trial).all() else -math.inf
+        if gained > 0:
+            reach = np.minimum(reach / SHORTER, model.strides)
+        elif known is x:
+            reach = SHORTER * np.minimum(reach, np.abs(found.x - x)[: model.count].max())
+        served = gained > FAIR * promised and np.abs(found.x - known)[: model.count].max() < CLOSE
+        if gained > 0:
+            x, fun = found.x, trial
+        near, rates = model.near(x, rates if served else None)
+        known = known if served else x
+    jac = near.jacobian(x, range(x.size))
+    return Best(x, fun, jac, float(fun @ fun) / 2 + fun.size * least**2)
+
+
+def minimum(
+    model: Model, start: Array, box: Box, fixed: int | None = None, ftol: float = SOLVED
+) -> Best:
+    """Least squares from `start` in a box by Levenberg and Marquardt; coordinate `fixed` stays.
+
+    It ends where a step gains less than ftol of the sum of squares.
+    """
+    free = [i for i in range(start.size) if i != fixed]
+    x, fun = start.copy(), model.residuals(start)
+    jac, damping, least = model.jacobian(x, free), 0.0, ROUNDING * model.size
     for _ in range(STEPS):
-        new, moved = _moved(model, x, free, jac, fun, damping)
+        new, moved = _moved(model, x, free, box, jac, fun, damping)
         trial, before = model.residuals(new), float(fun @ fun)
         gained, promised = -math.inf, before - float(np.sum((fun + jac @ moved) ** 2))
         if np.isfinite(trial).all():
             gained = before - float(trial @ trial)
         if gained > 0:
-            change = trial - fun - jac @ moved
-            jac = jac + np.outer(change, moved) / max(float(moved @ moved), sys.float_info.min)
             x, fun, damping = new, trial, damping / 10 if damping > DAMPED[0] else 0.0
-        small = damping <= DAMPED[0] and max(promised, gained) <= ftol * before + least**2
-        if (small and fresh) or damping > DAMPED[1]:
-            break
-        served, wasted = gained > FAIR * promised and not small, gained <= 0 and fresh
-        if wasted:
+        else:
             damping = max(10 * damping, DAMPED[0])
-        elif not served:
+        if max(promised, gained) <= ftol * before + least**2 or damping > DAMPED[1]:
+            break
+        if gained > 0:
             jac = model.jacobian(x, free)
-        fresh = not served
-    if final and not fresh:
-        jac = model.jacobian(x, free)
-    whole = np.zeros((fun.size, x.size))
-    whole[:, free] = jac
-    return Best(x, fun, whole, float(fun @ fun) / 2 + fun.size * least**2)
+    return Best(x, fun, jac, float(fun @ fun) / 2)
 
 
 def _moved(
-    model: Model, x: Array, free: list[int], jac: Array, fun: Array, damping: float
+    model: Model, x: Array, free: list[int], box: Box, jac: Array, fun: Array, damping: float
 ) -> tuple[Array, Array]:
     """The coordinates after a step of the free ones, and that step.
 
@@ -110,7 +134,7 @@ def _moved(
         step[~far] = _step(jac[:, ~far], fun + jac[:, far] @ step[far], damping)
         step = np.clip(step, -stride, stride)
     new = x.copy()
-    new[free] = np.clip(x[free] + step, -model.limits[free], model.limits[free])
+    new[free] = np.clip(x[free] + step, box[0][free], box[1][free])
     return new, (new - x)[free]
 
 
@@ -149,7 +173,7 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
     if math.isinf(cost):
         return math.inf
     if gain > ENOUGH and others:
-        cost = float(minimum(model, new, fixed=i, ftol=1e-4).cost)
+        cost = followed(model, new, i, 1e-4).cost
     return cost / best.cost
 
 

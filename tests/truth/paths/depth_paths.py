@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..ground import Ground
-from ..obstacle import intervals, obstacle, of_level
+from ..obstacle import Hull, intervals, of_level
 from ..totals import NOTHING, state_of
 from ..walk import Walk
 
@@ -139,10 +139,9 @@ class Hanging:
     jumps = False
 
     def __init__(self, scene, feature):
-        self.scene, self.length = scene, scene.elastocapillary_length
-        self.feature = min(feature, self.length)
-        self.touch = Ground(scene.indenter, self.feature).lowest(0.0)[0]
-        self._at = functools.cache(lambda depth: obstacle(scene, feature, depth))
+        self.scene, self.length, hull = scene, scene.elastocapillary_length, Hull(scene, feature)
+        self.feature, self.touch = hull.ground.feature, hull.ground.lowest(0.0)[0]
+        self._at = functools.cache(hull.state)
 
     def moved(self, place, depth):
         """The place at this depth."""

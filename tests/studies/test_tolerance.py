@@ -1,13 +1,10 @@
-"""The studies `speed` and `tolerance`: what they measure, what makes them fail; error estimates."""
+"""The study `tolerance`, what makes it fail, and error estimates on nodes."""
 
 import math
 import os
 import subprocess
 import sys
 from collections import Counter
-from dataclasses import replace
-from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,93 +14,9 @@ from scipy.optimize import brentq
 from discretization import minimise
 from discretization.lattice.state import on_lattice
 from energy import Parabola, Wedge
-from studies.benchmarks import speed, tolerance
+from studies.benchmarks import tolerance
 from studies.scenes import run
 from studies.shared import timing
-from studies.shared.random_cases import random_case
-from studies.shared.table import read
-
-TINY = speed.Parameters(1, (10**4,), 40, 400, (("lattice", 10),), 1, 1)
-
-
-@pytest.fixture(scope="module")
-def rows():
-    return speed.run(TINY)
-
-
-@pytest.mark.slow
-def test_every_answer_is_within_its_limit_of_error(rows):
-    assert [row.name for row in rows] == [
-        *("state, small slopes", "state, finite slopes", "nodes, 1e+04"),
-        *("loop, depth", "loop, dead load", "loop, machine", "loop, nodes"),
-        *("rough, 10 contacts, lattice", "import"),
-    ]
-    # 400 nodes leave the last link earlier than the 10⁵ for which the limit is
-    assert [speed.line(row) for row in rows if not row.accurate and row.name != "loop, nodes"] == []
-    assert all(row.seconds > 0 and row.ratio > 0 for row in rows)
-
-
-@pytest.mark.parametrize("slopes", ["small", "finite"])
-@pytest.mark.parametrize("name", ["contacts", "force", "energy"])
-def test_an_error_of_1e_8_misses_the_limit(monkeypatch, slopes, name):
-    def wrong(scene, depth):
-        state = minimise(scene, depth)
-        return replace(state, **{name: getattr(state, name) * (1 + 1e-8)})
-
-    monkeypatch.setattr(speed, "minimise", wrong)
-    row = speed.states(slopes, TINY)
-    assert not row.accurate
-    assert 1e-9 < row.error < (1e-5 if name == "contacts" else 1.1e-8)  # with it θ is off, too
-
-
-def test_a_contact_that_is_not_found_and_a_refusal_are_infinite_errors(monkeypatch):
-    case = random_case(np.random.default_rng(3), "parabola")
-    lost = minimise(case.scene, -10 * case.scene.critical_separation)
-    monkeypatch.setattr(speed, "minimise", lambda scene, depth: lost)
-    assert speed.solved(case)[1] == math.inf
-
-    def refuse(scene, depth):
-        raise ValueError("too deep")
-
-    monkeypatch.setattr(speed, "minimise", refuse)
-    assert speed.solved(case) == (math.inf, math.inf)
-
-
-@pytest.mark.parametrize(("area", "balance"), [(1 + 3e-8, 1.0), (1.0, 1 + 3e-9)])
-def test_a_wrong_area_and_a_wrong_balance_miss_the_limit(monkeypatch, area, balance):
-    right = speed.load_path
-
-    def wrong(*given, **more):
-        path = right(*given, **more)
-        work = path.work() * area * balance
-        return SimpleNamespace(dissipated=path.dissipated * area, work=lambda: work)
-
-    monkeypatch.setattr(speed, "load_path", wrong)
-    assert not speed.loop("loop, depth", TINY).accurate
-
-
-def test_times_are_ratios_to_what_is_measured_beside_them(monkeypatch):
-    assert timing.middle([1.0, 2.0, 3.0, 4.0, 100.0]) == (3.0, 2 / 3)
-    took = iter([1.0, 4.0, 9.0])
-    monkeypatch.setattr(speed, "seconds", lambda work: next(took))
-    assert speed.paired(len, partial(float, "2"), 3) == (4.0, 2.0, 1.0)
-
-
-def test_a_missed_limit_of_time_decides_only_when_asked(rows, tmp_path, capsys, monkeypatch):
-    few, given = [row._replace(ratio=0.5 * row.limit) for row in rows], ["--quick", "--out"]
-    monkeypatch.setattr(speed, "run", lambda p, show: few)
-    given.append(str(tmp_path))
-    few[6] = few[6]._replace(error=0.0)
-    assert speed.main([*given, "--strict"]) == 0
-    few[0] = few[0]._replace(ratio=1.1)
-    assert speed.main(given) == 0
-    assert speed.main([*given, "--strict"]) == 1
-    told = "missed: longer than its limit: state, small slopes\n"
-    assert capsys.readouterr().out.count(told) == 2
-    assert len(read(tmp_path / "speed.csv")) == 9
-    few[0] = few[0]._replace(error=1e-9)
-    assert speed.main(given) == 1
-    assert "FAIL" in speed.line(few[0])
 
 
 def test_rtol_is_honoured_in_99_of_100_scenes_and_no_estimate_is_below_a_tenth_of_the_error():
