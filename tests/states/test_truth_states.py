@@ -188,6 +188,7 @@ NODES = {"method": "lattice", "spacing": L / 50}
 LOWEST = {"branch": "global"}
 SEARCH = {"method": "shortest_path", "spacing": L / 20, **LOWEST}
 ORACLE = {"method": "oracle", "spacing": L / 400, **LOWEST}
+FITTED = ": nodes answer.* use method='fitted'"
 STATES = [  # scene, depth, options, words
     (SCENE, math.nan, {}, "depth = nan"),
     (SCENE, "1 mm", {}, "depth = '1 mm'"),
@@ -205,7 +206,7 @@ STATES = [  # scene, depth, options, words
     (SCENE, 0.0, {**ORACLE, "branch": "adhered"}, "branch = 'adhered'"),
     (SCENE, 0.0, ORACLE, "too many for integers"),
     (adhesive(Parabola(1.0), gamma1=0.0), 0.0, ORACLE, "gamma1 = 0"),
-    (adhesive(BUMPY, gamma1=0.0), 0.0, NODES, "gamma1 = 0: nodes answer.* use method='fitted'"),
+    (adhesive(BUMPY, gamma1=0.0), 0.0, NODES, "gamma1 = 0" + FITTED),
     (OPEN_ENDED, 0.0, LOWEST, "not known any more"),
     (OPEN_ENDED, 0.0, {**NODES, **LOWEST}, "not known any more"),
     (RAMP, 0.0, {"method": "lattice", "spacing": 0.1}, "no lowest point"),
@@ -221,22 +222,17 @@ STATES = [  # scene, depth, options, words
     (LIPS, DELTA0, {**NODES, **LOWEST}, "slopes='small'"),
     (LIPS, DELTA0, NODES, "states of one contact only: use method='fitted'"),
     (FINITE, 1e-3, {**NODES, "spacing": 1e-6 * L}, "nodes on a free surface.* use method='fitted'"),
-    (replace(OPENING, slopes="finite"), 1e-3, NODES, "nodes only answer states of one contact"),
-    (replace(PATTERN, slopes="finite"), 1e-3, NODES, "nodes only answer states of one contact"),
+    (replace(OPENING, slopes="finite"), 1e-3, NODES, "slopes = 'finite'" + FITTED),
+    (replace(PATTERN, slopes="finite"), 1e-3, NODES, "slopes = 'finite'" + FITTED),
     (steep(FlatPunch(0.03), 1.5), -1.35 * L, NODES, "turn over; use method='fitted'"),
     (steep(Plane(), 1.5), -1.35 * L, NODES, "turn over; use method='fitted'"),
     (steep(Wedge(0.03), 1.5), -1.35 * L, NODES, "turn over; use method='fitted'"),
     (steep(FlatPunch(0.03), 1.4), -1.5 * L, {}, "depth = .* at the contact line x = .* turn over"),
     (plain(Wedge(0.1), w=1.3, slopes="finite"), 0.1, {}, "turn over and be no graph"),
     # rotational symmetry
-    (
-        replace(turned(Parabola(0.02)), slopes="finite"),
-        0.0,
-        NODES,
-        "with slopes = 'small'",
-    ),
-    (turned(BUMPY, gamma1=0.0), 0.0, NODES, "one contact around the axis .* use method='fitted'"),
-    (turned(Parabola(0.02)), 0.0, ORACLE, "'oracle' never.; use method='fitted'"),
+    (turned(FINITE.indenter, slopes="finite"), 0.0, NODES, "geometry = 'axisymmetric'" + FITTED),
+    (turned(BUMPY, gamma1=0.0), 0.0, NODES, "geometry = 'axisymmetric'" + FITTED),
+    (turned(Parabola(0.02)), 0.0, ORACLE, "geometry = 'axisymmetric'" + FITTED),
     (replace(ROUND_WAVES, slopes="finite"), 0.5 * DELTA0, LOWEST, "only found for slopes='small'"),
     (replace(ROUND_WAVES, slopes="finite"), 0.5 * DELTA0, {}, "between two is not implemented"),
     # what depends on the way
@@ -276,8 +272,8 @@ PATHS = [  # scene, options, words
     (SCENE, {**STEPS, "spacing": 1e-5}, "spacing = 1e-05 with method = 'fitted'"),
     (SCENE, {**STEPS, "method": "mesh"}, "method = 'mesh'"),
     (SCENE, {**STEPS, "method": "lattice", "spacing": -1.0}, "spacing = -1.0"),
-    (adhesive(Parabola(0.02), gamma1=0.0), {**STEPS, **NODES}, "needs gamma1 > 0"),
-    (steep(FlatPunch(0.03)), {**STEPS, **NODES}, "no load paths.* use method='fitted'"),
+    (adhesive(Parabola(0.02), gamma1=0.0), {**STEPS, **NODES}, "gamma1 = 0" + FITTED),
+    (steep(FlatPunch(0.03)), {**STEPS, **NODES}, "slopes = 'finite'" + FITTED),
     (TAUGHT, {"depths": [0.1], **NODES}, "whole known profile"),
     (rough(1), {**STEPS, **NODES, "spacing": 1e-9 * L}, "puts .* nodes"),
 ]
