@@ -90,6 +90,21 @@ def _of_free(state: Any) -> Array:
     return found
 
 
+def with_surface(state: Any, surface: float) -> dict[str, float]:
+    """The parts of a state whose surface stores this; the layer itself, for the springs, the rest.
+
+    Lines pull by the slopes beside them, and the rest of the force is the pressure.
+    """
+    adhesion, lines = -state.scene.work_of_adhesion * state.contact_area, _of_lines(state)
+    return {
+        "springs": state.energy - adhesion - surface,
+        "surface": surface,
+        "adhesion": adhesion,
+        "pressure": state.force - lines,
+        "lines": lines,
+    }
+
+
 def half_widths(state: Any) -> Array:
     """Of every contact (m,); the radius of one around the axis."""
     return np.diff(state.contacts)[:, 0] / np.where(state.at_axis[:, 0], 1, 2)

@@ -20,28 +20,15 @@ _PATH = (
     "path; use branch='adhered' with gamma1 > 0 (on the lattice with small slopes), load_path, or "
     "a Scene without it"
 )
-_ABOUT_AXIS = (
-    "geometry = 'axisymmetric': nodes answer one contact around the axis there, of a convex "
-    "indenter with slopes = 'small' and no pattern, and no search over contact sets (branch = "
-    "'global' only where the line has one stable place, method = 'shortest_path' and 'oracle' "
-    "never); use method='fitted'"
+_NODES = (
+    ": nodes answer states, searches over contact sets and load paths with slopes = 'small' and "
+    "gamma1 > 0, but about an axis no searches, and only one contact around it, of a convex "
+    "indenter without a pattern; else they answer states of one contact alone, without tension "
+    "of a convex indenter; use method='fitted'"
 )
-_NO_LINKS = "gamma1 = 0 leaves no links to search over: use method='fitted' or 'lattice'"
 _BENT = (
     "branch = 'global' with slopes = {scene.slopes!r}: of an indenter that is not convex the "
     "lowest energy is only found for slopes='small'"
-)
-_STEEP_NODES = (
-    "slopes = 'finite': nodes only answer states of one contact there, no load paths, and neither "
-    "opening = {scene.opening!r} nor pattern = {scene.pattern!r}; use method='fitted'"
-)
-_SPRINGS_NODES = (
-    "gamma1 = 0: nodes answer states of one contact of a convex indenter there, as every spring is "
-    "by itself; use method='fitted' for indenter = {scene.indenter!r}"
-)
-_NODES_PATH = (
-    "gamma1 = {scene.gamma1!r}: a load path on the lattice needs gamma1 > 0; without tension every "
-    "spring is by itself, and nodes would only add their error: use method='fitted'"
 )
 _ENDLESS = (
     "indenter = {scene.indenter!r}: a load path needs a profile with a lowest point, such as a "
@@ -53,10 +40,7 @@ _LAYER = (
 )
 _OTHERWISE = "change that, or use response='springs'"
 _LOWER = "use that branch, or response='springs' for what has least energy"
-_LAYER_NODES = (
-    "method = 'lattice': with response = 'layer' nodes only answer states, no load paths; use "
-    "method='fitted'"
-)
+_LAYER_NODES = "method = 'lattice': nodes answer no load paths of a layer; use method='fitted'"
 
 
 def usable(scene: Scene, rtol: float, method: str, methods: Sequence[str]) -> None:
@@ -144,26 +128,26 @@ def _on_mesh(scene: Scene, question: str) -> str:
 
 
 def _on_nodes(scene: Scene, question: str) -> str:
-    state, convex, steep = question != "path", scene.indenter.convex, _steep(scene)
-    if scene.axisymmetric:
-        one_disc = convex and scene.pattern is None and not steep
-        if question == "search" or _searched(scene, question) or not one_disc:
-            _refuse(scene, _ABOUT_AXIS)
+    convex, held, steep = scene.indenter.convex, _held_twice(scene), _steep(scene)
+    searched, few = _searched(scene, question), question in ("search", "path")
+    one_disc = convex and scene.pattern is None and not (steep or searched or question == "search")
+    beyond = {
+        "geometry = 'axisymmetric'": scene.axisymmetric and not one_disc,
+        "slopes = 'finite'": steep and (few or held),
+        "gamma1 = 0": not scene.gamma1 and (few or not convex),
+    }
+    for what, too_much in beyond.items():
+        if too_much:
+            _refuse(scene, what + _NODES)
+    if steep and searched:
+        _refuse(scene, _BENT)
     if question == "search":
-        if steep or not scene.gamma1:
-            _refuse(scene, _BENT if steep else _NO_LINKS)
         return "lowest"
-    if not state and (steep or not scene.gamma1):
-        _refuse(scene, _STEEP_NODES if steep else _NODES_PATH)
     if isinstance(scene.indenter, Plane):
-        return "plane" if state else _refuse(scene, _ENDLESS)
-    if steep and (_held_twice(scene) or _searched(scene, question)):
-        _refuse(scene, _STEEP_NODES if _held_twice(scene) else _BENT)
-    if not (scene.gamma1 or convex):
-        _refuse(scene, _SPRINGS_NODES)
+        return "plane" if question != "path" else _refuse(scene, _ENDLESS)
     if steep or not scene.gamma1:
         return "plain"
-    if _held_twice(scene) or not state or convex:
+    if held or question == "path" or convex:
         return "path"
     return "lowest" if question == "global" or not scene.work_of_adhesion else "path"
 

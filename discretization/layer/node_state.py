@@ -13,6 +13,7 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
 from discretization.layer.nodes import KNOWN, Nodes, compliance
+from discretization.readings import with_surface
 from discretization.surfaces.protocol import At, alone
 from discretization.surfaces.small import SmallSurfaces
 from energy import Scene, SurfaceEnergies
@@ -108,29 +109,19 @@ class NodeState:
         return np.interp(np.abs(x - body.apex), own, pressed)
 
     def parts(self, state: Any) -> dict[str, float]:
-        """As readings.parts_of, with what is stored in the layer for the springs."""
-        surface, adhesion = self._stretched(), -state.scene.work_of_adhesion * state.contact_area
-        pulls = state.line_slopes[1] * state.scene.measure(state.contacts)
-        lines = -state.scene.gamma1 * float(pulls.sum())
-        return {
-            "springs": float(state.energy - adhesion - surface),
-            "surface": surface,
-            "adhesion": adhesion,
-            "pressure": state.force - lines,
-            "lines": lines,
-        }
+        """Energy and force in parts.
 
-    def _stretched(self) -> float:
-        """Of the surface: γ₁ ∂U/∂γ₁ = -γ₁/2 F (∂C/∂γ₁) F, as u is that of least energy."""
+        The energy of the surface is γ₁ ∂U/∂γ₁ = -γ₁/2 F (∂C/∂γ₁) F, as u is that of least energy.
+        """
         scene, x = self.nodes.body.scene, self.nodes.x[: self._ends[-1][0] + 1]
         tensions = (part * scene.gamma1 for part in (1 - _STEP, 1 + _STEP))
         scenes = (replace(scene, surfaces=SurfaceEnergies.from_work(t, 0.0)) for t in tensions)
         less, more = (compliance(each, x, x) for each in scenes)
-        found = 0.0
+        surface = 0.0
         for n, share in self._ends:
             force, own = self.nodes.forces(self.depth, n), slice(n + 1)
-            found += share * float(force @ (less - more)[own, own] @ force) / (4 * _STEP)
-        return found
+            surface += share * float(force @ (less - more)[own, own] @ force) / (4 * _STEP)
+        return with_surface(state, surface)
 
     def certificate(self) -> Certificate:
         """The conditions of ../certificate.py, judged by the displacements that the forces give."""

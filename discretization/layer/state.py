@@ -31,18 +31,23 @@ _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones h
 def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilibrium:
     """Certified equilibrium of one contact on the way from first touch, and its error estimate."""
     body, tolerance, excess = Body(scene), _SAFE * rtol, scene.surfaces.small_slope_deficit
-    lines = Lines(Table(body, max(_ROUGHLY, tolerance)), excess)
-    a, _, how = lines.settled(depth)
+    for fit in (max(_ROUGHLY, tolerance), tolerance):  # few poles may see none, or one too many
+        lines = Lines(Table(body, fit), excess)
+        a, _, how = lines.settled(depth)
+        if how == "corner":
+            return equilibrium(Layer.of(body, a, depth, tolerance), math.inf, branch)
+        if how == "rests":
+            beside = a * np.array([1 - _BESIDE, 1 + _BESIDE])
+            rate = float(np.diff(lines.rest_depth(beside, 1))[0] / np.diff(beside)[0])
+            state = _found(body, a, depth, rate, tolerance)
+            if state is not None:
+                return equilibrium(state, rate, branch)
     if how == "lost":
         return detached(scene, depth, branch, SmallSurfaces(scene), Certificate.undeformed())
-    if how == "corner":
-        return equilibrium(Layer.of(body, a, depth, tolerance), math.inf, branch)
-    beside = a * np.array([1 - _BESIDE, 1 + _BESIDE])
-    rate = float(np.diff(lines.rest_depth(beside, 1))[0] / np.diff(beside)[0])
-    return equilibrium(_found(body, a, depth, rate, tolerance), rate, branch)
+    raise NotCertifiedError(f"no contact line is found at depth = {depth!r}; try another depth")
 
 
-def _found(body: Body, a: float, depth: float, first: float, tolerance: float) -> Layer:
+def _found(body: Body, a: float, depth: float, first: float, tolerance: float) -> Layer | None:
     """The contact whose line rests at a depth, by secants from near by; first: about dD/da."""
     rate, off, move = first, math.inf, math.inf
     for _ in range(_STEPS):
@@ -55,7 +60,7 @@ def _found(body: Body, a: float, depth: float, first: float, tolerance: float) -
         if abs(move) <= _STILL * a or abs(last) <= abs(move) <= math.sqrt(_STILL) * a:
             return state
         a = max(a - move, a / 2)
-    raise NotCertifiedError(f"no contact line is found at depth = {depth!r}; try another depth")
+    return None
 
 
 def equilibrium(state: Layer, rate: float, branch: str) -> Equilibrium:

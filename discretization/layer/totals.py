@@ -17,6 +17,7 @@ from discretization.layer.body import Body
 from discretization.layer.contact import Contacts, contacts, decayed
 from discretization.layer.elements import DEGREE
 from discretization.quadrature import summed
+from discretization.readings import with_surface
 from discretization.surfaces.protocol import At, alone
 from discretization.surfaces.spectral import polynomial
 
@@ -112,8 +113,7 @@ class Layer:
     @property
     def reach(self) -> float:
         """How far the free surface is felt."""
-        slowest = float(self.contact.poles.decays.real.min())
-        return min(_FAR / slowest, self.body.edge - self.a)
+        return _FAR / float(self.contact.poles.decays.real.min())
 
     @functools.cached_property
     def through(self) -> float:
@@ -121,7 +121,8 @@ class Layer:
 
         It varies the more slowly the farther from the line it is, and so do the places.
         """
-        beside = self.reach * np.geomspace(_NEAREST, 1.0, _OUTSIDE)
+        reach = min(self.reach, self.body.edge - self.a)
+        beside = reach * np.geomspace(_NEAREST, 1.0, _OUTSIDE)
         g = self.depth - self.body.height(self.a + beside)
         return float((g - self.free(beside)).max())
 
@@ -144,7 +145,7 @@ class Layer:
         return found
 
     def parts(self, state: Any) -> dict[str, float]:
-        """As readings.parts_of; what springs store there is stored in the layer."""
+        """Energy and force in parts."""
 
         def density(x: Array) -> Array:
             """γ₁/2 u'² of the free surface."""
@@ -153,12 +154,5 @@ class Layer:
             return np.array([self.body.scene.gamma1 / 2 * slope**2 * whole])
 
         ends = np.array([[0.0], [self.reach]])
-        found = summed(density, ends, _EXACT, np.zeros((1, 1)), smooth=True)
-        outside, (stored, stretched, bound) = float(found.sums.sum()), self.energies
-        return {
-            "springs": stored - outside,
-            "surface": stretched + outside,
-            "adhesion": -bound,
-            "pressure": self.force - self.lines,
-            "lines": self.lines,
-        }
+        outside = summed(density, ends, _EXACT, np.zeros((1, 1)), smooth=True)
+        return with_surface(state, float(self.contact.stretched[0] + outside.sums.sum()))

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn
 _DRAWN = 1e-6  # of the range of C: a part of a leg whose highest coefficients are less is drawn
 _FINEST = 1 / 256  # of a leg: parts that short are not halved again
-_LEAST = 64  # samples of a leg where P is only known between nodes
+_LEAST = 128  # samples of a leg where P is only known between nodes
 _RESOLVED = 1e-12  # of the range of C around a peak, as _DRAWN
 _NEWTON = 5  # steps to a guess
 _ZOOMS = 40  # rounds, each of which narrows a peak to a quarter or finds it
@@ -185,12 +185,11 @@ def _values(leg: Leg, control: Control, t: Array, *, roughly: bool = False) -> A
 
 
 def _at_changes(leg: Any) -> Array:
-    """t at which links are passed, with at least some others, and half-way between all these."""
+    """t at which links are passed, and at least some others."""
     span = leg.end.depth - leg.start.depth or 1.0
     share = (np.array([depth for depth, _ in leg.trace]) - leg.start.depth) / span
     passed = 0.5 - np.sin(np.arcsin(1 - 2 * np.clip(share, 0, 1)) / 3)  # of `Leg.depths`
-    t = np.union1d(np.linspace(0, 1, _LEAST), passed)
-    return np.union1d(t, (t[1:] + t[:-1]) / 2)
+    return np.union1d(np.linspace(0, 1, _LEAST), passed)
 
 
 def _drawn(

@@ -230,7 +230,7 @@ class History:
 
     def _turns(self, run: list[Snapshot]) -> Iterator[Snapshot]:
         """The states of a run at which P is least, between those recorded."""
-        for leg in self._legs(run) if self._branch.smooth else ():
+        for leg in self._legs(run):
             curve = Curve.of(leg, Control(0.0))
             least, ends = int(np.argmin(curve.value)), curve.value[[0, -1]]
             if curve.value[least] < ends.min() - _NOISE * np.abs(curve.value).max():

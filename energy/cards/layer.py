@@ -54,18 +54,6 @@ def half_space_pull_off(*, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLi
     return _pulled(-1.5 * np.pi * w * R, half_space_depth(a, R=R, E=E, nu=nu, w=w), a)
 
 
-def half_space_cylinder_force(
-    a: ArrayLike, *, R: ArrayLike, E: ArrayLike, nu: ArrayLike, w: ArrayLike
-) -> Values:
-    """P = πE*a²/(4R) - √(2πE*wa) per length; its most tensile is at a³ = 2wR²/(πE*).
-
-    The depth of a half-space below a line load has no bound.
-    """
-    a, modulus = non_negative("a", a), half_space_modulus(E, nu)
-    pull = np.sqrt(2 * np.pi * modulus * non_negative("w", w) * a)
-    return unwrap(np.pi * modulus * a**2 / (4 * positive("R", R)) - pull)
-
-
 def _pulled(*state: ArrayLike) -> PullOff:
     """All three broadcast to one shape."""
     return PullOff(*map(unwrap, np.array(np.broadcast_arrays(*state), np.float64)))

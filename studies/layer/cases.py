@@ -28,10 +28,7 @@ def scene_of(nu: float, gamma1: float, R: float, geometry: str = "axisymmetric")
 
 
 class Angle(NamedTuple):
-    """π - θ over √(2w/γ₁), measured on nodes, for this h over √(γ₁h/G).
-
-    Extrapolated from two distances of nodes; error: what that changes from the two before.
-    """
+    """π - θ over √(2w/γ₁) on nodes, for this h over √(γ₁h/G); error: of the extrapolation."""
 
     nu: float
     thickness: float
@@ -65,9 +62,9 @@ def length(case: tuple[float, float]) -> Length:
     nu, ratio = case
     R = WIDE**2 / SLOPE
     scene = scene_of(nu, ElasticLayer(1.0, nu, 1.0).stiffness * ratio**2, R, "line")
-    depths = [part * WIDE**2 / (2 * R) for part in (1.0, 2.0)]
-    narrow, wide = (minimise(scene, d, rtol=FINE).half_width for d in depths)
-    measured = R * (depths[1] - depths[0]) / (wide - narrow) - (wide + narrow) / 2
+    d = WIDE**2 / (2 * R)
+    narrow, wide = (minimise(scene, depth, rtol=FINE).half_width for depth in (d, 2 * d))
+    measured = R * d / (wide - narrow) - (wide + narrow) / 2
     return Length(nu, ratio, measured, scene.effective_length)
 
 
@@ -124,10 +121,7 @@ def springs(case: tuple[float, float, float]) -> Springs:
 
 
 class Accuracy(NamedTuple):
-    """Largest errors of a and of P, over its terms, for this rtol; how long a state takes.
-
-    milliseconds of processor time; over_springs: times those of the same scene on springs.
-    """
+    """Largest errors of a and of P, over its terms; processor time, and over that of springs."""
 
     geometry: str
     rtol: float
@@ -145,9 +139,8 @@ def accuracy(case: tuple[str, float]) -> Accuracy:
     off, times = [], []
     for depth in (SLOPE * part / 10 for part in range(-1, 10)):
         exact, state = minimise(scene, depth, rtol=EXACT), minimise(scene, depth, rtol=rtol)
-        scales = exact.half_width, exact.scales["force"]
-        apart = state.half_width - exact.half_width, state.force - exact.force
-        off.append([abs(d) / scale for d, scale in zip(apart, scales, strict=True)])
+        moved, pushed = state.half_width - exact.half_width, state.force - exact.force
+        off.append((abs(moved) / exact.half_width, abs(pushed) / exact.scales["force"]))
         times.append([timed(one, depth, rtol) for one in (scene, springs)])
     own, other = (statistics.median(each) for each in zip(*times, strict=True))
     width, force = (max(each) for each in zip(*off, strict=True))

@@ -16,29 +16,25 @@ LEVELS = (
 )
 
 
-def _by_nu(rows: Sequence[Any]) -> list[tuple[float, list[Any], dict[str, Any]]]:
-    """Rows of each ν, and how they are drawn."""
-    nus = sorted({row.nu for row in rows})
-    looks = zip(COLOURS, MARKERS, strict=True)
-    return [
-        (nu, [row for row in rows if row.nu == nu], {"color": colour, "marker": marker})
-        for nu, (colour, marker) in zip(nus, looks, strict=False)
-    ]
+def _draw(axes: Any, rows: Sequence[Any], x: str, y: str, label: str, **more: Any) -> None:
+    """y over x of each ν, with its error if there is any."""
+    for nu in sorted({row.nu for row in rows}):
+        own, i = [row for row in rows if row.nu == nu], len(axes.containers)
+        error = [row.error for row in own] if hasattr(own[0], "error") else None
+        values = ([getattr(row, name) for row in own] for name in (x, y))
+        look = {"color": COLOURS[i], "marker": MARKERS[i], "ms": 5, "capsize": 3, **more}
+        axes.errorbar(*values, error, label=f"{label}ν = {nu:g}", **look)
+    axes.legend(fontsize=9)
 
 
 def angles(rows: Sequence[Angle], worst: float) -> Figure:
     """The measured angle over the thickness of the layer."""
     figure, axes = canvas(7.5, 4.8)
     axes.axhline(1, color="black", lw=1.2, label="√(2w/γ₁)")
-    for i, (nu, own, look) in enumerate(_by_nu(rows)):
-        beside = 1 + 0.03 * (i - 1.5)  # markers would cover each other
-        x, y = [beside * row.thickness for row in own], [row.measured for row in own]
-        error = [row.error for row in own]
-        axes.errorbar(x, y, error, ls="", capsize=3, ms=5, label=f"nodes, ν = {nu:g}", **look)
+    _draw(axes, rows, "thickness", "measured", "nodes, ", ls="", mfc="none")
     axes.set(xscale="log", xlabel="thickness of the layer  h / √(γ₁h/G)", ylim=(0.975, 1.025))
     axes.set_ylabel("measured angle  (π - θ) / √(2w/γ₁)")
     plain_ticks(axes.xaxis, steps=(1.0, 2.0, 3.0, 5.0))
-    axes.legend(fontsize=9)
     axes.set_title(f"The contact angle is a constant on any layer (within {100 * worst:.1f} %)")
     return figure
 
@@ -47,17 +43,14 @@ def lengths(rows: Sequence[Length], worst: float) -> Figure:
     """The length in Eq. (16) over l."""
     figure, axes = canvas(7.5, 4.8)
     most = max(row.ratio for row in rows)
-    axes.plot([0, most], [0, most], color=GREY, ls="--", label="l, as on springs")
     dense = [most * i / 60 for i in range(1, 61)]
-    for nu, own, look in _by_nu(rows):
+    axes.plot([0, most], [0, most], color=GREY, ls="--", label="l, as on springs")
+    for nu, colour in zip(sorted({row.nu for row in rows}), COLOURS, strict=False):
         layer = ElasticLayer(1.0, nu, 1.0, response="layer")
         ell = [effective_length(layer, layer.stiffness * ratio**2) for ratio in dense]
-        axes.plot(dense, ell, color=look["color"], lw=1.2)
-        x, y = [row.ratio for row in own], [row.measured for row in own]
-        axes.plot(x, y, ls="", label=f"measured, ν = {nu:g}; line: ℓ", **look)
-    axes.axhline(0, color=GREY, lw=0.8)
+        axes.plot(dense, ell, color=colour, lw=1.2)
+    _draw(axes, rows, "ratio", "measured", "measured, and ℓ as a line, ", ls="")
     axes.set(xlabel="elastocapillary length  l / h", ylabel="length in Eq. (16), over h")
-    axes.legend(fontsize=9)
     axes.set_title(f"Eq. (16) holds for a real layer, with ℓ in place of l (within {worst:.0e} h)")
     return figure
 
@@ -68,12 +61,9 @@ def pulls(rows: Sequence[Pull]) -> Figure:
     for height, at, text in LEVELS:
         axes.axhline(round(2 * height) / 2, color=GREY, lw=0.8, ls=":")
         axes.text(at, height, text, fontsize=9)
-    drawn = _by_nu([row for row in rows if row.tension == "weak"])
-    strong = [row for row in rows if row.tension == "strong"]
-    drawn.append((strong[0].nu, strong, {"color": COLOURS[6], "marker": MARKERS[6], "ls": "--"}))
-    for nu, own, look in drawn:
-        x, y = [row.radius for row in own], [row.force for row in own]
-        axes.plot(x, y, ms=5, label=f"{own[0].tension} tension, ν = {nu:g}", **look)
+    for tension, style in (("weak", "-"), ("strong", "--")):
+        own = [row for row in rows if row.tension == tension]
+        _draw(axes, own, "radius", "force", f"{tension} tension, ", ls=style)
     axes.set(xscale="log", xlim=(0.02, 150), ylim=(0.8, 3.25))
     axes.set(xlabel="radius of contact at pull-off  a / h", ylabel="pull-off force  F / πwR")
     plain_ticks(axes.xaxis)
@@ -86,16 +76,11 @@ def springs(rows: Sequence[Springs], told: str) -> Figure:
     """Errors of springs at pull-off, at the worst Λ, over l/h."""
     figure, panels = canvas(10.5, 4.8, 1, 2, sharey=True)
     for axes, name in zip(panels, ("force", "radius"), strict=True):
-        for nu, own, look in _by_nu(rows):
-            x, y = [row.ratio for row in own], [100 * getattr(row, name) for row in own]
-            axes.plot(x, y, ms=5, label=f"ν = {nu:g}", **look)
-        axes.axhline(5, color=GREY, lw=0.8, ls=":")
-        axes.set(xscale="log", yscale="log", ylim=(1e-2, 1e2))
+        _draw(axes, rows, "ratio", name, "")
+        axes.axhline(0.05, color=GREY, lw=0.8, ls=":")
+        axes.set(xscale="log", yscale="log", ylim=(1e-4, 1.0))
         axes.set(xlabel="elastocapillary length  l / h", title=f"{name} at pull-off of a sphere")
         plain_ticks(axes.xaxis)
-        plain_ticks(axes.yaxis, steps=(1.0,))
-        axes.grid(alpha=0.25)
-    panels[0].set_ylabel("error of springs at the worst Λ, in %")
-    panels[1].legend(fontsize=9)
+    panels[0].set_ylabel("relative error of springs at the worst Λ")
     figure.suptitle(f"Springs serve within 5 % where l/h is at least {told}")
     return figure

@@ -21,19 +21,7 @@ from dataclasses import dataclass
 from itertools import product, takewhile
 from typing import Any, NamedTuple
 
-from studies.layer import figures
-from studies.layer.cases import (
-    Accuracy,
-    Angle,
-    Length,
-    Pull,
-    Springs,
-    accuracy,
-    angle,
-    length,
-    pull,
-    springs,
-)
+from studies.layer import cases, figures
 from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import Figure
@@ -69,11 +57,11 @@ QUICK = Parameters(
 class Record(NamedTuple):
     """What was measured."""
 
-    angle: tuple[Angle, ...]
-    length: tuple[Length, ...]
-    pull: tuple[Pull, ...]
-    springs: tuple[Springs, ...]
-    accuracy: tuple[Accuracy, ...]
+    angle: tuple[cases.Angle, ...]
+    length: tuple[cases.Length, ...]
+    pull: tuple[cases.Pull, ...]
+    springs: tuple[cases.Springs, ...]
+    accuracy: tuple[cases.Accuracy, ...]
 
     @property
     def errors(self) -> tuple[float, float]:
@@ -81,15 +69,15 @@ class Record(NamedTuple):
         angles = (abs(one.measured - 1) for one in self.angle)
         return max(angles), max(abs(one.measured - one.effective) for one in self.length)
 
-    def worst(self) -> list[Springs]:
+    def worst(self) -> list[cases.Springs]:
         """Over Λ, without sign, of each ν and l/h; Λ is that of the radius."""
-        found: dict[tuple[float, float], Springs] = {}
-        for s in self.springs:
-            w = found.setdefault(s[:2], s._replace(force=0.0, radius=0.0))
-            Lambda = s.Lambda if abs(s.radius) > w.radius else w.Lambda
-            most = max(abs(s.force), w.force), max(abs(s.radius), w.radius)
-            found[s[:2]] = Springs(*s[:2], Lambda, *most)
-        return list(found.values())
+        found = []
+        for key in dict.fromkeys(s[:2] for s in self.springs):
+            own = [s for s in self.springs if s[:2] == key]
+            most = max(own, key=lambda s: abs(s.radius))
+            force = max(abs(s.force) for s in own)
+            found.append(most._replace(force=force, radius=abs(most.radius)))
+        return found
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
@@ -97,11 +85,11 @@ def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Re
     p = parameters
     weak, strong = product(p.pull_nus, ["weak"], p.radii), product([0.3], ["strong"], p.strong)
     asked: dict[Callable[..., Any], Sequence[Any]] = {
-        angle: list(product(p.angle_nus, p.thicknesses, [p.nodes])),
-        length: list(product(p.length_nus, p.lengths)),
-        pull: [*weak, *strong],
-        springs: list(product(p.springs_nus, p.ratios, p.Lambdas)),
-        accuracy: list(product(("line", "axisymmetric"), p.rtols)),
+        cases.angle: list(product(p.angle_nus, p.thicknesses, [p.nodes])),
+        cases.length: list(product(p.length_nus, p.lengths)),
+        cases.pull: [*weak, *strong],
+        cases.springs: list(product(p.springs_nus, p.ratios, p.Lambdas)),
+        cases.accuracy: list(product(("line", "axisymmetric"), p.rtols)),
     }
     found = (each(*one, jobs, say=lambda row: show(line(row))) for one in asked.items())
     return Record(*map(tuple, found))

@@ -74,9 +74,6 @@ def test_pull_off_is_the_most_tensile_state_with_its_published_force():
 
 
 def test_cylinders():
-    a = np.cbrt(2 * W * R**2 * (1 - NU**2) / (np.pi * E))
-    known = -3 * np.cbrt(np.pi * E / (1 - NU**2) * W**2 * R / 16)  # Barquins 1988
-    check(card.half_space_cylinder_force(a, **SOFT), known, 1e-14)
     found = card.incompressible_cylinder_pull_off(**THIN)
     a, step = float(found.half_width), 1e-6 * R
     check(card.incompressible_cylinder_depth(a, **THIN), 0.0, 1e-13, a**2 / R)

@@ -99,7 +99,7 @@ REFUSED = [  # scene, options
 
 @pytest.mark.parametrize(("scene", "options"), REFUSED)
 def test_more_than_one_disc_is_refused_in_words(scene, options):
-    words = "one contact around the axis .* use method='fitted'"
+    words = "geometry = 'axisymmetric': nodes answer .* use method='fitted'"
     with pytest.raises(ValueError, match=words):
         minimise(scene, 0.1 * DELTA0, **{"method": "lattice", "spacing": L / 10, **options})
     if not options and not (scene.pattern and scene.slopes == "finite"):

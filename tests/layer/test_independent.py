@@ -8,11 +8,12 @@ import resolved
 from layers import BODIES, GEOMETRIES, layer, random_scene, scene_of
 
 from discretization import minimise
-from energy import Parabola, PowerLaw
+from energy import FlatPunch, Parabola, PowerLaw
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
 SHAPES = {"line": resolved.Line(), "axisymmetric": resolved.Axis()}
 PLACES = [(nu, geometry) for nu in (0.0, 0.3, 0.45) for geometry in GEOMETRIES]
+PARTS = ("springs", "surface")
 QUANTITIES = ("half_width", "force", "energy")
 
 
@@ -129,6 +130,20 @@ def test_parts_of_energy_and_force_on_nodes(geometry):
         errors.append([abs(own[name] / value - 1) for name, value in parts.items()])
     order = np.log2(np.array(errors[0]) / errors[1])
     assert (order[:3] >= 1.6).all() and (order[3:] >= 0.9).all()  # forces by slopes beside the line
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_parts_of_energy_beside_a_body_that_ends(geometry):
+    """The surface is free beyond the edge of a punch."""
+    scene, off = scene_of(FlatPunch(1.2), 0.3, geometry=geometry), []
+    fitted = minimise(scene, 0.03, rtol=1e-7)
+    assert fitted.pinned[0, 1] and fitted.energy_parts["surface"] > 0
+    for links in (20, 40):
+        nodes = on_nodes(scene, 0.03, 1.2, links)
+        off.append(
+            [abs(nodes.energy_parts[name] / fitted.energy_parts[name] - 1) for name in PARTS]
+        )
+    assert (np.array(off[1]) <= 0.05).all() and (np.array(off[1]) <= 0.6 * np.array(off[0])).all()
 
 
 def truths(nu, geometry, height, a, works, parts, gamma=0.7):

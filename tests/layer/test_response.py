@@ -21,6 +21,7 @@ from energy import (
     Scene,
     SurfaceEnergies,
 )
+from energy.validity import assumptions
 
 RATIOS = (-0.9, -0.4, 0.0, 0.25, 0.3, 0.4, 0.45, 0.49, 0.4999, 0.5)
 DIGITS, HALVINGS = 120, 12
@@ -238,3 +239,6 @@ def test_validity_of_the_layer_asks_how_far_a_line_lifts_it():
         assert item.value / item.limit == pytest.approx(
             math.sqrt(scene.work_of_adhesion / least), rel=1e-12
         )
+        torn = replace(scene, opening=SurfaceEnergies.from_work(scene.gamma1, 0.04))
+        (lifted,) = (a for a in assumptions(torn, state._deformation) if a.name == "δ₀/h")
+        assert lifted.value == pytest.approx(2 * item.value, rel=1e-12)  # that of opening

@@ -1,13 +1,14 @@
 """States of one contact of a layer: error estimates, balances, limits, units, corners, refusals."""
 
 import math
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from layers import BODIES, GEOMETRIES, FlatTo, layer, random_scene, scene_of
 
-from discretization import load_path, minimise
+from discretization import AccuracyWarning, load_path, minimise
 from energy import FlatPunch, Parabola, PowerLaw, Profile, Sampled, Scene, SurfaceEnergies, Wedge
 
 EVERY = [(kind, geometry) for geometry in GEOMETRIES for kind in BODIES]
@@ -292,6 +293,21 @@ def test_profiles_that_do_not_say_that_they_are_mirrored(at):
     for body in (Sampled(x + at, x * x / 80 + 1e-9 * x, "smooth"), bodies[-1].tilted(1e-6)):
         with pytest.raises(ValueError, match="not mirror-symmetric"):
             minimise(scene_of(body), 0.03)
+
+
+@pytest.mark.parametrize(
+    ("nu", "gamma", "R", "geometry"),
+    [(-0.33, 0.35, 1.2, "line"), (-0.31, 0.33, 1.5, "line"), (0.5, 18.0, 260.0, "axisymmetric")],
+)
+def test_a_contact_is_held_until_it_is_lost(nu, gamma, R, geometry):
+    """As closely as the path knows, although a line is looked for with few poles."""
+    scene = scene_of(Parabola(R), nu, gamma, 0.005 * gamma, geometry)
+    lost = load_path(scene, depths=[0.0, -10.0], rtol=1e-8).events[-1].control
+    for off in (1e-4, 1e-5, 1e-6):
+        assert not minimise(scene, lost * (1 + off), rtol=1e-6).contacts.size
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)  # of a place that is hardly one
+            assert minimise(scene, lost * (1 - off), rtol=1e-6).contacts.size
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)

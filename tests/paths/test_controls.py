@@ -181,7 +181,8 @@ ON_NODES = {  # with the options of nodes: a tip lets go while links are as wide
 }
 LOADED = ("parabola", "opening", "crests", "ripples, both", "sphere", "rings", "dimple")
 LOADED = [(name, control) for name in LOADED for control in ("load", "machine")]
-LOADED += [(name, "depth") for name in SCENES]
+LOADED += [(name, "depth") for name in SCENES if name != "rings, opening"]
+LOADED += [pytest.param("rings, opening", "depth", marks=pytest.mark.slow)]
 BOTH = [*((name, {}) for name in SCENES), *ON_NODES.items()]
 
 

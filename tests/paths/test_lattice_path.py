@@ -17,6 +17,7 @@ from energy import (
     Sampled,
     Scene,
     SurfaceEnergies,
+    cards,
 )
 
 SPACING = 1e-5
@@ -299,3 +300,14 @@ def test_jumps_under_a_load_are_those_of_the_depths_however_many_links_are_passe
     jumps = [(event.before.depth, event.after.depth) for event in held.events[2:-1]]
     assert len(jumps) == 2
     assert np.abs(up[[*zip(last, first, strict=True)]] - jumps).max() <= 2.5e-4
+
+
+@pytest.mark.parametrize("spacing", [2e-3, 1e-3, 5e-4, 2.5e-4])
+def test_the_pull_off_between_steps_is_found_on_nodes_as_well(spacing):
+    scene, nodes = adhesive(Parabola(1.0)), {"method": "lattice", "spacing": spacing}
+    given = {"k": scene.stiffness, "gamma1": scene.gamma1, "w": scene.work_of_adhesion}
+    known, delta0 = cards.parabola.pull_off(R=1.0, **given), scene.critical_separation
+    found = load_path(scene, depths=[0.0, delta0, -2 * delta0], **nodes).pull_off
+    coarse = (spacing / scene.elastocapillary_length) ** 2
+    assert found.force == pytest.approx(known.force, rel=0.03 * coarse, abs=0)
+    assert abs(found.half_width - known.half_width) <= spacing

@@ -109,7 +109,7 @@ def errors(state, exact):
     return found
 
 
-LONG = {"rippled, steep": pytest.mark.slow}
+LONG = dict.fromkeys(("rippled, steep", "steep wedge", "tilted, steep"), pytest.mark.slow)
 
 
 @pytest.mark.parametrize(

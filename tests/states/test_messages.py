@@ -1,15 +1,43 @@
-"""What the first mistakes of a new user are answered with."""
+"""What the first mistakes of a new user are answered with, and what is refused in words."""
 
+import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ROOT, plain
+from scenes import (
+    ALPHA,
+    DELTA0,
+    ROOT,
+    SCENE,
+    L,
+    adhesive,
+    plain,
+    rippled,
+    rough,
+    steep,
+    turned,
+    two,
+    wavy,
+)
 
-from discretization import minimise
-from energy import ElasticLayer, Parabola, Profile, Scene, SurfaceEnergies
+from discretization import Lattice, load_path, minimise
+from energy import (
+    Circle,
+    ElasticLayer,
+    FlatPunch,
+    Parabola,
+    Patches,
+    Plane,
+    Profile,
+    Sampled,
+    Scene,
+    SurfaceEnergies,
+    Wedge,
+)
 from studies.scenes.file import load
 
 
@@ -47,15 +75,12 @@ def test_swapped_energies_are_asked_about():
     swapped = SurfaceEnergies.from_work(6e-5, 0.07)
     layer = ElasticLayer(2.5e3, 0.3, 5e-6)
     asked = "are the two swapped"
-    (warning,) = (
-        told
-        for told in minimise(Scene(layer, swapped, Parabola(0.02)), 3e-7).warnings
-        if asked in told
-    )
+    found = minimise(Scene(layer, swapped, Parabola(0.02)), 3e-7)
+    (warning,) = (told for told in found.warnings if asked in told)
     assert "2w/γ₁" in warning and "there is no contact angle" in warning
     with pytest.raises(ValueError, match=asked):
         _ = swapped.contact_angle
-    told = str(minimise(Scene(layer, swapped, Parabola(0.02)), 3e-7))
+    told = str(found)
     assert "angle        none with small slopes" in told and "θ = -" not in told
     with pytest.raises(ValueError, match=asked):
         Scene(layer, swapped, Parabola(0.02), slopes="finite")
@@ -81,7 +106,7 @@ def test_a_file_that_hides_the_package_energy_is_named(start, tmp_path):
         assert ("Traceback" in told) == ("studies" not in command)
 
 
-SCENE = """# a scene
+TEXT = """# a scene
 depth = 1e-6
 [layer]
 E = 3e3
@@ -112,7 +137,7 @@ R = 0.1
 )
 def test_what_is_wrong_in_a_scene_file_has_its_line(old, new, line, tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(SCENE.replace(old, new, 1), "utf-8")
+    path.write_text(TEXT.replace(old, new, 1), "utf-8")
     with pytest.raises(ValueError, match=rf"scene.toml: .*\(at line {line}\b"):
         load(path)
 
@@ -120,8 +145,157 @@ def test_what_is_wrong_in_a_scene_file_has_its_line(old, new, line, tmp_path):
 @pytest.mark.parametrize("newline", ["\n", "\r\n"])
 def test_a_scene_file_may_begin_with_a_byte_order_mark(newline, tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_text(SCENE, "utf-8-sig", newline=newline)
+    path.write_text(TEXT, "utf-8-sig", newline=newline)
     assert load(path).scene.work_of_adhesion == 6e-5
-    path.write_text(SCENE.replace("0.1", "'0.1'"), "utf-8-sig", newline=newline)
+    path.write_text(TEXT.replace("0.1", "'0.1'"), "utf-8-sig", newline=newline)
     with pytest.raises(ValueError, match=r"\(at line 13\)"):
         load(path)
+
+
+FINITE = replace(SCENE, slopes="finite")
+OPEN_ENDED = adhesive(Sampled(np.linspace(-L, L, 9), np.array([3, 1, 2, 0, 2, 0, 3, 1, 0]) * 1e-3))
+OPENING = adhesive(Parabola(0.02), w=0.001, opening=0.003)
+PATTERN = replace(SCENE, pattern=Patches([-L, 1.5 * L], [1.0, 0.5, 0.8]))
+RAMP = adhesive(Profile(lambda x: 0.1 * x, lambda x: 0.1 + 0 * x))
+HOLE = adhesive(Profile(lambda x: np.where(np.abs(x) < 0.003, x**2, np.nan), lambda x: 2 * x))
+BUMPY = Profile(lambda x: 1e-5 * np.cos(900 * np.asarray(x)), lambda x: 0 * x, (-0.02, 0.02))
+ROUND_WAVES = turned(rippled(0.9, 2 * L, 0.7 * DELTA0, (-12 * L, 12 * L)))
+LIPS = steep(two(5 * L, 0.1 * L, 0.1 * L))
+NODES = {"method": "lattice", "spacing": L / 50}
+LOWEST = {"branch": "global"}
+SEARCH = {"method": "shortest_path", "spacing": L / 20, **LOWEST}
+ORACLE = {"method": "oracle", "spacing": L / 400, **LOWEST}
+FITTED = ": nodes answer.* use method='fitted'"
+STATES = [  # scene, depth, options, words
+    (SCENE, math.nan, {}, "depth = nan"),
+    (SCENE, "1 mm", {}, "depth = '1 mm'"),
+    ("a scene", 1e-3, {}, "scene = 'a scene'"),
+    (SCENE, 1e-3, {"method": "magic"}, "'auto', 'lattice'"),
+    (SCENE, 1e-3, {"branch": "lucky"}, "'adhered', 'global'"),
+    (SCENE, 1e-3, {"rtol": 0.0}, "rtol = 0.0"),
+    (SCENE, 1e-3, {"rtol": 2.0}, "rtol = 2.0"),
+    (SCENE, 1e-3, {"method": "lattice"}, "spacing = None"),
+    (SCENE, 1e-3, {"method": "lattice", "spacing": 0.0}, "spacing = 0.0"),
+    (SCENE, 1e-3, {"spacing": 1e-4}, "method='lattice'"),
+    (SCENE, 0.0, {"method": "fitted", "spacing": L}, "has no spacing"),
+    (SCENE, 0.0, {"method": "shortest_path", **LOWEST}, "spacing = None"),
+    (SCENE, 0.0, {**SEARCH, "branch": "adhered"}, "branch = 'adhered'"),
+    (SCENE, 0.0, {**ORACLE, "branch": "adhered"}, "branch = 'adhered'"),
+    (SCENE, 0.0, ORACLE, "too many for integers"),
+    (adhesive(Parabola(1.0), gamma1=0.0), 0.0, ORACLE, "gamma1 = 0"),
+    (adhesive(BUMPY, gamma1=0.0), 0.0, NODES, "gamma1 = 0" + FITTED),
+    (OPEN_ENDED, 0.0, LOWEST, "not known any more"),
+    (OPEN_ENDED, 0.0, {**NODES, **LOWEST}, "not known any more"),
+    (RAMP, 0.0, {"method": "lattice", "spacing": 0.1}, "no lowest point"),
+    (HOLE, 1e-3, {"method": "lattice", "spacing": 1e-4}, "is not finite"),
+    (plain(FlatPunch(1.0)), 0.1, {"method": "lattice", "spacing": 4.6}, "4.6 leaves one node"),
+    (plain(Plane().tilted(0.1)), 0.1, {"method": "lattice", "spacing": 0.1}, "no lowest point"),
+    (plain(Parabola(10.0)), 0.1, {"method": "lattice", "spacing": 1e-300}, "spacing"),
+    (adhesive(Plane()), 0.0, SEARCH, "end to the plane"),
+    # finite slopes
+    (FINITE, 0.0, SEARCH, "slopes = 'finite'"),
+    (replace(OPEN_ENDED, slopes="finite"), 0.0, LOWEST, "slopes='small'"),
+    (replace(wavy(), slopes="finite"), 2.3 * DELTA0, LOWEST, "slopes = 'finite'.*slopes='small'"),
+    (LIPS, DELTA0, {**NODES, **LOWEST}, "slopes='small'"),
+    (LIPS, DELTA0, NODES, "states of one contact only: use method='fitted'"),
+    (FINITE, 1e-3, {**NODES, "spacing": 1e-6 * L}, "nodes on a free surface.* use method='fitted'"),
+    (replace(OPENING, slopes="finite"), 1e-3, NODES, "slopes = 'finite'" + FITTED),
+    (replace(PATTERN, slopes="finite"), 1e-3, NODES, "slopes = 'finite'" + FITTED),
+    (steep(FlatPunch(0.03), 1.5), -1.35 * L, NODES, "turn over; use method='fitted'"),
+    (steep(Plane(), 1.5), -1.35 * L, NODES, "turn over; use method='fitted'"),
+    (steep(Wedge(0.03), 1.5), -1.35 * L, NODES, "turn over; use method='fitted'"),
+    (steep(FlatPunch(0.03), 1.4), -1.5 * L, {}, "depth = .* at the contact line x = .* turn over"),
+    (plain(Wedge(0.1), w=1.3, slopes="finite"), 0.1, {}, "turn over and be no graph"),
+    # rotational symmetry
+    (turned(FINITE.indenter, slopes="finite"), 0.0, NODES, "geometry = 'axisymmetric'" + FITTED),
+    (turned(BUMPY, gamma1=0.0), 0.0, NODES, "geometry = 'axisymmetric'" + FITTED),
+    (turned(Parabola(0.02)), 0.0, ORACLE, "geometry = 'axisymmetric'" + FITTED),
+    (replace(ROUND_WAVES, slopes="finite"), 0.5 * DELTA0, LOWEST, "only found for slopes='small'"),
+    (replace(ROUND_WAVES, slopes="finite"), 0.5 * DELTA0, {}, "between two is not implemented"),
+    # what depends on the way
+    (OPENING, 1e-3, LOWEST, "opening = .* use branch='adhered'"),
+    (OPENING, 1e-3, {**NODES, **LOWEST}, "opening = .* use branch='adhered'"),
+    (PATTERN, 1e-3, LOWEST, "pattern = .* depends on the path; use branch='adhered'"),
+    (PATTERN, 1e-3, {**NODES, **LOWEST}, "pattern = .* use branch='adhered'"),
+    (replace(OPENING, indenter=Plane()), 1e-3, NODES, "opening = "),
+]
+
+
+@pytest.mark.parametrize(("scene", "depth", "options", "words"), STATES)
+def test_a_state_that_is_not_answered_is_refused_in_words(scene, depth, options, words):
+    with pytest.raises(ValueError, match=words):
+        minimise(scene, depth, **options)
+
+
+STEPS = {"depths": [1e-3]}
+TAUGHT = adhesive(Sampled([-0.01, 0.0, 0.01], [0.0025, 0.0, 0.0025]))
+PATHS = [  # scene, options, words
+    (SCENE, {}, "exactly one of depths, forces, drives"),
+    (SCENE, {"depths": [0.1], "forces": [1.0]}, "exactly one of"),
+    (SCENE, {"depths": []}, "depths = .* at least one finite number"),
+    (SCENE, {"depths": [0.1, math.nan]}, "at least one finite"),
+    (SCENE, {"depths": 0.1}, "must be a list"),
+    (SCENE, {"forces": "x"}, "forces = 'x'"),
+    (SCENE, {"forces": [-1e9]}, r"forces\[0\] = -1000000000.0 is below the pull-off force"),
+    (SCENE, {"depths": [0.1], "rtol": math.nan}, "rtol = nan"),
+    (SCENE, {"depths": [0.1], "rtol": 2.0}, "rtol = 2.0 is outside"),
+    (SCENE, {"depths": [0.1], "every": 0}, "every = 0 is no number of steps"),
+    (SCENE, {"drives": [0.1]}, "machine_stiffness = None with drives"),
+    (SCENE, {"drives": [0.1], "machine_stiffness": 0.0}, "machine_stiffness = 0.0 must be posit"),
+    (SCENE, {"depths": [0.1], "machine_stiffness": 3.0}, "machine_stiffness = 3.0 with depths"),
+    (Parabola(1.0), STEPS, "is not a Scene"),
+    (adhesive(Plane()), STEPS, "a profile with a lowest point"),
+    (SCENE, {**STEPS, "method": "lattice"}, "spacing = None with method = 'lattice'"),
+    (SCENE, {**STEPS, "spacing": 1e-5}, "spacing = 1e-05 with method = 'fitted'"),
+    (SCENE, {**STEPS, "method": "mesh"}, "method = 'mesh'"),
+    (SCENE, {**STEPS, "method": "lattice", "spacing": -1.0}, "spacing = -1.0"),
+    (adhesive(Parabola(0.02), gamma1=0.0), {**STEPS, **NODES}, "gamma1 = 0" + FITTED),
+    (steep(FlatPunch(0.03)), {**STEPS, **NODES}, "slopes = 'finite'" + FITTED),
+    (TAUGHT, {"depths": [0.1], **NODES}, "whole known profile"),
+    (rough(1), {**STEPS, **NODES, "spacing": 1e-9 * L}, "puts .* nodes"),
+]
+
+
+@pytest.mark.parametrize(("scene", "options", "words"), PATHS)
+def test_a_path_that_is_not_followed_is_refused_in_words(scene, options, words):
+    with pytest.raises(ValueError, match=words):
+        load_path(scene, **options)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Patches([1.0, 0.0], [1, 1, 1]), "sort them"),
+        (lambda: Patches([0.0], [1.0]), "one more than"),
+        (lambda: Patches([0.0], [1.0, -1.0]), "not negative"),
+        (lambda: Patches([np.nan], [1.0, 1.0]), "finite numbers"),
+        (lambda: replace(SCENE, pattern=3.0), "must be Patches"),
+        (lambda: Lattice.of(turned(Parabola(0.02)), 0.1, 0.3), r"origin = 0\.3: with rotational"),
+        *(
+            (
+                lambda s=s: replace(SCENE, opening=SurfaceEnergies.from_work(*s)),
+                r"opening = .* must have the gamma1",
+            )
+            for s in ((0.07, 0.0009), (0.08, 0.003))
+        ),
+    ],
+)
+def test_patterns_works_and_nodes_are_checked(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
+def test_next_to_what_is_refused_there_is_an_answer():
+    """At an angle of nearly 90°, deep inside the layer, and up to the end of a profile."""
+    near = minimise(steep(FlatPunch(0.03), 1.4), -1.41 * L)
+    assert near.certificate.ok
+    assert near.angle_deficit == pytest.approx(2 * math.asin(1.41 / 2), rel=1e-10, abs=0)
+    assert minimise(steep(FlatPunch(0.03), 1.5), -1.3 * L, **NODES).certificate.ok
+    assert minimise(steep(Parabola(1.0)), 5 * L, **NODES).certificate.ok
+    upright = minimise(plain(Wedge(0.1), w=1.0, slopes="finite"), 0.2 - math.sqrt(2))
+    assert upright.contact_angle == pytest.approx(math.pi / 2, rel=1e-10, abs=0)
+    x = np.linspace(-0.01, 0.01, 201)
+    ended = adhesive(Sampled(x, x**2) + FlatPunch(0.009))
+    assert minimise(ended, 0.01, method="lattice", spacing=1e-4).half_width == 0.009
+    arc = Circle(2 * L / ALPHA)
+    assert 0.999 < minimise(adhesive(arc), 400 * arc.R).half_width / arc.R < 1

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from scene_files import DEPTH, HELD_FROM, SURFACES, gone, writer
+from scene_files import DEPTH, HELD_FROM, SURFACES, gone, refused, writer
 from scenes import PLACES
 
 from discretization import History, load_path, minimise
@@ -101,6 +101,35 @@ def test_ctrl_c_elsewhere_is_one_line(monkeypatch, capsys):
     monkeypatch.setattr(run, "main", stopped)
     assert command_line.main(["run", "any.toml"]) == 130
     assert capsys.readouterr().err == "\nrun: stopped\n"
+
+
+LOCKED = """
+import sys, time
+from pathlib import Path
+from studies.scenes.sweep.store import Record, Store
+with Store(Path(sys.argv[1]), {}) as store:
+    store.add(['{"at": 0, "found": {"sum": 1.0}}'])
+    store.results()
+    print("locked", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no locks on Windows")
+def test_two_sweeps_in_one_folder_do_not_do_the_work_twice(tmp_path):
+    """The second is refused while the first lives, and goes on where that was killed."""
+    path, given = tmp_path / "a.jsonl", {"PYTHONPATH": PLACES}
+    command = [sys.executable, "-c", LOCKED, path]
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, env=os.environ | given)
+    assert child.stdout.readline() == b"locked\n"
+    before = path.read_text("utf-8")
+    with refused(path, "another command is writing this file; wait for its end"), Store(path, {}):
+        pass
+    assert path.read_text("utf-8") == before
+    child.kill()
+    child.communicate()
+    with Store(path, {}) as store:
+        assert store.results()[0]["found"] == {"sum": 1.0}
 
 
 needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")

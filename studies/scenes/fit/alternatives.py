@@ -8,7 +8,7 @@ import numpy as np
 from discretization import NotCertifiedError, minimise
 from energy import Assumption, Scene
 from studies.scenes.fit.model import BASELINE, Model, scene_with
-from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless
+from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless, sought
 from studies.shared import Array
 
 STRONG = 6.0  # a difference of the information criterion that decides (Kass and Raftery 1995)
@@ -114,10 +114,13 @@ def _alternative(
     model: Model, best: Best, name: str, scene: Scene, names: list[str]
 ) -> Alternative:
     at = model.parameters(best.x)
-    zero = None if hopeless(model, best) else at["offset"]
-    other = Model.of(scene, names, model.data, zero)
-    x = followed(replace(other, blunt=BLUNT[-1] * other.blunt), other.start, ftol=ROUGH).x
-    found = followed(other, x, ftol=ROUGHLY)
+    if hopeless(model, best):
+        other = Model.of(scene, names, model.data)
+        found = sought(other, other.start, ROUGHLY)
+    else:
+        other = Model.of(scene, names, model.data, at["offset"])
+        x = followed(replace(other, blunt=BLUNT[-1] * other.blunt), other.start, ftol=ROUGH).x
+        found = followed(other, x, ftol=ROUGHLY)
     own = other.parameters(found.x)
     energies = [name for name in names if name in ("w", "gamma1")]
     off = {n: at[n] / own[n] - 1 for n in energies}

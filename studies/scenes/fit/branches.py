@@ -20,7 +20,7 @@ from studies.shared import Array
 
 RTOL = 1e-4  # asked of the paths, whose forces are then right to some 1e-6
 BEYOND = 1.01  # times δ₀ below touching nothing holds
-POINTS, DENSE = 300, 3000  # on a leg of a path, and where the machine is looked for
+POINTS, PULLED, DENSE = 300, 600, 3000  # on a leg, below touching, and for the machine
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +128,8 @@ def _leg(scene: Scene, turns: list[float], reach: float) -> tuple[Branch, int]:
         if not inwards:
             low = min(start, touch)
             pressed = low + (start - low) * (1 - t[::2]) ** 2
-            pulled = low + (touch - below - low) * t[1::2]
-            depth = np.append(pressed, pulled)
+            pulled = np.linspace(low, touch - below, PULLED)  # it lets go somewhere here
+            depth = np.append(pressed, pulled[1:])
         history = load_path(scene, depths=[*turns, *depth[1:].tolist()], rtol=RTOL)
         own = [event for event in history.events if event.step >= len(turns)]
         force = history.force[len(turns) - 1 :]

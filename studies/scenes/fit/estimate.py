@@ -14,14 +14,13 @@ from studies.scenes.fit.alternatives import Alternative, compared, strained
 from studies.scenes.fit.force_curve import Curve, Data, noise
 from studies.scenes.fit.model import BASELINE, DEFAULT, SHIFTS, Model
 from studies.scenes.fit.quality import Quality, judged
-from studies.scenes.fit.search import Best, conditioning, profiled, sought
+from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, sought
 from studies.shared import Array
 from studies.shared.batches import Progress, each
 
 UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
 CONFIDENCE = 0.95
 LOOSE, CONDITION = 1.0, 100.0
-SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
 CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
 FARTHEST = 20.0  # half-widths of the linearised interval
 Interval = tuple[float, float]

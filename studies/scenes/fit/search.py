@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy import optimize
 
 from studies.scenes.fit.model import Model
 from studies.shared import Array
@@ -12,13 +13,13 @@ from studies.shared import Array
 BLUNT = 100.0, 10.0  # straight ends of branches at first
 FINE, ROUGH = 1e-6, 1e-2  # gains at last, and where straight ends or HOPELESS noise are left
 HOPELESS = 4.0  # times the noise
-STEPS, DAMPED = 25, (1e-3, 1e6)  # at most; Levenberg's damping after a failure, when it is over
-SOLVED = 1e-7  # of the sum of squares: gains of a step where branches are known
+SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
+STEPS, SOLVED = 25, 1e-7  # where branches are known: at most, and gain of the last one
 ROUNDS, SHORTER = 15, 0.25  # places at most; the reach after a failure
 SHORTEST = 1e-3  # reach at least
 FAIR, CLOSE = 0.75, 0.05  # of the gain that was promised, and how far off: rates serve again
 CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
-DEAD = 1e-5  # of the longest column: what simulated forces do not tell
+DEAD = 1e-4  # of the longest column: forces known to 1e-7, over STRIDE, do not tell less
 ROUNDING = 1e-10  # of a force, relative to the largest
 
 
@@ -53,7 +54,7 @@ def sought(model: Model, start: Array, ftol: float = FINE) -> Best:
 def hopeless(model: Model, best: Best) -> bool:
     """Whether so much more than the noise is left that the model cannot be right there."""
     left = math.sqrt(2 * best.cost / best.fun.size)
-    return left > HOPELESS * max(model.data.sigma, 1e-4 * model.size)
+    return left > HOPELESS * max(model.data.sigma, SIMULATED * model.size)
 
 
 def followed(model: Model, start: Array, fixed: int | None = None, ftol: float = FINE) -> Best:
@@ -70,19 +71,20 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
             "start from other parameters"
         )
     (near, rates), reach, least = model.near(x), model.strides, ROUNDING * model.size
-    gained = math.inf
     for _ in range(ROUNDS):
         box = np.maximum(x - reach, -model.limits), np.minimum(x + reach, model.limits)
         found, before = minimum(near, x, box, fixed), float(fun @ fun)
         promised = before - 2 * found.cost
         small = promised <= max(ftol, ROUGH * hopeless(model, found)) * before + least**2
-        if small and (gained > 0 or reach[0] < SHORTEST):
+        moves, edge = found.x - x, np.where(found.x > x, box[1], box[0]) - x
+        held = (moves != 0) & (np.abs(moves) > 0.99 * np.abs(edge))  # it would go farther
+        if small and not (held.any() and reach.min() > SHORTEST):
             break
         trial = model.residuals(found.x)
         gained = before - float(trial @ trial) if np.isfinite(trial).all() else -math.inf
-        if gained > 0:
-            reach = np.minimum(reach / SHORTER, model.strides)
-        elif known is x:
+        if gained > FAIR * promised:
+            reach = np.minimum(2 * reach, model.strides)
+        elif not gained > 0 and known is x:
             reach = SHORTER * np.minimum(reach, np.abs(found.x - x)[: model.count].max())
         served = gained > FAIR * promised and np.abs(found.x - known)[: model.count].max() < CLOSE
         if gained > 0:
@@ -93,58 +95,26 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
     return Best(x, fun, jac, float(fun @ fun) / 2 + fun.size * least**2)
 
 
-def minimum(
-    model: Model, start: Array, box: Box, fixed: int | None = None, ftol: float = SOLVED
-) -> Best:
-    """Least squares from `start` in a box by Levenberg and Marquardt; coordinate `fixed` stays.
-
-    It ends where a step gains less than ftol of the sum of squares.
-    """
+def minimum(model: Model, start: Array, box: Box, fixed: int | None = None) -> Best:
+    """Least squares from `start` in a box, by scipy; coordinate `fixed` stays."""
     free = [i for i in range(start.size) if i != fixed]
-    x, fun = start.copy(), model.residuals(start)
-    jac, damping, least = model.jacobian(x, free), 0.0, ROUNDING * model.size
-    for _ in range(STEPS):
-        new, moved = _moved(model, x, free, box, jac, fun, damping)
-        trial, before = model.residuals(new), float(fun @ fun)
-        gained, promised = -math.inf, before - float(np.sum((fun + jac @ moved) ** 2))
-        if np.isfinite(trial).all():
-            gained = before - float(trial @ trial)
-        if gained > 0:
-            x, fun, damping = new, trial, damping / 10 if damping > DAMPED[0] else 0.0
-        else:
-            damping = max(10 * damping, DAMPED[0])
-        if max(promised, gained) <= ftol * before + least**2 or damping > DAMPED[1]:
-            break
-        if gained > 0:
-            jac = model.jacobian(x, free)
-    return Best(x, fun, jac, float(fun @ fun) / 2)
 
+    def at(values: Array) -> Array:
+        x = start.copy()
+        x[free] = values
+        return x
 
-def _moved(
-    model: Model, x: Array, free: list[int], box: Box, jac: Array, fun: Array, damping: float
-) -> tuple[Array, Array]:
-    """The coordinates after a step of the free ones, and that step.
-
-    Where some would go farther than a stride they make one, and the others are sought anew beside.
-    """
-    stride, step = model.strides[free], _step(jac, fun, damping)
-    far = np.abs(step) > stride
-    if far.any():
-        step = np.clip(step, -stride, stride)
-        step[~far] = _step(jac[:, ~far], fun + jac[:, far] @ step[far], damping)
-        step = np.clip(step, -stride, stride)
-    new = x.copy()
-    new[free] = np.clip(x[free] + step, box[0][free], box[1][free])
-    return new, (new - x)[free]
-
-
-def _step(jac: Array, fun: Array, damping: float) -> Array:
-    """-(JᵀJ + λ diag JᵀJ)⁻¹ Jᵀr."""
-    sizes = np.linalg.norm(jac, axis=0)
-    unit = jac / np.where(sizes > 0, sizes, 1.0)
-    rows = np.vstack([unit, math.sqrt(damping) * np.eye(sizes.size)])
-    step = np.linalg.lstsq(rows, -np.append(fun, np.zeros(sizes.size)), rcond=1e-9)[0]
-    return np.asarray(step / np.where(sizes > 0, sizes, np.inf))
+    found = optimize.least_squares(
+        lambda values: model.residuals(at(values)),
+        start[free],
+        lambda values: model.jacobian(at(values), free),
+        bounds=[edge[free] for edge in box],
+        x_scale="jac",
+        ftol=SOLVED,
+        gtol=None,  # it has units
+        max_nfev=STEPS,
+    )
+    return Best(at(found.x), found.fun, found.jac, float(found.cost))
 
 
 def profiled(model: Model, best: Best, i: int, at: float) -> float:

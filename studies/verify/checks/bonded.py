@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from discretization import Equilibrium, minimise
+from discretization import minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.verify.convergence import FIRST, Comparison, Found, check
 from studies.verify.mesh import Mesh
 from studies.verify.scenes import GAMMA1, LAYER, PARABOLA, WORK
 
 E, H, R = LAYER.E, LAYER.h, PARABOLA.R
-RTOL = 1e-6  # of the states of limits
+SPHERE = {"R": R, "w": WORK}
 FAR = 5e3  # links per length that stand for the fitted mesh
 KINK, JKR, LOGARITHMIC = (1.0, 1.5), (1.2, 1.7), (0.5, 0.9)  # orders that are no whole powers
 
@@ -32,8 +32,8 @@ def _size(mesh: Mesh, lowest: float) -> float:
     return lowest * min(mesh.cells, FAR) / 50
 
 
-def _state(scene: Scene, depth: float) -> Equilibrium:
-    return minimise(scene, depth, rtol=RTOL)
+def _solved(scene: Scene, depth: float, name: str) -> float:
+    return float(getattr(minimise(scene, depth, rtol=1e-6), name))
 
 
 def _wide(nu: float) -> tuple[Scene, Callable[[float], float], float]:
@@ -67,15 +67,14 @@ def angle(mesh: Mesh) -> Comparison:
     return Comparison(state.angle_deficit, scene.surfaces.small_slope_deficit)
 
 
-@check(
-    what="sphere, h ≫ a, no tension: radius of JKR", unit="m", order=JKR, bar=1e-2, fitted_bar=2e-4
-)
+@check(what="sphere, h ≫ a, no tension: JKR", unit="m", order=JKR, bar=1e-2, fitted_bar=2e-4)
 def half_space(mesh: Mesh) -> Comparison:
     """h = na and γ₁ = E*a/n², a at pull-off, n = 5 to 40; at 3/2 of that radius."""
-    n, given = _size(mesh, 5.0), {"R": R, "E": E, "nu": 0.4, "w": WORK}
+    n, given = _size(mesh, 5.0), {**SPHERE, "E": E, "nu": 0.4}
     a = 1.5 * float(cards.layer.half_space_pull_off(**given).half_width)
     scene = _scene(0.4, n * a / 1.5, E * a / n**2)
-    return Comparison(_state(scene, float(cards.layer.half_space_depth(a, **given))).radius, a)
+    d = float(cards.layer.half_space_depth(a, **given))
+    return Comparison(_solved(scene, d, "radius"), a)
 
 
 @check(
@@ -88,12 +87,11 @@ def half_space(mesh: Mesh) -> Comparison:
 )
 def incompressible(mesh: Mesh) -> Comparison:
     """a = nh and γ₁ = Eh/1000, a at pull-off, n = 10 to 80; at 3/2 of that radius."""
-    n = _size(mesh, 10.0)
-    h = (12 * R * math.sqrt(2 * WORK / E) / n**3) ** (2 / 3)
-    given = {"R": R, "E": E, "h": h, "w": WORK}
+    h = (12 * R * math.sqrt(2 * WORK / E) / _size(mesh, 10.0) ** 3) ** (2 / 3)
+    given = {**SPHERE, "E": E, "h": h}
     a = 1.5 * float(cards.layer.incompressible_pull_off(**given).half_width)
-    scene = _scene(0.5, h, 1e-3 * E * h)
-    return Comparison(_state(scene, float(cards.layer.incompressible_depth(a, **given))).radius, a)
+    d = float(cards.layer.incompressible_depth(a, **given))
+    return Comparison(_solved(_scene(0.5, h, 1e-3 * E * h), d, "radius"), a)
 
 
 @check(what="sphere, l ≫ h: force of springs", unit="N", bar=3e-5, anchored=True, fitted_bar=2e-7)
@@ -101,13 +99,10 @@ def springs(mesh: Mesh) -> Comparison:
     """ν = 0.3, h = l/n, n = 5 to 40; the error is c₂/n² in size."""
     k, ell = LAYER.stiffness, 4 * H
     h = ell / _size(mesh, 5.0)
-    film = ElasticLayer(1.0, 0.3, h)
-    scene = _scene(0.3, h, k * ell**2, E=k * h / film.modulus)
+    scene = _scene(0.3, h, k * ell**2, E=k * h / ElasticLayer(1.0, 0.3, h).modulus)
     depths = np.array([0.2, 1.1]) * scene.critical_separation
-    given = {"R": R, "k": k, "gamma1": k * ell**2, "w": WORK}
-    forces = cards.axisymmetric.sphere.force(depths, **given)
-    measured = [_state(scene, d).force for d in depths]
-    return Comparison(measured, forces, np.abs(forces).max())
+    forces = cards.axisymmetric.sphere.force(depths, k=k, gamma1=k * ell**2, **SPHERE)
+    return Comparison([_solved(scene, d, "force") for d in depths], forces, np.abs(forces).max())
 
 
 @check(
@@ -122,7 +117,6 @@ def tension(mesh: Mesh) -> Comparison:
     """γ₁ = nEa, a that of the pull-off with πwR, n = 5 to 40, on touching."""
     a = R * math.sqrt(WORK / (2 * GAMMA1))
     scene = _scene(0.4, a, GAMMA1, E=GAMMA1 / (a * _size(mesh, 5.0)))
-    state = _state(scene, 0.0)
-    expected = cards.layer.tension_force(state.radius, R=R, gamma1=GAMMA1, w=WORK)
-    scale = cards.layer.tension_pull_off_force(R=R, w=WORK)
-    return Comparison(state.force, expected, scale)
+    radius, force = (_solved(scene, 0.0, name) for name in ("radius", "force"))
+    expected = cards.layer.tension_force(radius, gamma1=GAMMA1, **SPHERE)
+    return Comparison(force, expected, cards.layer.tension_pull_off_force(**SPHERE))

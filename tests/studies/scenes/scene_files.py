@@ -149,3 +149,27 @@ def measured(scene, turns, share=0.0, steps=40, seed=3):
     force = load_path(scene, depths=depth).force
     noise = np.random.default_rng(seed).standard_normal(depth.size)
     return Curve(depth, force + share * np.abs(force).max() * noise)
+
+
+SPHERE = """
+depth = 50e-9
+[layer]
+E = 30e3
+nu = 0.45
+h = 0.3e-6
+[surfaces]
+gamma1 = 0.045
+w = 0.7e-4
+[indenter]
+shape = "sphere"
+R = 5e-6
+[options]
+geometry = "axisymmetric"
+"""
+
+
+def written(path, curve, head="depth [nm];force [nN]"):
+    """A curve in a file of text."""
+    rows = [f"{1e9 * d:.6f};{1e9 * p:.7f}" for d, p in zip(*curve[:2], strict=True)]
+    path.write_text("\n".join([head, *rows]), "utf-8")
+    return path

@@ -4,11 +4,10 @@ import math
 import re
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scene_files import refused
+from scene_files import SPHERE, written
 from scenes import ROOT
 
 import studies
@@ -23,26 +22,10 @@ from studies.scenes.fit.alternatives import STRONG, Alternative
 from studies.scenes.fit.branches import one_way, retraction, touching
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, baseline, free_parts
-from studies.scenes.fit.search import minimum
 from studies.scenes.fit.trials import SCENE
 from studies.shared.table import read
 
 FAST = {"profiles": False, "alternatives": False}
-SPHERE = """
-depth = 50e-9
-[layer]
-E = 30e3
-nu = 0.45
-h = 0.3e-6
-[surfaces]
-gamma1 = 0.045
-w = 0.7e-4
-[indenter]
-shape = "sphere"
-R = 5e-6
-[options]
-geometry = "axisymmetric"
-"""
 START = replace(SCENE, surfaces=SurfaceEnergies.from_work(0.045, 0.7e-4))
 
 
@@ -53,13 +36,6 @@ def sphere(stiffness=math.inf, seed=1, noise=20e-12, n=90, zero=0.0, level=0.0, 
     force = trials.simulated(SCENE, drive, stiffness) + level + slope * drive
     force = force + noise * np.random.default_rng(seed).standard_normal(drive.size)
     return Curve(drive + zero - force / stiffness, force, stiffness)
-
-
-def written(path, curve, head="depth [nm];force [nN]"):
-    """A curve in a file of text."""
-    rows = [f"{1e9 * d:.6f};{1e9 * p:.7f}" for d, p in zip(*curve[:2], strict=True)]
-    path.write_text("\n".join([head, *rows]), "utf-8")
-    return path
 
 
 @pytest.mark.parametrize(
@@ -285,53 +261,6 @@ def test_a_plan_tells_what_noise_does_and_fits_scatter_as_foretold(tmp_path, cap
         plan.main(["--scene", str(scene), "--noise", "0"])
 
 
-def test_springs_and_positions_of_a_piezo_are_read(tmp_path):
-    curve = sphere(0.08, n=20)
-    path = written(tmp_path / "a.csv", curve, "Weg [nm];Kraft [nN]")
-    found = read_curve(path, Reading(width=1.0, spring_constant=0.08))
-    assert found.machine_stiffness == 0.08
-    assert found.drive == pytest.approx(curve.drive, abs=1e-14)
-    drives = Curve(curve.drive, curve.force)
-    path = written(tmp_path / "b.csv", drives, "Piezo [nm];Last [nN]")
-    found = read_curve(path, Reading(width=1.0, spring_constant=0.08))
-    assert found.depth == pytest.approx(curve.depth, abs=1e-14)
-    with refused(path, "'piezo' is the position of the piezo.*--spring-constant"):
-        read_curve(path, Reading(width=1.0))
-    with refused(path, 'the force is in newtons: .* set geometry = "axisymmetric"'):
-        read_curve(path)
-    with pytest.raises(ValueError, match=r"spring_constant = 0\.0 must be positive"):
-        Reading(spring_constant=0.0)
-    scene = tmp_path / "s.toml"
-    scene.write_text(SPHERE + "[measured]\nspring_constant = 0.08\n", "utf-8")
-    assert load(scene).measured.spring_constant == 0.08
-
-
-def test_plain_hdf5_files_are_read(tmp_path):
-    library = pytest.importorskip("h5py", reason="the extra elastocap[afm] is not installed")
-    path = tmp_path / "one.h5"
-    with library.File(path, "w") as file:
-        for name, values, unit in (("depth", [1.0, 2.0], "nm"), ("Force", [3.0, 4.5], "nN")):
-            file.create_dataset(f"segment/{name}", data=values).attrs["unit"] = unit
-    found = read_curve(path, Reading(width=1.0))
-    assert found.depth == pytest.approx([1e-9, 2e-9]) and found.force == pytest.approx(
-        [3e-9, 4.5e-9]
-    )
-    assert many.curves(path, Reading()) == [str(path)]
-    with library.File(path, "a") as file:
-        file["more"] = [1.0]
-    with refused(path, "must hold data sets of one length"):
-        read_curve(path, Reading(width=1.0))
-
-
-def test_a_sphere_is_a_turned_circle(tmp_path):
-    scene = tmp_path / "s.toml"
-    scene.write_text(SPHERE, "utf-8")
-    assert load(scene).scene.indenter == Circle(5e-6)
-    scene.write_text(SPHERE.replace("axisymmetric", "line"), "utf-8")
-    with refused(scene, 'indenter.shape = "sphere" is a turned body: set geometry'):
-        load(scene)
-
-
 def test_the_public_functions_are_the_ones_of_the_command():
     assert studies.fit is fit and studies.Curve is Curve and studies.read_curve is read_curve
     assert all(word in fit.__doc__ for word in ("Parameters\n", "Returns\n", "Raises\n"))
@@ -370,22 +299,3 @@ def test_the_tutorial_shows_what_is_so(tmp_path, capsys, monkeypatch):
     data = (ROOT / "studies" / "scenes" / "sphere_curve.csv").read_text("utf-8").splitlines()
     assert all(f"    {line}\n" in shown for line in data[:3])
     assert (tmp_path / "sphere_curve_fit.png").stat().st_size > 10_000
-
-
-def test_a_coordinate_that_runs_away_does_not_hold_the_others():
-    def residuals(x):
-        return np.array([10 * (x[0] - 1 + 0.1 * x[1]), math.exp(x[1]), 0.1])
-
-    def jacobian(x, free):
-        return np.array([[10.0, 1.0], [0.0, math.exp(x[1])], [0.0, 0.0]])[:, list(free)]
-
-    limits, strides = np.array([50.0, 4.0]), np.array([math.inf, 0.5])
-    model = SimpleNamespace(
-        residuals=residuals, jacobian=jacobian, size=1.0, limits=limits, strides=strides
-    )
-    found = minimum(model, np.zeros(2), ftol=1e-4)
-    assert found.x[1] < -2 and found.x[0] == pytest.approx(1 - 0.1 * found.x[1], abs=1e-3)
-    assert found.cost == pytest.approx(0.005, rel=0.2)
-    held = minimum(model, np.array([0.0, -1.0]), fixed=1)
-    assert held.x == pytest.approx([1.1, -1.0], abs=1e-6)
-    assert not np.any(held.jac[:, 1])

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
-from scene_files import refused
+from scene_files import SPHERE, refused, written
 
-from energy import read_profile
+from energy import Circle, read_profile
 from energy.text_table import Layout, read_table
 from studies.scenes.curve_file import Reading, read_curve
+from studies.scenes.file import load
+from studies.scenes.fit.force_curve import Curve
+from studies.scenes.fit.many import curves
 
 DEPTH = np.array([-0.125, 0.25, 1.5, 0.75]) * 1e-6
 FORCE = np.array([0.0615, -0.25, 1000.5, 1e-3]) * 1e-3
@@ -226,3 +229,51 @@ def test_profiles_that_are_not_clear_are_refused(tmp_path, text, given, told):
     path.write_text(text, "utf-8")
     with pytest.raises(ValueError, match=told):
         read_profile(path, **given)
+
+
+def test_springs_and_positions_of_a_piezo_are_read(tmp_path):
+    force = 1e-9 * np.linspace(-0.4, 1.0, 20)
+    curve = Curve(np.linspace(-20e-9, 60e-9, 20) - force / 0.08, force, 0.08)
+    path = written(tmp_path / "a.csv", curve, "Weg [nm];Kraft [nN]")
+    found = read_curve(path, Reading(width=1.0, spring_constant=0.08))
+    assert found.machine_stiffness == 0.08
+    assert found.drive == pytest.approx(curve.drive, abs=1e-14)
+    drives = Curve(curve.drive, curve.force)
+    path = written(tmp_path / "b.csv", drives, "Piezo [nm];Last [nN]")
+    found = read_curve(path, Reading(width=1.0, spring_constant=0.08))
+    assert found.depth == pytest.approx(curve.depth, abs=1e-14)
+    with refused(path, "'piezo' is the position of the piezo.*--spring-constant"):
+        read_curve(path, Reading(width=1.0))
+    with refused(path, 'the force is in newtons: .* set geometry = "axisymmetric"'):
+        read_curve(path)
+    with pytest.raises(ValueError, match=r"spring_constant = 0\.0 must be positive"):
+        Reading(spring_constant=0.0)
+    scene = tmp_path / "s.toml"
+    scene.write_text(SPHERE + "[measured]\nspring_constant = 0.08\n", "utf-8")
+    assert load(scene).measured.spring_constant == 0.08
+
+
+def test_plain_hdf5_files_are_read(tmp_path):
+    library = pytest.importorskip("h5py", reason="the extra elastocap[afm] is not installed")
+    path = tmp_path / "one.h5"
+    with library.File(path, "w") as file:
+        for name, values, unit in (("depth", [1.0, 2.0], "nm"), ("Force", [3.0, 4.5], "nN")):
+            file.create_dataset(f"segment/{name}", data=values).attrs["unit"] = unit
+    found = read_curve(path, Reading(width=1.0))
+    assert found.depth == pytest.approx([1e-9, 2e-9]) and found.force == pytest.approx(
+        [3e-9, 4.5e-9]
+    )
+    assert curves(path, Reading()) == [str(path)]
+    with library.File(path, "a") as file:
+        file["more"] = [1.0]
+    with refused(path, "must hold data sets of one length"):
+        read_curve(path, Reading(width=1.0))
+
+
+def test_a_sphere_is_a_turned_circle(tmp_path):
+    scene = tmp_path / "s.toml"
+    scene.write_text(SPHERE, "utf-8")
+    assert load(scene).scene.indenter == Circle(5e-6)
+    scene.write_text(SPHERE.replace("axisymmetric", "line"), "utf-8")
+    with refused(scene, 'indenter.shape = "sphere" is a turned body: set geometry'):
+        load(scene)

@@ -21,7 +21,7 @@ from studies.scenes.file import built, read
 from studies.scenes.grid import Axis, Grid, SolvedScene, axes, placed
 from studies.scenes.sweep import figure as sweep_figure
 from studies.scenes.sweep import study
-from studies.scenes.sweep.store import Record, Store
+from studies.scenes.sweep.store import Record
 from studies.scenes.sweep.study import sweep
 from studies.shared import table
 
@@ -91,35 +91,6 @@ def test_another_sweep_and_unusable_arguments_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"y = .* has no values"):
         sweep(cheap, AXES | {"y": []}, tmp_path / "b", jobs=1)
     assert not (tmp_path / "b").exists()
-
-
-LOCKED = """
-import sys, time
-from pathlib import Path
-from studies.scenes.sweep.store import Record, Store
-with Store(Path(sys.argv[1]), {}) as store:
-    store.add(['{"at": 0, "found": {"sum": 1.0}}'])
-    store.results()
-    print("locked", flush=True)
-    time.sleep(60)
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="there are no locks on Windows")
-def test_two_sweeps_in_one_folder_do_not_do_the_work_twice(tmp_path):
-    """The second is refused while the first lives, and goes on where that was killed."""
-    path, given = tmp_path / "a.jsonl", {"PYTHONPATH": PLACES}
-    command = [sys.executable, "-c", LOCKED, path]
-    child = subprocess.Popen(command, stdout=subprocess.PIPE, env=os.environ | given)
-    assert child.stdout.readline() == b"locked\n"
-    before = path.read_text("utf-8")
-    with refused(path, "another command is writing this file; wait for its end"), Store(path, {}):
-        pass
-    assert path.read_text("utf-8") == before
-    child.kill()
-    child.communicate()
-    with Store(path, {}) as store:
-        assert store.results()[0]["found"] == {"sum": 1.0}
 
 
 MANY = {"x": [1.0, 2.0, *range(5, 11)], "y": [3.0, *range(10, 19)]}
