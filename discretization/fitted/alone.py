@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 _TIE = ROUNDING  # of D - d where moving a line costs nothing
 _LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
 _DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
+_KNOWN = 1e-16  # of the same: less than D - d is known to
 _NEAR = 1e-11  # of the same: D - d of lines that are read next to where they disappear
 
 
@@ -272,7 +273,8 @@ class Way:
         guess, rise = start + (end - start) * ((goal - self.depths[0]) / span), span / (end - start)
         x, own = end.copy(), np.flatnonzero(self.way * off(end, np.arange(end.size)) > 0)
         lo, hi = np.minimum(start, end)[own], np.maximum(start, end)[own]
-        x[own] = crossings(lambda z, k: off(z, own[k]), lo, hi, guess[own], rise[own], 0.0)
+        enough = _KNOWN * self.alone.size(*self.depths)
+        x[own] = crossings(lambda z, k: off(z, own[k]), lo, hi, guess[own], rise[own], enough)
         if (np.abs(off(x[own], own)) > _NEAR * self.alone.size(*self.depths)).any():
             raise NotCertifiedError(
                 f"the contact between depth = {self.depths[0]!r} and {self.depths[1]!r} does not "
