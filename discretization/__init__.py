@@ -10,13 +10,14 @@
 | t      | γ₁/Δx, stiffness of a link | force/length² |     |
 
 minimise.py answers with one state, loading.py with a path of states; routes.py says what does, or
-why nothing does. Six packages do the work, each importing only those above it in this list:
+why nothing does. Seven packages do the work, each importing only those above it in this list:
 
 nodes/      fixed nodes in a row: the lattice, its energy, what they see of the indenter
 lattice/    contacts on these nodes: their states, certificates, the lowest of all
 surfaces/   free surfaces on spectral meshes anchored at contact lines, which the lattice never sees
 fitted/     contact lines as unknowns beside these surfaces
 following/  these lines on their way from one depth to another
+layer/      one contact of a layer with its exact response, on the mesh and on nodes
 paths/      states followed in depth, load or the position of a machine
 
 The certificate (certificate.py) and the result (equilibrium.py) are the same for all of them. A new
