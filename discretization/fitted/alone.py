@@ -35,11 +35,11 @@ from discretization.surfaces.protocol import At, Free, Surfaces
 from energy import Indenter, Scene
 
 Array = NDArray[np.float64]
-_TIE = ROUNDING  # of D - d where moving a line costs nothing
+_NEUTRAL = ROUNDING  # of D - d where moving a line costs nothing
 _LOST = 5e-15  # of the size of depths: so much earlier a contact is lost, D is not known better
-_DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
-_KNOWN = 1e-16  # of the same: less than D - d is known to
+_KNOWN = 1e-16  # of the size of depths: a D - d that is rounding; a line need not be known better
 _NEAR = 1e-11  # of the same: D - d of lines that are read next to where they disappear
+_DEEP = 30.0  # as far inwards the least D about an axis is looked for, in powers of e
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ class Alone:
             return float(self.rest(side, x, beside, way=way)) - depth
 
         places = [start, *self.corners(side, start).tolist()]
-        tie = _TIE * (abs(h(start)) + self.size(depth))
+        tie = _NEUTRAL * (abs(h(start)) + self.size(depth))
         if len(places) > 1 or start in indenter.corners:
             beyond = np.asarray(self.rest(side, np.array(places), 1, way=way), float)
             beyond[np.isin(places, indenter.walls) & (side * np.array(places) > 0)] = math.inf

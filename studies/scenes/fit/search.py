@@ -19,7 +19,7 @@ ROUNDS, SHORTER = 15, 0.25  # places at most; the reach after a failure
 SHORTEST = 1e-3  # reach at least
 FAIR, CLOSE = 0.75, 0.05  # of the gain that was promised, and how far off: rates serve again
 CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
-DEAD = 1e-4  # of the longest column: forces known to 1e-7, over STRIDE, do not tell less
+DEAD = 1e-5  # of the longest column: what simulated forces do not tell
 ROUNDING = 1e-10  # of a force, relative to the largest
 
 
