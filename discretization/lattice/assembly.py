@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
-from discretization.lattice.between import interpolated
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import Totals, judge, judge_apart, totals
 from discretization.nodes.ground import unknown
@@ -19,6 +19,7 @@ from discretization.nodes.lattice import LatticeTail
 from discretization.nodes.row import Contacts, Row
 from energy import Scene
 
+Array = NDArray[np.float64]
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
 _UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 
@@ -57,42 +58,25 @@ def of_contacts(
     contacts, scene = ContactSet.of(row, nodes, asked.depth), asked.scene
     sums, tail, neutral = totals(contacts), row.lattice.tail, False
     certificate = judge(contacts, sums)
-    if scene.opening is not None or scene.pattern is not None:
-        lines, force, energy = _between(row, asked.depth, nodes, known)
-        sums = sums._replace(force=force, energy=energy)
-    elif len(nodes) > 1:
-        lines = line.lines_of(row, asked.depth, nodes)
+    at, depth = np.reshape(nodes, (1, -1)), np.array([asked.depth])
+    if known is None:
+        zeta = line.offsets(row, at, depth)
+        x = line.positions(row, at, zeta)[0]
     else:
-        ends = _ends(contacts)
-        lines = line.outer(row, row.lattice.critical_gap, ends)
-        neutral = is_neutral(row, nodes, ends[0])
-    return certified(asked, row, nodes, lines, sums, certificate, tail, neutral=neutral)
-
-
-def _between(
-    row: Row, depth: float, nodes: Contacts, known: Sequence[float] | None
-) -> tuple[list[line.Line], float, float]:
-    """Lines of contacts whose adhesion differs, as on paths; P and U."""
-    at, held = np.reshape(nodes, (1, -1)), None if known is None else np.array([known])
-    x, force, energy = interpolated(row, at, np.array([depth]), held)
-    corners = row.indenter.corners
-    lines = [line.Line(at, 0.0, 0.0, at in corners) for at in x[0].tolist()]
-    return lines, float(force[0]), float(energy[0])
-
-
-def _ends(contacts: ContactSet) -> list[line.End]:
-    """The ends of a single contact, the right one first; alone if it includes the axis."""
-    row, ((first, last),) = contacts.row, contacts.nodes
-    alone = row.lattice.x(row.first + first) == row.lattice.axis
-    sides = [(last, 1)] if alone else [(last, 1), (first, -1)]
-    return [line.end_of(row, contacts.depth, *side) for side in sides]
+        x = np.array(known)
+        zeta = line.offsets_of(row, at, x)
+    energy, force = line.added(row, at, depth, zeta)[:, 0].tolist()
+    sums = sums._replace(energy=sums.energy + energy, force=sums.force + force)
+    if len(nodes) == 1 and not scene.hysteretic:
+        neutral = is_neutral(row, line.advances(row, at, depth, zeta))
+    return certified(asked, row, nodes, x, sums, certificate, tail, neutral=neutral)
 
 
 def certified(
     asked: Question,
     row: Row,
     nodes: Contacts,
-    lines: list[line.Line],
+    lines: Array,
     sums: Totals,
     certificate: Certificate,
     tail: LatticeTail,
@@ -101,15 +85,15 @@ def certified(
 ) -> Equilibrium:
     """The state with contacts between these nodes, whose lines are there. NotCertifiedError."""
     _demand(asked, certificate)
-    lattice, pairs = row.lattice, list(zip(lines[::2], lines[1::2], strict=True))
+    lattice, contacts = row.lattice, lines.reshape(-1, 2)
     return Equilibrium(
         scene=asked.scene,
         depth=asked.depth,
-        contacts=np.array([_interval(*pair) for pair in pairs]),
+        contacts=contacts,
         nodes=lattice.x(row.first + np.array(nodes)),
-        pinned=np.array([[left.pinned, right.pinned] for left, right in pairs]),
-        force=sum((end.force for end in lines), start=sums.force),
-        energy=sum((end.energy for end in lines), start=sums.energy),
+        pinned=np.isin(contacts, row.indenter.corners),
+        force=sums.force,
+        energy=sums.energy,
         certificate=certificate,
         surfaces=tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
@@ -121,19 +105,13 @@ def certified(
     )
 
 
-def is_neutral(row: Row, nodes: Contacts, end: line.End) -> bool:
-    """Whether moving the line at this end of a single contact by several links costs nothing."""
-    ((first, last),), lattice = nodes, row.lattice
-    if last - first < 3 or not lattice.w:
-        return False
-    most = _INDIFFERENT * lattice.w * lattice.cell
-    inside = zip(end.gap[: -end.start], end.energy, strict=False)
-    return all(gap > 0 and abs(energy) <= most for gap, energy in inside)
-
-
-def _interval(left: line.Line, right: line.Line) -> list[float]:
-    """x of both lines; their middle if the contact is smaller than interpolation resolves."""
-    return [left.x, right.x] if left.x <= right.x else 2 * [(left.x + right.x) / 2]
+def is_neutral(row: Row, passed: line.Advances) -> bool:
+    """Whether moving a line of a single contact inwards by several links costs nothing."""
+    inside = slice(0, -line.LINKS[0])
+    gap, energy = passed.gap[0, -1], (passed.stored - row.works[0] * passed.bonds)[0, -1]
+    least = _INDIFFERENT * row.lattice.w * row.lattice.cell
+    free = (gap[inside] > 0) & (np.abs(energy[inside]) <= least)
+    return bool(row.lattice.w) and bool(free.all())
 
 
 def refuse_unknown(row: Row, depth: float, nodes: Contacts) -> None:

@@ -1,263 +1,294 @@
-"""The contact line between the nodes: from the energies of neighbouring contact sets.
+"""Contact lines between the nodes, and what that adds to U and P: of states, and on paths.
 
-A contact that ends at node m has the energy E(m). Between nodes the line is where the interpolated
-ΔE changes sign, or at a corner of the profile if ΔE changes sign there by a jump (pinned line).
-Force and energy are interpolated at that position through the values of the same contact sets: a
-step changes them by ΔE = S v²/2 - w and ΔP = dΔE/dd, v the gap of `Lattice.beside`.
+A contact that ends at node m has the energy E(m). Let ζ count links outwards from there. A line
+that passes link j, from ζ = j to j + 1, stores S v²/2 in the surface and gains the adhesion W
+(`Lattice`), so that it does where e_j < 0,
 
-Raw lattice values are off by up to Δx/2 in the line; these are off by O(Δx²).
-Positions ζ below are in links outwards from the last contact node, ζ = 0.
+    e = v/|v| √(S v²/2) - √W,    over the root of the link's length or area.
 
-A line that faces another contact is found likewise, with the free span in place of the tail. Two
-such lines are found in turns; of the energy of both moves together, each adds its own with the
-other one half way, which is exact for a quadratic energy.
+Between the nodes a line is where e, taken at the middles of the links, is zero: by the parabola
+through the links -1 and 0 with the mean of the second differences there, or by the straight line
+where the profile or the pattern has a corner nearby. A corner holds the line if e changes sign there
+by a jump; what is inside and what is outside then continue straight. U and P are parabolas through
+three neighbouring nodes, on one side of the corner. Raw lattice values are off by up to Δx/2 in the
+line; these are off by O(Δx²).
+
+Where opening takes another work of adhesion than closing there are two such positions, and a line
+between them stays where it last moved (a play operator):
+
+    ζ = min(max(ζ before, ζ of closing at d), ζ of opening at d).
+
+So a state has to remember the positions of its lines, too, not their nodes alone. Lines that face
+each other are found in turns. Of the energy of both moves together each adds its own with the other
+one half way, which is exact for a quadratic energy.
 """
 
 from __future__ import annotations
 
-import itertools
+import functools
 import math
-from collections.abc import Iterable
-from typing import NamedTuple
+from bisect import bisect_right
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.nodes.lattice import Lattice
+from discretization.certificate import EPSILON
 from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
-Room = tuple[int, int]  # first and last node there are for a line
-_INWARDS, _OUTWARDS = 3, 4  # nodes beside the last one of a contact
-_ROUNDING = 1e-15  # of positions, in links
+Nodes = NDArray[np.int64]
+Lines = tuple[float, ...]  # x of all lines
+LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
+_HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
+_ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 _TURNS = 20  # in which lines that face each other are found; each is a contraction
 _SETTLED = 1e-12  # links
 _CLOSEST = 1.5  # links between two lines that are moved
+_APART = 4  # links between two lines that are not left on their nodes
+_NEAR: tuple[tuple[int, Literal["left", "right"]], ...] = (-1, "right"), (1, "left")  # sides of a node, and which corners count that are there
 
 
-class Line(NamedTuple):
-    """One end of a contact: x, what its offset from the last node adds to P and U, pinning."""
+class Advances(NamedTuple):
+    """What passing each of the links beside lines changes; arrays of one shape, the links last.
 
-    x: float
-    force: float
-    energy: float
-    pinned: bool
-
-
-class End(NamedTuple):
-    """One end of a contact: the nodes beside it, and what its line's advance over a link changes.
-
-    Nodes are counted outwards from the last one of the contact, node 0, which is `node` of the
-    row; link j leads from node j to j + 1. gap, energy, force: of the advance over links from
-    `start` <= 0 on.
+    gap: v; stored: S v²/2; force: ΔP; bonds: the links' lengths or areas times the pattern's
+    factor; size: without it. All but the last are nan where there is no link to pass.
     """
 
-    node: int
-    side: int
-    start: int
-    gap: list[float]
-    energy: list[float]
-    force: list[float]
+    gap: Array
+    stored: Array
+    force: Array
+    bonds: Array
+    size: Array
+
+    def excess(self, work: float) -> Array:
+        """e, with this work of adhesion."""
+        taken = np.copysign(np.sqrt(self.stored / self.size), self.gap)
+        return np.asarray(taken - np.sqrt(work * self.bonds / self.size))
 
 
-class Facing(NamedTuple):
-    """The line across a free span: its last contact node, and its x as far as it is known."""
+class Corner(NamedTuple):
+    """The only corner within a link of each line, as ζ; nan: none, or several.
 
-    node: int
-    x: float
-
-
-def lines_of(row: Row, depth: float, nodes: Contacts) -> list[Line]:
-    """All lines of several contacts from left to right; those of a lone node stay there."""
-    ends = [node for pair in nodes for node in pair]
-    found, reach = [_raw(row, node) for node in ends], row.lattice.critical_gap
-    for _ in range(_TURNS):
-        before = [each.x for each in found]
-        for i, node in enumerate(ends):
-            side, own = (1, ends[i - 1]) if i % 2 else (-1, ends[i + 1])
-            faced, rim = None, row.size - 1 if side > 0 else 0
-            if 0 < i < len(ends) - 1:
-                faced = Facing(ends[i + side], found[i + side].x)
-                rim = faced.node - side
-            if node != own:
-                end = end_of(row, depth, node, side, (min(own, rim), max(own, rim)), faced)
-                found[i] = _line(row, end, reach)
-        moved = max(abs(each.x - x) for each, x in zip(found, before, strict=True))
-        if moved <= _SETTLED * row.lattice.spacing + _ROUNDING * max(map(abs, before)):
-            break
-    for i in range(1, len(ends) - 1, 2):
-        if found[i].x >= found[i + 1].x:
-            found[i : i + 2] = [_raw(row, node) for node in ends[i : i + 2]]
-    return found
-
-
-def outer(row: Row, reach: float, ends: list[End]) -> list[Line]:
-    """Left and right line of a single contact with these ends, the right one first.
-
-    The right one alone if the contact includes the axis.
+    before, beyond: whether the two links next to it on each side are without another one; smooth:
+    whether all four links about the node are without any.
     """
-    lattice, right = row.lattice, _line(row, ends[0], reach)
-    if len(ends) > 1:
-        return [_line(row, ends[1], reach), right]
-    return [Line(lattice.axis, 0.0, 0.0, False), right]
+
+    zeta: Array
+    before: NDArray[np.bool_]
+    beyond: NDArray[np.bool_]
+    smooth: NDArray[np.bool_]
 
 
-def _raw(row: Row, node: int) -> Line:
-    """A line left on its node."""
-    return Line(row.lattice.x(row.first + node), 0.0, 0.0, 0.0 in _corners(row, node, 1))
+@functools.lru_cache
+def outwards(lines: int) -> Nodes:
+    """Which way so many lines face."""
+    return np.resize([-1, 1], lines)
 
 
-def end_of(
-    row: Row,
-    depth: float,
-    node: int,
-    side: int,
-    room: Room | None = None,
-    facing: Facing | None = None,
-) -> End:
-    """The end of a contact at a node; room: all nodes, if nothing is faced."""
-    low, high = (0, row.size - 1) if room is None else room
-    before, beyond = (node - low, high - node)[::side]
-    start, stop = -min(before, _INWARDS), min(beyond, _OUTWARDS)
-    nodes = node + side * np.arange(start, stop + 1)
-    gap, *steps = _advances(row, depth, nodes, side, None if facing is None else facing.x)
-    if facing is not None:  # both lines are moved: of what that takes each adds one half
-        half_way = (facing.x + row.lattice.x(row.first + facing.node)) / 2
-        _, *steps = _advances(row, depth, nodes, side, half_way)
-    return End(node, side, start, *(part.tolist() for part in (gap, *steps)))
+def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array) -> Advances:
+    """Of contacts between nodes (s, 2m) at depths (s,), of the links beside them (s, 2m, 6).
 
-
-def _advances(
-    row: Row, depth: float, nodes: NDArray[np.int64], side: int, faced: float | None
-) -> tuple[Array, Array, Array]:
-    """Gap, ΔE and ΔP of the advance of a line over the links between these nodes (n,).
-
-    faced: x of a line it faces. Gaps are scaled so that all have the same reach.
+    zeta: where the line is that an inner line faces, for each of them.
     """
-    lattice, at = row.lattice, row.first + nodes
-    g, at = depth - row.f[nodes], at[:-1]
-    if faced is None:
-        (_, rest, stiffness), felt = lattice.beside(at, side), 0.0
-    else:
-        links = np.maximum(np.abs(faced - lattice.x(at)) / lattice.spacing, _CLOSEST)
-        far, rest, stiffness = lattice.beside(0, 1, links)
-        felt = far * (depth - float(row.indenter.height(faced)) - g[:-1])
-    weight = lattice.weight(at + side / 2)
-    gap = g[:-1] - g[1:] - rest * g[:-1] + felt
-    energy = stiffness / 2 * gap * gap - lattice.w * lattice.cell * weight
-    scale = np.sqrt(stiffness / (lattice.link_over_decay * weight))
-    return gap * scale, energy, -stiffness * rest * gap
-
-
-def _line(row: Row, end: End, reach: float) -> Line:
-    """The line at this end; a link holds while gap <= reach."""
-    lattice, indenter = row.lattice, row.indenter
-    corners = _corners(row, end.node, end.side)
-    excess = {link: gap - reach for link, gap in enumerate(end.gap, end.start)}
-    zeta, links, pinned = _locate(lattice, excess, corners)
-    x = lattice.x(row.first + end.node + end.side * zeta)
-    if pinned:  # the corner itself, not its position rounded on the lattice
-        corners_x = np.asarray(indenter.corners, float)
-        x = float(corners_x[np.argmin(np.abs(corners_x - x))])
-    x, at = min(max(x, indenter.extent[0]), indenter.extent[1]), zeta - lattice.edge
-    force, energy = (_added(end.start, steps, links, at) for steps in (end.force, end.energy))
-    return Line(x, force, energy, pinned)
-
-
-def _added(start: int, steps: list[float], links: list[int], zeta: float) -> float:
-    """What a contact set that ends at ζ has more than the one that ends at node 0.
-
-    steps: changes over link `start` and those after it; links: those to interpolate over.
-    """
-    if not links:
-        return 0.0
-    totals = list(itertools.accumulate(steps, initial=0.0))
-    own = [total - totals[-start] for total in totals[links[0] - start : links[-1] - start + 2]]
-    return _value(_differences(own), zeta - links[0])
-
-
-def _corners(row: Row, node: int, side: int) -> list[float]:
-    """Corners within the stencil as positions ζ outwards, those on a node exactly there."""
-    lattice, indenter = row.lattice, row.indenter
-    if not len(indenter.corners):
-        return []
-    corners = np.asarray(indenter.corners, float)
-    middle, near = lattice.x(row.first + node), 5 * lattice.spacing
-    lo, hi = np.searchsorted(corners, [middle - near, middle + near])
-    zeta = sorted((side * (corners[lo:hi] - middle) / lattice.spacing).tolist())
-    return [float(round(z)) if abs(z - round(z)) < 1e-9 else z for z in zeta]
-
-
-def _locate(
-    lattice: Lattice, excess: dict[int, float], corners: list[float]
-) -> tuple[float, list[int], bool]:
-    """ζ of the line, the links whose polynomial found it, and whether a corner pins it.
-
-    excess: gap - reach by link; link j spans ζ = j..j+1.
-    """
-    near = [corner for corner in corners if -1 < corner < 1]
-    if len(near) > 1:  # corners as dense as the nodes: secant through the two links
-        links = _within(excess, -1, 1)
-        return _root(lattice, links, excess), links, False
-    clear = _clear(excess, corners) if corners else excess
-    if not near:
-        links = _within(clear, -2, 2)
-        return _root(lattice, links, excess), links, False
-    corner, below, above = near[0], math.floor(near[0]), math.ceil(near[0])
-    inside, outside = _within(clear, below - 3, below), _within(clear, above, above + 3)
-    for links, sign in ((inside, 1), (outside, -1)):
-        curve = _differences([excess[link] for link in links])
-        if links and sign * _value(curve, corner - links[0] - 0.5) > 0:
-            return _root(lattice, links, excess), links, False
-    return corner, inside, True
-
-
-def _clear(links: Iterable[int], corners: list[float]) -> list[int]:
-    """The links about node 0 up to the first corners that are a link or more away from it."""
-    below = max((math.ceil(corner) for corner in corners if corner <= -1), default=-math.inf)
-    above = min((math.floor(corner) for corner in corners if corner >= 1), default=math.inf)
-    return _within(links, below, above)
-
-
-def _within(links: Iterable[int], first: float, stop: float) -> list[int]:
-    """Those of the links that are first..stop-1."""
-    return [link for link in links if first <= link < stop]
-
-
-def _root(lattice: Lattice, links: list[int], excess: dict[int, float]) -> float:
-    """Zero of the polynomial through the excess at the links' middles: secant steps to rounding."""
-    if not links:
-        raise ValueError(
-            f"spacing = {lattice.spacing!r} leaves no link between two corners; use a smaller one"
+    lattice, sides = row.lattice, outwards(nodes.shape[1])
+    start = nodes[..., None] + sides[:, None] * LINKS
+    room, end = _room(row, nodes), row.size - 1
+    there = (-room[0][..., None] <= LINKS) & (room[1][..., None] > LINKS)
+    after = np.minimum(np.maximum(start + sides[:, None], 0), end)
+    start = np.minimum(np.maximum(start, 0), end)
+    own, beyond = (depth[:, None, None] - row.f[at] for at in (start, after))
+    rest, stiffness, felt = np.empty((3, *start.shape))
+    felt[...] = 0.0
+    for column, side in ((0, -1), (-1, 1)):
+        _, rest[:, column], stiffness[:, column] = lattice.beside(
+            row.first + start[:, column], side
         )
-    middle, values = links[0] + 0.5, [excess[link] for link in links]
-    curve = _differences(values)
-    if len(links) < 2:
-        return middle + lattice.edge
-    after = next((i for i, y in enumerate(values) if y > 0), len(values) - 1) or 1
-    x0, x1, y0, y1 = middle + after - 1, middle + after, values[after - 1], values[after]
-    for _ in range(8):
-        if y1 == y0 or abs(x1 - x0) <= _ROUNDING:
+    if nodes.shape[1] > 2:
+        inner = (slice(None), slice(1, -1))
+        at = (nodes + sides * zeta)[inner].reshape(len(nodes), -1, 2)[..., ::-1]
+        at = at.reshape(len(nodes), -1)
+        faced = depth[:, None] - row.indenter.height(lattice.x(row.first + at))
+        apart = np.maximum(np.abs(at[..., None] - start[inner]), _CLOSEST)
+        far, rest[inner], stiffness[inner] = lattice.beside(0, 1, apart)
+        felt[inner] = far * (faced[..., None] - own[inner])
+    gap = np.where(there, own - beyond - rest * own + felt, math.nan)
+    links = np.minimum(start, after)
+    size = lattice.cell * lattice.weight(row.first + links + 0.5) * np.ones(links.shape)
+    bonds = size if row.scene.pattern is None else row.bond(links)
+    return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds, size)
+
+
+def _room(row: Row, nodes: Nodes) -> tuple[Nodes, Nodes]:
+    """Links inwards, and outwards, that each line may pass; none of lines too close together."""
+    end, beyond = row.size - 1, np.empty_like(nodes)
+    beyond[:, 0], beyond[:, -1] = nodes[:, 0], end - nodes[:, -1]
+    if nodes.shape[1] == 2:  # lines of one contact do not feel each other
+        return end - beyond, beyond
+    before = np.repeat(nodes[:, 1::2] - nodes[:, ::2], 2, axis=1)
+    apart = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2], 2, axis=1)
+    beyond[:, 1:-1] = apart - 1
+    before[:, 1:-1] = np.where(apart < _APART, 0, before[:, 1:-1])
+    return before, beyond
+
+
+def corners(row: Row, nodes: Nodes) -> Corner:
+    """The corners beside lines at these nodes (s, 2m)."""
+    sides, breaks = outwards(nodes.shape[1]), row.breaks
+    if not breaks.size:
+        no = np.ones(nodes.shape, bool)
+        return Corner(np.full(nodes.shape, math.nan), no, no, no)
+    low, high = (np.searchsorted(breaks, nodes + off, way) for off, way in _NEAR)
+    lowest, highest = (np.searchsorted(breaks, nodes + 2 * off, way) for off, way in _NEAR)
+    known = np.pad(breaks, 1, constant_values=(-math.inf, math.inf))
+    at = known[np.minimum(low + 1, breaks.size)]
+    clear = at - known[low] >= 2, known[np.minimum(low + 2, breaks.size + 1)] - at >= 2
+    zeta = np.where(high - low == 1, sides * (at - nodes) - row.lattice.edge, math.nan)
+    before, beyond = (np.where(sides > 0, *pair) for pair in (clear, clear[::-1]))
+    return Corner(zeta, before, beyond, lowest == highest)
+
+
+def placed(excess: Array, corner: Corner) -> Array:
+    """ζ of lines with this excess at their links (..., 6); nan where e does not grow outwards."""
+    inner, outer = excess[..., 2], excess[..., 3]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rise = np.where(outer > inner, outer - inner, math.nan)
+        t = np.minimum(np.maximum(-inner / rise, 0.0), 1.0)
+        bend = (excess[..., 1] - inner - outer + excess[..., 4]) / (4 * rise)
+        bend = np.where(corner.smooth & (np.abs(bend) <= 1), bend, 0.0)
+        zeta = 2 * t / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * t)) - 0.5
+        if np.isfinite(corner.zeta).any():
+            zeta = _beside_corner(excess, corner, zeta)
+    return zeta
+
+
+def _beside_corner(excess: Array, corner: Corner, otherwise: Array) -> Array:
+    """ζ where there is a corner: inside it, outside, or there."""
+    at = np.nan_to_num(corner.zeta)
+    low, high = np.floor(at).astype(int), np.ceil(at).astype(int)
+    near, next_in = _at(excess, low - 1), _at(excess, low - 2)
+    far, next_out = _at(excess, high), _at(excess, high + 1)
+    falls = np.where(corner.before & (next_in < near), near - next_in, 0.0)
+    rises = np.where(corner.beyond & (next_out > far), next_out - far, 0.0)
+    inside, outside = near + (at - low + 0.5) * falls, far + (at - high - 0.5) * rises
+    zeta = np.where(outside < 0, at - outside / rises, at)
+    zeta = np.where(inside > 0, at - inside / falls, zeta)
+    return np.where(np.isnan(corner.zeta), otherwise, np.maximum(zeta, -0.5))
+
+
+def _at(parts: Array, link: Nodes) -> Array:
+    """Of each line that of one link."""
+    found = np.take_along_axis(parts, np.clip(link - LINKS[0], 0, LINKS.size - 1)[..., None], -1)
+    return np.asarray(found[..., 0])
+
+
+def added_by(steps: Array, zeta: Array, corner: Corner) -> Array:
+    """What contacts that end at ζ have more than those at their nodes; steps: over links."""
+    at = np.nan_to_num(corner.zeta)
+    middle = np.where(zeta > at, np.ceil(at) + 1, np.floor(at) - 1).astype(int)
+    middle = np.where(np.isnan(corner.zeta), 0, middle)
+    before, beyond = _at(steps, middle - 1), _at(steps, middle)
+    before = np.where(np.isnan(before), beyond, before)
+    beyond = np.where(np.isnan(beyond), before, beyond)
+    whole = np.nan_to_num(steps).cumsum(axis=-1)
+    start, t = _at(whole, middle - 1) - whole[..., -LINKS[0] - 1], zeta - middle
+    return np.nan_to_num(start + t * (before + beyond) / 2 + t * t * (beyond - before) / 2)
+
+
+def offsets(row: Row, nodes: Nodes, depth: Array, before: Array | None = None) -> Array:
+    """ζ of all lines (s, 2m) of s states with m contacts each, between these nodes (s, 2m).
+
+    before: how far they were, where a line resists both ways.
+    """
+    zeta, beside = np.zeros(nodes.shape), corners(row, nodes)
+    works = row.works if before is not None else row.works[:1]
+    for _ in range(_TURNS if nodes.shape[1] > 2 else 1):
+        found, last = advances(row, nodes, depth, zeta), zeta
+        zeta = resting(row, nodes, [found.excess(work) for work in works], beside, before)
+        if np.abs(zeta - last).max() <= _SETTLED:
             break
-        x = x1 - y1 * (x1 - x0) / (y1 - y0)
-        x0, x1, y0 = x1, x if abs(x) <= 1 else math.copysign(1.0, x), y1
-        y1 = _value(curve, x1 - middle)
-    return x1 + lattice.edge
+    return zeta
 
 
-def _differences(values: list[float]) -> list[float]:
-    """Δᵏy/k! of equidistant values y at the first of them: their polynomial in Newton's form."""
-    found = values.copy()
-    for order in range(1, len(found)):
-        for i in range(len(found) - 1, order - 1, -1):
-            found[i] = (found[i] - found[i - 1]) / order
-    return found
+def resting(
+    row: Row, nodes: Nodes, excess: list[Array], corner: Corner, before: Array | None = None
+) -> Array:
+    """ζ with the excess of closing, and of opening where it differs, from where lines were."""
+    zeta = np.full(nodes.shape, -_HALF) if before is None else before
+    most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
+    for each, further in zip(excess, (np.maximum, np.minimum), strict=False):
+        rests = np.maximum(np.minimum(placed(each, corner), most), -_HALF)
+        zeta = further(zeta, rests)
+    return np.where(np.isnan(zeta), 0.0, zeta)
 
 
-def _value(differences: list[float], at: float) -> float:
-    """The polynomial, `at` steps after the first of its points."""
-    total, steps = 0.0, len(differences)
-    for divided in reversed(differences):
-        steps -= 1
-        total = total * (at - steps) + divided
-    return total
+def positions(row: Row, nodes: Nodes, zeta: Array) -> Array:
+    """x of lines that far from their nodes; of those at a corner that of the corner."""
+    lattice, sides = row.lattice, outwards(nodes.shape[1])
+    x = lattice.x(row.first + nodes + sides * (zeta + lattice.edge))
+    held = np.argwhere(zeta == corners(row, nodes).zeta)
+    for at in map(tuple, held.tolist()):
+        x[at] = row.corners[np.abs(row.corners - x[at]).argmin()]
+    if nodes.shape[1] == 2 and (x[:, 0] > x[:, 1]).any():  # smaller than is resolved
+        x = np.where(x[:, :1] > x[:, 1:], x.mean(axis=1, keepdims=True), x)
+    return np.clip(x, *row.indenter.extent)
+
+
+def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
+    """How far the lines at these positions are from their nodes, in links outwards."""
+    off = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
+    return np.asarray(outwards(nodes.shape[1]) * off)
+
+
+def added(row: Row, nodes: Nodes, depth: Array, zeta: Array) -> Array:
+    """U and P (2, s) that states have more with lines that far from their nodes."""
+    found = advances(row, nodes, depth, zeta / 2)
+    return gained(found, zeta, corners(row, nodes), row.works[0])
+
+
+def gained(found: Advances, zeta: Array, corner: Corner, w: float) -> Array:
+    """The same of the changes over links; w: work of adhesion."""
+    parts = found.stored - w * found.bonds, found.force
+    return np.array([added_by(part, zeta, corner).sum(axis=1) for part in parts])
+
+
+def moved_lines(
+    row: Row, nodes: Nodes, depth: Array, before: tuple[Contacts, Lines] | None
+) -> list[Lines]:
+    """Where lines of contacts (s, 2m) are at depths (s,) that came from these; None: from none.
+
+    A line that is still at its node comes from where it was, to the last bit if it has not moved;
+    others come from the side on which their contacts were.
+    """
+    contacts, lines = ((), ()) if before is None else before
+    known = dict(zip(_facing(contacts), lines, strict=True))
+    was = np.reshape([node for pair in contacts for node in pair], (1, -1)).astype(int)
+    there = dict(zip(known, offsets_of(row, was, np.array(lines))[0].tolist(), strict=True))
+    sides = outwards(nodes.shape[1]).tolist()
+    asked = [list(zip(sides, each, strict=True)) for each in nodes.tolist()]
+    came = [
+        [there.get(key, _HALF if _in_contact(contacts, key[1]) else -_HALF) for key in keys]
+        for keys in asked
+    ]
+    zeta = offsets(row, nodes, depth, np.array(came))
+    ends = row.lattice.x(row.first + np.array([0, row.size]))
+    rounding = _ROUNDING * float(np.abs(ends).max())
+    return [
+        tuple(
+            known[key] if abs(known.get(key, math.inf) - x) <= rounding else x
+            for key, x in zip(keys, each, strict=True)
+        )
+        for keys, each in zip(asked, positions(row, nodes, zeta).tolist(), strict=True)
+    ]
+
+
+def _facing(nodes: Contacts) -> list[tuple[int, int]]:
+    """Which way the lines of contacts face, and their nodes."""
+    return [each for first, last in nodes for each in ((-1, first), (1, last))]
+
+
+def _in_contact(nodes: Contacts, node: int) -> bool:
+    i = bisect_right(nodes, (node, node)) - 1
+    beside = nodes[max(i, 0) : i + 2]
+    return any(first <= node <= last for first, last in beside)

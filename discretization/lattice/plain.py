@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.lattice.line import End
+from discretization.lattice.line import LINKS, Advances
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import Balance, NodalEnergy
 from discretization.nodes.row import Row
@@ -33,7 +33,6 @@ FAR = 12.0  # decay lengths, beyond which a free surface is linear and known
 MOST = 400_000  # nodes of a free surface
 TURNING = 1.3  # displacement in l; at √2 a surface of finite slope turns over
 _TIE = 1e-12  # relative slack that keeps a line where both sides cost the same
-_INWARDS, _OUTWARDS = 3, 4  # nodes beside a line, for its place between them
 
 
 def far(lattice: Lattice) -> int:
@@ -55,31 +54,29 @@ def turning(lattice: Lattice) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """Contact over a row of nodes at a depth; reach: the gap up to which a line passes a link."""
+    """Contact over a row of nodes at a depth; work: of adhesion, for which a line passes a link."""
 
     row: Row
     depth: float
-    reach: float
+    work: float
 
     @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
-    def link(self, node: int, side: int) -> tuple[float, float, float]:
-        """Gap of the link outwards from a line at this node; ΔE and ΔP of passing it.
+    def link(self, node: int, side: int) -> tuple[float, ...]:
+        """What the link outwards from a line at this node takes: one of each of `Advances`.
 
-        The gap is that of small slopes which takes as much energy: ΔE <= 0 up to the critical one.
-        Without adhesion that is half the product of the distance moved and the force it takes.
+        What is stored is half the product of the distance moved and the force that takes, or with
+        finite slopes and adhesion the difference of energies.
         """
         lattice, after = self.row.lattice, node + side
         (one, u), (other, _) = (self.beyond(node, side, held) for held in (1, 2))
-        distance = float(u[1] - self.g(after))
-        energy, work = other.energy - one.energy, one.terms["adhesion"] - other.terms["adhesion"]
+        gap = float(u[1] - self.g(after))
+        energy, gained = other.energy - one.energy, one.terms["adhesion"] - other.terms["adhesion"]
         pressed, before = other.force[::side][:2], one.force[::side][0]
-        stiffness = float(lattice.beside(node, side).stiffness)
-        if lattice.gamma1:
-            stiffness = lattice.link_over_decay * float(lattice.weight(node + side / 2))
-        squared = abs(distance * float(pressed[1])) / stiffness
-        if work > 0 and lattice.gamma1:
-            squared = lattice.critical_gap**2 * max(energy + work, 0.0) / work
-        return math.copysign(math.sqrt(squared), distance), energy, float(pressed.sum() - before)
+        stored = abs(gap * float(pressed[1])) / 2
+        if gained > 0 and lattice.slopes == "finite":
+            stored = max(energy + gained, 0.0)
+        size = gained / lattice.w if gained > 0 else lattice.cell * lattice.weight(node + side / 2)
+        return gap, stored, float(pressed.sum() - before), size, size
 
     def beyond(self, node: int, side: int, held: int) -> tuple[Balance, Array]:
         """What the surface takes from a line's node on, one or two nodes in contact; u outwards."""
@@ -104,7 +101,8 @@ class Plain:
             return False  # it would turn over, into the indenter
         if self.row.indenter.convex and u < -(1 + _TIE) * math.sqrt(2 * lattice.w / lattice.k):
             return True  # no flat face would hold, and no link beyond this one
-        return self.link(node, side)[0] > self.reach * (1 + _TIE)
+        gap, stored, _, bonds, _ = self.link(node, side)
+        return gap > 0 and stored > self.work * bonds * (1 + _TIE)
 
     def outermost(self, side: int) -> int:
         """The node at which a line comes to rest that starts at the node that touches first.
@@ -122,7 +120,7 @@ class Plain:
             return start + side * bisect.bisect_left(range(most), True, key=resists)
         if self.depth >= row.lowest:
             return start + side * next(filter(resists, range(most)), most)
-        node = Plain(row, row.lowest, self.reach).outermost(side)
+        node = Plain(row, row.lowest, self.work).outermost(side)
         while node != start and self.resists(node - side, side):
             node -= side
         return node
@@ -137,11 +135,14 @@ class Plain:
         left = self.outermost(-1)
         return None if left == right and pulled > 0 and row.lattice.gamma1 else (left, right)
 
-    def end(self, node: int, side: int) -> End:
-        """What links beside the line at a node change, by which it is found between nodes."""
+    def advances(self, nodes: tuple[int, int]) -> Advances:
+        """What passing the links beside both lines changes, by which they are between nodes."""
         first, last, _ = self.row.where
-        before, after = (node - first, last - node)[::side]
-        start, stop = -min(before, _INWARDS), min(after, _OUTWARDS)
-        links = [self.link(node + side * j, side) for j in range(start, stop)]
-        gap, energy, force = map(list, zip(*links, strict=True)) if links else ([], [], [])
-        return End(node - self.row.first, side, start, gap, energy, force)
+        found = np.full((5, 1, 2, LINKS.size), math.nan)
+        found[3:] = 1.0
+        for i, (node, side) in enumerate(zip(nodes, (-1, 1), strict=True)):
+            for j, link in enumerate(LINKS.tolist()):
+                start = node + side * link
+                if first <= start <= last and first <= start + side <= last:
+                    found[:, 0, i, j] = self.link(start, side)
+        return Advances(*found)

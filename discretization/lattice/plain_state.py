@@ -35,22 +35,23 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
 
     Without tension springs attach where they touch; for the lowest energy, where that pays.
     """
-    lattice, depth = row.lattice, asked.depth
-    reach = lattice.critical_gap
+    lattice, depth, work = row.lattice, asked.depth, row.lattice.w
     if not lattice.gamma1 and asked.branch == "adhered":
-        reach = min(reach, max(0.0, row.lowest - depth))
-    plain = Plain(row, depth, reach)
+        work = min(work, lattice.k / 2 * max(0.0, row.lowest - depth) ** 2)
+    plain = Plain(row, depth, work)
     found = plain.contact()
     if found is None:
         return without_contact(asked, row)
     nodes = ((found[0] - row.first, found[1] - row.first),)
     refuse_unknown(row, depth, nodes)
     state = PlainState.of(plain, *found)
-    sums = totals(state)
+    sums, at = totals(state), np.array(nodes)
     if asked.branch == "global" and depth <= row.lowest and sums.energy > 0:
         return without_contact(asked, row)
-    pair = line.outer(row, reach, state.ends)
-    for x, node in zip((pair[0].x, pair[1].x), found, strict=True):
+    beside = line.corners(row, at)
+    zeta = line.resting(row, at, [state.passed.excess(work)], beside)
+    lines = line.positions(row, at, zeta)[0]
+    for x, node in zip(lines.tolist(), found, strict=True):
         refuse_overhang(row, depth, x, node)
     certificate = judge(state, sums)
     if "penetration" in certificate.failures:
@@ -59,8 +60,10 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
     tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
-    neutral = is_neutral(row, nodes, state.ends[0])
-    return certified(asked, row, nodes, pair, sums, certificate, tail, neutral=neutral)
+    neutral = is_neutral(row, state.passed)
+    energy, force = line.gained(state.passed, zeta, beside, lattice.w)[:, 0].tolist()
+    sums = sums._replace(energy=sums.energy + energy, force=sums.force + force)
+    return certified(asked, row, nodes, lines, sums, certificate, tail, neutral=neutral)
 
 
 def refuse_overhang(row: Row, depth: float, x: float, node: int) -> None:
@@ -85,11 +88,11 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
 class PlainState(State):
     """The relaxed surface of one contact.
 
-    ends: of its lines, the right one first; touched: whether springs only attach where they touch,
+    passed: what its lines' moves change; touched: whether springs only attach where they touch,
     not where that pays.
     """
 
-    ends: list[line.End]
+    passed: line.Advances
     touched: bool
 
     @classmethod
@@ -104,11 +107,8 @@ class PlainState(State):
         g, known = np.full(nodes.size, -math.inf), np.arange(max(lo, start), min(hi, stop) + 1)
         g[known - start] = plain.depth - row.f[known - lo]
         model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
-        ends = [plain.end(last, 1)]
-        if first != lattice.axis:
-            ends.append(plain.end(first, -1))
-        touched = plain.reach != lattice.critical_gap
-        return cls(row, plain.depth, model, model.relaxed(g), g, ends, touched)
+        passed, touched = plain.advances((first, last)), plain.work != lattice.w
+        return cls(row, plain.depth, model, model.relaxed(g), g, passed, touched)
 
     def opening(self, pulled: Nodes, force: Array) -> float:
         """The largest pull per weight on contact nodes whose opening alone lowers the energy.
@@ -128,13 +128,14 @@ class PlainState(State):
         return float((-force[i] / model.lattice.weight(model.first + i)).max(initial=0.0))
 
     def moves(self, noise: float) -> Iterator[Move]:
-        """Of the lines, one link outwards or inwards; energies over those of a unit gap."""
-        work = self.model.lattice.critical_gap**2
-        for end in self.ends:
-            for link, opening in ((0, False), (-1, True)):
-                i = link - end.start
-                if 0 <= i < len(end.gap) and (opening or not self.touched):
-                    yield Move(opening, end.gap[i], end.gap[i] ** 2, work)
+        """Of the lines, one link outwards or inwards."""
+        gap, stored, _, bonds, _ = (part[0] for part in self.passed)
+        for link, opening in ((0, False), (-1, True)):
+            for i in np.flatnonzero(np.isfinite(gap[:, link - line.LINKS[0]])).tolist():
+                at = i, link - line.LINKS[0]
+                if opening or not self.touched:
+                    work = float(self.model.lattice.w * bonds[at])
+                    yield Move(opening, float(gap[at]), float(stored[at]), work)
 
 
 @dataclass(frozen=True)

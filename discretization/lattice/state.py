@@ -20,9 +20,9 @@ from discretization.lattice.assembly import (
     refuse_unknown,
     without_contact,
 )
-from discretization.lattice.between import Lines, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import totals
+from discretization.lattice.line import Lines, moved_lines
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import turning
 from discretization.lattice.plain_state import on_plain, overhang
@@ -124,13 +124,16 @@ def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
     deepest, walk = max(asked.depth, row.lowest), Walk(row)
     nodes = walk.touched(deepest)
     refuse_unknown(row, deepest, nodes)
-    moved = functools.partial(moved_lines, row)
-    remembers = asked.scene.hysteretic
-    lines = moved(nodes, deepest, None) if remembers else None
+    if not asked.scene.hysteretic:
+        if asked.depth < deepest:
+            nodes = walk.moved(nodes, asked.depth + tie)
+        return nodes, None
+    (lines,) = moved_lines(row, np.reshape(nodes, (1, -1)), np.array([deepest]), None)
     if asked.depth < deepest:
-        before = None if lines is None else (nodes, lines)
-        nodes = walk.moved(nodes, asked.depth + tie)
-        lines = moved(nodes, asked.depth, before) if remembers and nodes else None
+        before = nodes, lines
+        if nodes := walk.moved(nodes, asked.depth + tie):
+            at = np.reshape(nodes, (1, -1))
+            (lines,) = moved_lines(row, at, np.array([asked.depth]), before)
     return nodes, lines
 
 

@@ -107,13 +107,18 @@ class Row:
         return w, w if opening is None else opening.work_of_adhesion
 
     @functools.cached_property
-    def overhang(self) -> float:
-        """Links from the last node to an edge of the body, where nodes cannot be moved to it."""
-        lattice, end = self.lattice, self.indenter.extent[1]
-        if lattice.axis != 0 or end not in self.indenter.walls:
-            return 0.0
-        beyond = float(end - lattice.x(self.where.last)) / lattice.spacing
-        return beyond if beyond < 1 else 0.0
+    def corners(self) -> Array:
+        """x where the slope of the profile or the factor of the pattern jumps, increasing."""
+        places, pattern = list(self.indenter.corners), self.scene.pattern
+        if pattern is not None:
+            places += np.array(pattern.edges)[np.diff(pattern.factors) != 0].tolist()
+        return np.unique(np.asarray(places, float))
+
+    @functools.cached_property
+    def breaks(self) -> Array:
+        """These corners, counted in nodes of the row; those on a node exactly there."""
+        at = (self.corners - self.lattice.origin) / self.lattice.spacing - self.first
+        return np.where(np.abs(at - np.rint(at)) < 1e-9, np.rint(at), at)
 
     @functools.cached_property
     def f(self) -> Array:

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
+from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import refuse_unknown
-from discretization.lattice.between import interpolated, moved_lines
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.walk import Walk, parts_of
@@ -45,8 +45,7 @@ class Links(Leg):
         way = 1 if self.end.depth >= self.start.depth else -1
         changed = way * np.array([depth for depth, _ in self.trace])
         last = np.searchsorted(changed, way * depths, side="right") - 1
-        found = zip(last.tolist(), depths.tolist(), strict=True)
-        return [self.branch.point(self.trace[i][1], depth, self.start) for i, depth in found]
+        return list(self.branch.points([self.trace[i][1] for i in last], depths, self.start))
 
     def work(self) -> float:
         """∫P dd from the start to the end: P is linear between changes."""
@@ -108,11 +107,19 @@ class LatticeBranch(Branch):
         """
         if not nodes:
             return Point(depth, None)
-        refuse_unknown(self.row, depth, nodes)
-        if not self.scene.hysteretic:
-            return Point(depth, self._on_nodes(nodes), nodes)
-        came = None if before is None else (before.memory, before.lines or ())
-        return Point(depth, moved_lines(self.row, nodes, depth, came), nodes)
+        return self.points([nodes], np.array([depth]), before)[0]
+
+    def points(self, nodes: list[Contacts], depths: Array, before: Point | None) -> list[Point]:
+        """The same at some depths (n,), with as many contacts at each."""
+        for each, depth in zip(nodes, depths.tolist(), strict=True):
+            refuse_unknown(self.row, depth, each)
+        if self.scene.hysteretic:
+            came = None if before is None else (before.memory or (), before.lines or ())
+            at = np.array(nodes).reshape(len(nodes), -1)
+            lines = line.moved_lines(self.row, at, depths, came)
+        else:
+            lines = [self._on_nodes(each) for each in nodes]
+        return list(map(Point, depths.tolist(), lines, nodes))
 
     def _on_nodes(self, nodes: Contacts) -> tuple[float, ...]:
         (lo, hi), lattice, first = self.seen.indenter.extent, self.row.lattice, self.row.first
@@ -191,9 +198,15 @@ class LatticeBranch(Branch):
         for own in alike(points):
             some = [points[i] for i in own]
             nodes, depths = _arrays(some)
-            known = np.array([p.lines for p in some]) if self.scene.hysteretic else None
-            lines, force, energy = interpolated(self.row, nodes, depths, known)
-            found[:, own] = energy, force, lines[:, 0], lines[:, -1]
+            if self.scene.hysteretic:
+                lines = np.array([p.lines for p in some])
+                zeta = line.offsets_of(self.row, nodes, lines)
+            else:
+                zeta = line.offsets(self.row, nodes, depths)
+                lines = line.positions(self.row, nodes, zeta)
+            found[:2, own] = self.row.totals(nodes, depths)
+            found[:2, own] += line.added(self.row, nodes, depths, zeta)
+            found[2:, own] = lines[:, 0], lines[:, -1]
         return found
 
     def energy(self, point: Point) -> float:

@@ -33,7 +33,7 @@ BODIES = {
 def plain_state(scene, depth, spacing, change=(0, 0)):
     """The state found plainly, its outermost nodes moved by so many links."""
     lattice = Lattice.of(scene, spacing)
-    plain = Plain(Row.of(lattice.seen(scene), lattice, depth), depth, lattice.critical_gap)
+    plain = Plain(Row.of(lattice.seen(scene), lattice, depth), depth, lattice.w)
     found = plain.contact()
     nodes = [node + off for node, off in zip(found, change, strict=True)]
     return PlainState.of(plain, *nodes)
@@ -102,7 +102,7 @@ def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
     lattice, opened = Lattice.of(scene, length / 3), set()
     delta = scene.critical_separation
     for depth in np.linspace(f.max() + 3 * delta, f.min() - delta, 40).tolist():
-        plain = Plain(Row.of(scene, lattice, depth), depth, lattice.critical_gap)
+        plain = Plain(Row.of(scene, lattice, depth), depth, lattice.w)
         state = PlainState.of(plain, -5, 5)
         held, gains = np.flatnonzero(state.model.contact)[1:-1], [-math.inf]
         for node in held[state.model.gradient(state.u)[held] < 0].tolist():
