@@ -48,8 +48,8 @@ from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
-from discretization.nodes.ground import heights, region
 from discretization.nodes.lattice import Lattice
+from discretization.nodes.row import heights, region
 from discretization.profile import resolve
 from energy import Scene
 

@@ -14,7 +14,6 @@ from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import Totals, judge, judge_apart, totals
-from discretization.nodes.ground import unknown
 from discretization.nodes.lattice import LatticeTail
 from discretization.nodes.row import Contacts, Row
 from energy import Scene
@@ -54,7 +53,7 @@ def of_contacts(
     """
     if not nodes:
         return without_contact(asked, row)
-    refuse_unknown(row, asked.depth, nodes)
+    row.refuse_unknown(asked.depth, nodes)
     contacts, scene = ContactSet.of(row, nodes, asked.depth), asked.scene
     sums, tail, neutral = totals(contacts), row.lattice.tail, False
     certificate = judge(contacts, sums)
@@ -112,14 +111,6 @@ def is_neutral(row: Row, passed: line.Advances) -> bool:
     least = _INDIFFERENT * row.lattice.w * row.lattice.cell
     free = (gap[inside] > 0) & (np.abs(energy[inside]) <= least)
     return bool(row.lattice.w) and bool(free.all())
-
-
-def refuse_unknown(row: Row, depth: float, nodes: Contacts) -> None:
-    """ValueError for contacts at an end of the profile that is not the end of the body."""
-    ends = (nodes[0][0], 0), (nodes[-1][1], row.size - 1)
-    for (node, limit), end in zip(ends, row.indenter.extent, strict=True):
-        if node == limit and end not in row.indenter.walls:
-            raise ValueError(unknown(row.lattice, depth, row.first + node))
 
 
 def _demand(asked: Question, certificate: Certificate) -> None:

@@ -8,10 +8,10 @@ that passes link j, from ζ = j to j + 1, stores S v²/2 in the surface and gain
 
 Between the nodes a line is where e, taken at the middles of the links, is zero: by the parabola
 through the links -1 and 0 with the mean of the second differences there, or by the straight line
-where the profile or the pattern has a corner nearby. A corner holds the line if e changes sign there
-by a jump; what is inside and what is outside then continue straight. U and P are parabolas through
-three neighbouring nodes, on one side of the corner. Raw lattice values are off by up to Δx/2 in the
-line; these are off by O(Δx²).
+where the profile or the pattern has a corner nearby. A corner holds the line if e changes sign
+there by a jump; what is inside and what is outside then continue straight. U and P are parabolas
+through three neighbouring nodes, on one side of the corner. Raw lattice values are off by up to
+Δx/2 in the line; these are off by O(Δx²).
 
 Where opening takes another work of adhesion than closing there are two such positions, and a line
 between them stays where it last moved (a play operator):
@@ -43,10 +43,11 @@ LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
 _HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
 _ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 _TURNS = 20  # in which lines that face each other are found; each is a contraction
-_SETTLED = 1e-12  # links
+_SETTLED = 1e-9  # links
 _CLOSEST = 1.5  # links between two lines that are moved
 _APART = 4  # links between two lines that are not left on their nodes
-_NEAR: tuple[tuple[int, Literal["left", "right"]], ...] = (-1, "right"), (1, "left")  # sides of a node, and which corners count that are there
+# sides of a node, and which corners count that are there
+_NEAR: tuple[tuple[int, Literal["left", "right"]], ...] = ((-1, "right"), (1, "left"))
 
 
 class Advances(NamedTuple):
@@ -122,11 +123,9 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array) -> Advances:
 
 def _room(row: Row, nodes: Nodes) -> tuple[Nodes, Nodes]:
     """Links inwards, and outwards, that each line may pass; none of lines too close together."""
-    end, beyond = row.size - 1, np.empty_like(nodes)
-    beyond[:, 0], beyond[:, -1] = nodes[:, 0], end - nodes[:, -1]
-    if nodes.shape[1] == 2:  # lines of one contact do not feel each other
-        return end - beyond, beyond
     before = np.repeat(nodes[:, 1::2] - nodes[:, ::2], 2, axis=1)
+    beyond = np.empty_like(nodes)
+    beyond[:, 0], beyond[:, -1] = nodes[:, 0], row.size - 1 - nodes[:, -1]
     apart = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2], 2, axis=1)
     beyond[:, 1:-1] = apart - 1
     before[:, 1:-1] = np.where(apart < _APART, 0, before[:, 1:-1])
@@ -230,8 +229,6 @@ def positions(row: Row, nodes: Nodes, zeta: Array) -> Array:
     held = np.argwhere(zeta == corners(row, nodes).zeta)
     for at in map(tuple, held.tolist()):
         x[at] = row.corners[np.abs(row.corners - x[at]).argmin()]
-    if nodes.shape[1] == 2 and (x[:, 0] > x[:, 1]).any():  # smaller than is resolved
-        x = np.where(x[:, :1] > x[:, 1:], x.mean(axis=1, keepdims=True), x)
     return np.clip(x, *row.indenter.extent)
 
 

@@ -143,6 +143,7 @@ class Plain:
         for i, (node, side) in enumerate(zip(nodes, (-1, 1), strict=True)):
             for j, link in enumerate(LINKS.tolist()):
                 start = node + side * link
-                if first <= start <= last and first <= start + side <= last:
+                room = link >= nodes[0] - nodes[1] and first <= start <= last
+                if room and first <= start + side <= last:
                     found[:, 0, i, j] = self.link(start, side)
         return Advances(*found)

@@ -17,7 +17,6 @@ from discretization.lattice.assembly import (
     Question,
     certified,
     is_neutral,
-    refuse_unknown,
     without_contact,
 )
 from discretization.lattice.judge import Move, State, judge, totals
@@ -43,7 +42,7 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
     if found is None:
         return without_contact(asked, row)
     nodes = ((found[0] - row.first, found[1] - row.first),)
-    refuse_unknown(row, depth, nodes)
+    row.refuse_unknown(depth, nodes)
     state = PlainState.of(plain, *found)
     sums, at = totals(state), np.array(nodes)
     if asked.branch == "global" and depth <= row.lowest and sums.energy > 0:

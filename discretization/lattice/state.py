@@ -17,7 +17,6 @@ from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
 from discretization.lattice.assembly import (
     Question,
     of_contacts,
-    refuse_unknown,
     without_contact,
 )
 from discretization.lattice.contact_set import ContactSet
@@ -119,11 +118,9 @@ def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
     ValueError where the path leads to an end of the known profile.
     """
     tie = _TIE * asked.scene.opened.critical_separation
-    if row.clear and not asked.scene.hysteretic:
-        return row.alone(asked.depth, tie), None
     deepest, walk = max(asked.depth, row.lowest), Walk(row)
     nodes = walk.touched(deepest)
-    refuse_unknown(row, deepest, nodes)
+    row.refuse_unknown(deepest, nodes)
     if not asked.scene.hysteretic:
         if asked.depth < deepest:
             nodes = walk.moved(nodes, asked.depth + tie)

@@ -74,17 +74,31 @@ class Walk:
     def touched(self, depth: float) -> Contacts:
         """The contacts at a depth to which the indenter has been pressed from first touch on."""
         touch = self.row.touch
-        if self.row.f[touch] > depth:
-            return ()
-        return self.moved(((touch, touch),), depth)
+        return () if self.row.lowest > depth else self.moved(((touch, touch),), depth)
 
     def moved(self, nodes: Contacts, depth: float) -> Contacts:
         """Contacts at rest, once they have come to this depth, whatever happens on the way."""
+        if self.row.clear:
+            return self._alone(nodes, depth)
         rises = self.first(parts_of(nodes), 1)[0].depth <= depth
         way = self.way(nodes, -math.inf if rises else math.inf, depth)
         while way.at is not None:
             way = self.way(way.after, way.at, depth)
         return way.after
+
+    def _alone(self, nodes: Contacts, depth: float) -> Contacts:
+        """The same of one convex contact: lines advance to the first link that resists.
+
+        Or they come back to the last one that still holds.
+        """
+        ends, touch, most = [], self.row.touch, self.row.size - 1
+        for side, node in zip((-1, 1), nodes[0], strict=True):
+            first, at = (touch, node) if side > 0 else (most - touch, most - node)
+            at += int((self.closing.outwards[side][at:] > depth).argmax())
+            holding = np.flatnonzero(self.opening.outwards[side][first:at] <= depth)
+            ends.append(touch + side * int(np.max(holding + 1, initial=0)))
+        left, right = ends
+        return ((left, right),) if left < right or depth >= self.row.lowest else ()
 
     def way(self, nodes: Contacts, start: float, end: float) -> Way:
         """The way to another depth, up to the first event."""
@@ -111,16 +125,29 @@ class Walk:
             changes += 1
 
     def _slid(self, parts: list[Part], depth: float, end: float) -> list[tuple[float, Contacts]]:
-        """The many links that the lines of a convex contact pass before anything else happens."""
-        if len(parts) < 2 or not self.closing.clear:
+        """The links that the lines of one convex contact pass one by one on the way.
+
+        Up to the first of both lines that is passed at no depth of its own; the last two links of a
+        contact are left to the other rules.
+        """
+        if len(parts) != 2 or not self.row.clear:
             return []
-        rules, sign = (self.closing, 1) if end >= depth else (self.opening, -1)
-        ((first, last),) = contacts_of(parts)
-        if not (slid := rules.slides((first, last), depth, end)):
-            return []
-        when = np.concatenate(slid)
+        ((first, last),), sign = contacts_of(parts), 1 if end >= depth else -1
+        rules, stop, found = self.closing if sign > 0 else self.opening, end, []
+        for side, at in ((-1, self.row.size - 1 - first), (1, last)):
+            ahead = rules.outwards[side][at:]
+            if sign < 0:
+                ahead = rules.outwards[side][at - (last - first) : at][::-1]
+            late = sign * np.diff(ahead, prepend=depth) <= 0
+            count = int(late.argmax()) if late.any() else ahead.size
+            if late.any():
+                stop = sign * min(sign * stop, sign * float(ahead[count - 1] if count else depth))
+            found.append(ahead[:count])
+        found = [when[sign * when < sign * stop] for when in found]
+        when = np.concatenate(found)
         order = np.argsort(sign * when, kind="stable")
-        left = order < slid[0].size
+        order = order if sign > 0 else order[: max(last - first - 2, 0)]
+        left = order < found[0].size
         lefts = (first - sign * np.cumsum(left)).tolist()
         rights = (last + sign * np.cumsum(~left)).tolist()
         nodes = ((pair,) for pair in zip(lefts, rights, strict=True))

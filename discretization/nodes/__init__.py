@@ -5,8 +5,7 @@ lattice.py        nodes Δx apart, springs and links, and what is exact there: f
 radial.py         the same about an axis, of one contact: nodes and links have weights, and what
                   the free surface does depends on where it is held
 nodal_energy.py   U[u] as a function of the displacements of all nodes, with its gradient
-ground.py         which nodes there are under an indenter, and their heights
-row.py            these nodes in a row, with running sums of what contacts on them take
+row.py            the nodes under an indenter, their heights, running sums of what contacts take
 rules.py          the depths at which something happens to contacts on a row
 obstacle.py       the surface over heights that it must not be below, without adhesion
 

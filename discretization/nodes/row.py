@@ -9,14 +9,13 @@ carries the sums of the contact up to it; those of both lines of a contact diffe
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.nodes import ground
-from discretization.nodes.ground import Region
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.rules import Rules, rest_depth
 from energy import Indenter, Scene
@@ -25,8 +24,87 @@ Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
+MOST = 10**7  # nodes that are looked through, or kept
+_ENDLESS = 1 << 31  # nodes of a profile without ends
 _SPARE = 64  # links beyond the last that holds: for interpolation, and to see what is met there
-_SLACK = 1e-9  # of δ₀
+
+
+class Region(NamedTuple):
+    """First and last node there is, or is looked at, and the one that touches first."""
+
+    first: int
+    last: int
+    lowest: int
+
+
+def positions(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
+    """x of the nodes; nodes on an end of the extent stay on it in spite of rounding."""
+    x, (lo, hi) = lattice.x(nodes), indenter.extent
+    return np.clip(x, lo, hi) if lo > -math.inf or hi < math.inf else x
+
+
+def heights(lattice: Lattice, indenter: Indenter, nodes: Array | Nodes) -> Array:
+    """f at the nodes."""
+    x = positions(lattice, indenter, nodes)
+    f = indenter.height(x)
+    if not np.isfinite(f).all():
+        raise ValueError(
+            f"indenter.height({float(x[~np.isfinite(f)][0])!r}) is not finite; give a profile that "
+            f"is finite inside its extent {indenter.extent}"
+        )
+    return f
+
+
+def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
+    """Where contact is possible. ValueError if the profile has no lowest point to touch with."""
+    (lo, hi), dx = indenter.extent, lattice.spacing
+    first = math.ceil(max((lo - lattice.origin) / dx - 1e-9, -_ENDLESS))
+    last = math.floor(min((hi - lattice.origin) / dx + 1e-9, _ENDLESS))
+    if first > last:
+        raise ValueError(f"spacing = {dx!r} leaves no node on the indenter; give a smaller one")
+    if first == last and lattice.gamma1:
+        raise ValueError(f"spacing = {dx!r} leaves one node on the indenter; give a smaller one")
+    apex, whole = indenter.apex, Region(first, last, first)
+    if not (indenter.convex and apex is not None):
+        whole = _searched(lattice, indenter, depth, first, last)
+    if apex is None:
+        return whole
+    beside = min(max(math.floor((apex - lattice.origin) / dx + 1e-9), first), last)
+    if lattice.x(beside) == apex:
+        return whole._replace(lowest=beside)
+    pair = beside, min(beside + 1, last)
+    return whole._replace(lowest=pair[int(np.argmin(heights(lattice, indenter, np.array(pair))))])
+
+
+def _searched(lattice: Lattice, indenter: Indenter, depth: float, first: int, last: int) -> Region:
+    """All nodes, or a window about the origin that is doubled until its ends stand clear.
+
+    Those of a profile that is not convex stand clear of the surface.
+    """
+    convex, half = indenter.convex, 1 << 10
+    if not convex and last - first <= MOST:
+        half = _ENDLESS
+    elif not convex and math.isfinite(np.ptp(indenter.extent)):
+        raise ValueError(
+            f"spacing = {lattice.spacing!r} puts {last - first} nodes on the indenter: at most "
+            f"{MOST} are looked through; give it a smaller extent, or a larger spacing"
+        )
+    while True:
+        lo, hi = min(max(first, -half), last), max(min(last, half), first)
+        f = heights(lattice, indenter, np.arange(lo, hi + 1.0))
+        low, clear = lo + int(np.argmin(f)), float(f.min())
+        if not convex:
+            clear = max(depth, clear) + lattice.deepest_contact
+        ends = lo == first or f[0] > clear, hi == last or f[-1] > clear
+        if (lo, hi) == (first, last) or (all(ends) and abs(low) <= half // 2):
+            return Region(first, last, low) if convex else Region(lo, hi, low)
+        if 4 * half > MOST:
+            break
+        half *= 2
+    raise ValueError(
+        f"indenter = {indenter!r} has no lowest point within {half} nodes of x = "
+        f"{lattice.origin!r}; give Profile(..., extent=(lo, hi)) or a larger spacing"
+    )
 
 
 class Sums(NamedTuple):
@@ -49,31 +127,25 @@ class Row:
     """Nodes in a row under an indenter.
 
     scene: as far as it has nodes (`Lattice.seen`); where: the lattice's numbers of the first and
-    the last node, and of the one that touches first; widest: first and last node of the contact
-    when the indenter is pressed to `Row.of`'s depth, of a convex profile.
+    the last node, and of the one that touches first.
     """
 
     lattice: Lattice
     scene: Scene
     where: Region
-    widest: tuple[int, int] | None = None
 
     @classmethod
     def of(cls, scene: Scene, lattice: Lattice, depth: float) -> Row:
         """The nodes that may be in contact at depths up to this one.
 
         Of a convex profile they end some links beyond the last that holds when the indenter is
-        pressed to this depth, or touches; of others they are all nodes of the region. ValueError if
-        the profile ends before.
+        pressed to this depth, or touches; of others they are all nodes of the region.
         """
-        where = ground.region(lattice, scene.indenter, depth)
+        where = region(lattice, scene.indenter, depth)
         if not scene.indenter.convex:
             return cls(lattice, scene, where)
-        (left, low), (right, high) = (
-            _outwards(scene, lattice, where, way, depth) for way in (-1, 1)
-        )
-        whole = Region(where.lowest - low, where.lowest + high, where.lowest)
-        return cls(lattice, scene, whole, (low - left, low + right))
+        first, last = (_outwards(scene, lattice, where, side, depth) for side in (-1, 1))
+        return cls(lattice, scene, Region(first, last, where.lowest))
 
     @property
     def indenter(self) -> Indenter:
@@ -123,13 +195,13 @@ class Row:
     @functools.cached_property
     def f(self) -> Array:
         """Heights of all nodes. ValueError if these are too many."""
-        if self.size > ground.MOST:
+        if self.size > MOST:
             raise ValueError(
-                f"spacing = {self.lattice.spacing!r} puts more than {ground.MOST} nodes in contact;"
+                f"spacing = {self.lattice.spacing!r} puts more than {MOST} nodes in contact;"
                 " give a larger spacing"
             )
         nodes = np.arange(self.first, self.where.last + 1.0)
-        return ground.heights(self.lattice, self.indenter, nodes)
+        return heights(self.lattice, self.indenter, nodes)
 
     @functools.cached_property
     def lowest(self) -> float:
@@ -146,29 +218,6 @@ class Row:
         middles, pattern = self.first + links + 0.5, self.scene.pattern
         own = np.broadcast_to(self.lattice.cell * self.lattice.weight(middles), links.shape)
         return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
-
-    def alone(self, depth: float, tie: float) -> Contacts:
-        """The contact of a convex profile that has been pressed to `Row.of`'s depth, or touched.
-
-        It has come back from there to this depth, or is still there. tie: what a line that stays
-        where both sides cost the same may be off by. Outwards the depths at which links open
-        fall, but not about an axis.
-        """
-        assert self.widest is not None
-        if depth >= self.lowest:
-            return (self.widest,)
-        ends = []
-        for way, widest in zip((-1, 1), self.widest, strict=True):
-            asked = self.scene, self.lattice, self.where.lowest, way
-            most = abs(widest - self.touch)
-            if self.lattice.axis == 0:
-                own = np.flatnonzero(_holds(*asked, np.arange(most), depth + tie))
-                held = int(np.max(own + 1, initial=0))
-            else:
-                holds = functools.partial(_holds, *asked, depth=depth + tie)
-                held = ground.first_failing(holds, most)
-            ends.append(self.touch + way * held)
-        return ((ends[0], ends[1]),) if ends[1] > ends[0] else ()
 
     @functools.cached_property
     def rules(self) -> tuple[Rules, Rules]:
@@ -189,6 +238,18 @@ class Row:
         parts = (part * weights for part in (np.ones_like(h), h, h * h))
         whole = (_running(part, touch) for part in parts)
         return Sums(*whole, *(_running(part, touch) for part in (stretch, self.bonds)))
+
+    def refuse_unknown(self, depth: float, nodes: Contacts) -> None:
+        """ValueError for contacts at an end of the profile that is not the end of the body."""
+        ends = (nodes[0][0], 0), (nodes[-1][1], self.size - 1)
+        for (node, limit), end in zip(ends, self.indenter.extent, strict=True):
+            if node == limit and end not in self.indenter.walls:
+                raise ValueError(
+                    f"depth = {depth!r} spreads the contact over the whole known profile, to x = "
+                    f"{self.lattice.x(self.first + node)!r}, beyond which it is not known any "
+                    "more; give a wider profile, a smaller depth, or add a FlatPunch whose edge "
+                    "ends the indenter there"
+                )
 
     def totals(self, nodes: Nodes, depth: Array) -> Array:
         """U and P (2, s) of s states with m contacts each at these nodes (s, 2m).
@@ -225,37 +286,34 @@ class Row:
         return held + self.lattice.gap(*ends, depth - self.f[left], depth - self.f[right])
 
 
-def _outwards(
-    scene: Scene, lattice: Lattice, where: Region, way: int, depth: float
-) -> tuple[int, int]:
-    """Links outwards from the node that touches first up to one that resists, and of the row."""
-    body, start, limit = scene.indenter, where.lowest, (where.last, where.first)[way < 0]
-    most = abs(limit - start)
-    top = max(depth, float(ground.heights(lattice, body, np.array([start]))[0]))
-    held = ground.first_failing(lambda links: _holds(scene, lattice, start, way, links, top), most)
-    if held == most and body.extent[0 if way < 0 else 1] not in body.walls:
-        raise ValueError(ground.unknown(lattice, depth, limit))
-    nodes = start + way * np.arange(held, min(most, held + 1 + _SPARE) + 1)
-    with np.errstate(over="ignore", invalid="ignore"):
-        known = np.isfinite(body.height(ground.positions(lattice, body, nodes)))
-    return held, held - 1 + int(known.size if known.all() else known.argmin())
+def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: float) -> int:
+    """The last node on one side of a convex profile: some links beyond one that does not hold.
 
+    With finite slopes links may hold while u > -δ₀ beyond them.
+    """
+    body, most = scene.indenter, abs(where[side > 0] - where.lowest)
+    strongest = lattice.w * (max(scene.pattern.factors) if scene.pattern else 1.0)
+    top = max(depth, float(heights(lattice, body, np.array([where.lowest]))[0]))
 
-def _holds(
-    scene: Scene, lattice: Lattice, start: int, way: int, links: Nodes, depth: float
-) -> NDArray[np.bool_]:
-    """Whether links outwards may be in contact; with finite slopes while u > -δ₀ beyond them."""
-    nodes = start + way * links
-    strongest = max(scene.pattern.factors) if scene.pattern else 1.0
-    bonds = strongest * lattice.w * lattice.cell * lattice.weight(nodes + way / 2)
-    with np.errstate(over="ignore", invalid="ignore"):
-        f, after = (
-            scene.indenter.height(ground.positions(lattice, scene.indenter, at))
-            for at in (nodes, nodes + way)
-        )
+    def f(links: Nodes) -> Array:
+        return np.asarray(body.height(positions(lattice, body, where.lowest + side * links)))
+
+    def resists(links: Nodes) -> NDArray[np.bool_]:
         if lattice.slopes == "finite":
-            return np.asarray(after <= depth + scene.critical_separation * (1 + _SLACK))
-        return np.asarray(rest_depth(lattice, nodes, way, f, after, bonds) <= depth)
+            return np.asarray(f(links + 1) > top + scene.critical_separation * (1 + 1e-9))
+        nodes = where.lowest + side * links
+        bonds = strongest * lattice.cell * lattice.weight(nodes + side / 2)
+        rests = rest_depth(lattice, nodes, side, f(links), f(links + 1), bonds)
+        return np.asarray(~(rests <= top))
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        ahead = _SPARE << np.arange(25)
+        ahead = np.append(ahead[ahead < most], min(most, MOST))
+        links = np.arange(ahead[np.append(resists(ahead[:-1]), True).argmax()])
+        held = int(np.append(resists(links), True).argmax())
+        beyond = np.arange(held, min(most, held + 1 + _SPARE) + 1)
+        known = int(np.append(np.isfinite(f(beyond)), False).argmin())
+    return int(where.lowest + side * (held + known - 1))
 
 
 def _running(parts: Array, start: int) -> Array:

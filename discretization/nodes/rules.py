@@ -195,30 +195,6 @@ class Rules:
         """1 - A - B of a span of two links."""
         return self.lattice.spring / (self.lattice.spring + 2 * self.lattice.link)
 
-    def slides(self, contact: tuple[int, int], depth: float, end: float) -> list[Array]:
-        """Depths at which both lines of a convex contact pass links on the way; empty: none does.
-
-        Up to the first link that is passed late, with one before. A contact of two links is left to
-        the walk.
-        """
-        (first, last), sign, found, stop = contact, 1 if end >= depth else -1, [], end
-        for side, at in ((-1, self.f.size - 1 - first), (1, last)):
-            ahead = self.outwards[side][at:]
-            if sign < 0:
-                ahead = self.outwards[side][at - (last - first) : at][::-1]
-            own = ahead[: _reached(ahead, end, sign)]
-            if (late := sign * np.diff(own, prepend=depth) <= 0).any():
-                own = own[: int(late.argmax())]
-                stop = sign * min(sign * stop, sign * float(own[-1] if own.size else depth))
-            found.append(own)
-        if stop != end:
-            found = [own[sign * own < sign * stop] for own in found]
-        if sign < 0:
-            order = np.argsort(-np.concatenate(found), kind="stable")[: max(last - first - 2, 0)]
-            left = int((order < found[0].size).sum())
-            found = [found[0][:left], found[1][: order.size - left]]
-        return found if any(when.size for when in found) else []
-
     def recede_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span open a link at once, none of the nodes pressed."""
         ends = left - 1, right + 1
@@ -238,9 +214,3 @@ class Rules:
         rest, shape = (float(part[0]) for part in self._surface(left, right, node, node + 1))
         height = float(self.f[node])
         return (height - shape - _ROUNDING * (abs(height) + abs(shape))) / rest
-
-
-def _reached(depths: Array, end: float, sign: int) -> int:
-    """How many of these depths are reached one after the other on the way to the end."""
-    beyond = depths > end if sign > 0 else depths <= end
-    return int(beyond.argmax()) if beyond.any() else depths.size

@@ -21,7 +21,6 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
-from discretization.lattice.assembly import refuse_unknown
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.walk import Walk, parts_of
@@ -112,7 +111,7 @@ class LatticeBranch(Branch):
     def points(self, nodes: list[Contacts], depths: Array, before: Point | None) -> list[Point]:
         """The same at some depths (n,), with as many contacts at each."""
         for each, depth in zip(nodes, depths.tolist(), strict=True):
-            refuse_unknown(self.row, depth, each)
+            self.row.refuse_unknown(depth, each)
         if self.scene.hysteretic:
             came = None if before is None else (before.memory or (), before.lines or ())
             at = np.array(nodes).reshape(len(nodes), -1)

@@ -10,12 +10,11 @@ from discretization.certificate import Proof
 from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.lowest import global_minimum, runs
 from discretization.lattice.walk import Walk
-from discretization.nodes.ground import Region, heights, region
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import pressed as held_by
 from discretization.nodes.obstacle import surface
-from discretization.nodes.row import Row
+from discretization.nodes.row import Region, Row, heights, region
 from energy import ElasticLayer, Profile, Scene, SurfaceEnergies
 
 

@@ -23,7 +23,7 @@ from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.state import on_lattice
-from discretization.nodes import ground
+from discretization.nodes import row as ground
 from energy import (
     Parabola,
     Profile,

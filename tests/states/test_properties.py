@@ -12,7 +12,7 @@ from scenes import DELTA0, SCENE, L, adhesive, plain, rescaled, rough, two
 
 from discretization import NodalEnergy, NotCertifiedError, minimise
 from discretization.lattice.state import on_lattice
-from discretization.nodes.ground import heights
+from discretization.nodes.row import heights
 from energy import FlatPunch, Parabola, Plane, PowerLaw, Profile, Wedge, cards
 from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 
