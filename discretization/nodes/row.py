@@ -26,7 +26,8 @@ Contacts = tuple[tuple[int, int], ...]  # first and last node of each
 Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
 MOST = 10**7  # nodes that are looked through, or kept
 _ENDLESS = 1 << 31  # nodes of a profile without ends
-_SPARE = 64  # links beyond the last that holds: for interpolation, and to see what is met there
+_SPARE = 8  # links beyond the last that may hold, for interpolation
+_AHEAD = np.unique((1.2 ** np.arange(118)).astype(np.int64))  # links further and further apart
 
 
 class Region(NamedTuple):
@@ -287,7 +288,7 @@ class Row:
 
 
 def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: float) -> int:
-    """The last node on one side of a convex profile: some links beyond one that does not hold.
+    """The last node on one side of a convex profile: some beyond a link that does not hold.
 
     With finite slopes links may hold while u > -δ₀ beyond them.
     """
@@ -295,25 +296,19 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: f
     strongest = lattice.w * (max(scene.pattern.factors) if scene.pattern else 1.0)
     top = max(depth, float(heights(lattice, body, np.array([where.lowest]))[0]))
 
-    def f(links: Nodes) -> Array:
-        return np.asarray(body.height(positions(lattice, body, where.lowest + side * links)))
-
     def resists(links: Nodes) -> NDArray[np.bool_]:
-        if lattice.slopes == "finite":
-            return np.asarray(f(links + 1) > top + scene.critical_separation * (1 + 1e-9))
         nodes = where.lowest + side * links
+        own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + side))
+        if lattice.slopes == "finite":
+            return np.asarray(after > top + scene.critical_separation * (1 + 1e-9))
         bonds = strongest * lattice.cell * lattice.weight(nodes + side / 2)
-        rests = rest_depth(lattice, nodes, side, f(links), f(links + 1), bonds)
+        rests = rest_depth(lattice, nodes, side, own, after, bonds)
         return np.asarray(~(rests <= top))
 
     with np.errstate(over="ignore", invalid="ignore"):
-        ahead = _SPARE << np.arange(25)
-        ahead = np.append(ahead[ahead < most], min(most, MOST))
-        links = np.arange(ahead[np.append(resists(ahead[:-1]), True).argmax()])
-        held = int(np.append(resists(links), True).argmax())
-        beyond = np.arange(held, min(most, held + 1 + _SPARE) + 1)
-        known = int(np.append(np.isfinite(f(beyond)), False).argmin())
-    return int(where.lowest + side * (held + known - 1))
+        ahead = _AHEAD[most > _AHEAD]
+        first = np.append(resists(ahead), True).argmax()
+    return int(where.lowest + side * min(most, np.append(ahead + _SPARE, most)[first]))
 
 
 def _running(parts: Array, start: int) -> Array:
