@@ -9,16 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate
+from discretization.certificate import EPSILON, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
-from discretization.lattice.contact_set import ContactSet
-from discretization.lattice.judge import Totals, judge, judge_apart, totals
+from discretization.lattice.judge import Moves, State, Totals, judge, judge_apart, totals
 from discretization.nodes.lattice import LatticeTail
+from discretization.nodes.nodal_energy import NodalEnergy
+from discretization.nodes.obstacle import surface
 from discretization.nodes.row import Contacts, Row
 from energy import Scene
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
 _INDIFFERENT = 1e-10  # of wΔx: what a line may pay for a link if it rests anywhere at no cost
 _UNKNOWN = dict.fromkeys(QUANTITIES, math.nan)
 
@@ -31,6 +33,47 @@ class Question:
     depth: float
     branch: str
     method: str = "lattice"
+
+
+def on_row(row: Row, nodes: Contacts, depth: float) -> State:
+    """Contacts between these first and last nodes of a row, from left to right, at a depth.
+
+    In contact u = g = d - f; the free surfaces are exact. Of one contact of a convex profile its
+    own nodes, with tails beyond; of others all.
+    """
+    own = slice(nodes[0][0], nodes[-1][1] + 1) if row.clear else slice(0, row.size)
+    held = np.zeros(own.stop - own.start, bool)
+    for first, last in nodes:
+        held[first - own.start : last - own.start + 1] = True
+    work = row.works[0] * row.bonds[own.start : own.stop - 1] if row.scene.pattern else None
+    model, g = NodalEnergy(row.lattice, held, row.first + own.start, work), depth - row.f[own]
+    u, free, at = g, np.flatnonzero(~held), np.reshape(nodes, (1, -1))
+    if free.size:
+        u = g.copy()
+        u[free] = _surface(row, np.unique(nodes), depth, free)
+    passed = line.advances(row, at, np.array([depth]))
+    bonds, link = passed.bonds.copy(), -line.LINKS[0]
+    both = np.repeat(at[0, 2::2] - at[0, 1:-1:2] == 2, 2)  # the last two links of a gap
+    bonds[0, 1:-1, link] += np.where(both, bonds[0, 1:-1, link + 1], 0.0)
+    closes = np.array([row.clear or _stays_clear(row, at[0], i, depth) for i in range(at.size)])
+    return State(row, depth, model, u, g, Moves.of(passed._replace(bonds=bonds), row.works, closes))
+
+
+def _stays_clear(row: Row, ends: Nodes, i: int, depth: float) -> bool:
+    """Whether the surface beyond line i is above the indenter once it has passed a link."""
+    side = 1 if i % 2 else -1
+    node, faced = int(ends[i]) + side, 0 <= i + side < ends.size
+    other = int(ends[i + side]) if faced else (row.size if side > 0 else -1)
+    if abs(other - node) < 2:
+        return True
+    held, at = np.sort([node, other][: 1 + faced]), np.sort(np.arange(node + side, other, side))
+    noise = 32 * EPSILON * max(abs(depth), float(np.abs(depth - row.f[held]).max()))
+    return bool((depth - row.f[at] - _surface(row, held, depth, at) <= noise).all())
+
+
+def _surface(row: Row, held: Nodes, depth: float, at: Nodes) -> Array:
+    """Displacements at some nodes of the surface of these contact nodes."""
+    return surface(row.lattice, held + row.first, depth - row.f[held], at + row.first)
 
 
 def without_contact(asked: Question, row: Row) -> Equilibrium:
@@ -54,7 +97,7 @@ def of_contacts(
     if not nodes:
         return without_contact(asked, row)
     row.refuse_unknown(asked.depth, nodes)
-    contacts, scene = ContactSet.of(row, nodes, asked.depth), asked.scene
+    contacts, scene = on_row(row, nodes, asked.depth), asked.scene
     sums, tail, neutral = totals(contacts), row.lattice.tail, False
     certificate = judge(contacts, sums)
     at, depth = np.reshape(nodes, (1, -1)), np.array([asked.depth])

@@ -20,7 +20,6 @@ precision leaves in a nodal force, 32 ε (kΔx + 4t) δ, in their sum, and in a 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON, Certificate
+from discretization.lattice.line import LINKS, Advances
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
 
@@ -36,24 +36,40 @@ Nodes = NDArray[np.int64]
 _TINY = float(np.finfo(float).tiny)
 
 
-class Move(NamedTuple):
-    """A line that is moved by one link.
+class Moves(NamedTuple):
+    """Lines that are moved by one link each, arrays of one shape.
 
     gap: between the node that comes into contact and the surface, or of the node let go and the
     surface then; stored: energy that takes without adhesion; work: of adhesion, gained or lost.
     """
 
-    opening: bool
-    gap: float
-    stored: float
-    work: float
+    opening: NDArray[np.bool_]
+    gap: Array
+    stored: Array
+    work: Array
+
+    @classmethod
+    def of(cls, passed: Advances, works: tuple[float, float], closes: NDArray[np.bool_]) -> Moves:
+        """One link inwards, of what passing links takes; outwards of the lines that may close it.
+
+        works: of adhesion, of closing and of opening.
+        """
+        links = [-LINKS[0], -LINKS[0] - 1]
+        gap, stored, bonds = (
+            part[0].T[links] for part in (passed.gap, passed.stored, passed.bonds)
+        )
+        work = np.array(works)[:, None] * bonds
+        known = np.isfinite(gap) & [closes, np.ones_like(closes)]
+        opening = np.array([[False], [True]]) & known
+        return cls(opening[known], gap[known], stored[known], work[known])
 
 
 @dataclass(frozen=True, eq=False)
 class State:
     """Contacts on nodes of a row at a depth: the energy of the nodes looked at, u and g = d - f.
 
-    g is -inf where there is no profile.
+    g is -inf where there is no profile; moves: what lines could do, but for moves after which the
+    surface is in the indenter.
     """
 
     row: Row
@@ -61,30 +77,38 @@ class State:
     model: NodalEnergy
     u: Array
     g: Array
+    moves: Moves
 
     @property
-    def at_lines(self) -> tuple[float, float]:
-        """u of the first and the last contact node."""
-        held = self.model.contact
-        return float(self.u[held.argmax()]), float(self.u[::-1][held[::-1].argmax()])
+    def size(self) -> float:
+        """δ: the largest of |d|, |u| at the lines and δ₀."""
+        held, delta0 = self.model.contact, 2 * max(self.row.works) / self.row.lattice.k
+        ends = self.u[held.argmax()], self.u[::-1][held[::-1].argmax()]
+        return max(abs(self.depth), *map(abs, map(float, ends)), math.sqrt(delta0))
 
-    def opening(self, pulled: Nodes, force: Array) -> float:
-        """By how much at most pulled contact nodes that may be opened alone are not held.
+    def pull(self, force: Array) -> float:
+        """The largest pull per weight on contact nodes whose opening alone lowers the energy.
 
-        force (n,): on all nodes; the answer is per weight, 0 if all are held.
+        force (n,): on all nodes. The outermost nodes of contacts are not opened here, as these are
+        moves of a line; a lone node has no adhesion, unless it is a spring without tension.
         """
-        raise NotImplementedError
-
-    def moves(self, noise: float) -> Iterable[Move]:
-        """What lines could do, but for moves after which the surface is in the indenter."""
-        raise NotImplementedError
+        model, held = self.model, np.pad(self.model.contact, 1)
+        inside, lone = held[:-2] & held[2:], ~(held[:-2] | held[2:])
+        pulled = model.contact & (force < 0)
+        opens = pulled & lone & (model.lattice.gamma1 > 0)
+        within = np.flatnonzero(pulled & inside)
+        closing, opening = self.row.works
+        work = opening / closing if closing else 1.0
+        opens[within] = model.released(self.u, within, work) > 0
+        i = np.flatnonzero(opens)
+        return float((-force[i] / model.lattice.weight(model.first + i)).max(initial=0.0))
 
 
 class Totals(NamedTuple):
     """U and P, P as the sum of the forces on contact nodes, and sums of the terms' sizes.
 
-    penetration, imbalance, opening: the largest g - u and |∂U/∂u_i| of free nodes, and the largest
-    of `State.opening`; rounding: what the sum of the forces may be off by.
+    penetration, imbalance, opening: the largest g - u and |∂U/∂u_i| of free nodes, and
+    `State.pull`; rounding: what the sum of the forces may be off by.
     """
 
     energy: float
@@ -107,7 +131,7 @@ def totals(state: State) -> Totals:
     model, u, lattice, first = state.model, state.u, state.model.lattice, state.model.first
     balance, held = model.balance(u), model.contact
     force, ends = balance.force, model.pulls * u[[0, -1]]
-    free, pulled = np.flatnonzero(~held), np.flatnonzero(held & (force < 0))
+    free = np.flatnonzero(~held)
     beside = np.flatnonzero(held[1:] != held[:-1])
     ties = lattice.link * np.abs(u[beside + 1]) * lattice.weight(first + beside + 0.5)
     unbalanced = np.abs(force[free] / lattice.weight(first + free))
@@ -119,15 +143,9 @@ def totals(state: State) -> Totals:
         force_scale=balance.sizes + float(np.abs(ends).sum()),
         penetration=float((state.g[free] - u[free]).max(initial=0.0)),
         imbalance=float(unbalanced.max(initial=0.0)),
-        opening=state.opening(pulled, force) if pulled.size else 0.0,
+        opening=state.pull(force),
         rounding=4 * EPSILON * balance.tension + 2 * EPSILON * float(ties.sum()),
     )
-
-
-def size_of(state: State) -> float:
-    """δ: the largest of |d|, |u| at the lines and δ₀."""
-    delta0 = math.sqrt(2 * max(state.row.works) / state.row.lattice.k)
-    return max(abs(state.depth), *map(abs, state.at_lines), delta0)
 
 
 def judge_apart(row: Row, depth: float) -> Certificate:
@@ -138,29 +156,26 @@ def judge_apart(row: Row, depth: float) -> Certificate:
 
 def judge(state: State, sums: Totals) -> Certificate:
     """Of a state in contact, with these totals."""
-    lat, delta = state.row.lattice, size_of(state)
+    lat, delta, moves = state.row.lattice, state.size, state.moves
     size = max(delta, abs(state.depth - state.row.lowest))
     if size == 0:  # touching, nothing deformed
         return Certificate.undeformed()
     noise, unit = 32 * EPSILON * (lat.spring + 4 * lat.link) * size, lat.spring * (delta or size)
-    moves = list(state.moves(32 * EPSILON * size))
-    gains = (_gain(move, 32 * EPSILON * size) for move in moves)
-    through = (-move.gap for move in moves if not move.opening)
+    through = float((-moves.gap[~moves.opening]).max(initial=sums.penetration))
     apart = abs(sums.force - sums.force_by_reactions) - sums.rounding
     return Certificate(
-        penetration=max(sums.penetration, *through, 0.0) / (delta or size),
+        penetration=through / (delta or size),
         stationarity=max(0.0, sums.imbalance - noise) / unit,
         opening=max(0.0, sums.opening - noise) / unit,
-        neighbours=max([0.0, *gains]),
+        neighbours=float(_gains(moves, 32 * EPSILON * size).max(initial=0.0)),
         force=max(0.0, apart) / (sums.force_scale or 1.0),
     )
 
 
-def _gain(move: Move, noise: float) -> float:
-    """Energy gained by a move over its terms: work and stored energy, a multiple of gap²."""
-    gap = abs(move.gap) or 1.0
-    if move.opening:
-        gain = move.stored * (max(move.gap - noise, 0.0) / gap) ** 2 - move.work
-    else:
-        gain = move.work - move.stored * (1 + noise / gap) ** 2
-    return gain / (move.work + move.stored + _TINY)
+def _gains(moves: Moves, noise: float) -> Array:
+    """Energy gained by moves over its terms: work and stored energy, a multiple of gap²."""
+    opening, gap, stored, work = moves
+    size = np.where(gap, np.abs(gap), 1.0)
+    opened = stored * (np.maximum(gap - noise, 0.0) / size) ** 2 - work
+    closed = work - stored * (1 + noise / size) ** 2
+    return np.asarray(np.where(opening, opened, closed) / (work + stored + _TINY))

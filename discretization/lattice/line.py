@@ -88,10 +88,10 @@ def outwards(lines: int) -> Nodes:
     return np.resize([-1, 1], lines)
 
 
-def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array) -> Advances:
+def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) -> Advances:
     """Of contacts between nodes (s, 2m) at depths (s,), of the links beside them (s, 2m, 6).
 
-    zeta: where the line is that an inner line faces, for each of them.
+    zeta: where the lines are that inner lines face, if not on their nodes.
     """
     lattice, sides = row.lattice, outwards(nodes.shape[1])
     start = nodes[..., None] + sides[:, None] * LINKS
@@ -107,10 +107,12 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array) -> Advances:
             row.first + start[:, column], side
         )
     if nodes.shape[1] > 2:
-        inner = (slice(None), slice(1, -1))
-        at = (nodes + sides * zeta)[inner].reshape(len(nodes), -1, 2)[..., ::-1]
-        at = at.reshape(len(nodes), -1)
-        faced = depth[:, None] - row.indenter.height(lattice.x(row.first + at))
+        at, f = nodes * 1.0, row.f[nodes]
+        if zeta is not None:
+            at = nodes + sides * zeta
+            f = row.indenter.height(lattice.x(row.first + at))
+        inner, swapped = np.s_[:, 1:-1], np.arange(1, nodes.shape[1] - 1) + sides[1:-1]
+        at, faced = at[:, swapped], depth[:, None] - f[:, swapped]
         apart = np.maximum(np.abs(at[..., None] - start[inner]), _CLOSEST)
         far, rest[inner], stiffness[inner] = lattice.beside(0, 1, apart)
         felt[inner] = far * (faced[..., None] - own[inner])
@@ -122,13 +124,12 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array) -> Advances:
 
 
 def _room(row: Row, nodes: Nodes) -> tuple[Nodes, Nodes]:
-    """Links inwards, and outwards, that each line may pass; none of lines too close together."""
+    """Links inwards, and outwards, that each line may pass."""
     before = np.repeat(nodes[:, 1::2] - nodes[:, ::2], 2, axis=1)
     beyond = np.empty_like(nodes)
     beyond[:, 0], beyond[:, -1] = nodes[:, 0], row.size - 1 - nodes[:, -1]
     apart = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2], 2, axis=1)
     beyond[:, 1:-1] = apart - 1
-    before[:, 1:-1] = np.where(apart < _APART, 0, before[:, 1:-1])
     return before, beyond
 
 
@@ -219,6 +220,8 @@ def resting(
     for each, further in zip(excess, (np.maximum, np.minimum), strict=False):
         rests = np.maximum(np.minimum(placed(each, corner), most), -_HALF)
         zeta = further(zeta, rests)
+    close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
+    zeta[:, 1:-1][close] = 0.0
     return np.where(np.isnan(zeta), 0.0, zeta)
 
 

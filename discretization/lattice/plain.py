@@ -144,6 +144,7 @@ class Plain:
             for j, link in enumerate(LINKS.tolist()):
                 start = node + side * link
                 room = link >= nodes[0] - nodes[1] and first <= start <= last
+                room = room and (side > 0 or node != self.row.lattice.axis)
                 if room and first <= start + side <= last:
                     found[:, 0, i, j] = self.link(start, side)
         return Advances(*found)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,14 +18,13 @@ from discretization.lattice.assembly import (
     is_neutral,
     without_contact,
 )
-from discretization.lattice.judge import Move, State, judge, totals
+from discretization.lattice.judge import Moves, State, judge, totals
 from discretization.lattice.plain import Plain, far, turning
 from discretization.nodes.lattice import Lattice, LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.row import Row
 
 Array = NDArray[np.float64]
-Nodes = NDArray[np.int64]
 
 
 def on_plain(asked: Question, row: Row) -> Equilibrium:
@@ -43,12 +41,13 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
         return without_contact(asked, row)
     nodes = ((found[0] - row.first, found[1] - row.first),)
     row.refuse_unknown(depth, nodes)
-    state = PlainState.of(plain, *found)
+    passed = plain.advances(found)
+    state = relaxed(plain, passed, *found)
     sums, at = totals(state), np.array(nodes)
     if asked.branch == "global" and depth <= row.lowest and sums.energy > 0:
         return without_contact(asked, row)
     beside = line.corners(row, at)
-    zeta = line.resting(row, at, [state.passed.excess(work)], beside)
+    zeta = line.resting(row, at, [passed.excess(work)], beside)
     lines = line.positions(row, at, zeta)[0]
     for x, node in zip(lines.tolist(), found, strict=True):
         refuse_overhang(row, depth, x, node)
@@ -59,8 +58,8 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
     tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
-    neutral = is_neutral(row, state.passed)
-    energy, force = line.gained(state.passed, zeta, beside, lattice.w)[:, 0].tolist()
+    neutral = is_neutral(row, passed)
+    energy, force = line.gained(passed, zeta, beside, lattice.w)[:, 0].tolist()
     sums = sums._replace(energy=sums.energy + energy, force=sums.force + force)
     return certified(asked, row, nodes, lines, sums, certificate, tail, neutral=neutral)
 
@@ -83,58 +82,25 @@ def overhang(depth: float, where: str, u: float, limit: float) -> str:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class PlainState(State):
-    """The relaxed surface of one contact.
+def relaxed(plain: Plain, passed: line.Advances, first: int, last: int) -> State:
+    """The relaxed surface of one contact between these nodes of the lattice.
 
-    passed: what its lines' moves change; touched: whether springs only attach where they touch,
-    not where that pays.
+    passed: what its lines' moves change. The nodes are those up to where the free surfaces are
+    linear; all, of a profile that is not convex.
     """
-
-    passed: line.Advances
-    touched: bool
-
-    @classmethod
-    def of(cls, plain: Plain, first: int, last: int) -> PlainState:
-        """Nodes up to where the free surfaces are linear; all, of a profile that is not convex."""
-        row, lattice, (lo, hi, _) = plain.row, plain.row.lattice, plain.row.where
-        start, stop = first - far(lattice), last + far(lattice)
-        if not row.indenter.convex:
-            start, stop = min(start, lo), max(stop, hi)
-        start = max(start, 0) if lattice.axis == 0 else start
-        nodes = np.arange(start, stop + 1)
-        g, known = np.full(nodes.size, -math.inf), np.arange(max(lo, start), min(hi, stop) + 1)
-        g[known - start] = plain.depth - row.f[known - lo]
-        model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
-        passed, touched = plain.advances((first, last)), plain.work != lattice.w
-        return cls(row, plain.depth, model, model.relaxed(g), g, passed, touched)
-
-    def opening(self, pulled: Nodes, force: Array) -> float:
-        """The largest pull per weight on contact nodes whose opening alone lowers the energy.
-
-        Every second node is let go at once: between two that are held it moves alone. The outermost
-        ones are not opened here, as these are moves of a line; a lone node has no adhesion.
-        """
-        model, held = self.model, np.flatnonzero(self.model.contact)
-        opens = np.full(self.u.size, held.size == 1 and model.lattice.gamma1 > 0)
-        for every in held[1:-1:2], held[2:-1:2]:
-            contact = model.contact.copy()
-            contact[every] = False
-            less = NodalEnergy(model.lattice, contact, model.first)
-            gain = model.around(self.u) - less.around(less.relaxed(self.u))
-            opens[every] = gain[every] > 0
-        i = pulled[opens[pulled]]
-        return float((-force[i] / model.lattice.weight(model.first + i)).max(initial=0.0))
-
-    def moves(self, noise: float) -> Iterator[Move]:
-        """Of the lines, one link outwards or inwards."""
-        gap, stored, _, bonds, _ = (part[0] for part in self.passed)
-        for link, opening in ((0, False), (-1, True)):
-            for i in np.flatnonzero(np.isfinite(gap[:, link - line.LINKS[0]])).tolist():
-                at = i, link - line.LINKS[0]
-                if opening or not self.touched:
-                    work = float(self.model.lattice.w * bonds[at])
-                    yield Move(opening, float(gap[at]), float(stored[at]), work)
+    row, lattice, (lo, hi, _) = plain.row, plain.row.lattice, plain.row.where
+    start, stop = first - far(lattice), last + far(lattice)
+    if not row.indenter.convex:
+        start, stop = min(start, lo), max(stop, hi)
+    if lattice.axis == 0:
+        start = max(0, start)
+    nodes = np.arange(start, stop + 1)
+    g, known = np.full(nodes.size, -math.inf), np.arange(max(lo, start), min(hi, stop) + 1)
+    g[known - start] = plain.depth - row.f[known - lo]
+    model = NodalEnergy(lattice, (nodes >= first) & (nodes <= last), start)
+    closes = np.full(2, plain.work == lattice.w)  # else springs attach where they touch
+    moves = Moves.of(passed, row.works, closes)
+    return State(row, plain.depth, model, model.relaxed(g), g, moves)
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from discretization.lattice.accuracy import Unseen, estimated, looked_at, unseen
 from discretization.lattice.assembly import (
     Question,
     of_contacts,
+    on_row,
     without_contact,
 )
-from discretization.lattice.contact_set import ContactSet
 from discretization.lattice.judge import totals
 from discretization.lattice.line import Lines, moved_lines
 from discretization.lattice.lowest import on_lowest
@@ -107,7 +107,7 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
     """
     nodes, lines = _followed(asked, row)
     raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
-    if raised and totals(ContactSet.of(row, nodes, asked.depth)).energy > 0:
+    if raised and totals(on_row(row, nodes, asked.depth)).energy > 0:
         return without_contact(asked, row)
     return of_contacts(asked, row, nodes, lines)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,11 +15,10 @@ from discretization.nodes.lattice import Lattice
 from energy import terms
 
 Array = NDArray[np.float64]
+Nodes = NDArray[np.int64]
 _NEWTON = 60  # steps of Newton's method; ten do up to 80°
 _ROUNDING = 1e-14  # of the energy, and of u: steps that change less are the last
 _SETTLED = 5  # steps that do not lower the energy are the last, too
-_BLOCK = 1 << 14  # nodes looked at at once: their arrays stay in the processor's cache
-_ALL = slice(None)
 
 
 class Balance(NamedTuple):
@@ -65,82 +64,77 @@ class NodalEnergy:
         self.lattice = lattice
         self.contact = np.asarray(contact, bool)
         self.first = first
-        ends = (first, -1), (first + self.contact.size - 1, 1)
-        pulls = [
-            float(lattice.pull(*end)) if tail else 0.0
-            for end, tail in zip(ends, tails, strict=True)
-        ]
-        self.pulls = np.array(pulls)  # of the tails, over u
-        self.bound = self.contact[1:] & self.contact[:-1]
-        self.adhesion = None if adhesion is None else np.asarray(adhesion)
-
-    def _cells(self, at: slice = _ALL, middle: float = 0.0) -> Any:
-        """Length or area of each of these nodes, or all; middle = 1/2: of the links after them."""
-        own = range(self.contact.size - (middle > 0))[at]
-        places = np.arange(own.start, own.stop) + (self.first + middle)
-        return self.lattice.cell * self.lattice.weight(places)
+        nodes = first + np.arange(self.contact.size)
+        pulls = (float(lattice.pull(nodes[end], side)) for end, side in ((0, -1), (-1, 1)))
+        self.pulls = np.array([*pulls]) * tails  # of the tails, over u
+        self.cells = lattice.cell * np.broadcast_to(lattice.weight(nodes), nodes.shape)
+        self.links = lattice.cell * np.broadcast_to(lattice.weight(nodes + 0.5), nodes.shape)[:-1]
+        bonds = lattice.w * self.links if adhesion is None else np.asarray(adhesion)
+        self.bonds = bonds * (self.contact[1:] & self.contact[:-1])  # adhesion of each link
+        if not lattice.gamma1:  # or of each spring
+            self.bonds = lattice.w * self.cells * self.contact
 
     def balance(self, u: ArrayLike) -> Balance:
         """Energy and forces at displacements u (n,) and fixed contact."""
-        u = np.asarray(u, float)
-        force, sums, ends = np.zeros(u.size), np.zeros(6), u[[0, -1]]
-        for start in range(0, u.size, _BLOCK):
-            sums += self._added(u, force, slice(start, start + _BLOCK))
-        force[0] += self.pulls[0] * u[0]
-        force[-1] += self.pulls[1] * u[-1]
-        *own, springs, sizes, squares = sums.tolist()
-        values = dict(zip(("springs", "surface", "adhesion"), own, strict=True))
-        values["tails"] = float(self.pulls @ ends**2) / 2
-        return Balance(values, force, springs, sizes, math.sqrt(squares))
-
-    def _added(self, u: Array, force: Array, at: slice) -> list[float]:
-        """Adds the forces of springs at some nodes and of the links after them, and sums them up.
-
-        Energies of springs, links and adhesion; springs' forces, their sizes, and squared tensions.
-        """
-        lat, slopes = self.lattice, np.diff(u[at.start : at.stop + 1]) / self.lattice.spacing
-        stretch, spring = self._stretch(slopes), terms.spring(u[at], k=lat.k)
-        cells, links = self._cells(at), self._cells(at, 0.5)
-        springs, tension = cells * spring.first, self._tension(at) * stretch.first
-        force[at] += springs
-        force[at][: tension.size] -= tension
-        force[at.start + 1 : at.stop + 1] += tension
-        return [
-            float((cells * spring.value).sum()),
-            lat.gamma1 * float((links * stretch.value).sum()),
-            -float(self._adhesive(slopes, at).sum()),
-            float(springs.sum()),
-            float(np.abs(springs).sum()),
-            float(tension @ tension),
-        ]
-
-    def _adhesive(self, slopes: Array, at: slice = _ALL) -> Array:
-        """What adhesion gains, of each link, or of each spring without tension."""
-        lat = self.lattice
-        if not lat.gamma1:
-            return np.asarray(lat.w * self._cells(at) * self.contact[at])
-        work = lat.w * self._cells(at, 0.5) if self.adhesion is None else self.adhesion[at]
-        gained = work * self.bound[at]
-        return np.asarray(gained * np.hypot(1, slopes) if lat.slopes == "finite" else gained)
-
-    def around(self, u: Array) -> Array:
-        """Energy of each node's spring and of the links on both of its sides (n,)."""
-        lat, slopes = self.lattice, np.diff(u) / self.lattice.spacing
-        springs, gained = self._cells() * terms.spring(u, k=lat.k).value, self._adhesive(slopes)
-        if not lat.gamma1:
-            return np.asarray(springs - gained)
-        links = lat.gamma1 * self._cells(middle=0.5) * self._stretch(slopes).value - gained
-        return np.asarray(springs + np.append(links, 0.0) + np.append(0.0, links))
+        lat, u = self.lattice, np.asarray(u, float)
+        slopes, spring = np.diff(u) / lat.spacing, terms.spring(u, k=lat.k)
+        stretch = self._stretch(slopes)
+        springs, tension = self.cells * spring.first, self._tension * stretch.first
+        force, pulled = springs.copy(), self.pulls * u[[0, -1]]
+        force[:-1] -= tension
+        force[1:] += tension
+        force[0] += pulled[0]
+        force[-1] += pulled[1]
+        values = {
+            "springs": float(self.cells @ spring.value),
+            "surface": lat.gamma1 * float(self.links @ stretch.value),
+            "adhesion": -float(self._gained(slopes).sum()),
+            "tails": float(pulled @ u[[0, -1]]) / 2,
+        }
+        sizes = float(np.abs(springs).sum())
+        return Balance(values, force, float(springs.sum()), sizes, math.sqrt(tension @ tension))
 
     def _stretch(self, slopes: Array) -> terms.Density:
         """Of links whose surface tension is 1."""
         return terms.surface(slopes, gamma1=1.0, slopes=self.lattice.slopes)
 
-    def _tension(self, at: slice = _ALL) -> Any:
-        """Horizontal, of each link or all; with finite slopes those in contact have γ₁ - w."""
-        lat = self.lattice
-        bound = lat.w * self.bound[at] if lat.slopes == "finite" else 0.0
-        return (lat.gamma1 - bound) / lat.spacing * self._cells(at, 0.5)
+    @property
+    def _tension(self) -> Array:
+        """Horizontal, of each link; with finite slopes those in contact have γ₁ - w."""
+        bound = self.bonds if self.lattice.slopes == "finite" else 0.0
+        return np.asarray((self.lattice.gamma1 * self.links - bound) / self.lattice.spacing)
+
+    def _gained(self, slopes: Array) -> Array:
+        """What adhesion gains, of each link, or of each spring without tension."""
+        finite = self.lattice.slopes == "finite"
+        return np.asarray(self.bonds * np.hypot(1, slopes) if finite else self.bonds)
+
+    def released(self, u: Array, i: Nodes, work: float) -> Array:
+        """Energy that opening each of these nodes alone releases, the others as they are.
+
+        They are in contact, as both of their neighbours are. work: of adhesion then, over that of
+        closing. Newton's method in each u_i, kept within brackets.
+        """
+        lat, cells, links = self.lattice, self.cells[i], self.links[[i - 1, i]]
+        gained = self._gained(np.diff(u) / lat.spacing)[[i - 1, i] if lat.gamma1 else [i]]
+
+        def energy(v: Array) -> Array:
+            slopes = (v - u[[i - 1, i + 1]]) / lat.spacing
+            spring, stretch = terms.spring(v, k=lat.k), self._stretch(slopes)
+            parts = [lat.gamma1 * links * part / lat.spacing**n for n, part in enumerate(stretch)]
+            return np.array([cells * part for part in spring]) + np.sum(parts, axis=1)
+
+        v, (before, force, _) = u[i], energy(u[i])
+        reach = np.abs(force) / (lat.k * cells)
+        low, high = v - reach, v + reach
+        for _ in range(_NEWTON):
+            after, force, stiffness = energy(v)
+            low, high = np.where(force < 0, v, low), np.where(force < 0, high, v)
+            last, v = v, v - force / stiffness
+            v = np.where((low <= v) & (v <= high), v, (low + high) / 2)
+            if (np.abs(v - last) <= _ROUNDING * (np.abs(v) + reach)).all():
+                break
+        return np.asarray(before - after - work * gained.sum(axis=0))
 
     def terms(self, u: ArrayLike) -> dict[str, float]:
         """Value of each term [energy/length] at displacements u (n,)."""
@@ -161,8 +155,8 @@ class NodalEnergy:
         """
         lat, u = self.lattice, np.broadcast_to(np.asarray(u, float), self.contact.shape)
         slopes = np.diff(u) / lat.spacing
-        stiffness = self._tension() / lat.spacing * self._stretch(slopes).second
-        band = np.full((2, u.size), lat.k) * self._cells()
+        stiffness = self._tension / lat.spacing * self._stretch(slopes).second
+        band = np.full((2, u.size), lat.k) * self.cells
         band[0, :-1] += stiffness
         band[0, 1:] += stiffness
         band[0, 0] += self.pulls[0]

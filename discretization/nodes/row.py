@@ -185,7 +185,7 @@ class Row:
         places, pattern = list(self.indenter.corners), self.scene.pattern
         if pattern is not None:
             places += np.array(pattern.edges)[np.diff(pattern.factors) != 0].tolist()
-        return np.unique(np.asarray(places, float))
+        return np.array(sorted({*map(float, places)} - {self.lattice.axis}))
 
     @functools.cached_property
     def breaks(self) -> Array:

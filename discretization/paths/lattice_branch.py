@@ -21,7 +21,7 @@ from discretization.certificate import Certificate, NotCertifiedError
 from discretization.equilibrium import detached
 from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
-from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.assembly import on_row
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.walk import Walk, parts_of
 from discretization.nodes.lattice import Lattice
@@ -248,7 +248,7 @@ class LatticeBranch(Branch):
                 f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
                 "rest; the path stops before them"
             )
-        contacts = ContactSet.of(self.row, nodes, depth)
+        contacts = on_row(self.row, nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")
 

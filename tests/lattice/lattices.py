@@ -7,7 +7,7 @@ import numpy as np
 from scenes import roughness
 
 from discretization.certificate import Proof
-from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.assembly import on_row
 from discretization.lattice.lowest import global_minimum, runs
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
@@ -46,7 +46,7 @@ def of_heights(lattice, g, ends, depth=None, factor=None):
     depth = float(np.abs(g).max()) if depth is None else depth
     nothing = Profile(lambda x: 0 * x, lambda x: 0 * x)
     f = depth - np.append(g, [-1e3 * abs(depth)] * 3)
-    return ContactSet.of(row_of(lattice, nothing, f, factor=factor), [*map(tuple, ends)], depth)
+    return on_row(row_of(lattice, nothing, f, factor=factor), [*map(tuple, ends)], depth)
 
 
 def row_of(lattice, indenter, f, first=0, factor=None):
@@ -68,7 +68,7 @@ def over(lattice, indenter, depth, *nodes):
     every = np.arange(start, stop + 1)
     f = heights(lattice, indenter, every.astype(float))
     own = [(int(one - every[0]), int(other - every[0])) for one, other in nodes]
-    return ContactSet.of(row_of(lattice, indenter, f, int(every[0])), own, depth)
+    return on_row(row_of(lattice, indenter, f, int(every[0])), own, depth)
 
 
 def pressed(lattice, scene, depth):

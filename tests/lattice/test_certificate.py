@@ -19,7 +19,7 @@ from scenes import DELTA0, SCENE, L, adhesive, roughness, two
 
 from discretization import Lattice, NodalEnergy, NotCertifiedError
 from discretization.certificate import Certificate
-from discretization.lattice.contact_set import ContactSet
+from discretization.lattice.assembly import on_row
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.state import on_lattice
@@ -204,7 +204,7 @@ def test_the_certificate_notices_a_tail_out_of_balance():
     contacts = of_heights(lattice, [0.01, 0.01, 0.01], [[0, 2]])
     assert judge(contacts, totals(contacts)).ok
     vars(lattice).update(log_decay=lattice.log_decay * (1 + 1e-7))
-    again = ContactSet.of(contacts.row, contacts.nodes, contacts.depth)
+    again = on_row(contacts.row, ((0, 2),), contacts.depth)
     assert "stationarity" in judge(again, totals(again)).failures
 
 

@@ -14,7 +14,7 @@ from discretization import Lattice, NodalEnergy, minimise
 from discretization.lattice.assembly import Question
 from discretization.lattice.judge import judge, totals
 from discretization.lattice.plain import Plain
-from discretization.lattice.plain_state import PlainState, on_plain
+from discretization.lattice.plain_state import on_plain, relaxed
 from discretization.lattice.state import on_lattice
 from discretization.lattice.walk import Walk, parts_of
 from discretization.nodes.row import Row
@@ -36,7 +36,7 @@ def plain_state(scene, depth, spacing, change=(0, 0)):
     plain = Plain(Row.of(lattice.seen(scene), lattice, depth), depth, lattice.w)
     found = plain.contact()
     nodes = [node + off for node, off in zip(found, change, strict=True)]
-    return PlainState.of(plain, *nodes)
+    return relaxed(plain, plain.advances(nodes), *nodes)
 
 
 def judged(state):
@@ -103,7 +103,7 @@ def test_a_node_in_contact_may_be_pulled_as_far_as_energy_allows(seed):
     delta = scene.critical_separation
     for depth in np.linspace(f.max() + 3 * delta, f.min() - delta, 40).tolist():
         plain = Plain(Row.of(scene, lattice, depth), depth, lattice.w)
-        state = PlainState.of(plain, -5, 5)
+        state = relaxed(plain, plain.advances((-5, 5)), -5, 5)
         held, gains = np.flatnonzero(state.model.contact)[1:-1], [-math.inf]
         for node in held[state.model.gradient(state.u)[held] < 0].tolist():
             contact = np.arange(state.u.size) != node
