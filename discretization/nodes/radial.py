@@ -18,23 +18,17 @@ s = a/l, whose left side grows by l f'' + f'/q - (f - d) q'/q² >= f' (1 - s q'/
 units of l, as f - d <= a f' and s q'/q = 1 - s (1/q - q).
 
 The outer surface, in units of 2πγ₁ and with κ = kΔr²/γ₁, pulls at node m with σ_m u_m, the spring
-there not counted. Node by node, with positive numbers only and an error that every step makes
+there not counted. Node by node, with positive numbers only and errors that every step makes
 smaller,
 
     σ_m = (m + ½) s/(m + ½ + s),   s = κ(m + 1) + σ_{m+1}.
 
-Far out, σ is known without the nodes between: u_m is the Legendre function Q_{m-½}(cosh μ),
-κ = 4 sinh²(μ/2), and with y = d ln u_m/dμ
+It begins far out, where u_m, the Legendre function Q_{m-½}(cosh μ), κ = 4 sinh²(μ/2), is an
+integral over t > 0,
 
-    σ_m = -y sinh μ - (m + ½) κ/2.
+    u_m = ∫ z^(-m-½) dt,   σ_m u_m = (m + ½) ∫ (1 - 1/z) z^(-m-½) dt,   z = cosh μ + sinh μ cosh t,
 
-y follows from √sinh μ u_m = √μ [K₀(mμ) A + K₁(mμ) B/m] (Olver, Asymptotics and Special Functions,
-chapter 12), whose coefficients obey, ψ = (1/μ² - 1/sinh² μ)/4,
-
-    2B' = A'' + A'/μ - ψA,    2m²A' = B'' - B'/μ + B/μ² - ψB:    A = 1, 8B = 1/μ - coth μ,
-
-but for O(m⁻²). Of that A' = a/m² and the same of B are kept, a = 7μ/960 where mμ is not large; for
-large mμ the latter does not matter.
+whose sums over equidistant t converge exponentially (NIST DLMF 14.12.6).
 """
 
 from __future__ import annotations
@@ -54,8 +48,8 @@ from energy.axis import Radial
 
 Array = NDArray[Any]
 _AXIS = 1 / 8  # weight of the node on the axis
-_KNOWN = 1024  # from this node on the expansion is exact to rounding
-_SERIES = 0.3  # of μ, below which its coefficients are taken from their series
+_KNOWN = 1 << 14  # nodes that are kept; those further out take the integrals
+_NEGLIGIBLE, _POINTS = 40.0, 65  # exponent beyond which the integrands are left out; points
 
 
 @dataclass(frozen=True)
@@ -107,7 +101,7 @@ def outer_pull(kappa: float, nodes: Any) -> Array:
     """σ of the surface outside of contact nodes, κ > 0."""
     nodes = np.asarray(nodes)
     found = _near(kappa).take(np.asarray(nodes, np.int64), mode="clip")
-    far = nodes >= _KNOWN
+    far = nodes > _KNOWN
     if far.any():
         found = np.where(far, _far(kappa, np.maximum(nodes, _KNOWN)), found)
     return np.asarray(found)
@@ -119,41 +113,17 @@ def _near(kappa: float) -> Array:
     found = np.empty(_KNOWN + 1)
     found[-1] = pull = float(_far(kappa, np.array(_KNOWN)))
     for m in range(_KNOWN - 1, -1, -1):
-        found[m] = pull = _step(m + 0.5, kappa * (m + 1) + pull)
+        beyond = kappa * (m + 1) + pull
+        found[m] = pull = (m + 0.5) * beyond / (m + 0.5 + beyond)
     return found
 
 
-def _step(link: Any, beyond: Any) -> Any:
-    """A link and what is beyond it, one after the other."""
-    return link * beyond / (link + beyond)
-
-
 def _far(kappa: float, nodes: Array) -> Array:
-    """σ far out: the expansion one node further on, and a step from there.
-
-    The step damps what the expansion loses to cancellation where l << Δr.
-    """
-    at = nodes + 1.0
-    mu = 2 * math.asinh(math.sqrt(kappa) / 2)
-    a, b, bend = _coefficients(mu)
-    z = mu * at
-    ratio = k1e(z) / k0e(z)
-    above = -b - ratio * (at - (bend - b / mu) / at)
-    rate = above / (1 + (b + a / at**2) * ratio / at) + 4 * b
-    sinh = math.sqrt(kappa) * math.sqrt(1 + kappa / 4)
-    pull = -sinh * rate - (at + 0.5) * kappa / 2
-    return np.asarray(_step(at - 0.5, kappa * at + np.clip(pull, 0.0, at + 0.5)))
-
-
-def _coefficients(mu: float) -> tuple[float, float, float]:
-    """a, B and B'."""
-    if mu < _SERIES:
-        square = mu * mu
-        b = -mu / 24 * (1 - square / 15 + 2 * square**2 / 315)
-        bend = -1 / 24 * (1 - square / 5 + 2 * square**2 / 63)
-        return 7 / 960 * mu, b, bend
-    sinh, coth = math.sinh(min(mu, 300.0)), 1 / math.tanh(mu)
-    psi = (1 / mu**2 - 1 / sinh**2) / 4
-    b, bend = (1 / mu - coth) / 8, -psi / 2
-    bends = (2 / mu**3 - 2 * coth / sinh**2) / 8
-    return (bends - bend / mu + b / mu**2 - psi * b) / 2, b, bend
+    """σ by the integrals; both fall off like exp(-(m + ½) sinh μ cosh t / cosh μ) or faster."""
+    m, sinh = nodes[..., None] + 0.5, math.sqrt(kappa * (1 + kappa / 4))
+    least = kappa / 2 + sinh  # z - 1 at t = 0
+    reach = np.arccosh(1 + np.expm1(_NEGLIGIBLE / m) * (1 + least) / sinh)
+    rise = least + sinh * (np.cosh(reach * np.linspace(0, 1, _POINTS)) - 1)
+    weight = np.exp(m * (math.log1p(least) - np.log1p(rise)))
+    weight[..., 0] /= 2
+    return np.asarray(m[..., 0] * (weight * rise / (1 + rise)).sum(-1) / weight.sum(-1))
