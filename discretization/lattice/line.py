@@ -149,15 +149,26 @@ def corners(row: Row, nodes: Nodes) -> Corner:
     return Corner(zeta, before, beyond, lowest == highest)
 
 
+def _beside(parts: Array) -> tuple[Array, Array, Array, Array]:
+    """Those of the links -2..1, of an outer one that is not there as a parabola continues."""
+    first, before, beyond, last = np.moveaxis(parts[..., 1:5], -1, 0)
+    first = np.where(np.isnan(first), last - 3 * (beyond - before), first)
+    last = np.where(np.isnan(last), first + 3 * (beyond - before), last)
+    return first, before, beyond, last
+
+
 def placed(excess: Array, corner: Corner) -> Array:
     """ζ of lines with this excess at their links (..., 6); nan where e does not grow outwards."""
-    inner, outer = excess[..., 2], excess[..., 3]
+    first, inner, outer, last = _beside(excess)
     with np.errstate(invalid="ignore", divide="ignore"):
         rise = np.where(outer > inner, outer - inner, math.nan)
         t = np.minimum(np.maximum(-inner / rise, 0.0), 1.0)
-        bend = (excess[..., 1] - inner - outer + excess[..., 4]) / (4 * rise)
-        bend = np.where(corner.smooth & (np.abs(bend) <= 1), bend, 0.0)
-        zeta = 2 * t / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * t)) - 0.5
+        bend = (first - inner - outer + last) / (4 * rise)
+        turn = (last - 3 * outer + 3 * inner - first) / (6 * rise)
+        smooth = corner.smooth & (np.abs(bend) <= 1) & (np.abs(turn) <= 1)
+        bend, turn = np.where(smooth, bend, 0.0), np.where(smooth, turn, 0.0)
+        t = 2 * t / (1 - bend + np.sqrt((1 - bend) ** 2 + 4 * bend * t))
+        zeta = t - 0.5 + turn * t * (1 - t) * (t - 0.5)
         if np.isfinite(corner.zeta).any():
             zeta = _beside_corner(excess, corner, zeta)
     return zeta
@@ -193,7 +204,12 @@ def added_by(steps: Array, zeta: Array, corner: Corner) -> Array:
     beyond = np.where(np.isnan(beyond), before, beyond)
     whole = np.nan_to_num(steps).cumsum(axis=-1)
     start, t = _at(whole, middle - 1) - whole[..., -LINKS[0] - 1], zeta - middle
-    return np.nan_to_num(start + t * (before + beyond) / 2 + t * t * (beyond - before) / 2)
+    found = start + t * (before + beyond) / 2 + t * t * (beyond - before) / 2
+    first, before, beyond, last = _beside(steps)
+    odd = (first - before - beyond + last) / 12
+    even = (last - 3 * beyond + 3 * before - first) / 24
+    further = t * (t * t - 1) * (odd + t * even)
+    return np.nan_to_num(found + np.where(corner.smooth & np.isfinite(further), further, 0.0))
 
 
 def offsets(row: Row, nodes: Nodes, depth: Array, before: Array | None = None) -> Array:

@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import Certificate, NotCertifiedError
+from discretization.certificate import Certificate
 from discretization.equilibrium import detached
 from discretization.lattice import line
 from discretization.lattice.accuracy import Unseen, looked_at, unseen
 from discretization.lattice.assembly import on_row
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.walk import Walk, parts_of
+from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row
 from discretization.paths.branch import Branch, Leg, Pinned, Point, alike
@@ -241,13 +241,6 @@ class LatticeBranch(Branch):
         depth, lines, nodes = point
         if lines is None:
             return
-        tie, parts = self.walk.closing.tie, parts_of(nodes)
-        rising, falling = (self.walk.first(parts, sign)[0].depth for sign in (1, -1))
-        if rising < depth - tie(depth, rising) or falling > depth + tie(depth, falling):
-            raise NotCertifiedError(
-                f"the contacts at depth = {depth!r} violate neighbours: a line has not come to "
-                "rest; the path stops before them"
-            )
         contacts = on_row(self.row, nodes, depth)
         certificate = judge(contacts, totals(contacts))
         certificate.demand(f"the state at depth = {depth!r}", "the path stops before it")

