@@ -117,9 +117,9 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
         far, rest[inner], stiffness[inner] = lattice.beside(0, 1, apart)
         felt[inner] = far * (faced[..., None] - own[inner])
     gap = np.where(there, own - beyond - rest * own + felt, math.nan)
-    links = np.minimum(start, after)
+    links = np.minimum(np.minimum(start, after), end - 1)
     size = lattice.cell * lattice.weight(row.first + links + 0.5) * np.ones(links.shape)
-    bonds = size if row.scene.pattern is None else row.bond(links)
+    bonds = size if row.scene.pattern is None else row.bonds[links]
     return Advances(gap, stiffness / 2 * gap * gap, -stiffness * rest * gap, bonds, size)
 
 

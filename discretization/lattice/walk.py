@@ -22,10 +22,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.nodes.row import Contacts, Part, Row
-from discretization.nodes.rules import ordered
+from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
+Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
+_LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
 
 
 class Change(NamedTuple):
@@ -179,9 +180,10 @@ class Walk:
         parts: list[Part] = [(left, node), (node, right)]
         for side, line, other in ((1, left, right), (-1, right, left)):
             if line is not None and 0 <= line + side < rules.f.size:
-                new, at = ordered(side, line + side, other), rules.passes(line, side, other)
-                if at < depth and rules.clears(*new, at):
-                    depth, parts = at, [new]
+                new = (line + side, other)[::side]
+                at = rules.passes(line, side, other)
+                if at < depth and rules.clears(new[0], new[1], at):
+                    depth, parts = at, [(new[0], new[1])]
         if left is not None and right is not None and right - left > 2:
             at = rules.passes_both(left, right)
             if at < depth and rules.clears(left + 1, right - 1, at):
@@ -199,7 +201,8 @@ class Walk:
             depth = rules.passes(right + 1, -1, left)
             found.append(Change(depth, 0, 1, ((left, right + 1),)))
         if left is not None and right is not None and len(found) == 3:
-            depth = rules.recede_both(left, right)
+            ends = left - 1, right + 1
+            depth = min(rules.passes_both(*ends), rules.touches(*ends)[0])
             found.append(Change(depth, 0, 1, ((left - 1, right + 1),)))
         return max(found, key=lambda change: change.depth)
 
@@ -210,25 +213,26 @@ class Walk:
         assert first is not None and last is not None
         if first == last:
             return Change(rules.pulled(before, first, after), 0, 2, ((before, after),))
-        if last - first > 1 and rules.most_torn > -math.inf:
+        if last - first > 1 and not rules.clear:  # lines of a convex contact recede
             depth, node = rules.tears(first, last)
             return Change(depth, 1, 1, ((node - 1, node + 1),))
         return _NEVER
 
     def _happens(self, before: Contacts, after: Contacts, changes: int, depth: float) -> bool:
-        """Whether changes at one depth are an event: they release energy, or contacts differ."""
-        if len(before) != len(after):
-            return True
-        return changes > 1 and self._released(before, after, depth) > self.opening.least
+        """Whether changes at one depth are an event: they release energy, or contacts differ.
 
-    def _released(self, before: Contacts, after: Contacts, depth: float) -> float:
-        """Energy that is not lost to adhesion hysteresis anyway."""
+        Energy that is not lost to adhesion hysteresis anyway. Without adhesion the energy is
+        convex, and nothing is ever released.
+        """
+        least = _LEAST * float(self.opening.work.max(initial=0.0))
+        if len(before) != len(after) or changes < 2 or not least:
+            return len(before) != len(after)
         here, (closing, opening) = np.array([depth]), self.row.works
         one, other = (
             self.row.totals(np.reshape(nodes, (1, -1)), here)[0, 0] for nodes in (before, after)
         )
         opened = max(0.0, self.row.bonded(before) - self.row.bonded(after))
-        return float(one - other) - opened * (opening - closing)
+        return float(one - other) - opened * (opening - closing) > least
 
 
 def _is_free(part: Part) -> bool:

@@ -23,7 +23,6 @@ from energy import Indenter, Scene
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 Contacts = tuple[tuple[int, int], ...]  # first and last node of each
-Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
 MOST = 10**7  # nodes that are looked through, or kept
 _ENDLESS = 1 << 31  # nodes of a profile without ends
 _SPARE = 8  # links beyond the last that may hold, for interpolation
@@ -31,7 +30,7 @@ _AHEAD = np.unique((1.2 ** np.arange(118)).astype(np.int64))  # links further an
 
 
 class Region(NamedTuple):
-    """First and last node there is, or is looked at, and the one that touches first."""
+    """The lattice's numbers of a first and a last node, and of the one that touches first."""
 
     first: int
     last: int
@@ -61,10 +60,9 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
     (lo, hi), dx = indenter.extent, lattice.spacing
     first = math.ceil(max((lo - lattice.origin) / dx - 1e-9, -_ENDLESS))
     last = math.floor(min((hi - lattice.origin) / dx + 1e-9, _ENDLESS))
-    if first > last:
-        raise ValueError(f"spacing = {dx!r} leaves no node on the indenter; give a smaller one")
-    if first == last and lattice.gamma1:
-        raise ValueError(f"spacing = {dx!r} leaves one node on the indenter; give a smaller one")
+    if first > last or (first == last and lattice.gamma1):
+        few = "no" if first > last else "one"
+        raise ValueError(f"spacing = {dx!r} leaves {few} node on the indenter; give a smaller one")
     apex, whole = indenter.apex, Region(first, last, first)
     if not (indenter.convex and apex is not None):
         whole = _searched(lattice, indenter, depth, first, last)
@@ -125,11 +123,7 @@ class Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Nodes in a row under an indenter.
-
-    scene: as far as it has nodes (`Lattice.seen`); where: the lattice's numbers of the first and
-    the last node, and of the one that touches first.
-    """
+    """Nodes in a row under an indenter; scene: as far as it has nodes (`Lattice.seen`)."""
 
     lattice: Lattice
     scene: Scene
@@ -211,13 +205,9 @@ class Row:
 
     @functools.cached_property
     def bonds(self) -> Array:
-        """Of all links; see `bond`."""
-        return self.bond(np.arange(self.size - 1))
-
-    def bond(self, links: Nodes) -> Array:
         """Length or area of links, link i after node i, times the pattern's factor on adhesion."""
-        middles, pattern = self.first + links + 0.5, self.scene.pattern
-        own = np.broadcast_to(self.lattice.cell * self.lattice.weight(middles), links.shape)
+        middles, pattern = self.first + np.arange(self.size - 1) + 0.5, self.scene.pattern
+        own = np.broadcast_to(self.lattice.cell * self.lattice.weight(middles), middles.shape)
         return own if pattern is None else own * pattern.factor(self.lattice.x(middles))
 
     @functools.cached_property

@@ -36,13 +36,7 @@ from discretization.nodes.lattice import Lattice
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int_]
 _ROUNDING = 256 * EPSILON  # of heights: a node that has just touched stays
-_LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
-TIE = 64 * EPSILON  # of depths at which something happens
-
-
-def ordered(side: int, node: int, other: int | None) -> tuple[int | None, int | None]:
-    """Left and right contact node of the free part on this side of a node."""
-    return (node, other) if side > 0 else (other, node)
+_TIE = 64 * EPSILON  # of depths at which something happens
 
 
 def rest_depth(
@@ -95,33 +89,21 @@ class Rules:
     def torn(self) -> Array:
         """Depth below which each node between two contact links is torn open; -inf at the ends."""
         f, spring, link = self.f, self.lattice.spring, self.lattice.link
-        if f.size < 3 or self.clear:  # a convex profile is not torn open inside: its lines recede
-            return np.full(f.size, -math.inf)
         stored = (self.work[1:] + self.work[:-1]) * (spring + 2 * link)
         depth = f[1:-1] - (link * np.diff(f, 2) + np.sqrt(2 * stored)) / spring
         return np.pad(depth, 1, constant_values=-math.inf)
 
-    @functools.cached_property
-    def most_torn(self) -> float:
-        """Depth above which no node is torn open."""
-        return float(self.torn.max())
-
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes(self, node: int, side: int, other: int | None) -> float:
         """Depth at which a line at `node` passes the link to the next node, on this side."""
         if other is None:
             return float(self.outwards[side][node if side > 0 else self.f.size - 1 - node])
         after, f = node + side, self.f
         far, rest, whole = self.lattice.beside(self.first + node, side, self.first + other)
-        work = self.adhesion(node, other if abs(other - node) == 2 else after)
+        first, last = sorted((node, other if abs(other - node) == 2 else after))
+        work = float(self.work[first:last].sum())
         rise = f[after] - f[node] + far * (f[node] - f[other])
         return float(f[node] + (rise - math.sqrt(2 * work / whole)) / rest)
 
-    def adhesion(self, one: int, other: int) -> float:
-        """Adhesion of the links between two nodes."""
-        return float(self.work[min(one, other) : max(one, other)].sum())
-
-    @functools.lru_cache(maxsize=1 << 16)  # noqa: B019
     def passes_both(self, left: int, right: int) -> float:
         """Depth at which both lines of a span pass a link at once; inf if they never do."""
         if right - left < 3:
@@ -163,47 +145,25 @@ class Rules:
         near, far, rest = self.lattice.shape(lo, hi, first + np.arange(start, stop))
         return rest, near * f_left + far * f_right
 
-    @functools.lru_cache(maxsize=1 << 12)  # noqa: B019
     def tears(self, first: int, last: int) -> tuple[float, int]:
         """Depth below which a node inside a contact is torn open, and which."""
         best = first + 1 + int(np.argmax(self.torn[first + 1 : last]))
         return float(self.torn[best]), best
 
-    @property
-    def least(self) -> float:
-        """Energy [energy/length] below which a change is no jump: rounding of U.
-
-        Without adhesion the energy is convex, and nothing is ever released.
-        """
-        return _LEAST * float(self.work.max(initial=0.0)) or math.inf
-
-    def tie(self, one: float, other: float) -> float:
-        """What rounding makes of the difference of two depths of events.
-
-        The largest difference quotient of heights that enters them is that of a span of two links.
-        """
-        return TIE * (abs(one) + abs(other) + self.delta0) / self.least_rest
-
     @functools.cached_property
     def delta0(self) -> float:
         """δ₀, of the link that adheres most."""
-        cells = self.lattice.cell * self.lattice.weight(self.nodes[:-1] + 0.5)
-        return math.sqrt(2 * float((self.work / cells).max(initial=0.0)) / self.lattice.k)
-
-    @functools.cached_property
-    def least_rest(self) -> float:
-        """1 - A - B of a span of two links."""
-        return self.lattice.spring / (self.lattice.spring + 2 * self.lattice.link)
-
-    def recede_both(self, left: int, right: int) -> float:
-        """Depth at which both lines of a span open a link at once, none of the nodes pressed."""
-        ends = left - 1, right + 1
-        return min(self.passes_both(*ends), self.touches(*ends)[0])
+        return math.sqrt(2 * float(self.work.max(initial=0.0)) / self.lattice.spring)
 
     def clears(self, left: int | None, right: int | None, depth: float) -> bool:
-        """Whether the surface between two contact nodes (None: none there) clears the indenter."""
-        touch = self.touches(left, right)[0]
-        return touch == math.inf or touch >= depth - self.tie(touch, depth)
+        """Whether the surface between two contact nodes (None: none there) clears the indenter.
+
+        But for rounding: the largest difference quotient of heights in depths of changes is that
+        of a span of two links.
+        """
+        touch, steep = self.touches(left, right)[0], 1 + 2 * self.lattice.link / self.lattice.spring
+        tie = _TIE * (abs(touch) + abs(depth) + self.delta0) * steep
+        return touch == math.inf or touch >= depth - tie
 
     def pulled(self, left: int | None, node: int, right: int | None) -> float:
         """Depth below which a lone node between two contacts (None: none there) is pulled.
