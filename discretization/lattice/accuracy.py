@@ -8,16 +8,16 @@ O(Δx²), so that
 
 the largest of all c, as two errors of this order may happen to be equal; for the same reason 3/2 of
 what U and P and their parts differ by, quadrature between the lines found of the profile
-as it is between nodes. Where the coarse state has another number of contacts, or a line that is
-held both ways is at a corner, errors are of first order, and c² is c. If f is not convex the energy
-decides where there are contacts, and a is held to be no more certain than U.
+as it is between nodes. Where the coarse state has another number of contacts errors are of first
+order, and c² is c. If f is not convex the energy decides where there are contacts, and a is held to
+be no more certain than U.
 
 The state is not resolved, and all errors are infinite, where
 
     a contact that is not pinned at both ends has fewer than LEAST links,
     a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
     from the line through them,
-    f is not convex, and another of its lowest points may touch before the lowest node does,
+    f is not convex, and its lowest point, which touches first, is not in contact,
     f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer, which counts
     as a coarser one does, has another number of contacts,
     the coarse nodes have no contact or no answer, or
@@ -49,7 +49,7 @@ from numpy.typing import NDArray
 from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import heights, region
+from discretization.nodes.row import heights
 from discretization.profile import resolve
 from energy import Scene
 
@@ -97,8 +97,7 @@ def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
     inside = (lattice.x(link - 1) >= lo) & (lattice.x(link + 2) <= hi)
     x, f, place, link = x[inside], f[inside], place[inside], link[inside]
     if not x.size:
-        none = np.empty(0)
-        return Unseen(none, none, none, profile.lowest, profile.touch)
+        return Unseen(*np.empty((3, 0)), profile.lowest, profile.touch)
     nodes = heights(lattice, scene.indenter, np.arange(link.min() - 1, link.max() + 3, dtype=float))
     at = link - link.min() + 1
     bend = np.abs(np.diff(nodes, 2))
@@ -143,7 +142,7 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
-    if _too_coarse(fine) or _tied(fine):
+    if _too_coarse(fine):
         return UNRESOLVED
     bounds = []
     sparse = fine.scene.elastocapillary_length < SPARSE * fine.spacing
@@ -160,60 +159,35 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
     return {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
 
 
-def _tied(state: Equilibrium) -> bool:
-    """Whether nodes do not say which of two lowest points of the profile touches first.
-
-    A summit that is no higher than the lowest node, but not in contact.
-    """
-    scene = state.scene
-    if scene.indenter.convex or state.branch != "adhered" or not scene.work_of_adhesion:
-        return False
-    lattice = Lattice.of(scene, state.spacing)
-    body = lattice.seen(scene).indenter
-    node = region(lattice, body, state.depth).lowest
-    touch = float(heights(lattice, body, np.array([node], float))[0])
-    profile = resolve(scene, state.depth)
-    summits, contacts = profile.x[profile.f <= touch], state.contacts
-    left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1
-    near = contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
-    return not bool((near & (left >= 0)).all())
-
-
 def _too_coarse(state: Equilibrium) -> bool:
     """Whether a contact has too few links, or the profile too few nodes, for errors to be known."""
-    links = np.diff(state.nodes)[:, 0] / state.spacing
+    scene, spacing = state.scene, state.spacing
+    links = np.diff(state.nodes)[:, 0] / spacing
     if ((links < LEAST - 0.5) & ~state.pinned.all(axis=1)).any():
         return True
-    return not state.scene.indenter.convex and _uneven(state)
-
-
-def _uneven(state: Equilibrium) -> bool:
-    """Whether the profile in contact departs from straight lines between the nodes."""
-    departs, lift = 0.0, state.scene.critical_separation
+    if scene.indenter.convex:
+        return False
+    if state.branch == "adhered" and scene.work_of_adhesion:
+        lowest = resolve(scene, state.depth).lowest
+        off = np.array([[-2, 2]]) * spacing
+        if not (np.diff(np.sign(state.contacts + off - lowest)) > 0).any():
+            return True
+    departs, size = 0.0, scene.critical_separation
     for first, last in state.nodes.tolist():
-        x = np.linspace(first, last, 2 * round((last - first) / state.spacing) + 1)
-        f = state.scene.indenter.height(x)
+        x = np.linspace(first, last, 2 * round((last - first) / spacing) + 1)
+        f = scene.indenter.height(x)
         beside = np.abs(f[1::2] - (f[:-1:2] + f[2::2]) / 2)
         departs = max(departs, float(beside.max(initial=0.0)))
-        lift = max(lift, float(np.abs(state.depth - f).max()))
-    return departs > UNEVEN * lift
-
-
-def _cornered(state: Equilibrium) -> bool:
-    """Whether a line that is held both ways is at a corner, which the nodes tell to a link."""
-    corners = np.asarray(state.scene.indenter.corners, float)
-    if state.scene.opening is None or not corners.size:
-        return False
-    near = np.abs(state.contacts.ravel()[:, None] - corners).min(axis=1) < 1.5 * state.spacing
-    return bool((near & ~state.pinned.ravel()).any())
+        size = max(size, float(np.abs(state.depth - f).max()))
+    return departs > UNEVEN * size
 
 
 def _next_to(fine: Equilibrium, other: Equilibrium, coarser: float) -> dict[str, float]:
     """The estimates of the module from one other state, of a spacing larger by this factor.
 
-    Where that has another number of contacts, or a line is at a corner, errors are of first order.
+    Where that has another number of contacts errors are of first order.
     """
-    smooth = other.contacts.shape == fine.contacts.shape and not _cornered(fine)
+    smooth = other.contacts.shape == fine.contacts.shape
     parts = {"energy": fine.energy_parts, "force": fine.force_parts}
     scales, errors = {"half_width": fine.half_width or fine.spacing, **fine.scales}, {}
     for name, scale in scales.items():

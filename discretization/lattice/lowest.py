@@ -25,8 +25,6 @@ one is beaten by it at all lower y, and by a newer one at all higher y. As surfa
    from an older start that is above one of them, but not above the best one, is above node j.)
 2. starts older than the best one at y = 0 are not needed beyond it, nor those blocked there, which
    a newer one beats. (Nor do these block any: lines above such a one fall below y = 0.)
-3. If the best line to some (z', y') from the starts there are at z is below all nodes from z to z',
-   older starts are not needed for these: one that is better there is better for (z', y'), too.
 
 So nothing is left out: V is the minimum but for rounding, and proves the state that attains it.
 """
@@ -44,7 +42,6 @@ from discretization.certificate import Proof
 from discretization.equilibrium import Equilibrium
 from discretization.lattice.assembly import Question, of_contacts
 from discretization.lattice.oracle import Oracle
-from discretization.lattice.rings import lowest_rings
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import pressed, surface
@@ -54,8 +51,9 @@ from energy import Scene
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
 _TIE = 1e-12  # of wΔx: what more contact may cost
-_FEW = 32  # starts that are all asked; nodes after which it is looked again which are needed
-_FAR = 300.0  # decay lengths after which it is, too: exp(-2·300) is a number
+_FEW = 32  # nodes after which it is looked again which starts are needed
+_TINY = 1e-300  # what a node far away pulls with: only the sign of a slope is left
+_FAR = 300.0  # decay lengths: exp(-2·300) is a number
 
 
 def global_minimum(lattice: Lattice, g: ArrayLike) -> tuple[Nodes, Proof]:
@@ -117,7 +115,8 @@ def _costs(chain: Chain, value: Array, starts: Nodes, k: int, height: float) -> 
     Slopes are compared less that of a line from z = 0, so that nothing is lost in rounding.
     """
     own, reach = chain.height[starts], chain.place[starts] - chain.place[k]
-    falls, whole = np.expm1(reach), -np.expm1(2 * reach)
+    falls = np.expm1(reach)
+    whole = -falls * (2 + falls)
     cost = value[starts] + chain.stiffness * (height - own - falls * own) ** 2 / whole
     if starts.size > 1:
         slope = np.exp(reach - reach[-1]) * (height - own + falls * height) / whole
@@ -126,27 +125,19 @@ def _costs(chain: Chain, value: Array, starts: Nodes, k: int, height: float) -> 
 
 
 def _cheapest(chain: Chain, tie: float) -> tuple[float, Nodes]:
-    """V of the tail that follows, and from where each node is reached (-1: nothing precedes).
-
-    older: starts that may be needed from node `again` on, but not before.
-    """
-    n, starts, again = chain.node.size, np.array([-1]), 0
-    value, before, older = np.full(n + 2, math.inf), np.empty(n + 1, np.int64), starts[:0]
+    """V of the tail that follows, and from where each node is reached (-1: nothing precedes)."""
+    n, starts = chain.node.size, np.array([-1])
+    value, before = np.full(n + 2, math.inf), np.empty(n + 1, np.int64)
     value[-1] = 0.0
     for k in range(n + 1):
-        if k >= again:
-            needed = _needed(chain, value, np.append(older, starts), k)
-            far = int(np.searchsorted(chain.place[:-1], chain.place[k] + _FAR))
-            again = max(k + 1, min(k + _FEW + math.isqrt(needed.size), far))
-            older, starts = np.split(needed, [_first_needed(chain, value, needed, k, again - 1)])
+        if k % _FEW == 0:
+            starts = _needed(chain, value, starts, k)
         height = float(chain.height[k])
         cost = _costs(chain, value, starts, k, height)
         cost[-1] -= chain.bonds[k]
         best = _newest(cost, tie)
         value[k], before[k] = cost[best], starts[best]
-        kept = best + 1
-        if not height:  # no span passes a node certainly in contact
-            older, kept = older[:0], 0
+        kept = best + 1 if height else 0  # no span passes a node certainly in contact
         starts = np.append(starts[:kept], k)
     return float(value[n]), before
 
@@ -163,17 +154,6 @@ def _needed(chain: Chain, value: Array, starts: Nodes, k: int) -> Nodes:
     cost = _costs(chain, value, starts, k, 0.0)
     best = _newest(cost, 0.0)
     return starts[best:][np.isfinite(cost[best:])]
-
-
-def _first_needed(chain: Chain, value: Array, starts: Nodes, k: int, last: int) -> int:
-    """Place of the oldest start that may be best at one of the nodes k..last (statement 3)."""
-    if starts.size <= _FEW:
-        return 0
-    ahead = slice(k, last + 1)
-    height = chain.height[ahead] * np.exp(chain.place[ahead] - chain.place[last])
-    among = np.append(starts, np.arange(k, last))
-    cost = _costs(chain, value, among, last, float(height.min()))
-    return int(cost[: starts.size].argmin())
 
 
 def _path(before: Nodes) -> list[int]:
@@ -237,3 +217,49 @@ def _lowest(row: Row, depth: float, method: str) -> tuple[Nodes, Proof | None]:
         return runs(contact) + start, None
     contacts, proof = global_minimum(lattice, g)
     return contacts + start, proof
+
+
+def lowest_rings(lattice: Lattice, g: Array) -> NDArray[np.bool_]:
+    """The nodes in contact (n,) of lowest energy around an axis, of heights g = d - f.
+
+    Let T_j be the least energy of a surface whose outermost contact node is j, with the free
+    surface outside. From a contact node i to the next one, j, the surface that is held at i and
+    free outside is lifted by g_j - τ_ij g_i there, τ_ij what is left of u_i at j, which costs a
+    square:
+
+        T_j = min over i of  T_i + (E_ij + κ_j + σ_j)/2 (g_j - τ_ij g_i)² - adhesion, if i = j - 1,
+
+    κ_j + σ_j the stiffness of the spring at j and of the surface outside, E_ij that of the surface
+    between with node i at rest. No node between is penetrated if g_m - τ_im g_i, times what a
+    displacement of m pulls with at i, is nowhere larger before j: surfaces that leave i are ordered
+    by their slopes. Where nothing is in contact before j, E is that of the disc inside, and
+    u_i = 0. All of these follow node by node, for all i at once: n² numbers for n nodes.
+    """
+    n = g.size
+    links = np.arange(n - 1) + 0.5
+    spring, link = lattice.spring * lattice.weight(np.arange(n)), lattice.link * links
+    outside = spring + lattice.pull(np.arange(n), 1)
+    decay, bonds = link / (link + outside[1:]), lattice.w * lattice.cell * links
+    least, before = np.zeros(n + 1), np.zeros(n + 1, np.int64)  # 0: nothing; i + 1: node i
+    felt, reaching, free = np.zeros(n + 1), np.ones(n + 1), np.zeros(n + 1)
+    steepest = np.full(n + 1, -math.inf)
+    for j in range(n):
+        starts = slice(0, j + 1)
+        lift = g[j] - free[starts]
+        slope = reaching[starts] * lift
+        cost = least[starts] + (felt[starts] + outside[j]) / 2 * lift**2
+        cost[slope < steepest[starts]] = math.inf
+        cost[j] -= bonds[j - 1] if j else 0.0
+        before[j + 1] = best = j - int(cost[::-1].argmin())
+        least[j + 1] = cost[best]
+        steepest[starts] = np.maximum(steepest[starts], slope)
+        if j < n - 1:
+            share = link[j] / (link[j] + spring[j] + felt[starts])
+            felt[starts] = share * (spring[j] + felt[starts])
+            reaching[starts] = np.maximum(share * reaching[starts], _TINY)
+            felt[j + 1] = reaching[j + 1] = link[j]
+            free[: j + 2] = decay[j] * np.append(free[starts], g[j])
+    contact, k = np.zeros(n, bool), int(np.where(steepest <= 0, least, math.inf).argmin())
+    while k:
+        contact[k - 1], k = True, int(before[k])
+    return contact

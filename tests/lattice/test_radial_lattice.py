@@ -12,8 +12,7 @@ from scipy.special import k0e, k1e
 
 from discretization import NodalEnergy, load_path, minimise
 from discretization.lattice.judge import judge, totals
-from discretization.lattice.lowest import runs
-from discretization.lattice.rings import lowest_rings
+from discretization.lattice.lowest import lowest_rings, runs
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.radial import RadialLattice, outer_pull
 from energy import FlatPunch, Parabola, Patches, Sampled
