@@ -97,7 +97,7 @@ def unseen(scene: Scene, depth: float, lattice: Lattice) -> Unseen:
     inside = (lattice.x(link - 1) >= lo) & (lattice.x(link + 2) <= hi)
     x, f, place, link = x[inside], f[inside], place[inside], link[inside]
     if not x.size:
-        return Unseen(*np.empty((3, 0)), profile.lowest, profile.touch)
+        return Unseen(x, f, f, profile.lowest, profile.touch)
     nodes = heights(lattice, scene.indenter, np.arange(link.min() - 1, link.max() + 3, dtype=float))
     at = link - link.min() + 1
     bend = np.abs(np.diff(nodes, 2))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from discretization.certificate import EPSILON, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
-from discretization.lattice.judge import Moves, State, Totals, judge, judge_apart, totals
+from discretization.lattice.judge import Moves, State, judge, judge_apart, totals
 from discretization.nodes.lattice import LatticeTail
 from discretization.nodes.nodal_energy import NodalEnergy
 from discretization.nodes.obstacle import surface
@@ -97,45 +97,39 @@ def of_contacts(
     if not nodes:
         return without_contact(asked, row)
     row.refuse_unknown(asked.depth, nodes)
-    contacts, scene = on_row(row, nodes, asked.depth), asked.scene
-    sums, tail, neutral = totals(contacts), row.lattice.tail, False
-    certificate = judge(contacts, sums)
     at, depth = np.reshape(nodes, (1, -1)), np.array([asked.depth])
-    if known is None:
-        zeta = line.offsets(row, at, depth)
-        x = line.positions(row, at, zeta)[0]
-    else:
-        x = np.array(known)
-        zeta = line.offsets_of(row, at, x)
-    energy, force = line.added(row, at, depth, zeta)[:, 0].tolist()
-    sums = sums._replace(energy=sums.energy + energy, force=sums.force + force)
-    if len(nodes) == 1 and not scene.hysteretic:
-        neutral = is_neutral(row, line.advances(row, at, depth, zeta))
-    return certified(asked, row, nodes, x, sums, certificate, tail, neutral=neutral)
+    zeta = line.offsets(row, at, depth)
+    if known is not None:
+        zeta = line.offsets_of(row, at, np.array([known]))
+    state, passed = on_row(row, nodes, asked.depth), line.advances(row, at, depth, zeta / 2)
+    return certified(asked, state, nodes, passed, zeta, row.lattice.tail)
 
 
 def certified(
     asked: Question,
-    row: Row,
+    state: State,
     nodes: Contacts,
-    lines: Array,
-    sums: Totals,
-    certificate: Certificate,
+    passed: line.Advances,
+    zeta: Array,
     tail: LatticeTail,
-    *,
-    neutral: bool = False,
 ) -> Equilibrium:
-    """The state with contacts between these nodes, whose lines are there. NotCertifiedError."""
+    """The state with contacts between these nodes, whose lines are ζ further. NotCertifiedError.
+
+    passed: what lines that pass links change.
+    """
+    row, at, sums = state.row, np.reshape(nodes, (1, -1)), totals(state)
+    certificate, lattice = judge(state, sums), row.lattice
     _demand(asked, certificate)
-    lattice, contacts = row.lattice, lines.reshape(-1, 2)
+    energy, force = line.gained(passed, zeta, line.corners(row, at), row.works[0])[:, 0].tolist()
+    contacts = line.positions(row, at, zeta).reshape(-1, 2)
     return Equilibrium(
         scene=asked.scene,
         depth=asked.depth,
         contacts=contacts,
         nodes=lattice.x(row.first + np.array(nodes)),
-        pinned=np.isin(contacts, row.indenter.corners),
-        force=sums.force,
-        energy=sums.energy,
+        pinned=np.isin(contacts, row.scene.indenter.corners),
+        force=sums.force + force,
+        energy=sums.energy + energy,
         certificate=certificate,
         surfaces=tail,
         scales={"force": sums.force_scale, "energy": sums.energy_scale},
@@ -143,11 +137,11 @@ def certified(
         method="lattice",
         branch=asked.branch,
         spacing=lattice.spacing,
-        neutral=neutral,
+        neutral=len(nodes) == 1 and not asked.scene.hysteretic and _neutral(row, passed),
     )
 
 
-def is_neutral(row: Row, passed: line.Advances) -> bool:
+def _neutral(row: Row, passed: line.Advances) -> bool:
     """Whether moving a line of a single contact inwards by several links costs nothing."""
     inside = slice(0, -line.LINKS[0])
     gap, energy = passed.gap[0, -1], (passed.stored - row.works[0] * passed.bonds)[0, -1]

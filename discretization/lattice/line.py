@@ -110,7 +110,7 @@ def advances(row: Row, nodes: Nodes, depth: Array, zeta: Array | None = None) ->
         at, f = nodes * 1.0, row.f[nodes]
         if zeta is not None:
             at = nodes + sides * zeta
-            f = row.indenter.height(lattice.x(row.first + at))
+            f = row.scene.indenter.height(lattice.x(row.first + at))
         inner, swapped = np.s_[:, 1:-1], np.arange(1, nodes.shape[1] - 1) + sides[1:-1]
         at, faced = at[:, swapped], depth[:, None] - f[:, swapped]
         apart = np.maximum(np.abs(at[..., None] - start[inner]), _CLOSEST)
@@ -248,7 +248,7 @@ def positions(row: Row, nodes: Nodes, zeta: Array) -> Array:
     held = np.argwhere(zeta == corners(row, nodes).zeta)
     for at in map(tuple, held.tolist()):
         x[at] = row.corners[np.abs(row.corners - x[at]).argmin()]
-    return np.clip(x, *row.indenter.extent)
+    return np.clip(x, *row.scene.indenter.extent)
 
 
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:

@@ -23,8 +23,7 @@ from discretization.lattice.assembly import (
 from discretization.lattice.judge import totals
 from discretization.lattice.line import Lines, moved_lines
 from discretization.lattice.lowest import on_lowest
-from discretization.lattice.plain import turning
-from discretization.lattice.plain_state import on_plain, overhang
+from discretization.lattice.plain import on_plain, overhang, turning
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Contacts, Row

@@ -92,8 +92,7 @@ class Lattice:
     """Spacing Δx, origin, and the scene's k, γ₁, w; everything else follows from these.
 
     spring: kΔx; link: t; log_decay: -ln λ, by which a free tail decays per node; end_stiffness:
-    t(1-λ), what a half-infinite free tail does to its first node; link_over_decay: t/λ; cell: Δx,
-    what a link covers.
+    t(1-λ), what a half-infinite free tail does to its first node; cell: Δx, what a link covers.
 
     Displacements u, heights f of the profile and depths [length] are numbers or arrays of one
     shape; energies [energy/length] and forces [force/length] per length of the contact line.
@@ -121,7 +120,6 @@ class Lattice:
     link: float = field(init=False)
     log_decay: float = field(init=False)
     end_stiffness: float = field(init=False)
-    link_over_decay: float = field(init=False)
     cell: float = field(init=False)
 
     @classmethod
@@ -150,16 +148,12 @@ class Lattice:
     def __post_init__(self) -> None:
         dx, k, gamma1 = self.spacing, self.k, self.gamma1
         spring, link = k * dx, gamma1 / dx
-        half = spring / 2
         log_decay = 2 * math.asinh(math.sqrt(spring / link) / 2) if link else math.inf
-        # t/λ without dividing by a λ that may underflow or vanish
-        link_over_decay = link + half + math.sqrt(half) * math.sqrt(half + 2 * link)
         vars(self).update(
             spring=spring,
             link=link,
             log_decay=log_decay,
             end_stiffness=-link * math.expm1(-log_decay),
-            link_over_decay=link_over_decay,
             cell=dx,
         )
 
@@ -198,14 +192,6 @@ class Lattice:
         p = nowhere if left is None else nodes - left
         q = nowhere if right is None else right - nodes
         return shares(self.log_decay, p, q)
-
-    @property
-    def critical_gap(self) -> float:
-        """Gap at the first free node beyond which the line does not advance: Δx√(2wλ/γ₁).
-
-        For independent springs it is δ₀.
-        """
-        return math.sqrt(2 * self.w * self.cell / self.link_over_decay)
 
     @property
     def deepest_contact(self) -> float:

@@ -64,7 +64,6 @@ class RadialLattice(Lattice):
             raise ValueError(f"origin = {self.origin!r}: with rotational symmetry it is the axis")
         cell, link = 2 * math.pi * self.spacing**2, 2 * math.pi * self.gamma1
         vars(self).update(cell=cell, spring=self.k * cell, link=link)
-        vars(self).update(link_over_decay=link or self.spring)
 
     @property
     def tail(self) -> LatticeTail:

@@ -143,11 +143,6 @@ class Row:
         return cls(lattice, scene, Region(first, last, where.lowest))
 
     @property
-    def indenter(self) -> Indenter:
-        """The indenter."""
-        return self.scene.indenter
-
-    @property
     def first(self) -> int:
         """The lattice's number of node 0."""
         return self.where.first
@@ -165,7 +160,7 @@ class Row:
     @property
     def clear(self) -> bool:
         """Whether there is one contact, and no outer surface can touch any node but the next."""
-        return self.indenter.convex and self.scene.pattern is None
+        return self.scene.indenter.convex and self.scene.pattern is None
 
     @functools.cached_property
     def works(self) -> tuple[float, float]:
@@ -176,7 +171,7 @@ class Row:
     @functools.cached_property
     def corners(self) -> Array:
         """x where the slope of the profile or the factor of the pattern jumps, increasing."""
-        places, pattern = list(self.indenter.corners), self.scene.pattern
+        places, pattern = list(self.scene.indenter.corners), self.scene.pattern
         if pattern is not None:
             places += np.array(pattern.edges)[np.diff(pattern.factors) != 0].tolist()
         return np.array(sorted({*map(float, places)} - {self.lattice.axis}))
@@ -196,7 +191,7 @@ class Row:
                 " give a larger spacing"
             )
         nodes = np.arange(self.first, self.where.last + 1.0)
-        return heights(self.lattice, self.indenter, nodes)
+        return heights(self.lattice, self.scene.indenter, nodes)
 
     @functools.cached_property
     def lowest(self) -> float:
@@ -233,8 +228,8 @@ class Row:
     def refuse_unknown(self, depth: float, nodes: Contacts) -> None:
         """ValueError for contacts at an end of the profile that is not the end of the body."""
         ends = (nodes[0][0], 0), (nodes[-1][1], self.size - 1)
-        for (node, limit), end in zip(ends, self.indenter.extent, strict=True):
-            if node == limit and end not in self.indenter.walls:
+        for (node, limit), end in zip(ends, self.scene.indenter.extent, strict=True):
+            if node == limit and end not in self.scene.indenter.walls:
                 raise ValueError(
                     f"depth = {depth!r} spreads the contact over the whole known profile, to x = "
                     f"{self.lattice.x(self.first + node)!r}, beyond which it is not known any "

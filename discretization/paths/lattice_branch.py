@@ -225,14 +225,14 @@ class LatticeBranch(Branch):
 
         AccuracyWarning where the surfaces miss what the nodes do not see.
         """
+        lattice, flat = self.row.lattice, Certificate.undeformed()
+        apart = detached(self.scene, 0.0, "adhered", lattice.tail, flat)
+        whole = (
+            replace(apart, depth=point.depth, contacts=np.array(point.lines).reshape(-1, 2))
+            for point in points
+        )
         if self.hidden.x.size:
-            lattice, flat = self.row.lattice, Certificate.undeformed()
-            apart = detached(self.scene, 0.0, "adhered", lattice.tail, flat)
-            whole = [
-                replace(apart, depth=point.depth, contacts=np.array(point.lines).reshape(-1, 2))
-                for point in points
-            ]
-            looked_at(whole, self.hidden, lattice, stacklevel=4)
+            looked_at([*whole], self.hidden, lattice, stacklevel=4)
         energy, force, *lines = self._interpolated(points)
         return np.array(lines).T, force, energy
 
