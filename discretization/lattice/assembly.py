@@ -120,7 +120,7 @@ def certified(
     row, at, sums = state.row, np.reshape(nodes, (1, -1)), totals(state)
     certificate, lattice = judge(state, sums), row.lattice
     _demand(asked, certificate)
-    energy, force = line.gained(passed, zeta, line.corners(row, at), row.works[0])[:, 0].tolist()
+    energy, force = line.gained(row, at, passed, zeta)[:, 0].tolist()
     contacts = line.positions(row, at, zeta).reshape(-1, 2)
     return Equilibrium(
         scene=asked.scene,

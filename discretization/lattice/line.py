@@ -194,7 +194,7 @@ def _at(parts: Array, link: Nodes) -> Array:
     return np.asarray(found[..., 0])
 
 
-def added_by(steps: Array, zeta: Array, corner: Corner) -> Array:
+def _added(steps: Array, zeta: Array, corner: Corner) -> Array:
     """What contacts that end at ζ have more than those at their nodes; steps: over links."""
     at = np.nan_to_num(corner.zeta)
     middle = np.where(zeta > at, np.ceil(at) + 1, np.floor(at) - 1).astype(int)
@@ -257,16 +257,10 @@ def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
     return np.asarray(outwards(nodes.shape[1]) * off)
 
 
-def added(row: Row, nodes: Nodes, depth: Array, zeta: Array) -> Array:
-    """U and P (2, s) that states have more with lines that far from their nodes."""
-    found = advances(row, nodes, depth, zeta / 2)
-    return gained(found, zeta, corners(row, nodes), row.works[0])
-
-
-def gained(found: Advances, zeta: Array, corner: Corner, w: float) -> Array:
-    """The same of the changes over links; w: work of adhesion."""
-    parts = found.stored - w * found.bonds, found.force
-    return np.array([added_by(part, zeta, corner).sum(axis=1) for part in parts])
+def gained(row: Row, nodes: Nodes, found: Advances, zeta: Array) -> Array:
+    """U and P (2, s) that states have more with lines ζ further; found: with faced ones at ζ/2."""
+    corner, energy = corners(row, nodes), found.stored - row.works[0] * found.bonds
+    return np.array([_added(part, zeta, corner).sum(axis=1) for part in (energy, found.force)])
 
 
 def moved_lines(
@@ -278,30 +272,25 @@ def moved_lines(
     others come from the side on which their contacts were.
     """
     contacts, lines = ((), ()) if before is None else before
-    known = dict(zip(_facing(contacts), lines, strict=True))
-    was = np.reshape([node for pair in contacts for node in pair], (1, -1)).astype(int)
-    there = dict(zip(known, offsets_of(row, was, np.array(lines))[0].tolist(), strict=True))
+    was = np.array(contacts, int).reshape(1, -1)
+    facing = list(zip(outwards(was.size).tolist(), was[0].tolist(), strict=True))
+    known = dict(zip(facing, lines, strict=True))
+    there = dict(zip(facing, offsets_of(row, was, np.array(lines))[0].tolist(), strict=True))
     sides = outwards(nodes.shape[1]).tolist()
     asked = [list(zip(sides, each, strict=True)) for each in nodes.tolist()]
     came = [
         [there.get(key, _HALF if _in_contact(contacts, key[1]) else -_HALF) for key in keys]
         for keys in asked
     ]
-    zeta = offsets(row, nodes, depth, np.array(came))
-    ends = row.lattice.x(row.first + np.array([0, row.size]))
-    rounding = _ROUNDING * float(np.abs(ends).max())
+    found = positions(row, nodes, offsets(row, nodes, depth, np.array(came)))
+    near = _ROUNDING * float(np.abs(found).max())
     return [
         tuple(
-            known[key] if abs(known.get(key, math.inf) - x) <= rounding else x
+            known[key] if abs(known.get(key, math.inf) - x) <= near else x
             for key, x in zip(keys, each, strict=True)
         )
-        for keys, each in zip(asked, positions(row, nodes, zeta).tolist(), strict=True)
+        for keys, each in zip(asked, found.tolist(), strict=True)
     ]
-
-
-def _facing(nodes: Contacts) -> list[tuple[int, int]]:
-    """Which way the lines of contacts face, and their nodes."""
-    return [each for first, last in nodes for each in ((-1, first), (1, last))]
 
 
 def _in_contact(nodes: Contacts, node: int) -> bool:

@@ -69,8 +69,6 @@ def region(lattice: Lattice, indenter: Indenter, depth: float) -> Region:
     if apex is None:
         return whole
     beside = min(max(math.floor((apex - lattice.origin) / dx + 1e-9), first), last)
-    if lattice.x(beside) == apex:
-        return whole._replace(lowest=beside)
     pair = beside, min(beside + 1, last)
     return whole._replace(lowest=pair[int(np.argmin(heights(lattice, indenter, np.array(pair))))])
 
@@ -186,14 +184,12 @@ class Row:
     def f(self) -> Array:
         """Heights of all nodes. ValueError if these are too many."""
         if self.size > MOST:
-            raise ValueError(
-                f"spacing = {self.lattice.spacing!r} puts more than {MOST} nodes in contact;"
-                " give a larger spacing"
-            )
+            many = f"spacing = {self.lattice.spacing!r} puts more than {MOST} nodes in contact"
+            raise ValueError(many + "; give a larger spacing")
         nodes = np.arange(self.first, self.where.last + 1.0)
         return heights(self.lattice, self.scene.indenter, nodes)
 
-    @functools.cached_property
+    @property
     def lowest(self) -> float:
         """f at the node that touches first."""
         return float(self.f[self.touch])
@@ -273,10 +269,7 @@ class Row:
 
 
 def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: float) -> int:
-    """The last node on one side of a convex profile: some beyond a link that does not hold.
-
-    With finite slopes links may hold while u > -δ₀ beyond them.
-    """
+    """The last node on one side of a convex profile: some beyond a link that does not hold."""
     body, most = scene.indenter, abs(where[side > 0] - where.lowest)
     strongest = lattice.w * (max(scene.pattern.factors) if scene.pattern else 1.0)
     top = max(depth, float(heights(lattice, body, np.array([where.lowest]))[0]))
@@ -284,7 +277,7 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: f
     def resists(links: Nodes) -> NDArray[np.bool_]:
         nodes = where.lowest + side * links
         own, after = (body.height(positions(lattice, body, at)) for at in (nodes, nodes + side))
-        if lattice.slopes == "finite":
+        if lattice.slopes == "finite":  # links may hold while u > -δ₀ beyond them
             return np.asarray(after > top + scene.critical_separation * (1 + 1e-9))
         bonds = strongest * lattice.cell * lattice.weight(nodes + side / 2)
         rests = rest_depth(lattice, nodes, side, own, after, bonds)
@@ -299,8 +292,7 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: f
 def _running(parts: Array, start: int) -> Array:
     """Sums (n + 1,) of the n parts from `start` on, those before it counted negative.
 
-    With the digits of long double where there is one: between two contacts the heights may be much
-    larger than in contact, and with them what rounding leaves in the difference of two sums.
+    In long double: between two contacts heights may be much larger than in contact.
     """
     parts = parts.astype(np.longdouble)
     before, after = np.cumsum(parts[:start][::-1])[::-1], np.cumsum(parts[start:])

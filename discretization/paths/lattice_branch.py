@@ -203,8 +203,9 @@ class LatticeBranch(Branch):
             else:
                 zeta = line.offsets(self.row, nodes, depths)
                 lines = line.positions(self.row, nodes, zeta)
-            found[:2, own] = self.row.totals(nodes, depths)
-            found[:2, own] += line.added(self.row, nodes, depths, zeta)
+            passed = line.advances(self.row, nodes, depths, zeta / 2)
+            more = line.gained(self.row, nodes, passed, zeta)
+            found[:2, own] = self.row.totals(nodes, depths) + more
             found[2:, own] = lines[:, 0], lines[:, -1]
         return found
 
