@@ -98,11 +98,14 @@ def of_contacts(
         return without_contact(asked, row)
     row.refuse_unknown(asked.depth, nodes)
     at, depth = np.reshape(nodes, (1, -1)), np.array([asked.depth])
-    zeta = line.offsets(row, at, depth)
-    if known is not None:
-        zeta = line.offsets_of(row, at, np.array([known]))
+    if known is None:
+        zeta = line.offsets(row, at, depth)
+        lines = line.positions(row, at, zeta)
+    else:
+        lines = np.array([known])
+        zeta = line.offsets_of(row, at, lines)
     state, passed = on_row(row, nodes, asked.depth), line.advances(row, at, depth, zeta / 2)
-    return certified(asked, state, nodes, passed, zeta, row.lattice.tail)
+    return certified(asked, state, nodes, passed, zeta, lines, row.lattice.tail)
 
 
 def certified(
@@ -111,17 +114,18 @@ def certified(
     nodes: Contacts,
     passed: line.Advances,
     zeta: Array,
+    lines: Array,
     tail: LatticeTail,
 ) -> Equilibrium:
-    """The state with contacts between these nodes, whose lines are ζ further. NotCertifiedError.
+    """The state with contacts between these nodes, whose lines are ζ further, and their x (1, 2m).
 
-    passed: what lines that pass links change.
+    passed: what lines that pass links change. NotCertifiedError.
     """
     row, at, sums = state.row, np.reshape(nodes, (1, -1)), totals(state)
     certificate, lattice = judge(state, sums), row.lattice
     _demand(asked, certificate)
     energy, force = line.gained(row, at, passed, zeta)[:, 0].tolist()
-    contacts = line.positions(row, at, zeta).reshape(-1, 2)
+    contacts = lines.reshape(-1, 2)
     return Equilibrium(
         scene=asked.scene,
         depth=asked.depth,

@@ -178,7 +178,8 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
     if asked.branch == "global" and depth <= row.lowest and totals(state).energy > 0:
         return without_contact(asked, row)
     zeta = line.resting(row, at, [passed.excess(work)], line.corners(row, at))
-    for x, node in zip(line.positions(row, at, zeta)[0].tolist(), found, strict=True):
+    lines = line.positions(row, at, zeta)
+    for x, node in zip(lines[0].tolist(), found, strict=True):
         u, own = depth - float(row.scene.indenter.height(np.array([x]))[0]), plain.g(node)
         if max(abs(u), abs(own) - lattice.spacing) > turning(lattice):
             raise ValueError(overhang(depth, f" x = {x!r}", u, turning(lattice)))
@@ -188,7 +189,7 @@ def on_plain(asked: Question, row: Row) -> Equilibrium:
             f"{lattice.slopes!r} nodes answer states of one contact only: use method='fitted'"
         )
     tail = SteepTail(lattice.tail.rate, lattice) if lattice.slopes == "finite" else lattice.tail
-    return certified(asked, state, nodes, passed, zeta, tail)
+    return certified(asked, state, nodes, passed, zeta, lines, tail)
 
 
 def overhang(depth: float, where: str, u: float, limit: float) -> str:
