@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import EPSILON, Certificate
+from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.lattice import line
 from discretization.lattice.judge import Moves, State, judge, judge_apart, totals
@@ -50,30 +50,18 @@ def on_row(row: Row, nodes: Contacts, depth: float) -> State:
     u, free, at = g, np.flatnonzero(~held), np.reshape(nodes, (1, -1))
     if free.size:
         u = g.copy()
-        u[free] = _surface(row, np.unique(nodes), depth, free)
+        lines = np.unique(nodes)
+        u[free] = surface(row.lattice, row.first + lines, depth - row.f[lines], row.first + free)
     passed = line.advances(row, at, np.array([depth]))
     bonds, link = passed.bonds.copy(), -line.LINKS[0]
     both = np.repeat(at[0, 2::2] - at[0, 1:-1:2] == 2, 2)  # the last two links of a gap
     bonds[0, 1:-1, link] += np.where(both, bonds[0, 1:-1, link + 1], 0.0)
-    closes = np.array([row.clear or _stays_clear(row, at[0], i, depth) for i in range(at.size)])
+    ends = [None, *at[0].tolist(), None]
+    closes = np.full(at.size, True)
+    for i, side in enumerate([] if row.clear else line.outwards(at.size).tolist()):
+        left, right = (ends[i + 1] + side, ends[i + 1 + side])[::side]  # after the next link
+        closes[i] = row.rules[0].clears(left, right, depth)
     return State(row, depth, model, u, g, Moves.of(passed._replace(bonds=bonds), row.works, closes))
-
-
-def _stays_clear(row: Row, ends: Nodes, i: int, depth: float) -> bool:
-    """Whether the surface beyond line i is above the indenter once it has passed a link."""
-    side = 1 if i % 2 else -1
-    node, faced = int(ends[i]) + side, 0 <= i + side < ends.size
-    other = int(ends[i + side]) if faced else (row.size if side > 0 else -1)
-    if abs(other - node) < 2:
-        return True
-    held, at = np.sort([node, other][: 1 + faced]), np.sort(np.arange(node + side, other, side))
-    noise = 32 * EPSILON * max(abs(depth), float(np.abs(depth - row.f[held]).max()))
-    return bool((depth - row.f[at] - _surface(row, held, depth, at) <= noise).all())
-
-
-def _surface(row: Row, held: Nodes, depth: float, at: Nodes) -> Array:
-    """Displacements at some nodes of the surface of these contact nodes."""
-    return surface(row.lattice, held + row.first, depth - row.f[held], at + row.first)
 
 
 def without_contact(asked: Question, row: Row) -> Equilibrium:

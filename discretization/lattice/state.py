@@ -21,12 +21,12 @@ from discretization.lattice.assembly import (
     without_contact,
 )
 from discretization.lattice.judge import totals
-from discretization.lattice.line import Lines, moved_lines
+from discretization.lattice.line import moved_lines
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import on_plain, overhang, turning
 from discretization.lattice.walk import Walk
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import Contacts, Row
+from discretization.nodes.row import Row
 from discretization.routes import question_of, route
 from energy import Plane, Scene
 
@@ -104,33 +104,24 @@ def on_path(asked: Question, row: Row) -> Equilibrium:
 
     NotCertifiedError and ValueError as `of_contacts`.
     """
-    nodes, lines = _followed(asked, row)
+    deepest, walk = max(asked.depth, row.lowest), Walk(row)
+    nodes, lines = walk.touched(deepest), None
+    row.refuse_unknown(deepest, nodes)
+    way = [(deepest, nodes)]
+    if asked.depth < deepest:
+        tie = _TIE * asked.scene.opened.critical_separation
+        nodes = walk.moved(nodes, asked.depth + tie)
+        way.append((asked.depth, nodes))
+    if asked.scene.hysteretic:  # where lines are depends on the way
+        before = None
+        for depth, there in way[: 1 + bool(nodes)]:
+            at = np.reshape(there, (1, -1))
+            (lines,) = moved_lines(row, at, np.array([depth]), before)
+            before = there, lines
     raised = nodes and asked.branch == "global" and asked.depth <= row.lowest
     if raised and totals(on_row(row, nodes, asked.depth)).energy > 0:
         return without_contact(asked, row)
     return of_contacts(asked, row, nodes, lines)
-
-
-def _followed(asked: Question, row: Row) -> tuple[Contacts, Lines | None]:
-    """The contacts on this path, and where their lines are, if that depends on the way.
-
-    ValueError where the path leads to an end of the known profile.
-    """
-    tie = _TIE * asked.scene.opened.critical_separation
-    deepest, walk = max(asked.depth, row.lowest), Walk(row)
-    nodes = walk.touched(deepest)
-    row.refuse_unknown(deepest, nodes)
-    if not asked.scene.hysteretic:
-        if asked.depth < deepest:
-            nodes = walk.moved(nodes, asked.depth + tie)
-        return nodes, None
-    (lines,) = moved_lines(row, np.reshape(nodes, (1, -1)), np.array([deepest]), None)
-    if asked.depth < deepest:
-        before = nodes, lines
-        if nodes := walk.moved(nodes, asked.depth + tie):
-            at = np.reshape(nodes, (1, -1))
-            (lines,) = moved_lines(row, at, np.array([asked.depth]), before)
-    return nodes, lines
 
 
 _ON_NODES = {
