@@ -104,21 +104,6 @@ def _searched(lattice: Lattice, indenter: Indenter, depth: float, first: int, la
     )
 
 
-class Sums(NamedTuple):
-    """From the node that touches first, that one included, up to each of n + 1 node ends.
-
-    Number of nodes, of their heights above it, of the squares of these (n + 1,), with the nodes'
-    weights; from that node to each node, of the energies of the links as free surface, and of their
-    lengths or areas times the pattern's factor on the work of adhesion (n,).
-    """
-
-    nodes: Array
-    heights: Array
-    squares: Array
-    stretch: Array
-    bonds: Array
-
-
 @dataclass(frozen=True, eq=False)
 class Row:
     """Nodes in a row under an indenter; scene: as far as it has nodes (`Lattice.seen`)."""
@@ -211,15 +196,18 @@ class Row:
         return first, replace(first, work=opening * self.bonds)
 
     @functools.cached_property
-    def sums(self) -> Sums:
-        """The running sums."""
-        h, touch = self.f - self.f[self.touch], self.touch
-        steps, nodes = np.diff(self.f), self.first + np.arange(h.size)
-        weights = self.lattice.weight(nodes)
-        stretch = self.lattice.link / 2 * steps * steps * self.lattice.weight(nodes[:-1] + 0.5)
-        parts = (part * weights for part in (np.ones_like(h), h, h * h))
-        whole = (_running(part, touch) for part in parts)
-        return Sums(*whole, *(_running(part, touch) for part in (stretch, self.bonds)))
+    def sums(self) -> tuple[Array, Array]:
+        """Running sums from the node that touches first up to node ends, and up to nodes.
+
+        Of the nodes' weights, of these times the heights above it, and times their squares
+        (3, n + 1); of the energies of links in contact (n,).
+        """
+        h, lattice, touch = self.f - self.lowest, self.lattice, self.touch
+        nodes, steps = self.first + np.arange(h.size), np.diff(self.f)
+        weights = lattice.weight(nodes) * np.ones(h.size)
+        links = lattice.link / 2 * steps * steps * lattice.weight(nodes[:-1] + 0.5)
+        whole = [_running(part, touch) for part in (weights, weights * h, weights * h * h)]
+        return np.array(whole), _running(links - self.works[0] * self.bonds, touch)
 
     def refuse_unknown(self, depth: float, nodes: Contacts) -> None:
         """ValueError for contacts at an end of the profile that is not the end of the body."""
@@ -244,15 +232,13 @@ class Row:
 
     def bonded(self, nodes: Contacts) -> float:
         """Length or area of contacts, weighted with the pattern's factor."""
-        bonds = self.sums.bonds
-        return float(sum(bonds[last] - bonds[first] for first, last in nodes))
+        return float(sum(self.bonds[first:last].sum() for first, last in nodes))
 
     def _held(self, before: Nodes, node: Nodes, depth: Array) -> Array:
         """Energy and force of the springs up to node ends, and of the links up to nodes."""
-        sums, d = self.sums, depth - self.f[self.touch]
-        count, h, spring = sums.nodes[before], sums.heights[before], self.lattice.spring
-        energy = spring / 2 * ((count * d - 2 * h) * d + sums.squares[before])
-        links = sums.stretch[node] - self.works[0] * sums.bonds[node]
+        (count, h, squares), links = self.sums[0][:, before], self.sums[1][node]
+        d, spring = depth - self.lowest, self.lattice.spring
+        energy = spring / 2 * ((count * d - 2 * h) * d + squares)
         return np.array([energy + links, spring * (count * d - h)])
 
     def tail(self, node: Nodes, side: int, depth: Array) -> Array:
