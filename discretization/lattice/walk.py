@@ -139,7 +139,7 @@ class Walk:
             ahead = rules.outwards[side][at:]
             if sign < 0:
                 ahead = rules.outwards[side][at - (last - first) : at][::-1]
-            late = sign * np.diff(ahead, prepend=depth) <= 0
+            late = sign * ahead <= sign * np.append(depth, ahead[:-1])
             count = int(late.argmax()) if late.any() else ahead.size
             if late.any():
                 stop = sign * min(sign * stop, sign * float(ahead[count - 1] if count else depth))
