@@ -6,11 +6,11 @@ that passes link j, from ζ = j to j + 1, stores S v²/2 in the surface and gain
 
     e = v/|v| √(S v²/2) - √W,    over the root of the link's length or area.
 
-Between the nodes a line is where e, taken at the middles of the links, is zero: by the parabola
-through the links -1 and 0 with the mean of the second differences there, or by the straight line
-where the profile or the pattern has a corner nearby. A corner holds the line if e changes sign
-there by a jump; what is inside and what is outside then continue straight. U and P are parabolas
-through three neighbouring nodes, on one side of the corner. Raw lattice values are off by up to
+Between the nodes a line is where e, taken at the middles of the links, is zero: by the cubic through
+the links -2..1, or by the straight line through -1 and 0 where the profile or the pattern has a
+corner within two links. One that is less than a link away holds the line if e changes sign there by
+a jump; what is inside and what is outside then continue straight. U and P are interpolated between
+the same contact sets, beside a corner those on one side of it. Raw lattice values are off by up to
 Δx/2 in the line; these are off by O(Δx²).
 
 Where opening takes another work of adhesion than closing there are two such positions, and a line
@@ -54,7 +54,7 @@ class Advances(NamedTuple):
     """What passing each of the links beside lines changes; arrays of one shape, the links last.
 
     gap: v; stored: S v²/2; force: ΔP; bonds: the links' lengths or areas times the pattern's
-    factor; size: without it. All but the last are nan where there is no link to pass.
+    factor; size: without it. The first three are nan where there is no link to pass.
     """
 
     gap: Array
