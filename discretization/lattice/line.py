@@ -6,12 +6,12 @@ that passes link j, from ζ = j to j + 1, stores S v²/2 in the surface and gain
 
     e = v/|v| √(S v²/2) - √W,    over the root of the link's length or area.
 
-Between the nodes a line is where e, taken at the middles of the links, is zero: by the cubic through
-the links -2..1, or by the straight line through -1 and 0 where the profile or the pattern has a
-corner within two links. One that is less than a link away holds the line if e changes sign there by
-a jump; what is inside and what is outside then continue straight. U and P are interpolated between
-the same contact sets, beside a corner those on one side of it. Raw lattice values are off by up to
-Δx/2 in the line; these are off by O(Δx²).
+Between the nodes a line is where e, taken at the middles of the links, is zero: by the cubic
+through the links -2..1, or by the straight line through -1 and 0 where the profile or the pattern
+has a corner within two links. One that is less than a link away holds the line if e changes sign
+there by a jump; what is inside and what is outside then continue straight. U and P are interpolated
+between the same contact sets, beside a corner those on one side of it. Raw lattice values are off
+by up to Δx/2 in the line; these are off by O(Δx²).
 
 Where opening takes another work of adhesion than closing there are two such positions, and a line
 between them stays where it last moved (a play operator):
