@@ -24,7 +24,6 @@ MODULES = {
     "sphere": "studies.sphere",
     "layer": "studies.layer.study",
     "rough": "studies.rough",
-    "tolerance": "studies.benchmarks.tolerance",
     "stress": "studies.benchmarks.stress.study",
     **{name: f"studies.benchmarks.{name}" for name in TIMED},
     "run": "studies.scenes.run",

@@ -110,7 +110,7 @@ def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch)
     assert (tmp_path / "runtime_vs_error.png").stat().st_size > 20_000
 
 
-TINY_STRESS = stress.Parameters(stride=3, nodes=2000)
+TINY_STRESS = stress.Parameters(stride=3, nodes=2000, scenes=20, lattices=20)
 
 
 @pytest.fixture(scope="module")
