@@ -148,7 +148,7 @@ def test_both_verdicts_pass_only_within_rounding_of_letting_go(trials):
 
 
 def test_fewer_than_twelve_digits_are_explained(trials):
-    few = [t for t in trials if min(t.digits) < stress.KEPT]
+    few = [t for t in stress.exact(trials) if min(t.digits) < stress.KEPT]
     assert few and all("condition" in t.note for t in few)
     told = stress.summary("edge", [t for t in trials if t.grid == "edge"])
     assert "keep 12" in told and "ε (1 + condition)" in told
@@ -160,11 +160,12 @@ def test_twelve_digits_where_the_condition_allows(trials):
             assert min(t.digits) >= 11.9 or t.excess <= 1, t
 
 
-def test_only_overhangs_and_the_finest_lattices_are_refused(trials):
+def test_only_overhangs_and_the_finest_and_coarsest_lattices_are_refused(trials):
     for t in trials:
         if t.verdict == "refused":
             fine = t.grid == "lattice" and t.x >= 5 and "violates force" in t.note
-            assert fine or (t.grid == "finite" and "turn over" in t.note), t
+            coarse = t.grid == "nodes" and t.x < math.log10(50)
+            assert fine or coarse or (t.grid == "finite" and "turn over" in t.note), t
 
 
 def test_an_estimate_of_a_lattice_state_that_is_too_small_is_wrong():
