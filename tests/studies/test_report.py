@@ -11,11 +11,10 @@ import pytest
 from scene_files import writer
 from scenes import ROOT
 
-from studies import MODULES, REPORTED, STUDIES, report, template
+from studies import MODULES, REPORTED, STUDIES, pull_off, report, template
 from studies import __main__ as command_line
 from studies import report as page
 from studies.benchmarks import skipping
-from studies.pull_off import study as pull_off
 from studies.shared import table
 from studies.shared.figures import canvas, save
 
