@@ -77,9 +77,7 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
     if jobs == 1:
         yield None
         return
-    tasks = Path("/proc/self/task")
-    alone = tasks.is_dir() and len(list(tasks.iterdir())) == 1
-    context: Any = get_context("fork" if alone else "spawn")
+    context: Any = get_context("fork" if alone() else "spawn")
     others = set(active_children())
     pool = ProcessPoolExecutor(jobs, context, initializer=end_with, initargs=(os.getpid(),))
     try:
@@ -90,6 +88,18 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def alone() -> bool:
+    """Whether this process has a single thread; one that has just ended may take a moment to go."""
+    tasks, until = Path("/proc/self/task"), time.monotonic() + 0.1
+    while tasks.is_dir():
+        if len(list(tasks.iterdir())) == 1:
+            return True
+        if time.monotonic() > until:
+            return False
+        time.sleep(0.005)
+    return False
 
 
 def silent(line: object) -> None:
