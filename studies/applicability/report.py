@@ -83,7 +83,7 @@ def _borders(record: Record) -> str:
         limits = (_limit(border.ratio or math.nan, f"{largest:g}, all") for border in (one, ten))
         rows.append([one.shape, steepness, one.quantity, *limits])
     columns = ("indenter", "f'(a)", "error of", "w/γ₁ within 1 %", "within 10 %")
-    return markdown(columns, rows, "--- --: --- --- ---")
+    return markdown(columns, rows)
 
 
 def _limit(value: float, every: str) -> str:
