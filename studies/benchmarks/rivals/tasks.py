@@ -145,7 +145,7 @@ ROUGH = (
     Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(20, 30, 60)),
 )
 
-CONTACTS = (3, 10, 30, 100)  # about
+CONTACTS = (1, 3, 10, 30, 100)  # about
 ROUGH_PATHS = (
     Method("ours, load_path", rough_path(), only=CONTACTS),
     Method(

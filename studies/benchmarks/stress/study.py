@@ -85,7 +85,7 @@ class Parameters:
     seed: int = 3
 
 
-QUICK = Parameters(stride=3, nodes=10**4, scenes=40, lattices=40)
+QUICK = Parameters(stride=3, nodes=10**4, scenes=100, lattices=20)
 
 
 def scene_at(
