@@ -56,15 +56,12 @@ class Clock:
         if self.since is None or part <= 0.025:
             self.since = self.done, now
         if now - self.told >= PAUSE or self.done == self.total:
-            per_point = self.pace(now) if part >= 0.05 else math.nan
-            remaining = per_point * (self.total - self.done)
+            done, start = self.since
+            known = part >= 0.05 and self.done > done
+            pace = (now - start) / (self.done - done) if known else math.nan
+            remaining = pace * (self.total - self.done)
             self.show(Progress(self.done, self.total, self.failed, remaining))
             self.told = now
-
-    def pace(self, now: float) -> float:
-        """Seconds per point; nan while that is not known."""
-        done, start = self.since or (self.done, now)
-        return (now - start) / (self.done - done) if self.done > done else math.nan
 
 
 @contextmanager
