@@ -1,5 +1,6 @@
 """Other models of the same curve, and how far the assumptions of the fitted one hold along it."""
 
+import contextlib
 import math
 from dataclasses import dataclass, replace
 
@@ -7,8 +8,9 @@ import numpy as np
 
 from discretization import NotCertifiedError, minimise
 from energy import Assumption, Scene
-from studies.scenes.fit.model import BASELINE, Model, scene_with
+from studies.scenes.fit.model import Model, parameters_of, scene_with
 from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless, sought
+from studies.scenes.run import violations
 from studies.shared import Array
 
 STRONG = 6.0  # a difference of the information criterion that decides (Kass and Raftery 1995)
@@ -18,12 +20,16 @@ WITHIN = 0.1  # by which two models may differ in a parameter without a word
 ROUGHLY = 3e-3  # how well a sum of squares is found
 LOOKS = 5  # states along the curve whose assumptions are looked at
 NEEDLESS = {"gamma1": "without surface tension", "w": "without adhesion"}
+RESPONSES = {  # of the fit, and of the other model
+    "layer": ("springs", "the layer", "the layer explains"),
+    "springs": ("the layer's own response", "springs", "springs explain"),
+}
 
 
 def criterion(best: Best) -> float:
     """Schwarz's criterion n log(Σr²/n) + m log n of a fit of m parameters to n residuals."""
-    n, m = best.fun.size, best.x.size
-    return float(n * math.log(2 * best.cost / n) + m * math.log(n))
+    n, m = best.jac.shape
+    return float(n * math.log(best.squares / n) + m * math.log(n))
 
 
 @dataclass(frozen=True)
@@ -32,14 +38,18 @@ class Alternative:
 
     name: of the parameter left out, or the response of the layer; better: by how much its
     criterion is lower than that of the fit; values: what it finds; off: by how much the fit is
-    off them, relatively; simpler: whether it lacks a parameter.
+    off them, relatively.
     """
 
     name: str
     better: float
     values: dict[str, float]
     off: dict[str, float]
-    simpler: bool
+
+    @property
+    def simpler(self) -> bool:
+        """Whether it lacks a parameter."""
+        return self.name in NEEDLESS
 
     @property
     def preferred(self) -> bool:
@@ -56,25 +66,20 @@ class Alternative:
     def told(self) -> str:
         """What the comparison says, in a sentence."""
         found = ", ".join(f"{name} = {value:.4g}" for name, value in self.values.items())
-        size = (
-            f"the criterion is {'lower' if self.better > 0 else 'higher'} by {abs(self.better):.3g}"
-        )
+        size = f"criterion is {'lower' if self.better > 0 else 'higher'} by {abs(self.better):.3g}"
         if self.simpler:
             verdict = "not needed" if self.preferred else "needed"
-            with_it = f" and {found}" if self.preferred and found else ""
-            text = f"{self.name} is {verdict} by these data: {NEEDLESS[self.name]}"
-            return f"{text} {size}{with_it}"
+            text = f"{self.name} is {verdict} by these data: {NEEDLESS[self.name]} the {size}"
+            return f"{text} and {found}" if self.preferred and found else text
         off = " and ".join(f"{value:+.0%} in {name}" for name, value in self.off.items())
-        other = "springs" if self.name == "layer" else "the layer's own response"
-        own = "the layer" if self.name == "layer" else "springs"
-        verb = "explains" if self.name == "layer" else "explain"
+        own, other, explains = RESPONSES[self.name]
         if self.preferred:
-            text = f"{own} {verb} them better ({size}): {other} are off by {off}; with"
+            text = f"{explains} them better (the {size}): {own} are off by {off}; with"
             return f'{text} response = "{self.name}" {found}'
         if self.doubtful:
-            text = f"these data do not tell {other} from {own} ({size}), with which {found}"
+            text = f"these data do not tell {own} from {other} (the {size}), with which {found}"
             return f"{text}; the fit differs by {off}"
-        return f"{other} tell these data better than {own} or as well ({size})"
+        return f"{own} tell these data better than {other} or as well (the {size})"
 
 
 def compared(model: Model, best: Best, reaches: Array) -> tuple[Alternative, ...]:
@@ -82,70 +87,48 @@ def compared(model: Model, best: Best, reaches: Array) -> tuple[Alternative, ...
 
     reaches: half-widths of the intervals; adhesion that is well known is needed, and not left out.
     """
-    at = model.parameters(model.start if hopeless(model, best) else best.x)
-    scene, names = scene_with(model.scene, at), _own(model)
-    others: list[tuple[str, Scene, list[str]]] = []
+    lost, names = hopeless(model, best.squares), list(model.names)
+    at = parameters_of(model.scene) if lost else model.parameters(best.x)
+    scene, others = scene_with(model.scene, at), list[tuple[str, Scene, list[str]]]()
     if "gamma1" in names and not scene.layer.exact:
-        others.append(("gamma1", scene_with(scene, at | {"gamma1": 0.0}), _less(names, "gamma1")))
+        dry = scene_with(scene, at | {"gamma1": 0.0})
+        others.append(("gamma1", dry, [one for one in names if one != "gamma1"]))
     if "w" in names and not reaches[names.index("w")] < KNOWN:
         none = scene_with(scene, at | {"w": NONE * at["w"], "opening": 0.0})
-        others.append(("w", none, [n for n in names if n not in ("w", "opening")]))
+        others.append(("w", none, [one for one in names if one not in ("w", "opening")]))
     response = "springs" if scene.layer.exact else "layer"
     others.append((response, replace(scene, layer=replace(scene.layer, response=response)), names))
     found = []
     for name, other, free in others:
-        if free:
-            try:
-                found.append(_alternative(model, best, name, other, free))
-            except (ValueError, NotCertifiedError):
-                continue  # this scene has no such model
+        with contextlib.suppress(ValueError, NotCertifiedError):  # this scene has no such model
+            zero = None if lost else at["offset"]
+            found.append(_alternative(model, best, name, Model.of(other, free, model.data, zero)))
     return tuple(found)
 
 
-def _own(model: Model) -> list[str]:
-    return [name for name in model.names if name not in BASELINE]
-
-
-def _less(names: list[str], name: str) -> list[str]:
-    return [one for one in names if one != name]
-
-
-def _alternative(
-    model: Model, best: Best, name: str, scene: Scene, names: list[str]
-) -> Alternative:
-    at = model.parameters(best.x)
-    if hopeless(model, best):
-        other = Model.of(scene, names, model.data)
-        found = sought(other, other.start, ROUGHLY)
+def _alternative(model: Model, best: Best, name: str, other: Model) -> Alternative:
+    if hopeless(model, best.squares):
+        found = sought(other, ROUGHLY)
     else:
-        other = Model.of(scene, names, model.data, at["offset"])
-        x = followed(replace(other, blunt=BLUNT[-1] * other.blunt), other.start, ftol=ROUGH).x
-        found = followed(other, x, ftol=ROUGHLY)
-    own = other.parameters(found.x)
-    energies = [name for name in names if name in ("w", "gamma1")]
-    off = {n: at[n] / own[n] - 1 for n in energies}
-    better = criterion(best) - criterion(found)
-    return Alternative(name, better, {n: own[n] for n in energies}, off, name in NEEDLESS)
+        rough = replace(other, blunt=BLUNT[-1] * other.blunt)
+        start = followed(rough, np.zeros(len(other.names)), ftol=ROUGH).x
+        found = followed(other, start, ftol=ROUGHLY)
+    at, own = model.parameters(best.x), other.parameters(found.x)
+    values = {one: own[one] for one in other.names if one in ("w", "gamma1")}
+    off = {one: at[one] / value - 1 for one, value in values.items()}
+    return Alternative(name, criterion(best) - criterion(found), values, off)
 
 
 def strained(model: Model, best: Best) -> tuple[tuple[Assumption, float], ...]:
     """Each assumption that is violated along the fitted curve, at its worst, and its depth."""
     p, data = model.parameters(best.x), model.data
     scene = replace(scene_with(model.scene, p), opening=None)
-    force, _ = model.forces(p)
+    force, _ = model.forces(best.x)
     own = data.curve.drive - p["offset"] - force / data.curve.machine_stiffness
     shallow, deep = np.quantile(own[data.used], (0.02, 1.0)).tolist()
-    depths = np.linspace(shallow, deep, LOOKS)
-    worst: dict[str, tuple[Assumption, float]] = {}
-    for depth in depths.tolist():
-        try:
-            state = minimise(scene, depth, rtol=1e-5)
-        except (ValueError, NotCertifiedError):
-            continue  # where the path has let go, or where it needs more than one contact
-        for one in state.validity:
-            if (
-                not one.holds
-                and one.value > worst.get(one.name, (one._replace(value=0.0),))[0].value
-            ):
-                worst[one.name] = one, depth
-    return tuple(worst.values())
+    states = []
+    for depth in np.linspace(shallow, deep, LOOKS).tolist():
+        # where the path has let go, or where it needs more than one contact, there is none
+        with contextlib.suppress(ValueError, NotCertifiedError):
+            states.append(minimise(scene, depth, rtol=1e-5))
+    return violations(states)

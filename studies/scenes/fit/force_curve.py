@@ -15,8 +15,7 @@ from studies.shared import Array
 CLEAR = 5.0  # times the noise: a force, or a way back, that is there
 ROUNDING = 1e-9  # of a way back, relative to the range of depths
 LEAST = 1e-10  # noise, relative to the largest force
-
-
+BASELINE = ("level", "slope", "drift")  # of the force out of contact
 FLAT = 8  # points at least that tell a line without contact
 STEEP = 0.2  # of the mean slope of what follows: a steeper line is no free part
 GUARD = 0.1  # of the free points, those next to the contact, may feel it already
@@ -179,18 +178,24 @@ class Leg:
 class Data:
     """A curve of n points, of which some are in contact and some have no force.
 
-    columns (n, q): forces that its free line may have; pieces: the contacts, each of legs in and
+    flat: force over drive, less the line through its free parts; columns (n, q): forces that this
+    line may have, of the size of the forces in contact; pieces: the contacts, each of legs in and
     out in turn, the first one inwards, be it empty; ends: drives at which contact is seen to begin
-    and to be lost; sigma: noise of the force, or rounding.
+    and to be lost; sigma: noise of the force, or rounding; size: of the forces in contact; lines:
+    the columns at the points used, the free ones and the ends; nearest: their pseudo-inverse.
     """
 
     curve: Curve
+    flat: Curve
     columns: Array
     used: NDArray[np.bool_]
     free: NDArray[np.bool_]
     pieces: tuple[tuple[Leg, ...], ...]
     ends: tuple[Mark, ...]
     sigma: float
+    size: float
+    lines: Array
+    nearest: Array
 
     @classmethod
     def of(cls, curve: Curve) -> Data:
@@ -203,14 +208,23 @@ class Data:
             flat = Curve(curve.drive, curve.force - columns @ line)
         used = in_contact(flat)
         free &= ~used
-        sigma = max(noise(curve.force), LEAST * float(np.abs(curve.force[used]).max(initial=0)))
+        size = float(np.abs(curve.force[used]).max(initial=0))
+        sigma, ends, columns = max(noise(curve.force), LEAST * size), marks(flat), size * columns
         pieces = tuple(_legs(flat, used, own) for own in contacts(flat) if used[own].any())
-        return cls(curve, columns, used, free, pieces, marks(flat), sigma)
+        none = np.zeros((len(ends), columns.shape[1]))
+        lines = np.concatenate([columns[used], columns[free], none])
+        nearest = np.linalg.pinv(lines)
+        return cls(curve, flat, columns, used, free, pieces, ends, sigma, size, lines, nearest)
 
     @property
     def span(self) -> float:
         """Range of the drives in contact."""
         return float(np.ptp(self.curve.drive[self.used]))
+
+    @property
+    def scales(self) -> tuple[float, float, float]:
+        """Level, slope [force per length] and drift of a line of a column each."""
+        return self.size, self.size / float(np.ptp(self.curve.drive)), self.size
 
 
 def _legs(curve: Curve, used: NDArray[np.bool_], piece: slice) -> tuple[Leg, ...]:

@@ -65,7 +65,7 @@ class Experiment:
     def foretold(self) -> tuple[float, float, float]:
         """Relative half-widths of the 95 % intervals of w and γ₁, and the condition."""
         model = Model.of(self.scene, NAMES, Data.of(self.curve(self.noise)), 0.0)
-        jacobian = model.jacobian(model.start, range(model.start.size))
+        jacobian = model.jacobian(np.zeros(len(NAMES)))
         condition, _, spread = conditioning(jacobian, len(NAMES))
         w, gamma1 = (1.96 * self.noise * spread[:2]).tolist()
         return w, gamma1, condition

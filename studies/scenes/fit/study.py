@@ -58,7 +58,6 @@ from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.model import DEFAULT, NAMES
 from studies.shared import Array, command
-from studies.shared.batches import tell
 from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
 from studies.shared.table import Table
 
@@ -77,8 +76,9 @@ def plot(found: Fit, title: str) -> Figure:
         style = {"color": "black", "lw": 1.2, "zorder": 3, "label": "_" if number else "fit"}
         top.plot(drive[leg.points], found.fitted[leg.points] / y.size, **style)
     if data.free.any():
-        line = found.model.line(found.best.x) / y.size
-        top.plot(drive, line, "--", color="black", lw=1, label="line without contact")
+        top.plot(
+            drive, found.line / y.size, "--", color="black", lw=1, label="line without contact"
+        )
     s = 2 * found.residual_noise / z.size
     bottom.axhspan(-s, s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
     rigid = math.isinf(curve.machine_stiffness)
@@ -196,7 +196,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(f"--shared {options.shared}: one curve shares nothing; give a folder")
     curve = read_curve(options.data, reading)
     asked = {"profiles": not quick, "alternatives": not quick}
-    found = fit(given.scene, curve, options.parameters, **asked, show=tell)
+    found = fit(given.scene, curve, options.parameters, **asked)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
     written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
