@@ -44,6 +44,7 @@ INSTRUMENT = (
     *(".ibw", ".h5", ".tab", ".zip"),
 )
 LAYOUT = ("delimiter", "decimal", "encoding", "skip")
+MEASURED = ("columns", "width", "curve", "spring_constant", *LAYOUT)
 PROFILE = ("file", "columns", "unit", *LAYOUT)
 DRIVES = ("drive", "piezo", "piezo position", "piezoweg")
 DEPTHS = ("depth", "indentation", "Weg", "Tiefe", "Eindringtiefe", *DRIVES)
@@ -79,9 +80,7 @@ class Reading:
 
 def reading(path: Path, content: Any) -> Reading:
     """The table [measured]. ValueError naming file and key."""
-    table = Table(
-        path, "measured", content, ("columns", "width", "curve", "spring_constant", *LAYOUT)
-    )
+    table = Table(path, "measured", content, MEASURED)
     given = table.table
     return table.build(
         Reading,

@@ -48,7 +48,7 @@ makes a sweep (studies/scenes/grid.py). `python -m studies new FILE` writes a co
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -150,6 +150,11 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
     programme = _programme(path, content["path"], options) if "path" in content else None
     title, source = file.text("title", path.stem), file.text("source", "not stated")
     measured = curve_file.reading(path, content.get("measured", {}))
+    if scene.axisymmetric:
+        if measured.width is not None:
+            refusal = f"width = {measured.width!r} with geometry = 'axisymmetric': leave it out"
+            raise ValueError(f"{path}: measured.{refusal}")
+        measured = replace(measured, width=1.0)  # forces are those of the whole contact
     return SceneFile(path, title, source, scene, _depths(file), options, programme, measured)
 
 

@@ -10,11 +10,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from energy import Assumption, Scene
-from studies.scenes.fit.alternatives import Alternative, compared, strained
 from studies.scenes.fit.force_curve import BASELINE, Curve, Data, noise
 from studies.scenes.fit.model import DEFAULT, Model
-from studies.scenes.fit.quality import Quality, judged
 from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, sought
+from studies.scenes.fit.verdict import Alternative, Quality, compared, judged, strained
 from studies.shared import Array
 
 UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
@@ -193,8 +192,8 @@ def fit(
     Returns
     -------
     Fit
-        Estimates with intervals, the verdict and the warnings; without a fit in the sense of
-        quality.py no intervals.
+        Estimates with intervals, the verdict and the warnings; no intervals where the residual
+        is more than noise.
 
     Raises
     ------

@@ -31,7 +31,8 @@ from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import astray
 from studies.shared import Array
 from studies.shared.batches import Progress, each, tell
-from studies.shared.table import Table
+from studies.shared.command import Output
+from studies.shared.table import Columns, Table
 
 SPRINGS = {"rigid": math.inf, "k_c = 0.3": 0.3, "k_c = 0.08": 0.08, "k_c = 0.03": 0.03}  # N/m
 GOOD = (*SPRINGS, "offset", "baseline")
@@ -43,19 +44,17 @@ SCENE = Scene(
     geometry="axisymmetric",
 )
 THICK, NU = 20e-6, 0.49  # of "half-space", m, and of "layer"
+NOISE, POINTS, DEPTH = (5e-12, 40e-12), (80, 200), (1.0, 2.5)  # N, on each way, over δ₀
 SPREAD, WRONG, FAR_OFF = math.log(2.0), 1.5, 2.0
 NEEDED, COVERED, SILENT = 0.9, 0.91, 0.02  # called rightly, intervals that hold, wrong answers
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """How many curves of each kind; ranges of the noise [N], points per way, and depth over δ₀."""
+    """How many curves of which kinds."""
 
     curves: int = 200
     kinds: tuple[str, ...] = KINDS
-    noise: tuple[float, float] = (5e-12, 40e-12)
-    points: tuple[int, int] = (80, 200)
-    depth: tuple[float, float] = (1.0, 2.5)
     seed: int = 28
 
 
@@ -89,14 +88,19 @@ class Record:
         return sum(known) / len(known) if known else math.nan
 
     @property
+    def silent(self) -> float:
+        """Share of wrong answers without a word among all."""
+        return float(np.mean([one.silent for one in self.outcomes]))
+
+    @property
     def passed(self) -> bool:
         """Whether enough is called rightly, intervals hold the truth, and nothing is silent."""
         kinds, n = self.parameters.kinds, self.parameters.curves
         slack = 2 * math.sqrt(COVERED * (1 - COVERED) / n)  # of a share found in n curves
         held = [self.coverage(kind, i) for kind in kinds if kind in GOOD for i in range(3)]
         called = all(self.share(kind, "rightly") >= NEEDED for kind in kinds)
-        silent = np.mean([one.silent for one in self.outcomes]) <= SILENT
-        return bool(called and silent and all(one >= COVERED - slack for one in held))
+        covered = all(one >= COVERED - slack for one in held)
+        return called and covered and self.silent <= SILENT
 
 
 class Case(NamedTuple):
@@ -154,9 +158,9 @@ def case(p: Parameters, kind: str, number: int) -> Case:
     rng = np.random.default_rng([p.seed, KINDS.index(kind), number])
     scene = _varied(SCENE, kind, rng)
     stiffness = SPRINGS.get(kind) or float(rng.choice(list(SPRINGS.values())))
-    drive = _drives(p, scene, stiffness, rng)
+    drive = _drives(scene, stiffness, rng)
     force = (_half_space if kind == "half-space" else simulated)(scene, drive, stiffness)
-    force = force + math.exp(rng.uniform(*np.log(p.noise))) * rng.standard_normal(force.size)
+    force = force + math.exp(rng.uniform(*np.log(NOISE))) * rng.standard_normal(force.size)
     passed, sides = np.linspace(0.0, 1.0, force.size), rng.choice([-1.0, 1.0], 2)
     zero = float(rng.uniform(-5e-6, 5e-6)) if kind == "offset" else 0.1 * scene.critical_separation
     if kind == "baseline":
@@ -190,16 +194,16 @@ def _varied(scene: Scene, kind: str, rng: np.random.Generator) -> Scene:
     return replace(scene, layer=layer, surfaces=surfaces, indenter=body, opening=opening)
 
 
-def _drives(p: Parameters, scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
+def _drives(scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
     """In from where nothing holds, and out again, with a free part as long as what comes before."""
     unit = math.sqrt(2 * scene.work_of_adhesion / SCENE.stiffness)
     pull = 2 * math.pi * _radius(scene) * scene.opened.work_of_adhesion / stiffness
-    reach, deep = pull + 2 * scene.opened.critical_separation, float(rng.uniform(*p.depth)) * unit
+    reach, deep = pull + 2 * scene.opened.critical_separation, float(rng.uniform(*DEPTH)) * unit
     if scene.layer.h == THICK:
         deep, reach = 4 * deep + pull, pull + 4 * unit
     else:
         deep += max(minimise(replace(scene, opening=None), deep).force, 0.0) / stiffness
-    n = int(rng.integers(*p.points))
+    n = int(rng.integers(*POINTS))
     way = np.linspace(-float(rng.uniform(1.5, 2.5)) * reach, deep, n)
     return np.concatenate([way, way[::-1]])
 
@@ -230,19 +234,14 @@ def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
 
 def told(record: Record) -> str:
     """A line per kind."""
-    p = record.parameters
-    lines = [
-        f"{p.curves} random curves of each kind",
-        f"{'kind':12s}{'called rightly':>15s}{'wrong, no word':>15s}   held: w, γ₁, offset",
-    ]
-    for kind in p.kinds:
-        held = (record.coverage(kind, i) for i in range(3))
-        shares = "".join("      –" if math.isnan(one) else f"{one:>7.1%}" for one in held)
-        rightly, silent = record.share(kind, "rightly"), record.share(kind, "silent")
-        lines.append(f"{kind:12s}{rightly:>15.1%}{silent:>15.1%}   {shares}")
-    silent = float(np.mean([one.silent for one in record.outcomes]))
+    shown = Columns("kind -12|called rightly 14.1%|wrong, no word 14.1%|w 7.1%|γ₁ 7.1%|offset 7.1%")
+    lines = [f"{record.parameters.curves} random curves of each kind; intervals that hold:"]
+    lines.append(shown.head)
+    for kind in record.parameters.kinds:
+        shares = record.share(kind, "rightly"), record.share(kind, "silent")
+        lines.append(shown.line(kind, *shares, *(record.coverage(kind, i) for i in range(3))))
     needed = f"needed: {NEEDED:.0%}, {SILENT:.0%} in the mean, {COVERED:.0%} of good curves"
-    return "\n".join([*lines, f"{'all':12s}{'':15s}{silent:>15.1%}", needed])
+    return "\n".join([*lines, shown.line("all", None, record.silent, *[None] * 3), needed])
 
 
 def table(record: Record) -> Table:
@@ -250,3 +249,13 @@ def table(record: Record) -> Table:
     rows = [[*o[:4], *("" if h is None else h for h in o.holds), o.times] for o in record.outcomes]
     columns = ["kind", "curve", "called_rightly", "wrong_without_a_word"]
     return [*columns, "holds_w", "holds_gamma1", "holds_offset", "residual_over_noise"], rows
+
+
+def report(count: int, jobs: int, out: Output) -> int:
+    """Run so many curves of each kind, tell and write what came of them; 1 if that is too bad."""
+    params = Parameters(count)
+    record = run(params, jobs=jobs)
+    written = out.table("fit_self_test.csv", params, *table(record))
+    print(told(record))
+    print(f"written: {written}")
+    return 0 if record.passed else 1

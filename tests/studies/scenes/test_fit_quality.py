@@ -13,8 +13,8 @@ from energy import FlatPunch, Scene, SurfaceEnergies
 from studies.scenes.fit import estimate as fit_estimate
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, contacts, loading, turning_points
-from studies.scenes.fit.model import DEFAULT, Model, parameters_of
-from studies.scenes.fit.quality import ZERO, Quality, judged, runs
+from studies.scenes.fit.model import DEFAULT, Model
+from studies.scenes.fit.verdict import ZERO, Quality, judged, runs
 
 FAST = {"profiles": False, "alternatives": False}
 
@@ -142,8 +142,8 @@ def test_every_contact_starts_from_a_touch():
     assert (len(both.data.pieces), len(alone.data.pieces)) == (2, 1)
     shift, forces = contacts(curve)[1].start, []
     for model in (both, alone):  # lets go too early, touches too late
-        at = parameters_of(SCENE) | {"w": 0.8 * 2e-6, "offset": 0.1 * LIFT}
-        force, _ = replace(model, blunt=0.0).forces(at)
+        at = [model.coordinate("w", 0.8 * 2e-6), model.coordinate("offset", 0.1 * LIFT)]
+        force, _ = replace(model, blunt=0.0).forces(np.array(at))
         forces.append(force[(model is both and shift) or 0 :])
     assert np.abs(forces[0] - forces[1]).max() < 1e-5 * np.abs(forces[0]).max()
     assert np.abs(forces[0]).max() > 0
@@ -175,5 +175,5 @@ def test_a_parameter_is_identifiable_with_both_intervals_short_and_no_bound(
         value=lambda name, coordinate: math.exp(coordinate),
         on_bound=lambda x, i: bound,
     )
-    found = fit_estimate._estimate(model, model, np.array([reach]), True, True, 0)
+    found = fit_estimate._estimate(model, model, 0, reach, True, True)
     assert found.identifiable == identifiable
