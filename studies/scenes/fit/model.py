@@ -131,8 +131,8 @@ class Model:
             return [moved[branch] for branch in here]
         p, found = self.parameters(x), []
         scene, stiffness = scene_with(self.scene, p), self.data.curve.machine_stiffness
-        for piece in self.data.pieces:
-            drives = tuple(leg.turn - p["offset"] for leg in piece[1:])
+        for contact in self.data.contacts:
+            drives = tuple(leg.turn - p["offset"] for leg in contact.legs[1:])
             found += ways(scene, self.touch, self.reach, drives, stiffness)
         return found
 
@@ -211,8 +211,7 @@ class Model:
         """P at every point of the curve (n,), 0 out of contact; drives at its begin and its end."""
         curve, offset = self.data.curve, self.parameters(x)["offset"]
         force, end = np.zeros(curve.force.size), 0.0
-        legs = [leg for piece in self.data.pieces for leg in piece]
-        for leg, branch in zip(legs, self.branches(x), strict=True):
+        for leg, branch in zip(self.data.legs, self.branches(x), strict=True):
             at = curve.drive[leg.points] - offset
             force[leg.points], end = branch.read(at, curve.machine_stiffness, self.blunt)
         return force, {"touch": self.touch + offset, "detachment": end + offset}

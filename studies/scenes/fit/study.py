@@ -69,7 +69,7 @@ def plot(found: Fit, title: str) -> Figure:
     drive, used = drive / x.size, data.used | data.free
     _points(top, found, drive, curve.force / y.size, ~used)
     _points(bottom, found, drive, off / z.size, np.zeros(used.size, bool))
-    for number, leg in enumerate(leg for piece in data.pieces for leg in piece):
+    for number, leg in enumerate(data.legs):
         style = {"color": "black", "lw": 1.2, "zorder": 3, "label": "_" if number else "fit"}
         top.plot(drive[leg.points], found.fitted[leg.points] / y.size, **style)
     if data.free.any():
@@ -163,7 +163,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if len(files) != 1 or options.data.is_dir():
         names = tuple(options.parameters)
         job = many.FittedFile(options.scene, given.measured, names, alternatives=not quick)
-        return many.report(job, files, options.shared, given.title, options.data, out, options.jobs)
+        name = f"{options.data.stem}_fits"
+        return many.report(job, files, options.shared, given.title, name, out, options.jobs)
     if options.shared is not None:
         parser.error(f"--shared {options.shared}: one curve shares nothing; give a folder")
     curve, asked = read_curve(options.data, given.measured), not quick

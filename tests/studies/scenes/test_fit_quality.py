@@ -12,7 +12,7 @@ from scene_files import LIFT, SCENE, measured
 from energy import FlatPunch, Scene, SurfaceEnergies
 from studies.scenes.fit import estimate as fit_estimate
 from studies.scenes.fit.estimate import fit
-from studies.scenes.fit.force_curve import Curve, Data, contacts, loading, turning_points
+from studies.scenes.fit.force_curve import Curve, Data, loading, turning_points
 from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.verdict import ZERO, Quality, judged, runs
 
@@ -137,10 +137,10 @@ def test_a_small_force_out_of_contact_is_fitted_or_called():
 
 def test_every_contact_starts_from_a_touch():
     curve = measured(SCENE, [-0.3, 1.0, -1.2, 0.7, -1.2])
-    second = Curve(*(column[contacts(curve)[1]] for column in curve[:2]))
+    shift, forces = 80, []  # where it is farthest out
+    second = Curve(curve.depth[shift:], curve.force[shift:])
     both, alone = (Model.of(SCENE, ("w", "offset"), Data.of(c)) for c in (curve, second))
-    assert (len(both.data.pieces), len(alone.data.pieces)) == (2, 1)
-    shift, forces = contacts(curve)[1].start, []
+    assert (len(both.data.contacts), len(alone.data.contacts)) == (2, 1)
     for model in (both, alone):  # lets go too early, touches too late
         at = [model.coordinate("w", 0.8 * 2e-6), model.coordinate("offset", 0.1 * LIFT)]
         force, _ = replace(model, blunt=0.0).forces(np.array(at))
