@@ -20,6 +20,11 @@ UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "o
 LOOSE, CONDITION = 1.0, 100.0
 CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
 FARTHEST = 20.0  # half-widths of the linearised interval
+ELSEWHERE = "start from other parameters, or leave it out of --parameters"
+OPEN = (
+    "its interval is wider than a factor e; set it in the scene and leave it out of --parameters, "
+    "or measure up to the detachment"
+)
 Interval = tuple[float, float]
 
 
@@ -44,11 +49,9 @@ class Fit:
 
     Attributes
     ----------
-    curve : Curve
-        What was measured.
     model : Model
         The simulator as a function of the coordinates `best.x`; `model.scene` is the start, and
-        `model.data` says which points are in contact and which are free of force.
+        `model.data` the curve, which of its points are in contact and which are free of force.
     best : Best
         Coordinates, residuals and Jacobian at the minimum.
     estimates : tuple of Estimate
@@ -66,7 +69,6 @@ class Fit:
         the depth where that is.
     """
 
-    curve: Curve
     model: Model
     best: Best
     estimates: tuple[Estimate, ...]
@@ -95,11 +97,6 @@ class Fit:
         """Fitted forces at all points of the curve (n,), those out of contact included."""
         return self.model.forces(self.best.x)[0] + self.line
 
-    @property
-    def residual_noise(self) -> float:
-        """s = √(Σr²/(n - m))."""
-        return self.best.scatter
-
     def inside_profile(self, i: int, value: float) -> bool:
         """Whether a value of parameter i lies in its profile interval."""
         at = self.model.coordinate(self.model.names[i], value)
@@ -117,16 +114,10 @@ class Fit:
         found += [one.told for one in self.alternatives if one.doubtful]
         for e in self.estimates:
             if e.bound:
-                found.append(
-                    f"{e.name} = {e.value:.3g} {self.unit(e.name)} is the bound of the search, no "
-                    "estimate: start from other parameters, or leave it out of --parameters"
-                )
+                value = f"{e.name} = {e.value:.3g} {self.unit(e.name)}"
+                found.append(f"{value} is the bound of the search, no estimate: {ELSEWHERE}")
             elif not e.identifiable and e.name not in self.needless:
-                found.append(
-                    f"{e.name} is not identifiable from this curve: its interval is wider than a "
-                    "factor e; set it in the scene and leave it out of --parameters, or measure "
-                    "up to the detachment"
-                )
+                found.append(f"{e.name} is not identifiable from this curve: {OPEN}")
         if self.condition > CONDITION:
             terms = zip(self.combination, self.model.names, strict=True)
             text = " ".join(f"{c:+.2f} log {name}" for c, name in terms)
@@ -143,15 +134,14 @@ class Fit:
     def __str__(self) -> str:
         rows = [f"{'parameter':12s}{'estimate':>13s}{'95 % linearised':>29s}{'95 % profile':>29s}"]
         for e in self.estimates:
-            spans = (self._told(e, span) for span in (e.interval, e.profile))
-            cells = "".join(f"{span:>29s}" for span in spans)
-            rows.append(f"{e.name:12s}{e.value:>13.5g}{cells} {self.unit(e.name)}")
-        data = self.model.data
+            row = f"{e.name:12s}{e.value:>13.5g}{self._told(e, e.interval):>29s}"
+            rows.append(f"{row}{self._told(e, e.profile):>29s} {self.unit(e.name)}")
+        data, times = self.model.data, self.quality.times
         count = f"{data.used.sum()} of {data.used.size} points in contact, {data.free.sum()} free"
         ends = ", ".join(mark.kind for mark in data.ends) or "no end of contact"
-        force = f"N{self.model.scene.per_length}"
-        size = "" if math.isnan(self.quality.times) else f", {self.quality.times:.2g} × the noise"
-        rows.append(f"{count}; {ends} used; residual {self.residual_noise:.3g} {force}{size}")
+        size = "" if math.isnan(times) else f", {times:.2g} × the noise"
+        residual = f"residual {self.best.scatter:.3g} {self.unit('level')}{size}"
+        rows.append(f"{count}; {ends} used; {residual}")
         rows += [one.told for one in self.alternatives if not one.doubtful]
         return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
 
@@ -210,7 +200,7 @@ def fit(
     others = compared(model, best, reach) if alternatives else ()
     combination = tuple(weakest.tolist())
     worst = strained(model, best)
-    return Fit(curve, model, best, estimates, condition, combination, quality, others, worst)
+    return Fit(model, best, estimates, condition, combination, quality, others, worst)
 
 
 def _quality(model: Model, best: Best) -> Quality:
@@ -226,10 +216,10 @@ def _quality(model: Model, best: Best) -> Quality:
 
 def _baseline(model: Model, best: Best, reaches: Array, fits: bool) -> list[Estimate]:
     """Estimates of the line out of contact; reaches: half-widths of all linearised intervals."""
-    found, line = [], model.line(best.x)
-    for name, x, reach in zip(BASELINE, line, reaches[best.x.size :], strict=False):
-        low, value, high = (model.value(name, x + side * reach) for side in (-1, 0, 1))
-        found.append(Estimate(name, value, (low, high) if fits else None, None, True, False))
+    found, line = [], model.line(best.x).tolist()
+    for name, value, reach in zip(BASELINE, line, reaches[best.x.size :].tolist(), strict=False):
+        ends = (value - reach, value + reach) if fits else None
+        found.append(Estimate(name, value, ends, None, True, False))
     return found
 
 

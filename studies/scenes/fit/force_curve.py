@@ -109,13 +109,13 @@ def _flat(depth: Array, force: Array) -> int:
 
 
 def baseline(curve: Curve, free: NDArray[np.bool_]) -> Array:
-    """The forces that a free line may have, a column each (n, q): level, slope, drift.
+    """The forces that a free line may have, for level, slope and drift of 1 (n, q).
 
-    Over the drive both, in units of its range; the drift, over the number of the point, only where
-    there are free points on both sides of the contact. None (n, 0) without free points.
+    The drift, over the number of the point, only where there are free points on both sides of the
+    contact. None (n, 0) without free points.
     """
     x, order = curve.depth - curve.depth[0], np.linspace(0.0, 1.0, curve.depth.size)
-    columns = np.stack([np.ones(x.size), x / np.ptp(x), order], axis=1)
+    columns = np.stack([np.ones(x.size), x, order], axis=1)
     if not free.any():
         return columns[:, :0]
     return columns[:, : 3 if free[0] and free[-1] else 2]
@@ -180,9 +180,9 @@ class Data:
     """A curve of n points, of which some are in contact and some have no force.
 
     flat: force over drive, less the line through its free parts; columns (n, q): forces that this
-    line may have, of the size of the forces in contact; sigma: noise of the force, or rounding;
-    size: of the forces in contact; lines: the columns at the points used, the free ones and the
-    ends of contacts; nearest: their pseudo-inverse.
+    line may have; sigma: noise of the force, or rounding; size: of the forces in contact; lines:
+    the columns at the points used, the free ones and the ends of contacts; nearest: their
+    pseudo-inverse.
     """
 
     curve: Curve
@@ -210,7 +210,7 @@ class Data:
             used[leg.points] = True
         free &= ~used
         size = float(np.abs(curve.force[used]).max(initial=0))
-        sigma, columns = max(noise(curve.force), LEAST * size), size * columns
+        sigma = max(noise(curve.force), LEAST * size)
         none = np.zeros((sum(len(one.ends) for one in found), columns.shape[1]))
         lines = np.concatenate([columns[used], columns[free], none])
         nearest = np.linalg.pinv(lines)
@@ -230,8 +230,3 @@ class Data:
     def span(self) -> float:
         """Range of the drives in contact."""
         return float(np.ptp(self.curve.drive[self.used]))
-
-    @property
-    def scales(self) -> tuple[float, float, float]:
-        """Level, slope [force per length] and drift of a line of a column each."""
-        return self.size, self.size / float(np.ptp(self.curve.drive)), self.size

@@ -13,17 +13,14 @@ from scipy import optimize
 from discretization import NotCertifiedError
 from energy import Scene, SurfaceEnergies
 from studies.scenes.fit.branches import Branch, retraction, touching, ways
-from studies.scenes.fit.force_curve import BASELINE, Data
+from studies.scenes.fit.force_curve import Data
 from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
 SCENE = ("w", "gamma1", "stiffness", "opening")  # parameters of the scene itself
-SHIFTS = ("offset", *BASELINE)  # are added; the others are factors
-STRIDE = 1e-3  # of the difference quotients, in the coordinates
-SHIFTED = 1e-5  # the same of the offset
-FAR = math.log(1e4)  # from the start at most, in the logarithms
-STEP = 0.8  # of a search at most, in the logarithms
+FAR, STRIDE = math.log(1e4), 1e-3
+FACTOR, SHIFT = (FAR, 0.8, STRIDE), (1.0, math.inf, 1e-5)  # of logarithms and offset: see `ranges`
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
 DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
 SHARP = 0.02  # of the distance between points in contact: how straight the end stays
@@ -144,7 +141,7 @@ class Model:
         """
         here = self.branches(x)
         if rates is None:
-            rates = optimize.approx_fprime(x, lambda x: _numbers(self.branches(x)), self.steps)
+            rates = optimize.approx_fprime(x, lambda x: _numbers(self.branches(x)), self.ranges[2])
             rates = rates.reshape(len(here), 2, -1, x.size)
         return replace(self, known=(x, here), rates=rates)
 
@@ -168,25 +165,16 @@ class Model:
         return best
 
     @property
-    def limits(self) -> Array:
-        """Largest size of each coordinate (m,): the range, or a factor exp FAR from the start."""
-        return np.array([1.0 if name == "offset" else FAR for name in self.names])
-
-    @property
-    def strides(self) -> Array:
-        """Longest step of each coordinate in a search (m,)."""
-        return np.array([math.inf if name == "offset" else STEP for name in self.names])
-
-    @property
-    def steps(self) -> Array:
-        """Steps of the difference quotients (m,)."""
-        return np.array([SHIFTED if name == "offset" else STRIDE for name in self.names])
+    def ranges(self) -> Array:
+        """Of each coordinate: its largest size, its longest step in a search, and that of the
+        difference quotients (3, m)."""
+        return np.array([SHIFT if name == "offset" else FACTOR for name in self.names]).T
 
     def on_bound(self, x: Array, i: int) -> bool:
         """Whether coordinate i is where the search ends: at its limit, or opening at w."""
         at = self.parameters(x)
         none = self.names[i] == "opening" and at["opening"] <= at["w"] * (1 + STRIDE)
-        return none or bool(abs(x[i]) >= (1 - STRIDE) * self.limits[i])
+        return none or bool(abs(x[i]) >= (1 - STRIDE) * self.ranges[0, i])
 
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters at these coordinates."""
@@ -194,11 +182,9 @@ class Model:
         return parameters_of(self.scene) | fitted
 
     def value(self, name: str, coordinate: float) -> float:
-        """A parameter at its coordinate; level, slope [force per length] and drift in SI."""
+        """A parameter at its coordinate."""
         if name == "offset":
             return self.zero + float(coordinate) * self.data.span
-        if name in BASELINE:
-            return float(coordinate) * self.data.scales[BASELINE.index(name)]
         return parameters_of(self.scene)[name] * math.exp(min(max(coordinate, -2 * FAR), 2 * FAR))
 
     def coordinate(self, name: str, value: float) -> float:
@@ -239,7 +225,7 @@ class Model:
 
     def jacobian(self, x: Array) -> Array:
         """∂off/∂x, and ∂off/∂line (n, m + q)."""
-        own = optimize.approx_fprime(x, self.off, self.steps)
+        own = optimize.approx_fprime(x, self.off, self.ranges[2])
         return np.concatenate([own, self.data.lines], axis=1)
 
     def apart(self, x: Array) -> NDArray[np.bool_]:

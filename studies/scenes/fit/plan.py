@@ -93,12 +93,6 @@ def checked(one: Experiment, seed: int) -> tuple[float, float]:
     return w, gamma1
 
 
-def verdict(w: float, gamma1: float) -> str:
-    """What the half-widths mean."""
-    told = [name for name, reach in (("w", w), ("gamma1", gamma1)) if reach <= TOLD]
-    return f"tells {' and '.join(told)}" if told else "tells neither"
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Tell what a measurement would tell; 1 if simulated fits scatter otherwise."""
     parser = command.parser("plan", __doc__, "5 checks")
@@ -114,8 +108,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     one, rows = _planned(options), []
     for name, other in changes(one).items():
         w, gamma1, condition = other.foretold()
-        rows.append([name, w, gamma1, condition, verdict(w, gamma1)])
-        command.say(f"{name:26s} w ± {w:7.1%}   gamma1 ± {gamma1:7.1%}   {verdict(w, gamma1)}")
+        told = [one for one, reach in (("w", w), ("gamma1", gamma1)) if reach <= TOLD]
+        rows.append([name, w, gamma1, condition, f"tells {' and '.join(told) or 'neither'}"])
+        command.say(f"{name:26s} w ± {w:7.1%}   gamma1 ± {gamma1:7.1%}   {rows[-1][-1]}")
     columns = ["change", "w", "gamma1", "condition", "verdict"]
     print(f"written: {out.table(f'{options.scene.stem}_plan.csv', vars(options), columns, rows)}")
     count = (5 if options.preset == "quick" else 20) if options.checks is None else options.checks

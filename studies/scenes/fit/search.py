@@ -89,9 +89,10 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
             f"scene = {model.scene!r} has no equilibria along the measured depths to start from; "
             "start from other parameters"
         )
-    near, reach, least = model.near(x), model.strides, ROUNDING * model.data.size
+    limits = model.ranges[0]
+    near, reach, least = model.near(x), model.ranges[1], ROUNDING * model.data.size
     for _ in range(ROUNDS):
-        box = np.maximum(x - reach, -model.limits), np.minimum(x + reach, model.limits)
+        box = np.maximum(x - reach, -limits), np.minimum(x + reach, limits)
         best, squares = minimum(near, x, box, fixed)
         before = float(fun @ fun)
         promised = before - squares
@@ -104,7 +105,7 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
         trial = model.residuals(best)
         gained = before - float(trial @ trial) if np.isfinite(trial).all() else -math.inf
         if gained > FAIR * promised:
-            reach = np.minimum(2 * reach, model.strides)
+            reach = np.minimum(2 * reach, model.ranges[1])
         elif not gained > 0 and known is x:
             reach = SHORTER * np.minimum(reach, np.abs(moves).max())
         served = gained > FAIR * promised and np.abs(best - known).max() < CLOSE
@@ -128,7 +129,7 @@ def minimum(
     found = optimize.least_squares(
         residuals,
         start[free],
-        lambda values: optimize.approx_fprime(values, residuals, model.steps[free]),
+        lambda values: optimize.approx_fprime(values, residuals, model.ranges[2, free]),
         bounds=[edge[free] for edge in box],
         x_scale="jac",
         ftol=SOLVED,
@@ -146,7 +147,7 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
     their own where these still gain more than ENOUGH.
     """
     others = [j for j in range(best.x.size) if j != i]
-    x, reach, least = best.x.copy(), model.limits[others], math.inf
+    x, reach, least = best.x.copy(), model.ranges[0, others], math.inf
     step = np.linalg.pinv(np.delete(best.jac, i, axis=1))[: len(others)]
     moves = step @ best.jac[:, i] * (at - x[i])
     x[i] = at
@@ -164,21 +165,20 @@ def conditioning(jacobian: Array, count: int) -> tuple[float, Array, Array]:
     """Condition of the first `count` columns at unit length, their weakest direction (count,), and
     √((JᵀJ)⁻¹)ᵢᵢ of all (m,); inf for a zero column.
 
-    Of the other columns, the baseline's, the first ones are made free: they are always well known.
+    The first ones without what the others can do: the line out of contact is always well known.
     """
     sizes = np.linalg.norm(jacobian, axis=0)
-    dead = sizes <= DEAD * sizes.max()
-    unit = jacobian / np.where(dead, 1.0, sizes)
+    dead = sizes <= DEAD * sizes[:count].max()
+    dead[count:] = False
     spread = np.full(sizes.size, math.inf)
-    _, singular, right = np.linalg.svd(unit[:, ~dead], full_matrices=False)
+    _, singular, right = np.linalg.svd(jacobian[:, ~dead] / sizes[~dead], full_matrices=False)
     spread[~dead] = np.linalg.norm(right.T / singular, axis=1) / sizes[~dead]
-    line, own, sizes = unit[:, count:], unit[:, :count], sizes[:count]
+    own, line = jacobian[:, :count], jacobian[:, count:]
     own = own - line @ np.linalg.lstsq(line, own, rcond=None)[0]
-    length = np.linalg.norm(own, axis=0)
-    alive = ~dead[:count] & (length > 1e-9)
-    weakest = (~alive).astype(float)
-    if not alive.all():
-        return math.inf, weakest / np.linalg.norm(weakest), spread
-    _, singular, right = np.linalg.svd(own / length, full_matrices=False)
-    weakest = right[-1] / (sizes * length)
+    lengths = np.linalg.norm(own, axis=0)
+    lost = dead[:count] | (lengths <= 1e-9 * sizes[:count])
+    if lost.any():
+        return math.inf, lost / np.linalg.norm(lost), spread
+    _, singular, right = np.linalg.svd(own / lengths, full_matrices=False)
+    weakest = right[-1] / lengths
     return float(singular[0] / singular[-1]), weakest / np.linalg.norm(weakest), spread

@@ -63,7 +63,7 @@ from studies.shared.table import Table
 def plot(found: Fit, title: str) -> Figure:
     """P over the position of the machine with the fit above, residuals with ± 2s below."""
     figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
-    data, curve, unit = found.model.data, found.curve, f"N{found.model.scene.per_length}"
+    data, curve, unit = found.model.data, found.model.data.curve, found.unit("level")
     drive, off = curve.drive - found.offset, curve.force - found.fitted
     x, y, z = prefixed(drive, "m"), prefixed(curve.force, unit), prefixed(off[data.used], unit)
     drive, used = drive / x.size, data.used | data.free
@@ -75,7 +75,7 @@ def plot(found: Fit, title: str) -> Figure:
     if data.free.any():
         style = {"ls": "--", "color": "black", "lw": 1, "label": "line without contact"}
         top.plot(drive, found.line / y.size, **style)
-    s = 2 * found.residual_noise / z.size
+    s = 2 * found.best.scatter / z.size
     bottom.axhspan(-s, s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
     rigid = math.isinf(curve.machine_stiffness)
     where = "depth d" if rigid else "position of the machine, d + P/K,"
@@ -91,7 +91,7 @@ def plot(found: Fit, title: str) -> Figure:
 
 def _points(axes: Any, found: Fit, x: Array, y: Array, aside: NDArray[np.bool_]) -> None:
     """What was measured on the way in and out, out of contact, and what was not used."""
-    data, grows = found.model.data, loading(found.curve.drive)
+    data, grows = found.model.data, loading(found.model.data.curve.drive)
     for chosen, colour, marker, name in (
         (data.used & grows, BLUE, "o", "loading"),
         (data.used & ~grows, ORANGE, "s", "unloading"),
@@ -106,13 +106,13 @@ def _points(axes: Any, found: Fit, x: Array, y: Array, aside: NDArray[np.bool_])
 
 def table(found: Fit) -> Table:
     """Depth, force, fitted force and residual; nan where the point took no part."""
-    data, unit = found.model.data, f"N{found.model.scene.per_length}"
+    data, unit, force = found.model.data, found.unit("level"), found.model.data.curve.force
     fitted = np.where(data.used | data.free, found.fitted, math.nan)
     columns = {
-        "depth [m]": found.curve.depth,
-        f"force [{unit}]": found.curve.force,
+        "depth [m]": data.curve.depth,
+        f"force [{unit}]": force,
         f"fitted [{unit}]": fitted,
-        f"residual [{unit}]": found.curve.force - fitted,
+        f"residual [{unit}]": force - fitted,
     }
     return list(columns), np.stack(list(columns.values()), axis=1).tolist()
 

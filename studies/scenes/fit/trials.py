@@ -26,7 +26,7 @@ import numpy as np
 from discretization import load_path, minimise
 from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 from studies.scenes.fit.branches import Branch
-from studies.scenes.fit.estimate import Fit, fit
+from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import astray
 from studies.shared import Array
@@ -77,30 +77,25 @@ class Record:
     parameters: Parameters
     outcomes: tuple[Outcome, ...]
 
-    def share(self, kind: str, name: str) -> float:
-        """Of the curves of a kind that are `rightly` called or `silent`."""
-        return float(np.mean([getattr(o, name) for o in self.outcomes if o.kind == kind]))
-
-    def coverage(self, kind: str, i: int) -> float:
-        """Share of the intervals given that hold the truth; nan where none are."""
-        held = [o.holds[i] for o in self.outcomes if o.kind == kind]
-        known = [bool(one) for one in held if one is not None]
-        return sum(known) / len(known) if known else math.nan
-
-    @property
-    def silent(self) -> float:
-        """Share of wrong answers without a word among all."""
-        return float(np.mean([one.silent for one in self.outcomes]))
+    def shares(self, *kinds: str) -> list[float]:
+        """Of the curves of these kinds that are called rightly and wrong without a word; of their
+        intervals of each parameter that hold the truth (nan: there are none)."""
+        own = [one for one in self.outcomes if one.kind in kinds]
+        found = [float(np.mean([o.rightly for o in own])), float(np.mean([o.silent for o in own]))]
+        for held in zip(*(one.holds for one in own), strict=True):
+            known = [one for one in held if one is not None]
+            found.append(sum(known) / len(known) if known else math.nan)
+        return found
 
     @property
     def passed(self) -> bool:
         """Whether enough is called rightly, intervals hold the truth, and nothing is silent."""
         kinds, n = self.parameters.kinds, self.parameters.curves
         slack = 2 * math.sqrt(COVERED * (1 - COVERED) / n)  # of a share found in n curves
-        held = [self.coverage(kind, i) for kind in kinds if kind in GOOD for i in range(3)]
-        called = all(self.share(kind, "rightly") >= NEEDED for kind in kinds)
-        covered = all(one >= COVERED - slack for one in held)
-        return called and covered and self.silent <= SILENT
+        called = all(self.shares(kind)[0] >= NEEDED for kind in kinds)
+        held = [share for kind in kinds if kind in GOOD for share in self.shares(kind)[2:]]
+        silent = self.shares(*kinds)[1]
+        return called and silent <= SILENT and all(one >= COVERED - slack for one in held)
 
 
 class Case(NamedTuple):
@@ -128,13 +123,16 @@ def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
     except ValueError:  # refused, which is a word
         return Outcome(kind, number, kind not in GOOD, False, (None,) * 3, math.nan)
     doubted = not found.quality.fits or any(one.doubtful for one in found.alternatives)
-    holds, silent = [], False
+    holds, silent = list[bool | None](), False
     for i, (name, true) in enumerate(truth.items()):
-        span = found[name].interval
-        known = span is not None and found[name].identifiable
-        sought = known and (true > 0 or name == "offset")
-        holds.append(found.inside_profile(i, true) if sought else False if known else None)
-        silent |= span is not None and not doubted and _far(found, name, true)
+        one = found[name]
+        if one.interval is None or not one.identifiable:
+            holds.append(None)
+            continue
+        low, high = one.interval
+        holds.append((true > 0 or name == "offset") and found.inside_profile(i, true))
+        reach = one.value - low if true < one.value else high - one.value
+        silent |= not doubted and abs(true - one.value) > FAR_OFF * reach
     rightly = doubted
     if kind in GOOD:
         rightly = found.quality.fits and not any(one.preferred for one in found.alternatives)
@@ -143,14 +141,6 @@ def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
     elif kind == "drift":
         rightly = not silent
     return Outcome(kind, number, rightly, silent, tuple(holds), found.quality.times)
-
-
-def _far(found: Fit, name: str, true: float) -> bool:
-    low, high = found[name].interval or (-math.inf, math.inf)
-    value = found[name].value
-    return found[name].identifiable and not (
-        value - FAR_OFF * (value - low) <= true <= value + FAR_OFF * (high - value)
-    )
 
 
 def case(p: Parameters, kind: str, number: int) -> Case:
@@ -234,14 +224,13 @@ def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
 
 def told(record: Record) -> str:
     """A line per kind."""
+    p = record.parameters
     shown = Columns("kind -12|called rightly 14.1%|wrong, no word 14.1%|w 7.1%|γ₁ 7.1%|offset 7.1%")
-    lines = [f"{record.parameters.curves} random curves of each kind; intervals that hold:"]
-    lines.append(shown.head)
-    for kind in record.parameters.kinds:
-        shares = record.share(kind, "rightly"), record.share(kind, "silent")
-        lines.append(shown.line(kind, *shares, *(record.coverage(kind, i) for i in range(3))))
+    lines = [f"{p.curves} random curves of each kind; intervals that hold:", shown.head]
+    lines += [shown.line(kind, *record.shares(kind)) for kind in p.kinds]
+    lines.append(shown.line("all", None, record.shares(*p.kinds)[1], *[None] * 3))
     needed = f"needed: {NEEDED:.0%}, {SILENT:.0%} in the mean, {COVERED:.0%} of good curves"
-    return "\n".join([*lines, shown.line("all", None, record.silent, *[None] * 3), needed])
+    return "\n".join([*lines, needed])
 
 
 def table(record: Record) -> Table:

@@ -148,7 +148,7 @@ def test_the_self_test_counts(tmp_path, capsys, monkeypatch):
     good = trials.Outcome("rigid", 1, True, False, (True, True, True), 1.0)
     bad = trials.Outcome("sign", 1, True, False, (None, None, None), 9.0)
     record = trials.Record(params, (good, good, bad, bad))
-    assert record.passed and math.isnan(record.coverage("sign", 0))
+    assert record.passed and math.isnan(record.shares("sign")[2])
     for one in (
         good._replace(rightly=False),
         good._replace(holds=(False, True, True)),
