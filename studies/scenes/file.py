@@ -215,7 +215,7 @@ def _depths(file: Table) -> NDArray[np.float64]:
         depth = file.get("depth")
         why = "cannot stand beside [opening]: the state depends on the path; write a [path] instead"
         file.refuse("depth", depth, why)
-    return _frozen(file.spread("depth"))
+    return np.array(file.spread("depth"))
 
 
 def _programme(path: Path, content: Any, options: Mapping[str, Any]) -> Programme:
@@ -242,13 +242,7 @@ def _legs(table: Table, control: str) -> NDArray[np.float64]:
     if isinstance(table.table[control], Mapping):
         if "steps" in table.table:
             table.refuse("steps", table.table["steps"], f"stands beside the steps of {control}")
-        return _frozen(values)
+        return np.array(values)
     steps = table.whole("steps", 1) if "steps" in table.table else STEPS
     legs = [np.linspace(start, end, steps + 1)[1:] for start, end in pairwise(values)]
-    return _frozen(np.concatenate([values[:1], *legs]))
-
-
-def _frozen(values: Any) -> NDArray[np.float64]:
-    array = np.array(values, float)
-    array.flags.writeable = False
-    return array
+    return np.concatenate([values[:1], *legs])

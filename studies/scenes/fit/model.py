@@ -18,7 +18,6 @@ from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
-SCENE = ("w", "gamma1", "stiffness", "opening")  # parameters of the scene itself
 FAR, STRIDE = math.log(1e4), 1e-3
 FACTOR, SHIFT = (FAR, 0.8, STRIDE), (1.0, math.inf, 1e-5)  # of logarithms and offset: see `ranges`
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
