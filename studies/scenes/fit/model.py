@@ -83,8 +83,8 @@ class Model:
     Coordinates: logarithms of the parameters over those of the scene, and (offset - zero)/span.
     Any forces are compared with the data less the line out of contact that is nearest then: level,
     slope and drift follow from x. touch: depth of touching. blunt: before their ends branches go
-    on straight. known: coordinates, and the branches there; rates: how fast their depths and forces
-    change with each coordinate (branches, 2, n, m), from which branches elsewhere follow.
+    on straight. known: coordinates, the branches there, and how fast their depths and forces change
+    with each coordinate (branches, 2, n, m): branches elsewhere follow from these.
     """
 
     scene: Scene
@@ -93,8 +93,7 @@ class Model:
     zero: float
     touch: float
     blunt: float
-    known: tuple[Array, list[Branch]] | None = None
-    rates: Array | None = None
+    known: tuple[Array, list[Branch], Array] | None = None
 
     @classmethod
     def of(cls, scene: Scene, names: Sequence[str], data: Data, zero: float | None = None) -> Model:
@@ -120,9 +119,9 @@ class Model:
 
     def branches(self, x: Array) -> list[Branch]:
         """The branch of each leg of all contacts."""
-        if self.known is not None and self.rates is not None:
-            at, here = self.known
-            moves = zip(here, self.rates @ (x - at), strict=True)
+        if self.known is not None:
+            at, here, rates = self.known
+            moves = zip(here, rates @ (x - at), strict=True)
             moved = {b: replace(b, depth=b.depth + d, force=b.force + p) for b, (d, p) in moves}
             return [moved[branch] for branch in here]
         p, found = self.parameters(x), []
@@ -132,17 +131,18 @@ class Model:
             found += ways(scene, self.touch, self.reach, drives, stiffness)
         return found
 
-    def near(self, x: Array, rates: Array | None = None) -> Model:
-        """The model whose branches follow these rates from x on, by default their own at x.
+    def near(self, x: Array) -> Model:
+        """The model whose branches follow their rates at x.
 
         A branch as a function of the root of the distance from its end varies smoothly with the
         parameters, where the force at a depth may vary as a root.
         """
-        here = self.branches(x)
-        if rates is None:
-            rates = optimize.approx_fprime(x, lambda x: _numbers(self.branches(x)), self.ranges[2])
-            rates = rates.reshape(len(here), 2, -1, x.size)
-        return replace(self, known=(x, here), rates=rates)
+
+        def numbers(x: Array) -> Array:
+            return np.array([[one.depth, one.force] for one in self.branches(x)]).ravel()
+
+        here, rates = self.branches(x), optimize.approx_fprime(x, numbers, self.ranges[2])
+        return replace(self, known=(x, here, rates.reshape(len(here), 2, -1, x.size)))
 
     def nearest(self, branch: Branch) -> float:
         """The offset, of all with a contact in it, at which a branch is nearest to the data."""
@@ -232,7 +232,3 @@ class Model:
         (_, ends), data = self.forces(x), self.data
         before = ~np.logical_or.accumulate(data.used) & (data.curve.drive < ends["touch"])
         return before | (data.curve.drive < ends["detachment"] - CLEARLY * data.span)
-
-
-def _numbers(branches: Sequence[Branch]) -> Array:
-    return np.array([[one.depth, one.force] for one in branches]).ravel()

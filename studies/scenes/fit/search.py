@@ -18,7 +18,7 @@ SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the sim
 STEPS, SOLVED = 25, 1e-7  # where branches are known: at most, and gain of the last one
 ROUNDS, SHORTER = 15, 0.25  # places at most; the reach after a failure
 SHORTEST = 1e-3  # reach at least
-FAIR, CLOSE = 0.75, 0.05  # of the gain that was promised, and how far off: rates serve again
+FAIR = 0.75  # of the gain that was promised: the reach grows
 CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
 DEAD = 1e-5  # of the longest column: what simulated forces do not tell
 CONFIDENCE = 0.95
@@ -83,17 +83,16 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
     squares of the branches that go on by these rates are is the next place, within a reach that
     becomes shorter where that is no better. It ends where they gain less than ftol.
     """
-    x, fun, known = start.copy(), model.residuals(start), start
+    x, fun = start.copy(), model.residuals(start)
     if not np.isfinite(fun).all():
         raise ValueError(
             f"scene = {model.scene!r} has no equilibria along the measured depths to start from; "
             "start from other parameters"
         )
-    limits = model.ranges[0]
-    near, reach, least = model.near(x), model.ranges[1], ROUNDING * model.data.size
+    (limits, reach, _), least = model.ranges, ROUNDING * model.data.size
     for _ in range(ROUNDS):
         box = np.maximum(x - reach, -limits), np.minimum(x + reach, limits)
-        best, squares = minimum(near, x, box, fixed)
+        best, squares = minimum(model.near(x), x, box, fixed)
         before = float(fun @ fun)
         promised = before - squares
         enough = ROUGH if hopeless(model, squares) else ftol
@@ -103,17 +102,15 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
         if small and not (held.any() and reach.min() > SHORTEST):
             break
         trial = model.residuals(best)
-        gained = before - float(trial @ trial) if np.isfinite(trial).all() else -math.inf
+        gained = before - float(trial @ trial)  # nan: there is no state
         if gained > FAIR * promised:
             reach = np.minimum(2 * reach, model.ranges[1])
-        elif not gained > 0 and known is x:
-            reach = SHORTER * np.minimum(reach, np.abs(moves).max())
-        served = gained > FAIR * promised and np.abs(best - known).max() < CLOSE
         if gained > 0:
             x, fun = best, trial
-        near = model.near(x, near.rates if served else None)
-        known = known if served else x
-    return Best(x, fun, near.jacobian(x), float(fun @ fun) + 2 * fun.size * least**2)
+        else:
+            reach = SHORTER * np.minimum(reach, np.abs(moves).max())
+    jac = model.near(x).jacobian(x)
+    return Best(x, fun, jac, float(fun @ fun) + 2 * fun.size * least**2)
 
 
 def minimum(
