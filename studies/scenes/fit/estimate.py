@@ -227,22 +227,17 @@ def _estimate(
     model: Model, best: Best, i: int, reach: float, fits: bool, profiles: bool
 ) -> Estimate:
     """Estimate and intervals of parameter i; reach: half-width of the linearised interval."""
-    x, name = float(best.x[i]), model.names[i]
-    value, bound, loose = model.value(name, x), model.on_bound(best.x, i), LOOSE
-    ends = 0.0, math.inf
-    if name == "offset":  # may have any size
-        ends, loose = (-math.inf, math.inf), math.inf
+    x, name, bound = float(best.x[i]), model.names[i], model.on_bound(best.x, i)
+    loose = math.inf if name == "offset" else LOOSE  # an offset may have any size
     identifiable = math.isfinite(reach) and reach <= loose and not bound
-    if bound or not fits:
-        return Estimate(name, value, None, None, identifiable, bound)
-    if math.isfinite(reach):
-        ends = model.value(name, x - reach), model.value(name, x + reach)
-    profile = None
-    if identifiable and profiles:
-        low, high = (_profile_end(model, best, i, side * reach) for side in (-1, 1))
-        identifiable = math.isfinite(high - low) and high - low <= 2 * loose
-        profile = model.value(name, x + low), model.value(name, x + high)
-    return Estimate(name, value, ends, profile, identifiable, bound)
+    interval = profile = None
+    if fits and not bound:
+        interval = model.value(name, x - reach), model.value(name, x + reach)
+        if identifiable and profiles:
+            low, high = (_profile_end(model, best, i, side * reach) for side in (-1, 1))
+            identifiable = math.isfinite(high - low) and high - low <= 2 * loose
+            profile = model.value(name, x + low), model.value(name, x + high)
+    return Estimate(name, model.value(name, x), interval, profile, identifiable, bound)
 
 
 def _profile_end(model: Model, best: Best, i: int, reach: float) -> float:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import find_peaks
 
 from studies.shared import Array
 
@@ -51,17 +52,8 @@ def noise(force: Array) -> float:
 def turning_points(depth: Array) -> tuple[int, ...]:
     """Indices at which loading turns into unloading or back, by more than the depth's own noise."""
     least = max(CLEAR * noise(depth), ROUNDING * float(np.ptp(depth)))
-    found: list[int] = []
-    far, sense = 0, 0  # the point farthest in the present direction, +1 for growing depth
-    for i, value in enumerate(depth.tolist()):
-        beyond = value - float(depth[far])
-        if sense * beyond >= 0 and sense:
-            far = i
-        elif abs(beyond) > least:
-            if sense:
-                found.append(far)
-            far, sense = i, 1 if beyond > 0 else -1
-    return tuple(found)
+    turns = [find_peaks(way * depth, prominence=least)[0] for way in (1, -1)]
+    return tuple(sorted(np.concatenate(turns).tolist()))
 
 
 def loading(depth: Array) -> NDArray[np.bool_]:

@@ -18,7 +18,7 @@ from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
-FAR, STRIDE = math.log(1e4), 1e-3
+FAR, STRIDE, HUGE = math.log(1e4), 1e-3, 700.0
 FACTOR, SHIFT = (FAR, 0.8, STRIDE), (1.0, math.inf, 1e-5)  # of logarithms and offset: see `ranges`
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
 DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
@@ -184,7 +184,8 @@ class Model:
         """A parameter at its coordinate."""
         if name == "offset":
             return self.zero + float(coordinate) * self.data.span
-        return parameters_of(self.scene)[name] * math.exp(min(max(coordinate, -2 * FAR), 2 * FAR))
+        factor = math.exp(coordinate) if coordinate < HUGE else math.inf
+        return parameters_of(self.scene)[name] * factor
 
     def coordinate(self, name: str, value: float) -> float:
         """The coordinate at which a parameter has this value."""

@@ -153,30 +153,31 @@ def compared(model: Model, best: Best, reaches: Array) -> tuple[Alternative, ...
     """
     lost, names = hopeless(model, best.squares), list(model.names)
     at = parameters_of(model.scene) if lost else model.parameters(best.x)
-    scene, others = scene_with(model.scene, at), list[tuple[str, Scene, list[str]]]()
+    scene, others, found = scene_with(model.scene, at), dict[str, tuple[Scene, list[str]]](), []
     if "gamma1" in names and not scene.layer.exact:
-        dry = scene_with(scene, at | {"gamma1": 0.0})
-        others.append(("gamma1", dry, [one for one in names if one != "gamma1"]))
+        less = [one for one in names if one != "gamma1"]
+        others["gamma1"] = scene_with(scene, at | {"gamma1": 0.0}), less
     if "w" in names and not reaches[names.index("w")] < KNOWN:
-        none = scene_with(scene, at | {"w": NONE * at["w"], "opening": 0.0})
-        others.append(("w", none, [one for one in names if one not in ("w", "opening")]))
+        less = [one for one in names if one not in ("w", "opening")]
+        others["w"] = scene_with(scene, at | {"w": NONE * at["w"], "opening": 0.0}), less
     response = "springs" if scene.layer.exact else "layer"
-    others.append((response, replace(scene, layer=replace(scene.layer, response=response)), names))
-    found = []
-    for name, other, free in others:
+    others[response] = replace(scene, layer=replace(scene.layer, response=response)), names
+    for name, (start, free) in others.items():
         with contextlib.suppress(ValueError, NotCertifiedError):  # this scene has no such model
-            zero = None if lost else at["offset"]
-            found.append(_alternative(model, best, name, Model.of(other, free, model.data, zero)))
+            other = Model.of(start, free, model.data, None if lost else at["offset"])
+            nearest = sought(other, ROUGHLY) if lost else _beside(other)
+            found.append(_alternative(name, model, best, other, nearest))
     return tuple(found)
 
 
-def _alternative(model: Model, best: Best, name: str, other: Model) -> Alternative:
-    if hopeless(model, best.squares):
-        found = sought(other, ROUGHLY)
-    else:
-        rough = replace(other, blunt=BLUNT[-1] * other.blunt)
-        start = followed(rough, np.zeros(len(other.names)), ftol=ROUGH).x
-        found = followed(other, start, ftol=ROUGHLY)
+def _beside(model: Model) -> Best:
+    """The minimum beside the start."""
+    rough = replace(model, blunt=BLUNT[-1] * model.blunt)
+    x = followed(rough, np.zeros(len(model.names)), ftol=ROUGH).x
+    return followed(model, x, ftol=ROUGHLY)
+
+
+def _alternative(name: str, model: Model, best: Best, other: Model, found: Best) -> Alternative:
     at, own = model.parameters(best.x), other.parameters(found.x)
     values = {one: own[one] for one in other.names if one in ("w", "gamma1")}
     off = {one: at[one] / value - 1 for one, value in values.items()}
