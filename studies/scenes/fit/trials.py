@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from discretization import load_path, minimise
-from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.scenes.fit.branches import Branch
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve
@@ -210,14 +210,17 @@ def simulated(scene: Scene, drive: Array, stiffness: float) -> Array:
 
 
 def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
-    """Johnson, Kendall and Roberts (1971): d = a²/R - √(2πaw/E*), P = 4E*a³/3R - √(8πwE*a³)."""
-    modulus = scene.layer.E / (1 - scene.layer.nu**2)
-    R, w = _radius(scene), scene.work_of_adhesion
-    least = (math.pi * w * R**2 / (8 * modulus)) ** (1 / 3)  # dd/da = 0
+    """Without tension on a body far thicker than the contact (energy.cards.layer)."""
+    given = {"R": _radius(scene), "E": scene.layer.E, "nu": scene.layer.nu}
+    given["w"] = scene.work_of_adhesion
+    modulus = cards.layer.half_space_modulus(given["E"], given["nu"])
+    least = np.cbrt(math.pi * given["w"] * given["R"] ** 2 / (8 * modulus))  # dd/da = 0
     a = least * np.linspace(12.0, 1.0, 2000)
-    depth = a**2 / R - np.sqrt(2 * math.pi * a * w / modulus)
-    force = 4 * modulus * a**3 / (3 * R) - np.sqrt(8 * math.pi * w * modulus * a**3)
-    found, end = Branch(depth, force, True).read(drive, stiffness)
+    depth, force = (
+        cards.layer.half_space_depth(a, **given),
+        cards.layer.half_space_force(a, **given),
+    )
+    found, end = Branch(np.asarray(depth), np.asarray(force), True).read(drive, stiffness)
     way = np.arange(drive.size) < drive.size // 2
     return np.where(drive < np.where(way, 0.0, end), 0.0, found)
 

@@ -11,9 +11,11 @@ from scene_files import LIFT, SCENE, measured
 
 from energy import FlatPunch, Scene, SurfaceEnergies
 from studies.scenes.fit import estimate as fit_estimate
+from studies.scenes.fit import search
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, loading, turning_points
 from studies.scenes.fit.model import DEFAULT, Model
+from studies.scenes.fit.search import HOPELESS
 from studies.scenes.fit.verdict import ZERO, Quality, judged, runs
 
 FAST = {"profiles": False, "alternatives": False}
@@ -133,6 +135,33 @@ def test_a_small_force_out_of_contact_is_fitted_or_called():
     low, high = found["level"].interval
     assert found.quality.fits and low < level < high and 5 * level > high - low
     assert found["w"].value == pytest.approx(2e-6, rel=0.1)
+
+
+def test_the_way_out_alone_is_a_contact():
+    curve = measured(SCENE, [1.1, -1.1])
+    data = Data.of(curve)
+    (contact,) = data.contacts
+    assert [leg.points.size for leg in contact.legs] == [0, data.used.sum()]
+    assert contact.legs[1].turn == curve.depth[0] and data.used.sum() > 30
+    off = Model.of(SCENE, ("w",), data).residuals(np.zeros(1))
+    assert np.abs(off[: data.used.sum()]).max() < 1e-6 * np.abs(curve.force).max()
+
+
+@pytest.mark.parametrize(("times", "near"), [(0.9, False), (1.1, True)])
+def test_the_minimum_beside_the_start_is_taken_only_if_the_other_is_hopeless(
+    times, near, monkeypatch
+):
+    model = Model.of(SCENE, ("w",), Data.of(measured(SCENE, [-1.1, 1.1, -1.1], 0.01)))
+    noise = len(model.data.lines) * model.data.sigma**2
+
+    def followed(model, start, ftol):  # the lower minimum is beside the start
+        lead = model.blunt > straight or start.any()
+        squares = noise * ((times * HOPELESS) ** 2 if lead else 0.01)
+        return SimpleNamespace(x=start + 1, squares=squares)
+
+    straight = model.blunt
+    monkeypatch.setattr(search, "followed", followed)
+    assert (search.sought(model).squares < noise) == near
 
 
 def test_every_contact_starts_from_a_touch():
