@@ -60,13 +60,11 @@ class Record:
 
 def violations(states: Sequence[Equilibrium]) -> tuple[tuple[Assumption, float], ...]:
     """Each assumption that a state violates, at its worst, and the depth where that is."""
-    found = [(one, state.depth) for state in states for one in broken(state)]
-    names = dict.fromkeys(one.name for one, _ in found)
-    worst = (
-        max((same for same in found if same[0].name == name), key=lambda same: same[0].value)
-        for name in names
-    )
-    return tuple(worst)
+    found: dict[str, list[tuple[Assumption, float]]] = {}
+    for state in states:
+        for one in broken(state):
+            found.setdefault(one.name, []).append((one, state.depth))
+    return tuple(max(same, key=lambda pair: pair[0].value) for same in found.values())
 
 
 def strains(state: Equilibrium) -> list[float]:

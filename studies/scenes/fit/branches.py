@@ -52,11 +52,6 @@ class Branch:
         deep = float((spline(s[-1]) - spline(s[-2])) / (drive[-1] - drive[-2]))
         return force + deep * np.maximum(drives - drive[-1], 0.0), float(drive[0])
 
-    def depth_at(self, drive: float, stiffness: float) -> float:
-        """The depth where the machine is at that drive."""
-        force, _ = self.read(np.array([drive]), stiffness)
-        return drive - float(force[0]) / stiffness
-
 
 @lru_cache(8)
 def _reached(branch: Branch, stiffness: float) -> tuple[Array, Array, Array, CubicSpline]:
@@ -111,7 +106,8 @@ def _one_way(
 ) -> list[Branch]:
     found, depths = [_leg(scene, [touch], reach)[0]], [touch]
     for drive in drives:
-        depths.append(found[-1].depth_at(drive, stiffness))
+        (force,), _ = found[-1].read(np.array([drive]), stiffness)
+        depths.append(drive - float(force) / stiffness)
         found.append(_leg(scene, depths, reach)[0])
     return found
 

@@ -83,11 +83,6 @@ class Fit:
         return next(one for one in self.estimates if one.name == name)
 
     @property
-    def offset(self) -> float:
-        """What the depths of the curve are too large by."""
-        return self.model.parameters(self.best.x)["offset"]
-
-    @property
     def line(self) -> Array:
         """Fitted force out of contact at all points of the curve (n,)."""
         return np.asarray(self.model.data.columns @ self.model.line(self.best.x))
@@ -193,7 +188,7 @@ def fit(
     model = Model.of(scene, names, Data.of(curve))
     best = sought(model)
     condition, weakest, spread = conditioning(best.jac, len(names))
-    reach, quality = best.quantile * best.scatter * spread, _quality(model, best)
+    reach, quality = math.sqrt((best.limit - 1) * best.squares) * spread, _quality(model, best)
     asked = quality.fits, profiles
     own = [_estimate(model, best, i, float(reach[i]), *asked) for i in range(best.x.size)]
     estimates = (*own, *_baseline(model, best, reach, quality.fits))

@@ -45,14 +45,9 @@ class Best(NamedTuple):
         return math.sqrt(self.squares / self.spare)
 
     @property
-    def quantile(self) -> float:
-        """t of Student's distribution at CONFIDENCE."""
-        return float(stdtrit(self.spare, 0.5 + CONFIDENCE / 2))
-
-    @property
     def limit(self) -> float:
-        """Sum of squares over the least at the ends of a profile interval."""
-        return 1 + self.quantile**2 / self.spare
+        """Sum of squares over the least at the ends of a profile interval: 1 + t²/(n - m)."""
+        return 1 + float(stdtrit(self.spare, 0.5 + CONFIDENCE / 2)) ** 2 / self.spare
 
 
 def sought(model: Model, ftol: float = FINE) -> Best:

@@ -64,7 +64,8 @@ def plot(found: Fit, title: str) -> Figure:
     """P over the position of the machine with the fit above, residuals with ± 2s below."""
     figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
     data, curve, unit = found.model.data, found.model.data.curve, found.unit("level")
-    drive, off = curve.drive - found.offset, curve.force - found.fitted
+    offset = found.model.parameters(found.best.x)["offset"]
+    drive, off = curve.drive - offset, curve.force - found.fitted
     x, y, z = prefixed(drive, "m"), prefixed(curve.force, unit), prefixed(off[data.used], unit)
     drive, used = drive / x.size, data.used | data.free
     _points(top, found, drive, curve.force / y.size, ~used)

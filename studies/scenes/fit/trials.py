@@ -19,7 +19,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -187,7 +187,8 @@ def _varied(scene: Scene, kind: str, rng: np.random.Generator) -> Scene:
 def _drives(scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
     """In from where nothing holds, and out again, with a free part as long as what comes before."""
     unit = math.sqrt(2 * scene.work_of_adhesion / SCENE.stiffness)
-    pull = 2 * math.pi * _radius(scene) * scene.opened.work_of_adhesion / stiffness
+    R = cast(Parabola, scene.indenter).R
+    pull = 2 * math.pi * R * scene.opened.work_of_adhesion / stiffness
     reach, deep = pull + 2 * scene.opened.critical_separation, float(rng.uniform(*DEPTH)) * unit
     if scene.layer.h == THICK:
         deep, reach = 4 * deep + pull, pull + 4 * unit
@@ -196,10 +197,6 @@ def _drives(scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
     n = int(rng.integers(*POINTS))
     way = np.linspace(-float(rng.uniform(1.5, 2.5)) * reach, deep, n)
     return np.concatenate([way, way[::-1]])
-
-
-def _radius(scene: Scene) -> float:
-    return 1 / (2 * float(scene.indenter.height(np.array(1.0))))
 
 
 def simulated(scene: Scene, drive: Array, stiffness: float) -> Array:
@@ -211,10 +208,10 @@ def simulated(scene: Scene, drive: Array, stiffness: float) -> Array:
 
 def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
     """Without tension on a body far thicker than the contact (energy.cards.layer)."""
-    given = {"R": _radius(scene), "E": scene.layer.E, "nu": scene.layer.nu}
-    given["w"] = scene.work_of_adhesion
-    modulus = cards.layer.half_space_modulus(given["E"], given["nu"])
-    least = np.cbrt(math.pi * given["w"] * given["R"] ** 2 / (8 * modulus))  # dd/da = 0
+    R, w = cast(Parabola, scene.indenter).R, scene.work_of_adhesion
+    given = {"R": R, "E": scene.layer.E, "nu": scene.layer.nu, "w": w}
+    modulus = cards.layer.half_space_modulus(scene.layer.E, scene.layer.nu)
+    least = np.cbrt(math.pi * w * R**2 / (8 * modulus))  # dd/da = 0
     a = least * np.linspace(12.0, 1.0, 2000)
     depth, force = (
         cards.layer.half_space_depth(a, **given),
