@@ -16,6 +16,7 @@ FINE, ROUGH = 1e-6, 1e-2  # gains at last, and where straight ends or HOPELESS n
 HOPELESS = 4.0  # times the noise
 SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
 STEPS, SOLVED = 25, 1e-7  # where branches are known: at most, and gain of the last one
+UNBOUND = 1e6  # over the largest force: so small, residuals do not hold back scipy's first step
 ROUNDS, SHORTER = 15, 0.25  # places at most; the reach after a failure
 SHORTEST = 1e-3  # reach at least
 FAIR = 0.75  # of the gain that was promised: the reach grows
@@ -113,10 +114,11 @@ def minimum(
 ) -> tuple[Array, float]:
     """The least squares from `start` in a box, where and how much; coordinate `fixed` stays."""
     free, x = [i for i in range(start.size) if i != fixed], start.copy()
+    unit = UNBOUND * model.data.size
 
     def residuals(values: Array) -> Array:
         x[free] = values
-        return model.residuals(x)
+        return model.residuals(x) / unit
 
     found = optimize.least_squares(
         residuals,
@@ -129,7 +131,7 @@ def minimum(
         max_nfev=STEPS,
     )
     x[free] = found.x
-    return x, 2 * float(found.cost)
+    return x, 2 * float(found.cost) * unit**2
 
 
 def profiled(model: Model, best: Best, i: int, at: float) -> float:
