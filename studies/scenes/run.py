@@ -57,13 +57,14 @@ class Record:
         """The state in contact that strains the assumptions most."""
         return max(self.attached, key=strains)
 
-    @property
-    def violated(self) -> tuple[Assumption, ...]:
-        """Each violated assumption once, at its worst over the states in contact."""
-        found: dict[str, list[Assumption]] = {}
-        for one in (one for state in self.attached for one in broken(state)):
-            found.setdefault(one.name, []).append(one)
-        return tuple(max(same, key=lambda one: one.value) for same in found.values())
+
+def violations(states: Sequence[Equilibrium]) -> tuple[tuple[Assumption, float], ...]:
+    """Each assumption that a state violates, at its worst, and the depth where that is."""
+    found: dict[str, list[tuple[Assumption, float]]] = {}
+    for state in states:
+        for one in broken(state):
+            found.setdefault(one.name, []).append((one, state.depth))
+    return tuple(max(same, key=lambda pair: pair[0].value) for same in found.values())
 
 
 def strains(state: Equilibrium) -> list[float]:
@@ -157,7 +158,7 @@ def plot(record: Record) -> Any:
         _curve(axes[0, 1], record, "half_width", width, "m")
     plots.draw_state(axes[-1], state, last=several and bool(record.attached))
     figure.suptitle(record.given.title, fontsize=14)
-    plots.note(figure, record.violated)
+    plots.note(figure, [one for one, _ in violations(record.attached)])
     return figure
 
 
