@@ -12,16 +12,7 @@ from discretization.equilibrium import QUANTITIES
 from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import push
 from discretization.fitted.single import Single
-from energy import (
-    FlatPunch,
-    Parabola,
-    PowerLaw,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-    cards,
-)
+from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
 from studies.shared.random_cases import SHAPES, random_case
 

@@ -9,16 +9,7 @@ import pytest
 from scenes import adhesive
 
 from discretization import load_path, minimise
-from energy import (
-    ElasticLayer,
-    Parabola,
-    Patches,
-    PowerLaw,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-)
+from energy import ElasticLayer, Parabola, Patches, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge
 
 
 def bumps(heights, wavelength=0.008, amplitude=1e-3, bowl=2.0):

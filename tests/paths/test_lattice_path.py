@@ -9,16 +9,7 @@ from truth.scenes import case_of
 
 from discretization import History, NotCertifiedError, load_path, minimise
 from discretization.paths.lattice_branch import LatticeBranch
-from energy import (
-    ElasticLayer,
-    Parabola,
-    Patches,
-    Profile,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    cards,
-)
+from energy import ElasticLayer, Parabola, Patches, Profile, Sampled, Scene, SurfaceEnergies, cards
 
 SPACING = 1e-5
 

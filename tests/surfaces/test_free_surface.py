@@ -20,16 +20,7 @@ from discretization.surfaces.finite_range import DEGREE, rest_displacement
 from discretization.surfaces.network import Line, endless
 from discretization.surfaces.protocol import At
 from discretization.surfaces.rings import stiffness
-from energy import (
-    Circle,
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    Profile,
-    Scene,
-    SurfaceEnergies,
-    cards,
-)
+from energy import Circle, ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies, cards
 
 
 def test_the_linear_free_surface_converges_spectrally():
