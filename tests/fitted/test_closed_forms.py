@@ -226,14 +226,6 @@ def test_a_cylinder_detaches_alike_under_depth_and_load():
     check(load.pull_off.depth, gone.depth, 1e-12)
 
 
-@pytest.mark.parametrize("a", [0.3 * ELL, 20 * ELL])
-def test_the_lowest_state_leaves_a_cylinder_earlier(a):
-    even = float(axi.flat_punch.global_pull_off_depth(a=a, **LAYER))
-    for depth, contacts in ((even * (1 - 1e-9), 1), (even * (1 + 1e-9), 0)):
-        assert len(minimise(turned(FlatPunch(a)), depth, branch="global").contacts) == contacts
-    assert len(minimise(turned(FlatPunch(a)), even * (1 + 1e-9)).contacts) == 1
-
-
 def test_the_lowest_state_of_a_sphere_is_the_one_of_negative_energy():
     args = {"R": 0.013, **LAYER}
     least = float(axi.sphere.detachment(**args).depth)

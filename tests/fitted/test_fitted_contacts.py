@@ -64,13 +64,6 @@ def test_the_global_state_is_never_above_the_adhered_one(states):
     assert len(lowest.contacts) > len(adhered.contacts)
     assert lowest.energy < adhered.energy - 1e-4 * abs(adhered.energy)
     assert (adhered.label, lowest.label) == ("adhered", "global")
-    compared = 0
-    for seed in range(8):
-        scene, depth = rough(seed), np.random.default_rng(seed).uniform(-0.6, 1.5) * DELTA0
-        adhered, lowest = (minimise(scene, depth, branch=b) for b in ("adhered", "global"))
-        assert lowest.energy <= adhered.energy + 1e-12 * adhered.scales["energy"]
-        compared += lowest.energy < adhered.energy - 1e-6 * abs(adhered.energy)
-    assert compared >= 2
 
 
 FAR = {"fitted": {"branch": "global"}, "finite slopes": {"branch": "adhered"}}
