@@ -11,15 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from discretization.paths.branch import Point, legs
-from energy import (
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    Profile,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-)
+from energy import ElasticLayer, FlatPunch, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
 ROOT = Path(__file__).parents[1]
 PLACES = os.pathsep.join(  # where a Python of its own finds modules

@@ -5,20 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import plain
 from truth.obstacle import obstacle
 from truth.paths.path_scenes import envelope
 from truth.scenes import case_of
 
 from discretization import AccuracyWarning, NotCertifiedError, load_path
-from energy import ElasticLayer, Patches, Profile, Sampled, Scene, SurfaceEnergies
+from energy import Patches, Profile, Sampled, SurfaceEnergies
 
 KINDS = ("tips", "polygon", "plateau", "punches")
 
 
 def bare(indenter, length=1.0):
     """A scene without adhesion, k = 1."""
-    layer, tension = ElasticLayer(1.0, 0.0, 1.0), length**2
-    return Scene(layer, SurfaceEnergies.from_work(tension, 0.0), indenter)
+    return plain(indenter, w=0.0, gamma1=length**2)
 
 
 def heights(rng, count, scale):

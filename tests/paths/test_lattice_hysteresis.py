@@ -2,14 +2,15 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import L
+from scenes import L, plain
 from test_controls import SCENES
 
 from discretization import load_path, minimise
-from energy import ElasticLayer, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge
+from energy import Parabola, PowerLaw, Sampled, Wedge
 
 
 @pytest.mark.parametrize("name", ["opening", "ripples, pattern", "ripples, both"])
@@ -26,8 +27,7 @@ OFFSETS = (1.0, 0.97, 0.93, 0.9)  # of spacings: where nodes are from the lines
 
 
 def adhering(body, w=0.02, opening=0.03, **options):
-    closes, opens = (SurfaceEnergies.from_work(1.0, work) for work in (w, opening))
-    return Scene(ElasticLayer(1.0, 0.0, 1.0), closes, body, opening=opens, **options)
+    return replace(plain(body, w=w, opening=opening), **options)
 
 
 def hills():

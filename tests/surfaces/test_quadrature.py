@@ -11,24 +11,14 @@ import mpmath as mp
 import numpy as np
 import pytest
 from random_scenes import ASKED
+from scenes import plain
 
 from discretization import AccuracyWarning, minimise, quadrature
 from discretization.equilibrium import QUANTITIES
 from discretization.profile import resolve
 from discretization.quadrature import NONE, Integrals, height_rounding, refined
-from energy import (
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    PowerLaw,
-    Profile,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-)
+from energy import ElasticLayer, FlatPunch, Parabola, PowerLaw, Profile, Sampled, Scene, Wedge
 
-LAYER = ElasticLayer(1.0, 0.0, 1.0)
 LINES = (-0.83, 1.17)
 SIMPLE = {  # cuts, slope at the first, jumps of the slope there, curvature between and beyond
     "rounded punch": ([-0.3, 0.4], 0.0, [0.0, 0.0], [0.5, 0.0, 0.5]),
@@ -76,7 +66,7 @@ def random_bent(rng, convex):
 
 
 def scene_of(indenter, slopes="small", w=0.01, gamma1=1.0):
-    return Scene(LAYER, SurfaceEnergies.from_work(gamma1, w), indenter, slopes=slopes)
+    return plain(indenter, w=w, gamma1=gamma1, slopes=slopes)
 
 
 def exact(body, depth, left, right, slopes, w=0.01):
