@@ -198,6 +198,13 @@ def test_a_pinned_line_of_a_punch(ratio, degrees):
     assert abs(state.angle_deficit - phi) <= 1e-8
 
 
+def test_a_surface_is_followed_until_it_is_inclined_by_86_degrees():
+    own = turned(FlatPunch(3.0), 1.0, 1.0, 2.69)
+    assert 84 < math.degrees(minimise(own, -1.18).angle_deficit) < 86
+    with pytest.raises(ValueError, match="inclined by more than 86°"):
+        minimise(own, -1.2)
+
+
 @pytest.mark.slow
 def test_a_sphere_is_wetted_up_to_its_equator():
     """Where Young's angle meets a flat surface, d = R (1 - cos δ), the force is that of springs."""
