@@ -37,7 +37,7 @@ CASES = {  # scene, depth over δ₀
     "steep cubic": (steep(PowerLaw(4000.0, 3.0), 0.1), 1.5),
     "steep punch": (steep(FlatPunch(0.03), 0.8), -0.97),
     "tilted, steep": (steep(Parabola(0.02).tilted(0.1), 0.6), 0.2),
-    "rippled, steep": (steep(rippled(0.02, 0.003, 1e-5), 0.3), 0.2),
+    "rippled, steep": (steep(rippled(0.02, 0.006, 4e-5), 0.3), 0.2),
     "sphere": (turned(Parabola(A / (0.9 * ALPHA))), 0.2),
     "cone": (turned(Wedge(math.atan(0.6 * ALPHA))), 0.3),
     "cubic about an axis": (turned(PowerLaw(0.3 * ALPHA / A**2, 3.0)), 0.3),
@@ -52,7 +52,7 @@ PINNED = ("punch", "steep punch", "cylinder")
 LINKS = np.array([15, 30, 60, 120])
 FINER = {  # times as many, where contacts, gaps or waves are as narrow as so many links
     "crests without adhesion": 4,
-    "rippled, steep": 4,
+    "rippled, steep": 2,
 }
 
 
@@ -223,7 +223,7 @@ def test_the_lowest_state_has_no_more_energy_and_a_proof(states, name):
 @pytest.mark.parametrize("draw", [random_case, random_steep_case, "round"])
 def test_random_states_on_nodes_are_those_of_the_mesh_within_their_estimates(draw):
     rng, ratios = np.random.default_rng(18), []
-    for i in range(60):
+    for i in range(40 if draw is random_steep_case else 60):  # these take nodes more time
         case = (random_case if draw == "round" else draw)(rng, SHAPES[i % len(SHAPES)])
         scene = replace(case.scene, geometry="axisymmetric") if draw == "round" else case.scene
         exact = minimise(scene, case.depth)

@@ -115,7 +115,10 @@ def test_the_verdict_of_a_case_that_is_right():
     assert verdict("small", 0).word == "right"
 
 
-FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "20"))
+FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "0"))
+# with finite slopes some cases take a hundred times as long as others: of seeds 5 to 44 quick ones
+# of every shape that has one
+QUICK = {"finite": (5, 6, 10, 11, 13, 15, 16, 19, 26, 27, 28, 29, 33, 41, 43)}
 REFUSED, SKIPPED = 0.02, 0.05  # of all states, or one of a few
 COMPARED = 0.8  # at least
 
@@ -129,7 +132,8 @@ def test_a_few_states_are_right_or_refused(kind):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_many_states_are_right_or_refused(kind):
-    assert_right_or_refused(kind, range(FEW, MANY))
+    asked = range(FEW, MANY) if MANY else QUICK.get(kind, range(FEW, 20))
+    assert_right_or_refused(kind, asked)
 
 
 def assert_right_or_refused(kind, asked):
