@@ -150,13 +150,14 @@ def test_report_table_and_figures_are_written_from_the_record(record, tmp_path, 
 
 def test_the_answer_follows_the_numbers(record):
     def spoilt(x):
-        return x._replace(errors=x.errors._replace(half_width=0.3))
+        return x._replace(errors=x.errors._replace(half_width=0.3, young=1e-5))
 
     paths = {shape: tuple(map(spoilt, row)) for shape, row in record.paths.items()}
     flat = (("flat punch", 0.1, 1e-9), ("flat punch", 0.2, -4e-7), ("flat punch", 0.3, 2e-8))
     text = applicability_report.answer(replace(record, paths=paths, flat=flat))
     assert "The conjecture fails" in text
     assert "3.0e-01 at 0.2 | nowhere tried | nowhere tried |" in text
+    assert "π - θ obeys Young's law (8) within 1e-05 of itself" in text
     assert "the flat punch detaches at d = -√(2w/k) within 4e-07 for w/γ₁ from 0.1 to 0.3" in text
 
 

@@ -66,6 +66,10 @@ def test_a_wrong_angle_fails_the_study(record):
     assert record.passed
     spoilt = record.states[0]._replace(deficit=record.states[0].deficit * (1 + 1e-6))
     assert not replace(record, states=(spoilt, *record.states)).passed
+    path = record.loops[0]
+    spoilt = path.retract[-1]._replace(deficit=path.retract[-1].deficit * (1 + 1e-6))
+    path = path._replace(retract=(*path.retract[:-1], spoilt))
+    assert not replace(record, loops=(*record.loops[1:], path)).passed
 
 
 def test_summary_and_table(record):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import L, adhesive, check, steep
+from scenes import L, adhesive, check, plain, steep
 from scipy.integrate import solve_bvp
 from scipy.optimize import minimize_scalar
 from scipy.special import i0e, i1e, k0e, k1e
@@ -20,16 +20,7 @@ from discretization.surfaces.finite_range import DEGREE, rest_displacement
 from discretization.surfaces.network import Line, endless
 from discretization.surfaces.protocol import At
 from discretization.surfaces.rings import stiffness
-from energy import (
-    Circle,
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    Profile,
-    Scene,
-    SurfaceEnergies,
-    cards,
-)
+from energy import Circle, ElasticLayer, FlatPunch, Parabola, Profile, Scene, SurfaceEnergies, cards
 
 
 def test_the_linear_free_surface_converges_spectrally():
@@ -65,8 +56,7 @@ def test_the_steep_free_surface_obeys_its_own_first_integral():
 @pytest.mark.parametrize("geometry", ["line", "axisymmetric"])
 def test_a_gap_of_any_width_moves_its_lines_by_what_it_pulls(geometry):
     """Where it hardly displaces one of them, too: without adhesion a tip has just touched there."""
-    surfaces = SurfaceEnergies.from_work(1.0, 0.0)
-    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), surfaces, Parabola(1.0), geometry=geometry)
+    scene = replace(plain(Parabola(1.0), w=0.0), geometry=geometry)
     free = surfaces_of(scene).free
     for width in (1e-6, 1e-2, 1.0, 30.0, 39.5, 40.5, 59.0, 90.0):
         for u, v in ((0.1, 1e-13), (1e-13, 0.1), (0.1, 0.1)):
