@@ -71,8 +71,8 @@ def _exponentials(left: Array, rise: Array, T: Array, tau: Array) -> tuple[Array
 class Gaps:
     """Free surfaces between two lines each.
 
-    T (n, 1): the range of τ; p, u, rises (n, nodes): p = du/dτ, u, and how much more that is than at
-    the left line, of which a short gap would not leave digits.
+    T (n, 1): the range of τ; p, u, rises (n, nodes): p = du/dτ, u, and how much more that is
+    than at the left line, of which a short gap would not leave digits.
     """
 
     T: Array

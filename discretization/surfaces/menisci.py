@@ -45,15 +45,6 @@ _SHARPER = 4.0  # while a step lowers U by less than a quarter of the last: no r
 _FOUND = 1e-15  # of φ
 
 
-class Solved(NamedTuple):
-    """Surfaces (n,) on a mesh: elements (n, m), nodal u (n, nodes), energies, residuals (n,)."""
-
-    lengths: Array
-    u: Array
-    energy: Array
-    residual: Array
-
-
 def elements(side: int, s: Array, halvings: int) -> Array:
     """Lengths (n, m) of the elements beside lines of radii s (n,)."""
     if side < 0:
@@ -68,10 +59,11 @@ def elements(side: int, s: Array, halvings: int) -> Array:
     return np.hstack([*parts, lengths[:, 1:]]) if halvings else lengths
 
 
-def solve(side: int, s: Array, sines: Array, halvings: int) -> Solved:
+def solve(side: int, s: Array, sines: Array, halvings: int) -> tuple[Array, Array, Array]:
     """Surfaces that are pulled by S = sines (n,) at lines of radii s (n,), by Newton's method.
 
-    The energy is convex, and the steps are halved while they are too long.
+    The energy is convex, and the steps are halved while they are too long. Lengths of elements
+    (n, m), nodal u (n, nodes), and energies (n,).
     """
     lengths = elements(side, s, halvings)
     ends = np.cumsum(np.hstack([np.zeros((s.size, 1)), lengths]), axis=1)
@@ -79,45 +71,28 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Solved:
     half = lengths[:, :, None] / 2
     x = ends[:, :-1, None] + half * (points + 1)
     measure = weights * half * (1 + side * x / s[:, None, None])
-    far = np.array(
-        [_beyond(side, one, end) for one, end in zip(s.tolist(), ends[:, -1].tolist(), strict=True)]
-    )
-    mesh = _Mesh(half, np.maximum(measure, 0.0), far, sines)
+    last = np.maximum(s + side * ends[:, -1], 0.0)  # beyond which at the axis there is nothing
+    mesh = _Mesh(half, np.maximum(measure, 0.0), last / s * far_stiffness(side, last), sines)
     u = np.zeros((s.size, lengths.shape[1] * DEGREE + 1))
-    state, rough, last = mesh.nodal(u), np.ones(s.size, bool), np.full(s.size, math.inf)
+    (energy, gradient, hessian), rough = mesh.nodal(u), np.ones(s.size, bool)
+    before = np.full(s.size, math.inf)
     for _ in range(_ROUNDS):
         step = np.zeros_like(u)
         for i in np.flatnonzero(rough).tolist():
-            _, solution, info = lapack.dpbsv(state.hessian[i], state.gradient[i], lower=1)
+            _, solution, info = lapack.dpbsv(hessian[i], gradient[i], lower=1)
             step[i] = -solution if info == 0 else 0.0
-        decrease = -(state.gradient * step).sum(axis=1)
+        decrease = -(gradient * step).sum(axis=1)
         trial, factor = mesh.nodal(u + step), np.ones(s.size)
-        long = rough & (decrease > 1e-8 * np.abs(state.energy))
-        while (over := long & (trial.energy > state.energy - 1e-3 * factor * decrease)).any():
+        long = rough & (decrease > 1e-8 * np.abs(energy))
+        while (over := long & (trial[0] > energy - 1e-3 * factor * decrease)).any():
             factor[over] /= 2
             trial = mesh.nodal(u + factor[:, None] * step)
-        u, state = u + factor[:, None] * step, trial
-        rough &= (decrease > _STILL * np.abs(state.energy)) | (_SHARPER * decrease < last)
+        u, (energy, gradient, hessian) = u + factor[:, None] * step, trial
+        rough &= (decrease > _STILL * np.abs(energy)) | (_SHARPER * decrease < before)
         if not rough.any():
             break
-        last = decrease
-    residual = np.abs(state.gradient).max(axis=1)
-    return Solved(lengths, u, state.energy + sines * u[:, 0], residual)
-
-
-def _beyond(side: int, s: float, distance: float) -> float:
-    """The far field's stiffness, none at the axis."""
-    if side < 0 and distance >= s * (1 - 1e-9):
-        return 0.0
-    return float((1 + side * distance / s) * far_stiffness(side, s + side * distance))
-
-
-class _Nodal(NamedTuple):
-    """Energy less what the pull does (n,), gradient (n, nodes), Hessians in lower banded form."""
-
-    energy: Array
-    gradient: Array
-    hessian: Array
+        before = decrease
+    return lengths, u, energy + sines * u[:, 0]
 
 
 class _Mesh(NamedTuple):
@@ -126,8 +101,11 @@ class _Mesh(NamedTuple):
     far: Array
     sines: Array
 
-    def nodal(self, u: Array) -> _Nodal:
-        """At nodal displacements (n, nodes)."""
+    def nodal(self, u: Array) -> tuple[Array, Array, Array]:
+        """At nodal displacements (n, nodes): the energy less what the pull does (n,), its gradient.
+
+        And its Hessians in lower banded form.
+        """
         d = rounded(DEGREE)[2]
         count = self.half.shape[1]
         index = np.arange(count)[:, None] * DEGREE + np.arange(DEGREE + 1)
@@ -148,7 +126,7 @@ class _Mesh(NamedTuple):
         blocks[:, :, np.arange(DEGREE + 1), np.arange(DEGREE + 1)] += self.measure
         hessian = band(blocks)
         hessian[:, 0, -1] += self.far
-        return _Nodal(energy - self.sines * u[:, 0], gradient, hessian)
+        return energy - self.sines * u[:, 0], gradient, hessian
 
 
 @functools.lru_cache(maxsize=64)
@@ -159,8 +137,8 @@ def _piece(side: int, piece: int, steep: bool) -> Array:
     low, high = _bounds(steep)
     half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
     radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
-    found = solve(side, radii, 2 * halves * np.sqrt(1 - halves * halves), _HALVINGS[steep])
-    values = np.array([found.u[:, 0] / halves, found.energy / halves**2]) / rough(side, radii)
+    _, u, energy = solve(side, radii, 2 * halves * np.sqrt(1 - halves**2), _HALVINGS[steep])
+    values = np.array([u[:, 0] / halves, energy / halves**2]) / rough(side, radii)
     left, right = (np.linalg.inv(_chebyshev(part, part.size)) for part in (at, over))
     return np.asarray(left @ values.reshape(2, s.size, half.size) @ right.T)
 
@@ -257,5 +235,5 @@ def surface(side: int, s: float, u0: float) -> Meniscus:
     """The surface beside a line of this radius, inside it for the side -1, solved."""
     radius = np.array([s])
     phi = inclination(side, radius, np.array([u0]))
-    solved = solve(side, radius, np.sin(phi), _HALVINGS[abs(float(phi[0])) > _MILD])
-    return Meniscus(side, s, np.append(0.0, np.cumsum(solved.lengths[0])), solved.u[0])
+    lengths, u, _ = solve(side, radius, np.sin(phi), _HALVINGS[abs(float(phi[0])) > _MILD])
+    return Meniscus(side, s, np.append(0.0, np.cumsum(lengths[0])), u[0])

@@ -60,23 +60,16 @@ class Network(NamedTuple):
         return Network(self.left + share * middle, rest * self.tie, other.right + rest * middle)
 
 
-class Modes(NamedTuple):
-    """Modes of the inner nodes of an element [-1, 1]: λ and c² if even, λ and b² if odd."""
-
-    even: tuple[Array, Array]
-    odd: tuple[Array, Array]
-
-
 @functools.lru_cache(maxsize=16)
-def modes(degree: int) -> Modes:
-    """Solved once for each degree."""
+def modes(degree: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Of the inner nodes of an element [-1, 1]: λ and c² of even ones, λ and b² of odd ones."""
     points, weights, d = (np.asarray(part, float) for part in lobatto(degree))
     root = np.sqrt(weights[1:-1])
     stiffness = ((d.T * weights) @ d)[1:-1, 1:-1]
     values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
     c, b = (root * points[1:-1] ** power @ vectors for power in (0, 1))
     even = np.abs(c) > np.abs(b)
-    return Modes((values[even], c[even] ** 2), (values[~even], b[~even] ** 2))
+    return (values[even], c[even] ** 2), (values[~even], b[~even] ** 2)
 
 
 def _share(values: Array, parts: Array, square: Any) -> Any:
@@ -89,15 +82,10 @@ def _share(values: Array, parts: Array, square: Any) -> Any:
     )
 
 
-def _doublings(length: float) -> int:
-    """How often an element is doubled, so that it is at most _LONGEST long."""
-    return max(0, math.ceil(math.log2(length / _LONGEST)))
-
-
 def piece(degree: int, length: Any) -> Network:
     """A part of a line contact's surface, of this length > 0 (a number or an array)."""
     longest = length.max() if isinstance(length, np.ndarray) else length.real
-    times = _doublings(longest)
+    times = max(0, math.ceil(math.log2(longest / _LONGEST)))  # doubled, to be at most that long
     eta = length / 2 ** (times + 1)
     square = eta * eta
     even, odd = (_share(value, part, square) for value, part in modes(degree))
