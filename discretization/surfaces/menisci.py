@@ -20,6 +20,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebpts1, chebvander
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
@@ -132,25 +133,15 @@ class _Mesh(NamedTuple):
 @functools.lru_cache(maxsize=64)
 def _piece(side: int, piece: int, steep: bool) -> Array:
     """Chebyshev coefficients of g and of e (2, radii, inclinations) on a piece of the family."""
-    at, over = _points(_RADII), _points(_INCLINATIONS)
+    at, over = chebpts1(_RADII), chebpts1(_INCLINATIONS)
     s = 2.0 ** (_RANGE * (piece + (at + 1) / 2))
     low, high = _bounds(steep)
     half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
     radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
     _, u, energy = solve(side, radii, 2 * halves * np.sqrt(1 - halves**2), _HALVINGS[steep])
     values = np.array([u[:, 0] / halves, energy / halves**2]) / rough(side, radii)
-    left, right = (np.linalg.inv(_chebyshev(part, part.size)) for part in (at, over))
+    left, right = (np.linalg.inv(chebvander(part, part.size - 1)) for part in (at, over))
     return np.asarray(left @ values.reshape(2, s.size, half.size) @ right.T)
-
-
-def _points(count: int) -> Array:
-    """Chebyshev points in increasing order."""
-    return np.asarray(np.sin(np.pi * (np.arange(count) - (count - 1) / 2) / count))
-
-
-def _chebyshev(t: Array, count: int) -> Array:
-    """The first Chebyshev polynomials at t (n, count)."""
-    return np.asarray(np.cos(np.arccos(np.clip(t, -1, 1))[:, None] * np.arange(count)))
 
 
 def rough(side: int, s: Any) -> Any:
@@ -190,8 +181,9 @@ def _tabled(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
         low, high = _bounds(is_steep)
         t = 2 * (np.log2(s[own]) / _RANGE - piece) - 1
         z = 2 * (half[own] ** 2 - low) / (high - low) - 1
-        over = _chebyshev(z, _INCLINATIONS) @ _piece(side, int(piece), is_steep).transpose(0, 2, 1)
-        g, e = (_chebyshev(t, _RADII) * over).sum(axis=2)
+        family = _piece(side, int(piece), is_steep).transpose(0, 2, 1)
+        over = chebvander(z, _INCLINATIONS - 1) @ family
+        g, e = (chebvander(t, _RADII - 1) * over).sum(axis=2)
         size = half[own] * rough(side, s[own])
         u[own], energy[own] = g * size, e * size * half[own]
     return np.copysign(u, phi), energy
