@@ -39,8 +39,8 @@ from discretization.surfaces.finite_range import (
     rate,
     rest_displacement,
 )
+from discretization.surfaces.network import on_elements, rounded
 from discretization.surfaces.protocol import MET, At, Free, alone
-from discretization.surfaces.spectral import on_elements, rounded
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -148,8 +148,8 @@ class Gaps:
 
         Where they are further apart than here, the nearer one counts.
         """
-        T, left, places = float(self.T[0, 0]), float(self.u[0, 0]), self.places
-        mesh, shape = self.mesh, (left, float(self.rises[0, -1]), T)
+        (T,), left, mesh, places = self.T, self.u[0, :1], self.mesh, self.places
+        shape = left, self.rises[0, -1:], T
         half = places[-1] / 2
         x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
         tau = np.interp(x, places, T * mesh.nodes)

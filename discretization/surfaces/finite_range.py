@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.roots import crossings
-from discretization.surfaces.spectral import rounded
+from discretization.surfaces.network import rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of these ends:
@@ -60,15 +60,15 @@ def mesh_of(T: Array) -> Mesh:
 
 @functools.lru_cache(maxsize=8)
 def _meshes(count: int) -> Mesh:
-    points, weights, _ = rounded(DEGREE)
+    points, _, _ = rounded(DEGREE)
     ends = np.array(_ENDS[: count + 1]) / (2 * _ENDS[count] or 1.0)
     ends = np.concatenate([ends, 1 - ends[-2::-1]]) if count else np.array([0.0, 1.0])
-    half, own = np.diff(ends)[:, None] / 2, np.arange(ends.size - 1)[:, None] * DEGREE
-    own = own + np.arange(DEGREE + 1)
-    mesh = Mesh(ends, *np.zeros((2, own[-1, -1] + 1)), own)
-    mesh.nodes[own] = ends[:-1, None] + half * (points + 1)
-    np.add.at(mesh.weights, own, half * weights)
-    return mesh
+    half, first = np.diff(ends)[:, None] / 2, np.arange(ends.size - 1)[:, None] * DEGREE
+    own = first + np.arange(DEGREE + 1)
+    nodes, weights = np.zeros((2, own[-1, -1] + 1))
+    nodes[own] = ends[:-1, None] + half * (points + 1)
+    np.add.at(weights, own, half * rounded(DEGREE)[1])
+    return Mesh(ends, nodes, weights, own)
 
 
 def rate(p: Any) -> Any:

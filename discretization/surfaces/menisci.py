@@ -24,8 +24,8 @@ from numpy.polynomial.chebyshev import chebpts1, chebvander
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from discretization.surfaces.network import band, on_elements, rounded
 from discretization.surfaces.rings import decayed, far_stiffness, stiffness
-from discretization.surfaces.spectral import band, on_elements, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
@@ -205,27 +205,19 @@ def inclination(side: int, s: Array, u0: Array) -> Array:
     return phi
 
 
-class Meniscus(NamedTuple):
-    """The surface beside a line of radius s: ends of its elements, nodal u, u[0] there."""
-
-    side: int
-    s: float
-    ends: Array
-    u: Array
-
-    def at(self, x: Array) -> tuple[Array, Array]:
-        """u and u' at distances from the line: the elements' polynomials, then the far field."""
-        r, end = self.s + self.side * x, float(self.ends[-1])
-        far = self.u[-1] * decayed(self.side, self.s + self.side * end, r)
-        near, slope = on_elements(self.ends, self.u, np.minimum(x, end))
-        steep = -far * far_stiffness(self.side, r)
-        return np.where(x < end, near, far), np.where(x < end, slope, steep)
-
-
 @functools.lru_cache(maxsize=256)
-def surface(side: int, s: float, u0: float) -> Meniscus:
-    """The surface beside a line of this radius, inside it for the side -1, solved."""
+def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
+    """The surface beside a line of this radius: ends of its elements, and u at their nodes."""
     radius = np.array([s])
     phi = inclination(side, radius, np.array([u0]))
     lengths, u, _ = solve(side, radius, np.sin(phi), _HALVINGS[abs(float(phi[0])) > _MILD])
-    return Meniscus(side, s, np.append(0.0, np.cumsum(lengths[0])), u[0])
+    return np.append(0.0, np.cumsum(lengths[0])), u[0]
+
+
+def shape(side: int, s: float, u0: float, x: Array) -> tuple[Array, Array]:
+    """u and u' at distances from the line: the elements' polynomials, then the far field."""
+    ends, u = surface(side, s, u0)
+    end, r = ends[-1], s + side * x
+    far = u[-1] * decayed(side, s + side * end, r)
+    near, slope = on_elements(ends, u, np.minimum(x, end))
+    return np.where(x < end, near, far), np.where(x < end, slope, -far * far_stiffness(side, r))
