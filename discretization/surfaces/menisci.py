@@ -20,7 +20,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebpts1, chebvander
+from numpy.polynomial.chebyshev import chebpts1
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
@@ -33,6 +33,10 @@ STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind r
 LEAST = {1: 2.0**-40, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is known
 _SOLVED = 2.0**-20  # l: beside smaller radii springs do not matter next to the line
 _MILD = math.radians(60)
+_SQUARES = {  # sin²(φ/2) at the ends of a piece of mild and of steep lines
+    False: (0.0, math.sin(_MILD / 2) ** 2),
+    True: (math.sin(_MILD / 2) ** 2, math.sin(STEEPEST / 2) ** 2),
+}
 _RANGE = 3.0  # octaves of radii in a piece
 _RADII, _INCLINATIONS = 20, 14  # points of a piece
 _FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each over the one before
@@ -135,13 +139,18 @@ def _piece(side: int, piece: int, steep: bool) -> Array:
     """Chebyshev coefficients of g and of e (2, radii, inclinations) on a piece of the family."""
     at, over = chebpts1(_RADII), chebpts1(_INCLINATIONS)
     s = 2.0 ** (_RANGE * (piece + (at + 1) / 2))
-    low, high = _bounds(steep)
+    low, high = _SQUARES[steep]
     half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
     radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
     _, u, energy = solve(side, radii, 2 * halves * np.sqrt(1 - halves**2), _HALVINGS[steep])
     values = np.array([u[:, 0] / halves, energy / halves**2]) / rough(side, radii)
-    left, right = (np.linalg.inv(chebvander(part, part.size - 1)) for part in (at, over))
+    left, right = (np.linalg.inv(_chebyshev(part, part.size)) for part in (at, over))
     return np.asarray(left @ values.reshape(2, s.size, half.size) @ right.T)
+
+
+def _chebyshev(t: Array, count: int) -> Array:
+    """The first Chebyshev polynomials at t (n, count)."""
+    return np.asarray(np.cos(np.arccos(np.clip(t, -1, 1))[:, None] * np.arange(count)))
 
 
 def rough(side: int, s: Any) -> Any:
@@ -149,12 +158,6 @@ def rough(side: int, s: Any) -> Any:
     if side < 0:
         return (2 + s) / s
     return s / (1 + s) * (1 - np.log(s / (1 + s)))
-
-
-def _bounds(steep: bool) -> tuple[float, float]:
-    """sin²(φ/2) at the ends of a piece."""
-    mild, most = math.sin(_MILD / 2) ** 2, math.sin(STEEPEST / 2) ** 2
-    return (mild, most) if steep else (0.0, mild)
 
 
 def read(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
@@ -178,12 +181,11 @@ def _tabled(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
     pieces, steep = np.floor(np.log2(s) / _RANGE), np.abs(phi) > _MILD
     for piece, is_steep in set(zip(pieces.tolist(), steep.tolist(), strict=True)):
         own = (pieces == piece) & (steep == is_steep)
-        low, high = _bounds(is_steep)
+        low, high = _SQUARES[is_steep]
         t = 2 * (np.log2(s[own]) / _RANGE - piece) - 1
         z = 2 * (half[own] ** 2 - low) / (high - low) - 1
-        family = _piece(side, int(piece), is_steep).transpose(0, 2, 1)
-        over = chebvander(z, _INCLINATIONS - 1) @ family
-        g, e = (chebvander(t, _RADII - 1) * over).sum(axis=2)
+        over = _chebyshev(z, _INCLINATIONS) @ _piece(side, int(piece), is_steep).transpose(0, 2, 1)
+        g, e = (_chebyshev(t, _RADII) * over).sum(axis=2)
         size = half[own] * rough(side, s[own])
         u[own], energy[own] = g * size, e * size * half[own]
     return np.copysign(u, phi), energy

@@ -31,21 +31,29 @@ BESIDE = 2.0**-40  # l: a line at the axis is asked for at this radius
 
 
 def stiffness(degree: int, side: int, s: Any) -> Any:
-    """S(s) beyond lines of radius s > 0 (side +1), or on the disc inside them (-1)."""
-    s = np.asarray(s, float)
-    known, found = np.maximum(s, 2.0**_LEAST), np.empty(s.shape)
-    octaves = np.floor(np.log2(known))
+    """S(s) beyond lines of radius s (side +1), or on the disc inside them (-1), number or array.
+
+    Infinite beyond a line at the axis, 0 inside it.
+    """
+    s, found = np.asarray(s, float), np.empty(np.shape(s))
+    octaves = np.floor(np.log2(np.maximum(s, 2.0 ** (_LEAST - 1))))
     for octave in set(octaves.ravel().tolist()):
         own = octaves == octave
-        t = 2 * (np.log2(known[own]) - octave) - 1
-        found[own] = np.polyval(_family(degree, side, int(octave)), t)
-    if side < 0:
-        return (found * s / (2 + s))[()]
-    found *= (1 + known) / known
-    if (less := s < known).any():  # the ring in between has no springs
-        rings = np.log(known[less] / s[less])
-        found[less] = 1 / (s[less] * (1 / (known[less] * found[less]) + rings))
+        found[own] = _read(degree, side, s[own], int(octave))
     return found[()]
+
+
+def _read(degree: int, side: int, s: Any, octave: int) -> Any:
+    """S of radii in an octave; below the last one that of a disc without springs, or a ring."""
+    if octave >= _LEAST:
+        value = np.polyval(_family(degree, side, octave), 2 * (np.log2(s) - octave) - 1)
+        return value * (1 + s) / s if side > 0 else value * s / (2 + s)
+    if side < 0:
+        return s / 2
+    least = 2.0**_LEAST
+    inner = 1 / (least * _read(degree, side, least, _LEAST))
+    with np.errstate(divide="ignore"):
+        return np.divide(1.0, np.where(np.equal(s, 0), 0.0, s * (inner - np.log(s / least))))
 
 
 @functools.lru_cache(maxsize=256)
