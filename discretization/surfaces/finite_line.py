@@ -108,8 +108,8 @@ class Gaps:
     @property
     def energy(self) -> Array:
         """F (n,)."""
-        p, h, u = self.p, self.h, self.u
-        density = h * u * u / 2 + p * p / (np.sqrt(h * h + p * p) + h)
+        h, square = self.h, self.p * self.p
+        density = h * (self.u * self.u / 2) + square / (np.sqrt(h * h + square) + h)
         return np.asarray(self.T[:, 0] * (density @ self.mesh.weights))
 
     @property
