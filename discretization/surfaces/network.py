@@ -34,11 +34,11 @@ _COVERED = 4.0  # l: beside a line, by elements
 
 
 @functools.lru_cache(maxsize=64)
-def lobatto(degree: int) -> tuple[Array, Array, Array]:
+def rounded(degree: int) -> tuple[Array, Array, Array]:
     """Gauss-Lobatto points on [-1, 1], their weights, and the matrix of derivatives there.
 
-    In the widest floating-point type of the machine: the rounding of these entries would be the
-    largest error of a smooth solution.
+    Found in the widest floating-point type of the machine: the rounding of these entries would be
+    the largest error of a smooth solution.
     """
     p = Legendre.basis(degree)
     slope, curvature = p.deriv(), p.deriv(2)
@@ -51,13 +51,6 @@ def lobatto(degree: int) -> tuple[Array, Array, Array]:
     d = values[:, None] / values[None, :] / (x[:, None] - x[None, :] + np.eye(x.size))
     np.fill_diagonal(d, 0)
     np.fill_diagonal(d, -d.sum(axis=1))
-    return x, weights, d
-
-
-@functools.lru_cache(maxsize=64)
-def rounded(degree: int) -> tuple[Array, Array, Array]:
-    """`lobatto` in double precision."""
-    x, weights, d = lobatto(degree)
     return x.astype(float), weights.astype(float), d.astype(float)
 
 
@@ -139,7 +132,7 @@ class Network(NamedTuple):
 @functools.lru_cache(maxsize=16)
 def modes(degree: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Of the inner nodes of an element [-1, 1]: λ and c² of even ones, λ and b² of odd ones."""
-    points, weights, d = (np.asarray(part, float) for part in lobatto(degree))
+    points, weights, d = rounded(degree)
     root = np.sqrt(weights[1:-1])
     stiffness = ((d.T * weights) @ d)[1:-1, 1:-1]
     values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
