@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.spectral import polynomial, rounded
+from discretization.surfaces.network import polynomial, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 12  # of the Lobatto rule in t

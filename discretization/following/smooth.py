@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from discretization.fitted.rests import Rests, margins, solved
 from discretization.following.pieces import DEGREE, Piece, way_of
 from discretization.quadrature import Integrals
-from discretization.surfaces.spectral import rounded
+from discretization.surfaces.network import rounded
 
 Array = NDArray[np.float64]
 _HALVED, _MOST = 10, 128  # halvings of a part whose energy does not balance, and such parts

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.spectral import rounded
+from discretization.surfaces.network import rounded
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

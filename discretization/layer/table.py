@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from discretization.layer.body import Body
 from discretization.layer.contact import Contacts, contacts
-from discretization.surfaces.spectral import coefficients, polynomial, rounded
+from discretization.surfaces.network import coefficients, polynomial, rounded
 
 Array = NDArray[np.float64]
 _DEGREE = 10

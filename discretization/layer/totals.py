@@ -18,8 +18,8 @@ from discretization.layer.contact import Contacts, contacts, decayed
 from discretization.layer.elements import DEGREE
 from discretization.quadrature import summed
 from discretization.readings import with_surface
+from discretization.surfaces.network import polynomial
 from discretization.surfaces.protocol import At, alone
-from discretization.surfaces.spectral import polynomial
 
 Array = NDArray[np.float64]
 _OUTSIDE = 200  # places at which the free surface is compared with the indenter

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization import Equilibrium, display, minimise, plots
+from discretization import Equilibrium, minimise, plots, readings
 from energy import Assumption, Scene
 from energy.description import described
 from energy.units import prefixed
@@ -101,7 +101,7 @@ def solved(given: SceneFile, depth: float) -> Equilibrium:
 
 def row(state: Equilibrium) -> str:
     """One line of the table on the screen, in SI units."""
-    values = [f"{getattr(state, name):>13.6g}" for name in display.OBSERVABLES]
+    values = [f"{getattr(state, name):>13.6g}" for name in readings.OBSERVABLES]
     error = max(state.error_estimate.values())
     violated = ", ".join(one.name for one in broken(state))
     verdict = f"  violated: {violated}" if violated else ""
@@ -128,7 +128,7 @@ def summary(record: Record) -> str:
 
 def table(record: Record) -> Table:
     """Columns and a row per depth."""
-    columns = [*display.OBSERVABLES, *(f"error_{name}" for name in QUANTITIES)]
+    columns = [*readings.OBSERVABLES, *(f"error_{name}" for name in QUANTITIES)]
     rows = [[*(repr(s.to_dict()[name]) for name in columns), s.label] for s in record.states]
     return [*columns, "label"], rows
 
@@ -227,7 +227,7 @@ def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
 def response(given: SceneFile, out: command.Output) -> list[Path]:
     """Follow, print and write the load path of the file; the files written."""
     history = follow(given)
-    print(display.path_text(history, si=True))
+    print(readings.path_text(history, si=True))
     name = f"{given.path.stem}_path"
     written = out.at(f"{name}.csv")
     about = [f"title: {given.title}", f"source: {given.source}", *out.header(given.options)]
