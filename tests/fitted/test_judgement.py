@@ -10,8 +10,7 @@ from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
 from discretization.fitted import several
-from discretization.fitted.contacts import Contacts
-from discretization.fitted.judgement import certify, errors, penetration
+from discretization.fitted.contacts import Contacts, certify, errors, penetration
 from discretization.fitted.motion import Motion
 from discretization.fitted.several import state_of
 from discretization.fitted.tension import pull
