@@ -37,7 +37,7 @@ from scipy.special import k0e, k1e, kve
 from discretization.layer import elements as inside
 from discretization.layer.body import Body
 from discretization.layer.elements import Elements, Swept
-from discretization.layer.poles import Poles, paired
+from discretization.layer.poles import Poles
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -58,13 +58,11 @@ def decayed(power: int, decays: Complex, a: Array, beside: Array, order: int) ->
 
 def _bessel(order: int, z: Complex) -> Complex:
     """K(z) exp(z)."""
-
-    def above(z: Complex) -> Complex:
-        near = np.where(np.abs(z) < _LARGEST, z, 1.0)
-        far = np.sqrt(math.pi / (2 * z)) * (1 + (4 * order - 1) / (8 * z))
-        return np.where(np.abs(z) < _LARGEST, kve(order, near), far)
-
-    return paired(k1e if order else k0e, above, z)
+    real, far = z.imag == 0, np.abs(z) > _LARGEST
+    found = np.sqrt(math.pi / (2 * z)) * (1 + (4 * order - 1) / (8 * z))
+    found[real] = (k1e if order else k0e)(z.real[real])
+    found[~real & ~far] = kve(order, z[~real & ~far])
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +80,7 @@ class Contacts:
     f: Array
     slopes: Array
     u: Array
+    flow: Swept
     swept: Swept
     amplitudes: Complex
     reaction: Array
@@ -106,16 +105,11 @@ class Contacts:
     @functools.cached_property
     def pressure(self) -> Array:
         """At nodes (m, 2, e, 13)."""
-        own, poles, wide = self.elements, self.poles, self.a[:, None, None]
-        at_line = (1 - poles.share) @ self.amplitudes
-        found = poles.still * self.u + inside.total(own, self.swept, at_line, poles.c)
-        if poles.flow:
-            load = poles.flow * (wide**2 * own.mass)[:, None] * self.u
-            there = ((-poles.flow / poles.decays**2) @ self.amplitudes)[:, None]
-            whole = np.moveaxis(load.sum(axis=-1), 1, -1)[:, :, None]
-            flowing = inside.sweep(own, np.zeros((self.a.size, 1), complex), load, whole)
-            found = found + inside.total(own, flowing, there, np.ones(1, complex))
-        return np.asarray(found)
+        poles = self.poles
+        flowing, outside = ((part @ self.amplitudes) for part in _outside(poles))
+        found = poles.still * self.u + inside.total(self.elements, self.swept, outside, poles.c)
+        one = np.array([poles.flow], complex)
+        return found + inside.total(self.elements, self.flow, flowing, one)
 
     @functools.cached_property
     def lines(self) -> Array:
@@ -133,6 +127,12 @@ class Contacts:
         return np.asarray(found)
 
 
+def _outside(poles: Poles) -> tuple[Complex, Complex]:
+    """Of what decays by each λ (n,): the field of the flow (1, n), and v of the others."""
+    squares = poles.decays**2
+    return 1 / (poles.first - squares[None]), squares / (squares - poles.tau[:, None])
+
+
 def contacts(body: Body, a: Array, tolerance: float, first: float = 0.5) -> Contacts:
     """Of half-widths or radii (m,), with poles to a tolerance; first: see `elements.grid`.
 
@@ -145,29 +145,34 @@ def contacts(body: Body, a: Array, tolerance: float, first: float = 0.5) -> Cont
     x, f = wide * own.x, body.height(a)
     slopes, u = body.slope(x, _INTO), np.ones((a.size, 2, *own.x.shape))
     u[:, 1] = f[:, None, None] - body.height(x)
-    load = np.zeros_like(u)
-    load[:, 1] = wide * inside.risen(own, slopes)
-    found = inside.sweep(own, poles.tau * a[:, None] ** 2, load)
-    volume = (u * own.mass).sum(axis=(2, 3))
+    bent = np.zeros_like(u)
+    bent[:, 1] = wide * inside.risen(own, slopes)
+    found = inside.sweep(own, poles.tau * a[:, None] ** 2, bent)
+    load = (wide**2 * own.mass)[:, None] * u
+    whole = np.moveaxis(load.sum(axis=-1), 1, -1)[:, :, None]
+    flow = inside.sweep(own, poles.first * a[:, None] ** 2 + 0j, load, whole)
     outwards = -decayed(body.power, poles.decays, a, np.zeros(a.size), 1).T
-    amplitudes = _outside(poles, outwards, a, found, volume)
+    amplitudes = _amplitudes(poles, outwards * a[:, None], found, flow)
     reaction = (outwards[:, None] @ amplitudes)[:, 0].real
-    return Contacts(body, poles, own, a, f, slopes, u, found, amplitudes, reaction)
+    return Contacts(body, poles, own, a, f, slopes, u, flow, found, amplitudes, reaction)
 
 
-def _outside(poles: Poles, out: Complex, a: Array, taken: Swept, volume: Array) -> Any:
-    """A (m, n, 2), by what fields take inside; out (m, n): pulls of decays; volume: ∫u dm/(ma)."""
-    share, one = poles.share, np.array([1.0, 0.0])
-    size = np.sqrt(poles.tau)[:, None] * a[:, None, None]
-    fields = (taken.own[..., None] + (out * a[:, None])[:, None]) * share / size
-    rows = [np.ones((a.size, 1, out.shape[1])), fields]
-    wanted = [
-        np.broadcast_to(one, (a.size, 1, 2)),
-        (taken.own[..., None] * one - taken.given) / size,
-    ]
-    if poles.flow:
-        rows.append((-out / poles.decays**2 / a[:, None])[:, None])
-        wanted.append(volume[:, None])
-    matrix = np.concatenate(rows, axis=1)
-    size = np.abs(matrix).max(axis=1, keepdims=True)
-    return np.linalg.solve(matrix / size, np.concatenate(wanted, axis=1)) / size.swapaxes(1, 2)
+def _amplitudes(poles: Poles, out: Complex, found: Swept, flow: Swept) -> Complex:
+    """A (m, n, 2), by what fields take inside; out (m, n): a times what the decays pull.
+
+    By u(a), the slopes of φ_j = u - v_j, and that of the flow.
+    """
+    flowing, others = _outside(poles)
+    one = np.broadcast_to([1.0 + 0j, 0.0], (out.shape[0], 1, 2))
+    rows = (
+        (np.ones_like(out[:, None]), one),
+        (
+            (found.own[..., None] + out[:, None]) * (1 - others),
+            found.own[..., None] * one - found.given,
+        ),
+        ((flow.own[..., None] + out[:, None]) * flowing, flow.given),
+    )
+    matrix, wanted = (np.concatenate(part, axis=1) for part in zip(*rows, strict=True))
+    high = np.abs(matrix).max(axis=2, keepdims=True)
+    wide = np.abs(matrix / high).max(axis=1, keepdims=True)
+    return np.linalg.solve(matrix / high / wide, wanted / high) / wide.swapaxes(1, 2)

@@ -51,8 +51,8 @@ class Swept(NamedTuple):
     given: Complex
     share: Complex
     forced: Array
-    passed: list[Complex]
-    rest: list[Complex]
+    passed: Complex
+    rest: Complex
 
 
 def grid(
@@ -109,43 +109,39 @@ def sweep(own: Elements, tau: Complex, load: Array, whole: Any = 0.0) -> Swept:
     What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
     found without the large numbers that cancel where τ is small.
     """
-    m, n = tau.shape
-    load = np.moveaxis(load, 1, -1)  # (m, e, 13, 2)
-    share = 1 / (own.values[:, None, :] + tau[:, None, :, None])  # (m, e, n, 11)
+    load, flat, tau = np.moveaxis(load, 1, -1), own.flat[..., None], tau[:, None, :, None]
+    share = 1 / (own.values[:, None, :] + tau)  # (m, e, n, 11)
     forced = own.modes.transpose(0, 2, 1) @ load[:, :, 1:-1]  # (m, e, 11, 2)
-    parts = [np.prod(own.ties, axis=2)[..., None], own.ties * own.flat[..., None]]
-    parts = [np.broadcast_to(part, (m, *part.shape)) for part in parts]
-    parts += [side[..., None] * forced for side in (own.ties[..., 0], own.flat)]
-    found = share @ np.concatenate(parts, axis=-1)  # (m, e, n, 7)
-    tie = found[..., 0] - own.bridge[:, None]
-    takes = (own.mass[:, None, [0, -1]] - found[..., 1:3]) * tau[:, None, :, None]
-    given = load[:, :, None, 0] - found[..., 3:5]
-    both = whole - tau[:, None, :, None] * found[..., 5:]
-    passed, rest = [], []
-    before, right = np.zeros((m, n), complex), np.zeros((m, n, 2), complex)
+    left, right = own.ties[..., :1], own.ties[..., 1:]
+    tied = share @ np.concatenate([left * right, own.ties * flat], axis=-1)
+    loaded = share @ np.concatenate([left * forced, flat * forced], axis=-1)
+    tie = tied[..., :1] - own.bridge[:, None, None]
+    takes = (own.mass[:, None, [0, -1]] - tied[..., 1:]) * tau
+    given = load[:, :, None, 0] - loaded[..., :2]
+    first = np.concatenate([takes[..., :1], given], axis=-1)
+    second = np.concatenate([takes[..., 1:], whole - tau * loaded[..., 2:] - given], axis=-1)
+    held, passed = np.empty_like(first), np.empty_like(tie)
+    now = np.zeros_like(first[:, 0])
     for i in range(own.bridge.size):
-        held = before + takes[:, i, :, 0]
-        size = held + tie[:, i]
-        passed.append(tie[:, i] / size)
-        rest.append((right + given[:, i]) / size[..., None])
-        before = takes[:, i, :, 1] + passed[-1] * held
-        right = both[:, i] + passed[-1][..., None] * right - given[:, i] * (held / size)[..., None]
-    return Swept(before, right, share, forced, passed, rest)
+        held[:, i] = now + first[:, i]
+        passed[:, i] = tie[:, i] / (held[:, i, :, :1] + tie[:, i])
+        now = second[:, i] + passed[:, i] * held[:, i]
+    rest = passed / tie * held[..., 1:]
+    return Swept(now[..., 0], now[..., 1:], share, forced, passed, rest)
 
 
 def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
     """Σ c v (m, 2, e, 13), real, of fields that are known at the line (m, n, 2)."""
-    values = [at_line]
-    for passed, rest in zip(found.passed[::-1], found.rest[::-1], strict=True):
-        values.append(rest + passed[..., None] * values[-1])
-    joints = c[:, None] * np.array(values[::-1])  # at the ends of elements (e + 1, m, n, 2)
-    ones = np.broadcast_to(c[:, None], (*joints[1:].shape[:-1], 1))
-    parts = np.moveaxis(np.concatenate([ones, joints[:-1], joints[1:]], axis=-1), 0, 1)
+    joints = np.empty((at_line.shape[0], own.bridge.size + 1, *at_line.shape[1:]), complex)
+    joints[:, -1] = at_line
+    for i in range(own.bridge.size)[::-1]:
+        joints[:, i] = found.rest[:, i] + found.passed[:, i] * joints[:, i + 1]
+    joints *= c[:, None]
+    ones = np.broadcast_to(c[:, None], (*found.passed.shape[:2], c.size, 1))
+    parts = np.concatenate([ones, joints[:, :-1], joints[:, 1:]], axis=-1)
     sums = (found.share.swapaxes(-1, -2) @ parts).real  # (m, e, 11, 5)
     inner = found.forced * sums[..., :1]
     inner = inner - own.ties[..., :1] * sums[..., 1:3] - own.ties[..., 1:] * sums[..., 3:]
-    ends = joints.sum(axis=2).real  # (e + 1, m, 2)
-    v = np.empty((*sums.shape[:2], DEGREE + 1, 2))
-    v[:, :, 0], v[:, :, -1] = np.moveaxis(ends[:-1], 0, 1), np.moveaxis(ends[1:], 0, 1)
-    v[:, :, 1:-1] = own.modes @ inner
+    ends = joints.sum(axis=2).real[:, :, None]  # (m, e + 1, 1, 2)
+    v = np.concatenate([ends[:, :-1], own.modes @ inner, ends[:, 1:]], axis=2)
     return np.moveaxis(v, -1, 1)
