@@ -44,13 +44,20 @@ class Elements(NamedTuple):
     bridge: Array
 
 
+class Load(NamedTuple):
+    """Poles τ (m, n) with two loads (m, 2, e, 13), `whole` over each element (m, e, 1, 2)."""
+
+    tau: Complex
+    nodal: Array
+    whole: Any
+
+
 class Swept(NamedTuple):
     """What fields take: own v - given at the line (m, n), (m, n, 2), and what it is found with."""
 
     own: Complex
     given: Complex
-    share: Complex
-    forced: Array
+    inner: list[tuple[Complex, Array]]
     passed: Complex
     rest: Complex
 
@@ -103,45 +110,58 @@ def risen(own: Elements, slope: Array) -> Array:
     return np.asarray(-(slope * own.mass / half) @ rounded(DEGREE)[2])
 
 
-def sweep(own: Elements, tau: Complex, load: Array, whole: Any = 0.0) -> Swept:
-    """From 0 to the line, for poles (m, n) and two loads (m, 2, e, 13), `whole` over each element.
-
-    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
-    found without the large numbers that cancel where τ is small.
-    """
-    load, flat, tau = np.moveaxis(load, 1, -1), own.flat[..., None], tau[:, None, :, None]
-    share = 1 / (own.values[:, None, :] + tau)  # (m, e, n, 11)
-    forced = own.modes.transpose(0, 2, 1) @ load[:, :, 1:-1]  # (m, e, 11, 2)
-    left, right = own.ties[..., :1], own.ties[..., 1:]
-    tied = share @ np.concatenate([left * right, own.ties * flat], axis=-1)
-    loaded = share @ np.concatenate([left * forced, flat * forced], axis=-1)
-    tie = tied[..., :1] - own.bridge[:, None, None]
-    takes = (own.mass[:, None, [0, -1]] - tied[..., 1:]) * tau
-    given = load[:, :, None, 0] - loaded[..., :2]
-    first = np.concatenate([takes[..., :1], given], axis=-1)
-    second = np.concatenate([takes[..., 1:], whole - tau * loaded[..., 2:] - given], axis=-1)
-    held, passed = np.empty_like(first), np.empty_like(tie)
-    now = np.zeros_like(first[:, 0])
+def sweep(own: Elements, *loads: Load) -> Swept:
+    """From 0 to the line, for the poles of all loads one after the other."""
+    inner, condensed = [], []
+    for load in loads:
+        share, forced, *ends = _condensed(own, load)
+        inner.append((share, forced))
+        condensed.append(ends)
+    tie, first, second = (np.concatenate(part, axis=2) for part in zip(*condensed, strict=True))
+    held, passed, now = np.empty_like(first), np.empty_like(tie), np.zeros_like(first[:, 0])
     for i in range(own.bridge.size):
         held[:, i] = now + first[:, i]
         passed[:, i] = tie[:, i] / (held[:, i, :, :1] + tie[:, i])
         now = second[:, i] + passed[:, i] * held[:, i]
-    rest = passed / tie * held[..., 1:]
-    return Swept(now[..., 0], now[..., 1:], share, forced, passed, rest)
+    return Swept(now[..., 0], now[..., 1:], inner, passed, passed / tie * held[..., 1:])
+
+
+def _condensed(own: Elements, load: Load) -> tuple[Complex, Array, Complex, Complex, Complex]:
+    """1/(λ + τ), the load of the modes, and of the ends of elements the tie and what each takes.
+
+    What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
+    found without the large numbers that cancel where τ is small.
+    """
+    nodal, tau = np.moveaxis(load.nodal, 1, -1), load.tau[:, None, :, None]  # (m, e, 13, 2)
+    share = 1 / (own.values[:, None, :] + tau)  # (m, e, n, 11)
+    forced = own.modes.transpose(0, 2, 1) @ nodal[:, :, 1:-1]  # (m, e, 11, 2)
+    left, right, flat = own.ties[..., :1], own.ties[..., 1:], own.flat[..., None]
+    tied = share @ np.concatenate([left * right, own.ties * flat], axis=-1)
+    loaded = share @ np.concatenate([left * forced, flat * forced], axis=-1)
+    takes = (own.mass[:, None, [0, -1]] - tied[..., 1:]) * tau
+    given = nodal[:, :, None, 0] - loaded[..., :2]
+    first = np.concatenate([takes[..., :1], given], axis=-1)
+    second = np.concatenate([takes[..., 1:], load.whole - tau * loaded[..., 2:] - given], axis=-1)
+    return share, forced, tied[..., :1] - own.bridge[:, None, None], first, second
 
 
 def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
     """Σ c v (m, 2, e, 13), real, of fields that are known at the line (m, n, 2)."""
-    joints = np.empty((at_line.shape[0], own.bridge.size + 1, *at_line.shape[1:]), complex)
+    m, e, n, _ = found.passed.shape
+    joints = np.empty((m, e + 1, n, 2), complex)
     joints[:, -1] = at_line
-    for i in range(own.bridge.size)[::-1]:
+    for i in range(e)[::-1]:
         joints[:, i] = found.rest[:, i] + found.passed[:, i] * joints[:, i + 1]
     joints *= c[:, None]
-    ones = np.broadcast_to(c[:, None], (*found.passed.shape[:2], c.size, 1))
+    ones = np.broadcast_to(c[:, None], (m, e, n, 1))
     parts = np.concatenate([ones, joints[:, :-1], joints[:, 1:]], axis=-1)
-    sums = (found.share.swapaxes(-1, -2) @ parts).real  # (m, e, 11, 5)
-    inner = found.forced * sums[..., :1]
-    inner = inner - own.ties[..., :1] * sums[..., 1:3] - own.ties[..., 1:] * sums[..., 3:]
+    inner, start = np.zeros((m, *own.flat.shape, 2)), 0
+    for share, forced in found.inner:
+        some = parts[:, :, start : start + share.shape[2]]
+        sums = (share.swapaxes(-1, -2) @ some).real  # (m, e, 11, 5)
+        inner += forced * sums[..., :1]
+        inner -= own.ties[..., :1] * sums[..., 1:3] + own.ties[..., 1:] * sums[..., 3:]
+        start += share.shape[2]
     ends = joints.sum(axis=2).real[:, :, None]  # (m, e + 1, 1, 2)
     v = np.concatenate([ends[:, :-1], own.modes @ inner, ends[:, 1:]], axis=2)
     return np.moveaxis(v, -1, 1)
