@@ -23,6 +23,7 @@ from discretization.surfaces.spectral import rounded
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 DEGREE = 12
+_RATIO = 1 / 3  # of elements to the next ones outwards
 _NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
@@ -67,15 +68,15 @@ def grid(
 ) -> tuple[float, ...]:
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
-    Elements end at breaks. They are halved towards the line, and towards kinks of the profile,
-    beside which the fields change likewise, until they resolve the shortest length of a pole;
-    first: the share of the way at which that begins.
+    Elements end at breaks. Each is a third of the next one towards the line, and towards kinks of
+    the profile, beside which the fields change likewise, until they resolve the shortest length of
+    a pole; first: the share of the way at which that begins.
     """
     own = [0.0, 1.0, *(1 - x / a for x in breaks if 0 < x < a)]
     graded = [np.empty((2, 0))]
     for left, right in itertools.pairwise([0.0, *(x for x in kinks if 0 < x < a), a]):
-        times = math.log2(max(1.0, (right - left) / (_NEAREST * shortest)))
-        steps = (right - left) / a * first * 0.5 ** np.arange(math.ceil(times))
+        times = -math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _RATIO)
+        steps = (right - left) / a * first * _RATIO ** np.arange(math.ceil(times))
         graded.append(np.array([1 - right / a + steps, steps]))
         if left in kinks:
             graded.append(np.array([1 - left / a - steps[1:], steps[1:]]))

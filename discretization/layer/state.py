@@ -135,7 +135,7 @@ class Layer:
         return abs(float(self.both[0])) + lifted / float(self.contact.reaction[0, 0])
 
     def certificate(self) -> Certificate:
-        """The conditions of ../certificate.py, depths over the size of |d|, u and what lifts a line.
+        """The conditions of ../certificate.py, depths over |d|, u and what lifts a line.
 
         stationarity  what the poles' fields press and pull, on two sets of elements
         neighbours    d <= D just outside the line by closing, D just inside by opening <= d
@@ -269,7 +269,6 @@ def certified(
             "incompressible rises there; use another depth, or response='springs'"
         )
     certificate.demand(named, "try another depth or spacing")
-    ends = (np.array([body.ends(x)]) for x in (found.a, last))
     return Equilibrium(
         body.scene,
         found.depth,
@@ -278,10 +277,11 @@ def certified(
         certificate,
         found,
         spacing,
-        *ends,
-        np.array([[pinned or bool(body.power), pinned]]),
-        found.force,
-        found.energy,
-        found.scales,
-        errors,
+        contacts=np.array([body.ends(found.a)]),
+        nodes=np.array([body.ends(last)]),
+        pinned=np.array([[pinned or bool(body.power), pinned]]),
+        force=found.force,
+        energy=found.energy,
+        scales=found.scales,
+        errors=errors,
     )
