@@ -150,9 +150,11 @@ def contacts(body: Body, a: Array, tolerance: float, first: float = 0.5) -> Cont
     bent[:, 1] = wide * inside.risen(own, slopes)
     load = (wide**2 * own.mass)[:, None] * u
     whole = np.moveaxis(load.sum(axis=-1), 1, -1)[:, :, None]
-    flow = inside.Load(response.first * a[:, None] ** 2 + 0j, load, whole)
-    others = inside.Load(response.tau * a[:, None] ** 2, bent, 0.0)
-    swept = inside.sweep(own, flow, others)
+    wide_tau, real = np.outer(a * a, response.tau), response.tau.imag == 0  # real ones first
+    some = (wide_tau[:, real].real, wide_tau[:, ~real])
+    others = (inside.Load(tau, bent, 0.0) for tau in some)
+    flow = inside.Load(response.first * a[:, None] ** 2, load, whole)
+    swept = inside.sweep(own, flow, *others)
     outwards = -decayed(power, response.decays, a, np.zeros(a.size), 1).T
     amplitudes = _amplitudes(response, outwards * a[:, None], swept)
     reaction = (outwards[:, None] @ amplitudes)[:, 0].real

@@ -48,7 +48,7 @@ class Elements(NamedTuple):
 class Load(NamedTuple):
     """Poles τ (m, n) with two loads (m, 2, e, 13), `whole` over each element (m, e, 1, 2)."""
 
-    tau: Complex
+    tau: Any
     nodal: Array
     whole: Any
 
@@ -119,15 +119,16 @@ def sweep(own: Elements, *loads: Load) -> Swept:
         inner.append((share, forced))
         condensed.append(ends)
     tie, first, second = (np.concatenate(part, axis=2) for part in zip(*condensed, strict=True))
-    held, passed, now = np.empty_like(first), np.empty_like(tie), np.zeros_like(first[:, 0])
+    held, now = np.empty_like(first), np.zeros_like(first[:, 0])
     for i in range(own.bridge.size):
         held[:, i] = now + first[:, i]
-        passed[:, i] = tie[:, i] / (held[:, i, :, :1] + tie[:, i])
-        now = second[:, i] + passed[:, i] * held[:, i]
-    return Swept(now[..., 0], now[..., 1:], inner, passed, passed / tie * held[..., 1:])
+        kept = held[:, i, :, :1] / (held[:, i, :, :1] + tie[:, i])
+        now = now + second[:, i] - kept * held[:, i]
+    size = held[..., :1] + tie
+    return Swept(now[..., 0], now[..., 1:], inner, tie / size, held[..., 1:] / size)
 
 
-def _condensed(own: Elements, load: Load) -> tuple[Complex, Array, Complex, Complex, Complex]:
+def _condensed(own: Elements, load: Load) -> tuple[Any, ...]:
     """1/(λ + τ), the load of the modes, and of the ends of elements the tie and what each takes.
 
     What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
@@ -142,7 +143,7 @@ def _condensed(own: Elements, load: Load) -> tuple[Complex, Array, Complex, Comp
     takes = (own.mass[:, None, [0, -1]] - tied[..., 1:]) * tau
     given = nodal[:, :, None, 0] - loaded[..., :2]
     first = np.concatenate([takes[..., :1], given], axis=-1)
-    second = np.concatenate([takes[..., 1:], load.whole - tau * loaded[..., 2:] - given], axis=-1)
+    second = np.concatenate([takes.sum(-1, keepdims=True), load.whole - tau * loaded[..., 2:]], -1)
     return share, forced, tied[..., :1] - own.bridge[:, None, None], first, second
 
 
@@ -159,6 +160,7 @@ def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
     inner, start = np.zeros((m, *own.flat.shape, 2)), 0
     for share, forced in found.inner:
         some = parts[:, :, start : start + share.shape[2]]
+        some = some if np.iscomplexobj(share) else some.real
         sums = (share.swapaxes(-1, -2) @ some).real  # (m, e, 11, 5)
         inner += forced * sums[..., :1]
         inner -= own.ties[..., :1] * sums[..., 1:3] + own.ties[..., 1:] * sums[..., 3:]

@@ -25,7 +25,7 @@ from discretization.surfaces.spectral import coefficients, polynomial, rounded
 
 Array = NDArray[np.float64]
 _PLACES = 2.0 ** np.arange(-30, 31)  # of h: half-widths at which a line is looked for first
-_SMALL = 1 / 8  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
+_SMALL = 1 / 4  # of √(2w/γ₁), and of the depth: slopes and heights where adhesion rules
 _CLOSED = 1e-8  # of the half-width below which adhesion rules
 _LEFT = 1 / 8  # of how far below touching a line about an axis rests at most
 _SECTIONS = 27  # golden ones, of where D turns: D is known twice as well
@@ -45,7 +45,13 @@ class Single:
 
     def __init__(self, body: Body, tolerance: float) -> None:
         self.body, self.tolerance = body, tolerance
-        self.contact = functools.cache(lambda a: contacts(body, np.array([a]), tolerance))
+        self.known: dict[float, Contacts] = {}
+
+    def contact(self, a: float) -> Contacts:
+        """The contact of a half-width, found once."""
+        if a not in self.known:
+            self.known[a] = contacts(self.body, np.array([a]), self.tolerance)
+        return self.known[a]
 
     def reaction(self, a: Array) -> Array:
         """σ and s₀ (2, n) of half-widths (n,)."""
@@ -204,7 +210,8 @@ class Lines:
         def low(y: float) -> float:
             return float(-way * self.rest_depth(y, way))
 
-        a, value = least(low, *sorted((before, beyond)), enough=-way * to, sections=_SECTIONS)
+        lo, hi = sorted((before, beyond))
+        a, value = least(low, lo, hi, -way * to, _SECTIONS)
         return float(a), -way * float(value)
 
     def settled(self, depth: float) -> Found:

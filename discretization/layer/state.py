@@ -31,7 +31,7 @@ from energy import Scene
 Array = NDArray[np.float64]
 _SAFE = 0.5  # of the relative error that is asked for: tolerance of the poles
 _COARSER = 30.0  # times the tolerance: poles that tell what the others leave
-_BESIDE = 1e-4  # of the half-width: over which D changes
+_BESIDE = 1e-7  # of the half-width: over which D changes by more than roundings
 _LUCKY = 0.1  # of the error of the poles: what may be left where coarser ones happen to agree
 _OTHER = 0.7  # of the way to the line, where elements of another set begin
 _OUTSIDE = 200  # places at which the free surface is compared with the indenter
@@ -243,7 +243,10 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
     found, rate = Layer(single.contact(a), depth, single.tolerance), math.inf
     certificate, pinned = found.certificate(), how == "corner"
     if not pinned:
-        rate = (lines.rest_depth(a * (1 + _BESIDE), 1) - depth) / (a * _BESIDE)
+        beside = min(
+            (x for x in single.known if abs(x - a) > _BESIDE * a), key=lambda x: abs(x - a)
+        )
+        rate = (lines.rest_depth(beside, 1) - depth) / (beside - a)
         if rate < 0:  # D falls outwards: the line would run away
             certificate = certificate._replace(neighbours=1.0)
     return certified(found, certificate, found.a, pinned, branch, lambda _: found.errors(rate))

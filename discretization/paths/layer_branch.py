@@ -62,6 +62,11 @@ class LayerBranch(Branch):
         return cls(scene, body, Table(body, rtol))
 
     @property
+    def resolution(self) -> float:
+        """The length by which lines may be off."""
+        return self.table.tolerance * self.first.memory
+
+    @property
     def touch(self) -> float:
         """Depth at which contact begins."""
         return self.body.touch
