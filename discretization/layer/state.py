@@ -249,19 +249,20 @@ def on_layer(scene: Scene, depth: float, *, branch: str, rtol: float) -> Equilib
         rate = (lines.rest_depth(beside, 1) - depth) / (beside - a)
         if rate < 0:  # D falls outwards: the line would run away
             certificate = certificate._replace(neighbours=1.0)
-    return certified(found, certificate, found.a, pinned, branch, lambda _: found.errors(rate))
+    ends = found.a, found.a
+    return certified(found, certificate, ends, pinned, branch, lambda _: found.errors(rate))
 
 
 def certified(
     found: Any,
     certificate: Certificate,
-    last: float,
+    ends: tuple[float, float],
     pinned: bool,
     branch: str,
     errors: Callable[[Equilibrium], dict[str, float]],
     spacing: float = math.nan,
 ) -> Equilibrium:
-    """The state of a contact, a `Layer` or a `NodeState`; last: its outermost node.
+    """The state of a contact, a `Layer` or a `NodeState`, whose line and outermost node are here.
 
     NotCertifiedError where it is no equilibrium.
     """
@@ -272,6 +273,7 @@ def certified(
             "incompressible rises there; use another depth, or response='springs'"
         )
     certificate.demand(named, "try another depth or spacing")
+    line, node = (np.array([body.ends(x)]) for x in ends)
     return Equilibrium(
         body.scene,
         found.depth,
@@ -280,8 +282,8 @@ def certified(
         certificate,
         found,
         spacing,
-        contacts=np.array([body.ends(found.a)]),
-        nodes=np.array([body.ends(last)]),
+        contacts=line,
+        nodes=node,
         pinned=np.array([[pinned or bool(body.power), pinned]]),
         force=found.force,
         energy=found.energy,
