@@ -254,7 +254,7 @@ def test_without_adhesion_and_without_tension(indenter):
 def test_the_estimate_is_about_what_rounding_does_also_beside_small_spheres(R):
     """The terms of D that cancel are small there; close to the least D it grows slowly."""
     mpmath.mp.dps = 40
-    scene, R, delta0 = turned(Circle(R), 1.0, 1.0, 0.3), mpmath.mpf(R), mpmath.sqrt(0.6)
+    scene, R, delta0 = turned(Circle(R), k=1.0, gamma1=1.0, w=0.3), mpmath.mpf(R), mpmath.sqrt(0.6)
 
     def terms(a):
         f, f1 = R - mpmath.sqrt(R * R - a * a), a / mpmath.sqrt(R * R - a * a)

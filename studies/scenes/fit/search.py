@@ -95,7 +95,7 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
         small = promised <= max(ftol, enough) * before + least**2
         moves, edge = best - x, np.where(best > x, box[1], box[0]) - x
         held = (moves != 0) & (np.abs(moves) > 0.99 * np.abs(edge))  # it would go farther
-        if small and not (held.any() and reach.min() > SHORTEST):
+        if not moves.any() or (small and not (held.any() and reach.min() > SHORTEST)):
             break
         trial = model.residuals(best)
         gained = before - float(trial @ trial)  # nan: there is no state

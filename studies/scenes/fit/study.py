@@ -38,7 +38,6 @@ curves of many kinds in place of DATA (studies/scenes/fit/trials.py); exit statu
 called rightly or too few intervals hold the truth.
 """
 
-import argparse
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -118,7 +117,7 @@ def table(found: Fit) -> Table:
     return list(columns), np.stack(list(columns.values()), axis=1).tolist()
 
 
-def _reading_options(parser: argparse.ArgumentParser) -> None:
+def _reading_options(parser: command.Parser) -> None:
     """How DATA is written, each in place of the same key of [measured] in the scene file."""
     group = parser.add_argument_group("how DATA is written, found from the file where not given")
     about = 'of depth and force: names or numbers from 1, with missing units, as "2 [mN]"'
