@@ -67,10 +67,10 @@ def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_near
 def test_the_fit_does_not_depend_on_units():
     depth, force, _ = curve_of(SCENE, share=0.01)
     here = fit(WRONG, Curve(depth, force), **FAST)
-    # 1 Pa = 1 µN/mm², and P per length: 1 N/m = 1e3 µN/mm
-    there = fit(rescaled(WRONG, 1e3, 1.0), Curve(1e3 * depth, 1e3 * force), **FAST)
+    # lengths and P per length 2¹⁰ times as large: by a power of two, which rounds nothing
+    there = fit(rescaled(WRONG, 1024.0, 1.0), Curve(1024.0 * depth, 1024.0 * force), **FAST)
     for a, b in zip(here.estimates, there.estimates, strict=True):
-        assert b.value == pytest.approx(1e3 * a.value, rel=1e-6, abs=0)
+        assert b.value == pytest.approx(1024.0 * a.value, rel=1e-6, abs=0)
 
 
 PUNCH = Scene(
