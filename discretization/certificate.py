@@ -8,7 +8,7 @@
 
 Each is a dimensionless violation, judged against the state itself and not by how it was found: on
 nodes by lattice/judge.py, on the fitted mesh by fitted/single.py (one contact) and
-fitted/judgement.py.
+fitted/contacts.py.
 """
 
 from __future__ import annotations

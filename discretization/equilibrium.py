@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from discretization import display, plots, readings
+from discretization import plots, readings
 from discretization.certificate import Certificate, Proof
 from discretization.routes import one_contact
 from discretization.surfaces.protocol import At
@@ -269,10 +269,10 @@ class Equilibrium:
         return tuple(str(a) for a in self.validity if not a.holds)
 
     plot = plots.plot_state
-    to_dict = display.state_row
-    _repr_html_ = display.html
-    __repr__ = display.state_line
-    __str__ = display.state_text
+    to_dict = readings.state_row
+    _repr_html_ = readings.html
+    __repr__ = readings.state_line
+    __str__ = readings.state_text
 
 
 def detached(

@@ -107,15 +107,12 @@ def load_path(
     >>> [(event.kind, f"{event.depth:.3g}") for event in path.events]
     [('jump-in', '0'), ('detachment', '-4.22e-07')]
     """
-    usable(scene, rtol, method, METHODS)
+    spacing = usable(scene, rtol, method, METHODS, spacing)
     name, values = _programme(depths=depths, forces=forces, drives=drives)
     control = _control(name, machine_stiffness)
     if every != int(finite("every", every)) or every < 1:
         raise ValueError(f"every = {every!r} is no number of steps; give at least 1")
-    if (method == "lattice") != (spacing is not None):
-        raise ValueError(f"spacing = {spacing!r} with method = {method!r}: a lattice needs one")
     if spacing is not None:
-        spacing = positive("spacing", spacing)
         tell(resolution(scene, spacing, np.empty(0)), stacklevel=2)
     history = History(scene, name.removesuffix("s"), machine_stiffness, rtol, spacing)
     if save is not None and Path(save).exists():

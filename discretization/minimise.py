@@ -13,13 +13,11 @@ from discretization.layer.node_state import on_layer_nodes
 from discretization.layer.state import on_layer
 from discretization.paths.springs import on_springs
 from discretization.readings import tell
-from discretization.routes import question_of, route, usable
+from discretization.routes import LOWEST, question_of, route, usable
 from energy import Scene
-from energy.checks import finite, option, positive
+from energy.checks import finite, option
 
 METHODS = ("auto", "lattice", "fitted", "shortest_path", "oracle")
-ON_NODES = ("lattice", "shortest_path", "oracle")
-LOWEST = ("shortest_path", "oracle")
 BRANCHES = ("adhered", "global")
 ON_MESH = {
     "one contact": on_one_contact,
@@ -95,35 +93,29 @@ def minimise(
     >>> print(f"a = {state.half_width:.6g} m, P = {state.force:.6g} N/m, {state.label}")
     a = 0.000160077 m, P = 0.0139554 N/m, global
     """
-    usable(scene, rtol, method, METHODS)
-    finite("depth", depth)
-    option("branch", branch, BRANCHES)
     if method == "auto" and branch == "global" and spacing is not None:
         method = "lattice"
+    spacing = usable(scene, rtol, method, METHODS, spacing)
+    depth = finite("depth", depth)
+    option("branch", branch, BRANCHES)
     if method in LOWEST and branch != "global" and scene.work_of_adhesion:
         raise ValueError(
             f"branch = {branch!r} is not what method={method!r} finds: use branch='global'"
         )
-    if method in ON_NODES:
-        way = route(scene, question_of(method, branch), nodes=True)
-        if spacing is None:
-            raise ValueError(f"spacing = None: method={method!r} needs the distance of its nodes")
+    way = route(scene, question_of(method, branch), nodes=spacing is not None)
+    if spacing is not None:
         if way == "layer":
-            spacing = positive("spacing", spacing)
-            state = on_layer_nodes(scene, float(depth), spacing, branch=branch)
+            state = on_layer_nodes(scene, depth, spacing, branch=branch)
         else:
-            state = looked_at_on_lattice(scene, float(depth), spacing, branch=branch, method=method)
+            state = looked_at_on_lattice(scene, depth, spacing, branch=branch, method=method)
         tell(state.resolution, stacklevel=2)
         return state
-    way = route(scene, branch, nodes=False)
-    if spacing is not None:
-        raise ValueError(f"spacing = {spacing!r} needs method='lattice'; {method!r} has no spacing")
     if way == "plane":
-        return on_lattice(scene, float(depth), _any_length(scene), branch=branch)
+        return on_lattice(scene, depth, _any_length(scene), branch=branch)
     if way == "layer":
-        state = on_layer(scene, float(depth), branch=branch, rtol=rtol)
+        state = on_layer(scene, depth, branch=branch, rtol=rtol)
     else:
-        state = ON_MESH[way](scene, float(depth), branch=branch)
+        state = ON_MESH[way](scene, depth, branch=branch)
     if max(state.error_estimate.values()) > rtol:
         warnings.warn(
             f"rtol = {rtol!r} not reached: estimated relative errors {state.error_estimate}; ask "

@@ -45,8 +45,7 @@ class Resolved:
     """Samples of a profile in increasing order (n,): x, heights f, slopes.
 
     A corner stands twice: first with the slope on its left, then with that on its right. touch:
-    the least height, at x = lowest; scale: the steepest slope times the width, a size of f.
-    edges: of a pattern, on either side of which there is a sample.
+    the least height, at x = lowest; edges: of a pattern, on either side of which there is a sample.
     """
 
     indenter: Indenter

@@ -47,14 +47,20 @@ def bracketed(h: Callable[[float], float], inside: float, outside: float) -> flo
     return best
 
 
-def least(h: Callable[[Any], Any], lo: Any, hi: Any, enough: float = -math.inf) -> tuple[Any, Any]:
+def least(
+    h: Callable[[Any], Any],
+    lo: Any,
+    hi: Any,
+    enough: float = -math.inf,
+    sections: int = _SECTIONS,
+) -> tuple[Any, Any]:
     """Where h, with one minimum between two points, is least, and h there, by golden sections.
 
     Or where one value is not more than `enough`. Points may be arrays, of which h is asked at once.
     """
     one, other = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)
     low, high = h(one), h(other)
-    for _ in range(_SECTIONS):
+    for _ in range(sections):
         if np.min(low) <= enough or np.min(high) <= enough:
             break
         left = low <= high

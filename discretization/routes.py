@@ -10,8 +10,10 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from energy import Circle, FlatPunch, Parabola, Plane, PowerLaw, Scene, Wedge
-from energy.checks import finite, option
+from energy.checks import finite, option, positive
 
+LOWEST = ("shortest_path", "oracle")  # methods that search for the lowest contacts
+ON_NODES = ("lattice", *LOWEST)
 # turned about an axis, of these the line has one stable place (fitted/alone.py)
 UNIMODAL = (Parabola, Wedge, PowerLaw, FlatPunch, Circle)
 
@@ -43,13 +45,25 @@ _LOWER = "use that branch, or response='springs' for what has least energy"
 _LAYER_NODES = "method = 'lattice': nodes answer no load paths of a layer; use method='fitted'"
 
 
-def usable(scene: Scene, rtol: float, method: str, methods: Sequence[str]) -> None:
-    """ValueError unless this is a scene, a relative error, and one of the methods."""
+def usable(
+    scene: Scene, rtol: float, method: str, methods: Sequence[str], spacing: float | None
+) -> float | None:
+    """The spacing, None on the fitted mesh.
+
+    ValueError unless this is a scene, a relative error, one of the methods, and a spacing > 0 if
+    that has nodes.
+    """
     if not isinstance(scene, Scene):
         raise ValueError(f"scene = {scene!r} is not a Scene; build one with energy.Scene(...)")
     option("method", method, methods)
     if not 0 < finite("rtol", rtol) < 1:
         raise ValueError(f"rtol = {rtol!r} is outside (0, 1); give a relative error such as 1e-8")
+    if (method in ON_NODES) != (spacing is not None):
+        raise ValueError(
+            f"spacing = {spacing!r} with method = {method!r}: nodes, as of method='lattice', "
+            "need their distance; the fitted mesh has no spacing"
+        )
+    return None if spacing is None else positive("spacing", spacing)
 
 
 def one_contact(scene: Scene) -> bool:
@@ -75,8 +89,8 @@ def _searched(scene: Scene, question: str) -> bool:
 
 
 def question_of(method: str, branch: str) -> str:
-    """What is asked of nodes by a method of `minimise`."""
-    return "search" if method in ("shortest_path", "oracle") else branch
+    """What is asked by a method of `minimise`."""
+    return "search" if method in LOWEST else branch
 
 
 def route(scene: Scene, question: str, *, nodes: bool) -> str:

@@ -32,6 +32,7 @@ DOCUMENTS = (".csv", ".md", ".pdf", ".txt")
 SHADES = 128  # of a figure on the page, which keeps that small
 LAST = 40  # lines of a study that failed
 JUDGED = ("equation", "what", "error", "order", "fitted_error", "passed")  # of verify.csv
+TEXTS = ("what", "passed")
 STYLE = """
 :root { color-scheme: light dark; --line: #ccc; --soft: #f4f4f4; --good: #00704f; --bad: #b00020 }
 @media (prefers-color-scheme: dark) {
@@ -163,34 +164,25 @@ def smaller(picture: bytes) -> bytes:
 
 
 def _verified(path: Path) -> str:
-    """The table of `verify`, with the columns that judge."""
-    return grid(JUDGED, [[row[name] or "" for name in JUDGED] for row in read(path)])
-
-
-def grid(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table; numbers to the right, rows with a "False" marked."""
-    kinds = [
-        " class=text" * any(_number(row[i]) is None for row in rows) for i in range(len(columns))
-    ]
-    head = "".join(f"<th{k}>{_text(c)}</th>" for k, c in zip(kinds, columns, strict=True))
+    """The table of `verify`, with the columns that judge; a check that failed is marked."""
+    head = "".join(f"<th{_class(name)}>{name}</th>" for name in JUDGED)
     lines = []
-    for row in rows:
-        cells = "".join(f"<td{k}>{_short(cell)}</td>" for k, cell in zip(kinds, row, strict=True))
-        lines.append(f"<tr{' class=bad' * ('False' in row)}>{cells}</tr>")
+    for row in read(path):
+        cells = "".join(f"<td{_class(name)}>{_short(row[name])}</td>" for name in JUDGED)
+        lines.append(f"<tr{' class=bad' * (row['passed'] == 'False')}>{cells}</tr>")
     body = "\n".join(lines)
     return f"<div class=wide><table><thead><tr>{head}</tr></thead>{body}</table></div>"
 
 
-def _number(cell: str) -> float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return None if cell else math.nan
+def _class(column: str) -> str:
+    return " class=text" * (column in TEXTS)
 
 
 def _short(cell: str) -> str:
-    number = _number(cell)
-    if number is None or not cell or number.is_integer():
+    """A cell, its number in four digits; a dash for a number that is none."""
+    try:
+        number = float(cell)
+    except ValueError:
         return _text(cell)
     return "—" if math.isnan(number) else f"{number:.4g}"
 

@@ -16,7 +16,7 @@ Output: sphere.csv, sphere.png. Exit status 1 if an error of small slopes exceed
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -112,16 +112,17 @@ def closed_forms(ratio: Any) -> tuple[Pull, Pull]:
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Sphere, ...]:
-    """Every sphere, in `jobs` processes; `show` gets a line for each."""
-    cases = [(ratio, GENTLE, "small") for ratio in parameters.ratios]
-    steep = product(parameters.works, parameters.finite)
-    cases += [(ratio, work, "finite") for work, ratio in steep]
+    """Every sphere, in `jobs` processes; `show` gets a line for each.
+
+    Free surfaces with finite slopes are read off a family that a process solves once: in one.
+    """
     show(COLUMNS.head)
-    found = []
-    for sphere in each(detached, cases, jobs):
-        found.append(sphere)
-        show(line(sphere))
-    return tuple(found)
+    small = [(ratio, GENTLE, "small") for ratio in parameters.ratios]
+    steep = product(parameters.works, parameters.finite)
+    finite = [(ratio, work, "finite") for work, ratio in steep]
+    parts = ((small, jobs), (finite, 1))
+    tell = (each(detached, own, n, say=lambda found: show(line(found))) for own, n in parts)
+    return tuple(chain.from_iterable(tell))
 
 
 COLUMNS = Columns(

@@ -11,17 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from discretization.paths.branch import Point, legs
-from energy import (
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    PowerLaw,
-    Profile,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-)
+from energy import ElasticLayer, FlatPunch, Parabola, Profile, Sampled, Scene, SurfaceEnergies
 
 ROOT = Path(__file__).parents[1]
 PLACES = os.pathsep.join(  # where a Python of its own finds modules
@@ -73,17 +63,27 @@ ALPHA = SCENE.surfaces.small_slope_deficit
 
 
 def rescaled(scene: Scene, length: float, stress: float) -> Scene:
-    """The same scene with `length` and `stress` as the new units' inverse sizes."""
+    """The same scene with `length` and `stress` as the new units' inverse sizes.
+
+    Its profile is given by functions, but for a flat punch and a parabola.
+    """
     layer, s, body, tension = scene.layer, scene.surfaces, scene.indenter, stress * length
-    new = {
-        FlatPunch: lambda: FlatPunch(body.half_width * length),
-        Parabola: lambda: Parabola(body.R * length),
-        PowerLaw: lambda: PowerLaw(body.c * length ** (1 - body.n), body.n),
-        Wedge: lambda: body,
-    }[type(body)]()
+    if isinstance(body, FlatPunch):
+        scaled = FlatPunch(length * body.half_width)
+    elif isinstance(body, Parabola):
+        scaled = Parabola(length * body.R)
+    else:
+        scaled = Profile(
+            lambda x: length * body.height(np.asarray(x) / length),
+            lambda x: body.slope(np.asarray(x) / length),
+            tuple(length * end for end in body.extent),
+            tuple(length * corner for corner in body.corners),
+            body.convex,
+            tuple(length * knot for knot in body.knots),
+        )
     layer = ElasticLayer(layer.E * stress, layer.nu, layer.h * length)
     surfaces = SurfaceEnergies.from_work(s.gamma1 * tension, s.work_of_adhesion * tension)
-    return replace(scene, layer=layer, surfaces=surfaces, indenter=new)
+    return replace(scene, layer=layer, surfaces=surfaces, indenter=scaled)
 
 
 def roughness(n, longest, shortest, seed=0):

@@ -2,12 +2,10 @@
 
 What lines feel of the free surfaces beside them is known in ../surfaces.
 
-One contact, where there can be no other: its lines by bracketing
-(alone.py, ../roots.py) -> integrals (../quadrature.py), certificate and error estimate ->
-Equilibrium, by single.py.
-
-Any profile: where lines rest (rests.py) and where they come to rest (stops.py, resting.py) ->
-states (tension.py, pressed.py, motion.py) -> energy and force (contacts.py), certificate and error
-estimate (judgement.py) -> Equilibrium, by several.py, which reads the contacts of "global" off a
-lattice; where γ₁ = 0 by ../paths/springs.py alone. Paths of any profile: ../following.
+Where lines rest (rests.py) and where they come to rest (stops.py, resting.py) -> states
+(tension.py, pressed.py, motion.py) -> energy and force, certificate and error estimate
+(contacts.py) -> Equilibrium, by several.py, which reads the contacts of "global" off a lattice;
+where γ₁ = 0 by ../paths/springs.py alone. Where there can be only one contact its lines are
+bracketed at once (alone.py), and only what is next to them is judged (single.py). Paths of any
+profile: ../following.
 """

@@ -1,7 +1,23 @@
-"""Any number of contacts on the fitted mesh: their energy and force.
+"""Any number of contacts on the fitted mesh: energy and force, certificate and error estimate.
 
 In contact u = d - f is prescribed, so the free surfaces, two tails and the gaps between contacts,
 do not feel each other, and energy and force are sums over the contacts and over them.
+
+The conditions of ../certificate.py for lines that move continuously, depths over the largest of |d|
+and δ₀, at lines with l |f'| added, a term of D. Of a path, on which depths are only told apart by
+TIE of the largest, no less than makes that pass:
+
+    penetration   max (g - u) between the contacts and beyond them, at the samples that resolve the
+                  profile and at the extremes between them; and just ahead of every line the
+                  surface does not pass through the indenter, D₀ >= d, D₀ that of no adhesion
+    stationarity  residual of the free nodes, and of the energy's derivative by the gap
+    opening       no corner in contact is torn open, -[f'] <= 2√(2w/γ₁) (or angles); a contact of
+                  one point, which does not adhere, is not pulled; where w = 0, neither is
+                  any part of a contact, kg + γ₁f'' >= 0; all as forces over kl
+    neighbours    every line rests: D >= d just ahead of it with the adhesion of a contact that
+                  closes, D <= d just behind with that of one that opens; where a line is free, D
+                  grows outwards, of both lines of a gap together
+    force         dU/dd against k∫u dx
 """
 
 from __future__ import annotations
@@ -14,14 +30,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import ROUNDING
+from discretization.certificate import ROUNDING, Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.fitted.motion import Lines, Motion, free
+from discretization.fitted.rests import margins
 from discretization.quadrature import Interval, refined
+from discretization.roots import least
 from discretization.surfaces.protocol import Free
 from energy import Scene
 
 Array = NDArray[np.float64]
+_ULPS = 4.0  # roundings of its position, within which a line is where it is
+_NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
+_FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
+_POSITION = ROUNDING / 4  # of |x|, to which a line is found
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,3 +133,108 @@ def push(scene: Scene, depth: float, x: Array) -> Array:
     g, slope = depth - scene.indenter.height(x), scene.indenter.slope(x)
     felt = np.abs(g) + scene.elastocapillary_length * np.abs(slope)
     return np.asarray(scene.stiffness * felt * scene.measure(x))
+
+
+def certify(contacts: Contacts, state: Equilibrium, found: Interval) -> Certificate:
+    """Judge contacts with these totals and the surface of this state."""
+    scene, depth = contacts.motion.scene, contacts.depth
+    lift = contacts.motion.rests.lift(depth)
+    if lift * scene.elastocapillary_length == 0:
+        return Certificate.undeformed()
+    through, gain = _at_lines(contacts)
+    size = lift + _steepest(contacts)  # of the terms that cancel in D
+    points = contacts.motion.profile.x
+    return Certificate(
+        penetration=max(0.0, through / size, penetration(state, points) / lift),
+        stationarity=max(each.residual for each in contacts.free),
+        opening=max(0.0, _tension(contacts, lift)),
+        neighbours=max(0.0, gain / size, _unstable(contacts)),
+        force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
+    )
+
+
+def _steepest(contacts: Contacts) -> float:
+    """l |f'| at the lines, with finite slopes l |sin β| [length]."""
+    scene, profile = contacts.motion.scene, contacts.motion.profile
+    slopes = np.array([profile.beside(contacts.x.ravel(), side)[1] for side in (-1, 1)])
+    if scene.slopes == "finite":
+        slopes = slopes / np.hypot(1.0, slopes)
+    return scene.elastocapillary_length * float(np.abs(slopes).max())
+
+
+def _at_lines(contacts: Contacts) -> tuple[float, float]:
+    """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
+    rests, depth = contacts.motion.rests, contacts.depth
+    surfaces, loose, _ = contacts.rates
+    with np.errstate(invalid="ignore"):
+        off = np.where(loose, _ULPS * np.spacing(np.abs(surfaces)), 0.0) * (1, -1)
+    bare = rests.ahead(surfaces + off, 1, adhesive=False)
+    closing = rests.ahead(surfaces + off, 1)
+    noise = rests.noise(surfaces)[:, None]
+    bare, closing = bare + noise, closing + noise
+    opening = (rests.ahead(surfaces - off, -1) - noise).ravel()[1:-1].reshape(-1, 2) - depth
+    opening = opening[contacts.x[:, 0] < contacts.x[:, 1]]
+    gain = max(depth - float(closing.min()), float(opening.max(initial=-math.inf)))
+    return depth - float(bare.min()), gain
+
+
+def _unstable(contacts: Contacts) -> float:
+    """1 where D falls outwards of a free line, or of both of a gap together; else 0."""
+    scene = contacts.motion.scene
+    if scene.hysteretic or not scene.work_of_adhesion:
+        return 0.0  # held by another work of adhesion than what moves it; or the energy is convex
+    _, loose, rates = contacts.rates
+    stable, _ = margins(rates[:, None], loose)
+    slack = _FALLING * np.abs(rates).max(axis=(1, 2))
+    nearly, _ = margins((rates + np.diag([1, -1]) * slack[:, None, None])[:, None], loose)
+    return 0.0 if (stable | nearly).all() else 1.0
+
+
+def penetration(state: Equilibrium, points: Array) -> float:
+    """max (g - u) [length] at increasing points, and between them where it may be larger."""
+    indenter, lines = state.scene.indenter, state.contacts.ravel()
+
+    def deep(x: Array) -> Array:
+        return np.asarray(state.depth - indenter.height(x) - state.displacement(x))
+
+    free = (np.searchsorted(lines, points) % 2 == 0) & ~np.isin(points, lines)
+    x = np.union1d(points[free], lines)
+    v = deep(x)
+    if x.size < 3:
+        return float(v.max(initial=0.0))
+    steps = np.abs(np.diff(v))
+    peak = (v[1:-1] >= v[:-2]) & (v[1:-1] >= v[2:]) & ~np.isin(x[1:-1], lines)
+    peak &= v[1:-1] > -_NEAR * np.maximum(steps[:-1], steps[1:])
+    lo, hi = x[:-2][peak], x[2:][peak]
+    highest = deep(least(lambda x: -deep(x), lo, hi)[0]) if lo.size else lo
+    return float(max(v.max(), highest.max(initial=-math.inf), 0.0))
+
+
+def _tension(contacts: Contacts, lift: float) -> float:
+    """Largest force that would open a contact, over kδl."""
+    motion, scene = contacts.motion, contacts.motion.scene
+    profile, length = motion.profile, scene.elastocapillary_length
+    falls, worst = profile.falls(scene.slopes), 0.0
+    for left, right in contacts.x.tolist():
+        inside = (profile.corners > left) & (profile.corners < right)
+        over = (falls - motion.holds(profile.corners))[inside]
+        worst = max(worst, scene.gamma1 * float(over.max(initial=0.0)))
+    lone = (contacts.x[:, 0] == contacts.x[:, 1]) & (scene.measure(contacts.x[:, 0]) > 0)
+    pulls = contacts.pulls.sum(axis=1)[lone] / scene.measure(contacts.x[lone, 0])
+    worst = max(worst, float(-pulls.min(initial=0.0)))
+    unit = scene.stiffness * length
+    for left, right in motion.bare(contacts.x):
+        worst = max(worst, unit * motion.resting.pull(left, right, contacts.depth).force)
+    return worst / (unit * lift)
+
+
+def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
+    """Errors of rounding times the condition of the lines, and of the quadrature."""
+    rests, scene = contacts.motion.rests, contacts.motion.scene
+    lines, free, rates = contacts.rates
+    own = np.where(free[:, :, None] & free[:, None], rates, 0.0)
+    off = ROUNDING * rests.size + found.rounding
+    moved = (np.abs(np.linalg.pinv(own)).sum(axis=2) * off)[free] + _POSITION * np.abs(lines[free])
+    more = float(push(scene, contacts.depth, lines[free]) @ moved)
+    width = float(np.diff(contacts.x, axis=1).sum())
+    return estimated(found, width, float(moved.sum()), more)

@@ -1,6 +1,10 @@
 """Where the lines of many free surfaces rest, at once: D(x) and how it changes with the lines.
 
 Free surfaces stand in rows (n, 2) of a left and a right line, the other line of a tail is infinite.
+Narrow gaps feel the rounding of the profile: the tilt of a gap of length L is the rise of the
+profile over L, and D of its lines varies by (l/L) times what the tilt does. Heights are rounded by
+a part of themselves; so where the slope is smooth between the lines of a narrow gap, the rise is
+∫f' dx instead, rounded by a part of itself.
 """
 
 from __future__ import annotations
@@ -14,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import EPSILON, TOLERANCE
-from discretization.fitted.narrow import noise, rise
 from discretization.profile import Resolved
 from discretization.surfaces.protocol import At, Surfaces
 from energy import Scene
@@ -29,6 +32,10 @@ _STEPS = np.array([0.0, 1.0, -1.0])
 _MOVED, _OTHER = [0, 1, 2, 0, 0], [0, 0, 0, 1, 2]  # which of these steps a line and the other make
 _SIDES = np.array([1, -1])[:, None]
 _ULPS = 4.0  # a line so many roundings from a corner is at it
+_NARROW = 1e-2  # of l
+_ROUNDED = {False: 16, True: 64}  # roundings of what ties the lines of a gap, and of a ring, whose
+# slope on a crest is a small sum of larger terms
+_POINTS, _WEIGHTS = (np.asarray(part) for part in np.polynomial.legendre.leggauss(4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +59,51 @@ class Rests:
 
     def noise(self, lines: Array) -> Array:
         """What rounding of heights makes of D, of surfaces with lines (.., 2)."""
-        return noise(self.profile, self.length, self.size, lines, self.scene.axisymmetric)
+        q, p, slope = lines[..., 0], lines[..., 1], self.profile.indenter.slope
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steep = self.length / np.maximum(p - q, 0.0)
+        found, near = np.asarray(self.size * steep**2), self._narrow(q, p)
+        if near.any():
+            ends = lines[near]
+            f1 = np.asarray(slope(ends.ravel()), float).reshape(ends.shape)
+            bend = np.abs(np.diff(f1) / np.diff(ends))[..., 0]
+            rounded = np.abs(f1).sum(axis=-1) + np.abs(ends).max(axis=-1) * bend
+            found[near] = _ROUNDED[self.scene.axisymmetric] * self.length * rounded * steep[near]
+        return np.asarray(EPSILON * found)
+
+    def _narrow(self, q: Any, p: Any) -> NDArray[np.bool_]:
+        """Whether lines are close to each other, with at most one sample between, and no corner."""
+        low, high = np.minimum(q, p), np.maximum(q, p)
+        found = np.asarray((high - low < _NARROW * self.length) & (low < high))
+        if found.any():
+            x = self.profile.x
+            found &= np.searchsorted(x, high) - np.searchsorted(x, low, "right") <= 1
+        return found
+
+    def _rise(self, line: At, facing: At) -> Any:
+        """By how much the profile is higher at the facing line."""
+        found, near = np.asarray(facing.f - line.f, float), self._narrow(line.x, facing.x)
+        if near.any():
+            start, end = (part[near] for part in np.broadcast_arrays(line.x, facing.x))
+            low, high = np.minimum(start, end), np.maximum(start, end)
+            x = self.profile.x
+            at = np.searchsorted(x, low, "right")
+            between = np.clip(x[np.minimum(at, x.size - 1)], low, high)  # a knot
+            found[near] = self._risen(start, between) + self._risen(between, end)
+        return found[()]
+
+    def _risen(self, start: Array, end: Array) -> Array:
+        """∫f' dx (n,)."""
+        apart = end - start
+        at = start[:, None] + apart[:, None] * (1 + _POINTS) / 2
+        slope = np.asarray(self.profile.indenter.slope(at.ravel()), float).reshape(at.shape)
+        return np.asarray(apart * (slope @ _WEIGHTS) / 2)
 
     def with_work(self, side: Any, x: Any, f: Any, f1: Any, facing: At | None, w: Any) -> Any:
         """D of a line with a work of adhesion: of a gap, heights count from that of the line."""
         if facing is None:
             return self.surfaces.rest_depth(side, x, f, f1, None, w)
-        beyond = At(facing.x, rise(self.profile, self.length, At(x, f), facing))
+        beyond = At(facing.x, self._rise(At(x, f), facing))
         return f + self.surfaces.rest_depth(side, x, f - f, f1, beyond, w)
 
     def at(self, x: Any) -> At | None:

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
 from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.contacts import Contacts, equilibrium
-from discretization.fitted.judgement import certify, errors
+from discretization.fitted.contacts import Contacts, certify, equilibrium, errors
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice

@@ -107,7 +107,7 @@ class Single:
         return totals(self.alone.scene, self.depth, self.ends, self.free)
 
     def certify(self, found: Interval) -> Certificate:
-        """The same conditions as of several contacts (judgement.py), next to the lines."""
+        """The same conditions as of several contacts (contacts.py), next to the lines."""
         scene, penetration, neighbours = self.alone.scene, 0.0, 0.0
         lift = self.alone.size(self.depth) or 1.0
         size = lift + max(self._terms(side, x) for side, x in self.lines)

@@ -19,7 +19,7 @@ from discretization.fitted.motion import Motion, free
 from discretization.fitted.pressed import Lines, pairs
 from discretization.fitted.rests import TIE
 from discretization.following.enclosing import Enclosing
-from discretization.following.pieces import Piece
+from discretization.following.smooth import Piece
 from discretization.following.trials import Trials, merge, unmoved
 from discretization.routes import one_contact
 

@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.fitted.rests import Rests, margins, solved
-from discretization.following.pieces import DEGREE, Piece, way_of
 from discretization.quadrature import Integrals
-from discretization.surfaces.spectral import rounded
+from discretization.surfaces.network import polynomial, rounded
 
 Array = NDArray[np.float64]
+DEGREE = 12  # of the Lobatto rule in t
 _HALVED, _MOST = 10, 128  # halvings of a part whose energy does not balance, and such parts
 _NEWTON = 48  # where an equilibrium disappears the steps only halve
 _SHRINKS, _PATIENCE = 0.7, 4  # steps that shrink less, and how many of them are too many
@@ -38,6 +38,46 @@ _EVEN = 4e-15  # of the size of depths: D - d that is rounding, where a step nee
 _HELD = 1e-11  # of the size of depths: lines so far from rest are held until they come free
 _BACK = 1e-7  # of the position and l, as little as lines may move back by rounding there
 BALANCED = 1e-12  # of the energy's terms
+
+
+class Piece(NamedTuple):
+    """Lines (n, p * j, 2) of some free surfaces at depths (p, j) of a way, in p parts (Smooth)."""
+
+    which: tuple[int, ...]
+    depths: Array
+    lines: Array
+
+    @property
+    def start(self) -> float:
+        """Where the way begins."""
+        return float(self.depths[0, 0])
+
+    @property
+    def end(self) -> float:
+        """Where the way ends."""
+        return float(self.depths[-1, -1])
+
+    def drawn(self, depths: Array, way: int) -> Array:
+        """Lines (n, k, 2) at depths on the way, as polynomials of t on each part tell."""
+        (n, _, _), (p, j), first = self.lines.shape, self.depths.shape, self.lines[:, :1]
+        parts = np.searchsorted(way * self.depths[:-1, -1], way * depths)
+        known = np.where(np.isfinite(self.lines), self.lines, 0.0).reshape(n, p, j, 2)
+        guess = np.empty((n, depths.size, 2))
+        for part in np.unique(parts).tolist():
+            own, (start, end) = parts == part, self.depths[part, [0, -1]].tolist()
+            t = 1 - 2 * np.sqrt((end - depths[own]) / (end - start))
+            values = known[:, part].transpose(1, 0, 2).reshape(j, -1)
+            guess[:, own] = polynomial(DEGREE, t, values).reshape(n, 2, -1).transpose(0, 2, 1)
+        moves = (self.lines != first).any(axis=1, keepdims=True)
+        return np.where(moves, guess, first)
+
+
+def way_of(start: float, end: float, parts: int = 1) -> Array:
+    """The depths (parts * (DEGREE + 1),) of Gauss-Lobatto points on each of the parts of a way."""
+    t, cuts = (rounded(DEGREE)[0] + 1) / 2, np.arange(parts + 1) / parts
+    depths = start + (end - start) * (cuts[:-1, None] + np.diff(cuts)[:, None] * (t * (2 - t)))
+    depths[-1, -1] = end
+    return np.asarray(depths.ravel())
 
 
 class Moved(NamedTuple):

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from discretization.fitted.motion import Motion
 from discretization.fitted.resting import Pair
 from discretization.fitted.rests import TIE
-from discretization.following.pieces import Piece, restricted
-from discretization.following.smooth import Smooth
+from discretization.following.smooth import Piece, Smooth
 from discretization.quadrature import Integrals
 
 Array = NDArray[np.float64]
@@ -131,4 +130,15 @@ def merge(one: Tried, own: set[int], other: Tried) -> Tried:
     """Put the lines of some surfaces in place of those of another trial."""
     kept = sorted(own)
     other.lines[kept] = one.lines[kept]
-    return other._replace(pieces=other.pieces + restricted(one.pieces, own))
+    return other._replace(pieces=other.pieces + _restricted(one.pieces, own))
+
+
+def _restricted(whole: tuple[Piece, ...], own: set[int]) -> tuple[Piece, ...]:
+    """The same pieces with some of their free surfaces."""
+    found = []
+    for piece in whole:
+        kept = [k for k, i in enumerate(piece.which) if i in own]
+        if kept:
+            which = tuple(piece.which[k] for k in kept)
+            found.append(piece._replace(which=which, lines=piece.lines[kept]))
+    return tuple(found)

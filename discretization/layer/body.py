@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.layer.poles import Poles, poles
 from energy import Scene
 
 Array = NDArray[np.float64]
@@ -102,11 +101,8 @@ class Body:
 
     def ends(self, a: float) -> tuple[float, float]:
         """x of both ends of a contact; about an axis one of them is that."""
+        a = 0.0 if a <= self.tip else a
         return (0.0 if self.power else self.apex - a), self.apex + a
-
-    def poles(self, tolerance: float) -> Poles:
-        """Of the layer."""
-        return poles(self.scene.layer, self.scene.gamma1, tolerance)
 
     def rest_depth(self, a: Array, reaction: Array, excess: float, side: Any) -> Array:
         """D of half-widths (m,) with σ, s₀ (2, m); side: which slope of a corner counts.

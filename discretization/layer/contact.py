@@ -1,16 +1,16 @@
 """One contact of a layer, condensed to its line: where it rests, and what it takes.
 
-With the poles of k (poles.py), v_j = u - φ_j of pole j obeys, with the measure m (1, or r about an
-axis) and v_j known at the line,
+With the poles of k (poles.py), v_j = u - φ_j of pole j and the flow ψ obey, with the measure m (1,
+or r about an axis) and both known at the line,
 
-    -(m v')' + τ_j m v = (m f')'    on 0 < x < a,    v'(0) + f'(0) = 0,
+    -(m v')' + τ_j m v = (m f')',    -(m ψ')' + τ₁ m ψ = m u    on 0 < x < a,
 
-and the flow p₀ of an incompressible layer -(m p₀')' = k₁ m u, p₀'(0) = 0: a pole at τ = 0. With
-these on elements (elements.py) it is known what the fields pull at the line from inside. Outside,
-the layer and the surface are balanced by u = Σ A exp(-λ(x-a)) of the decays of `Poles` (about an
-axis K₀(λr)), in which φ_j is τ_j/(τ_j - λ²) of u. That φ_j has one value and one slope at the line
-are, with u = d - f(a) there, as many linear equations as decays. So all is linear in u(a) and 1,
-and the reaction of all that is free or pressed beside a line is
+v'(0) + f'(0) = ψ'(0) = 0. With these on elements (elements.py) it is known what the fields pull at
+the line from inside. Outside, the layer and the surface are balanced by u = Σ A exp(-λ(x-a)) of the
+decays of `Poles` (about an axis K₀(λr)), in which φ_j is τ_j/(τ_j - λ²) of u, and ψ 1/(τ₁ - λ²).
+That every φ_j and ψ has one value and one slope at the line are, with u = d - f(a) there, as many
+linear equations as decays. So all is linear in u(a) and 1, and the reaction of all that is free or
+pressed beside a line is
 
     S = γ₁ (σ u(a) + s₀).
 
@@ -18,7 +18,7 @@ Of ∂U/∂a = m [γ₁/2 (f' - S/γ₁)² - w] the line rests where that vanish
 
     D(a) = f(a) + (f'(a) - s₀ - √(2w/γ₁))/σ,    P = whole ∫₀ᵃ p dm + whole m S,
 
-with the layer's pressure p = k₀u + Σ c_j v_j + p₀. The square is left because f' γ₁ - S is the
+with the layer's pressure p = k₀u + k₁ψ + Σ c_j v_j. The square is left because f' γ₁ - S is the
 force on the line and a line that advances takes the surface along. What is stored at fixed a is
 ½ whole (∫p u dm + m S u(a)), and whole γ₁/2 ∫f'² dm of the surface in contact.
 """
@@ -28,7 +28,6 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +36,7 @@ from scipy.special import k0e, k1e, kve
 from discretization.layer import elements as inside
 from discretization.layer.body import Body
 from discretization.layer.elements import Elements, Swept
-from discretization.layer.poles import Poles, paired
+from discretization.layer.poles import Poles, poles
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -58,13 +57,11 @@ def decayed(power: int, decays: Complex, a: Array, beside: Array, order: int) ->
 
 def _bessel(order: int, z: Complex) -> Complex:
     """K(z) exp(z)."""
-
-    def above(z: Complex) -> Complex:
-        near = np.where(np.abs(z) < _LARGEST, z, 1.0)
-        far = np.sqrt(math.pi / (2 * z)) * (1 + (4 * order - 1) / (8 * z))
-        return np.where(np.abs(z) < _LARGEST, kve(order, near), far)
-
-    return paired(k1e if order else k0e, above, z)
+    real, far = z.imag == 0, np.abs(z) > _LARGEST
+    found = np.sqrt(math.pi / (2 * z)) * (1 + (4 * order - 1) / (8 * z))
+    found[real] = (k1e if order else k0e)(z.real[real])
+    found[~real & ~far] = kve(order, z[~real & ~far])
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,16 +103,11 @@ class Contacts:
     @functools.cached_property
     def pressure(self) -> Array:
         """At nodes (m, 2, e, 13)."""
-        own, poles, wide = self.elements, self.poles, self.a[:, None, None]
-        at_line = (1 - poles.share) @ self.amplitudes
-        found = poles.still * self.u + inside.total(own, self.swept, at_line, poles.c)
-        if poles.flow:
-            load = poles.flow * (wide**2 * own.mass)[:, None] * self.u
-            there = ((-poles.flow / poles.decays**2) @ self.amplitudes)[:, None]
-            whole = np.moveaxis(load.sum(axis=-1), 1, -1)[:, :, None]
-            flowing = inside.sweep(own, np.zeros((self.a.size, 1), complex), load, whole)
-            found = found + inside.total(own, flowing, there, np.ones(1, complex))
-        return np.asarray(found)
+        outside = _outside(self.poles)
+        outside[1:] = 1 - outside[1:]
+        c = np.append(self.poles.flow, self.poles.c)
+        fields = inside.total(self.elements, self.swept, outside @ self.amplitudes, c)
+        return np.asarray(self.poles.still * self.u + fields)
 
     @functools.cached_property
     def lines(self) -> Array:
@@ -133,41 +125,50 @@ class Contacts:
         return np.asarray(found)
 
 
+def _outside(poles: Poles) -> Complex:
+    """ψ, and φ of the other poles, of what decays by each λ (n, n)."""
+    found = 1 / (np.append(poles.first, poles.tau)[:, None] - poles.decays**2)
+    found[1:] *= poles.tau[:, None]
+    return np.asarray(found)
+
+
 def contacts(body: Body, a: Array, tolerance: float, first: float = 0.5) -> Contacts:
     """Of half-widths or radii (m,), with poles to a tolerance; first: see `elements.grid`.
 
     Of several only where no breaks are inside.
     """
-    poles, wide = body.poles(tolerance), a[:, None, None]
-    shortest = 1 / float(np.abs(np.sqrt(poles.tau)).max())
-    ends = inside.grid(float(a.max()), shortest, body.breaks, body.kinks, first)
-    own = inside.elements(body.power, ends)
+    scene, wide, power = body.scene, a[:, None, None], body.power
+    response = poles(scene.layer, scene.gamma1, tolerance)
+    shortest = 1 / float(np.abs(np.sqrt(response.tau)).max())
+    own = inside.elements(
+        power, inside.grid(float(a.max()), shortest, body.breaks, body.kinks, first)
+    )
     x, f = wide * own.x, body.height(a)
     slopes, u = body.slope(x, _INTO), np.ones((a.size, 2, *own.x.shape))
     u[:, 1] = f[:, None, None] - body.height(x)
-    load = np.zeros_like(u)
-    load[:, 1] = wide * inside.risen(own, slopes)
-    found = inside.sweep(own, poles.tau * a[:, None] ** 2, load)
-    volume = (u * own.mass).sum(axis=(2, 3))
-    outwards = -decayed(body.power, poles.decays, a, np.zeros(a.size), 1).T
-    amplitudes = _outside(poles, outwards, a, found, volume)
+    bent = np.zeros_like(u)
+    bent[:, 1] = wide * inside.risen(own, slopes)
+    load = (wide**2 * own.mass)[:, None] * u
+    whole = np.moveaxis(load.sum(axis=-1), 1, -1)[:, :, None]
+    wide_tau, real = np.outer(a * a, response.tau), response.tau.imag == 0  # real ones first
+    some = (wide_tau[:, real].real, wide_tau[:, ~real])
+    others = (inside.Load(tau, bent, 0.0) for tau in some)
+    flow = inside.Load(response.first * a[:, None] ** 2, load, whole)
+    swept = inside.sweep(own, flow, *others)
+    outwards = -decayed(power, response.decays, a, np.zeros(a.size), 1).T
+    amplitudes = _amplitudes(response, outwards * a[:, None], swept)
     reaction = (outwards[:, None] @ amplitudes)[:, 0].real
-    return Contacts(body, poles, own, a, f, slopes, u, found, amplitudes, reaction)
+    return Contacts(body, response, own, a, f, slopes, u, swept, amplitudes, reaction)
 
 
-def _outside(poles: Poles, out: Complex, a: Array, taken: Swept, volume: Array) -> Any:
-    """A (m, n, 2), by what fields take inside; out (m, n): pulls of decays; volume: ∫u dm/(ma)."""
-    share, one = poles.share, np.array([1.0, 0.0])
-    size = np.sqrt(poles.tau)[:, None] * a[:, None, None]
-    fields = (taken.own[..., None] + (out * a[:, None])[:, None]) * share / size
-    rows = [np.ones((a.size, 1, out.shape[1])), fields]
-    wanted = [
-        np.broadcast_to(one, (a.size, 1, 2)),
-        (taken.own[..., None] * one - taken.given) / size,
-    ]
-    if poles.flow:
-        rows.append((-out / poles.decays**2 / a[:, None])[:, None])
-        wanted.append(volume[:, None])
-    matrix = np.concatenate(rows, axis=1)
-    size = np.abs(matrix).max(axis=1, keepdims=True)
-    return np.linalg.solve(matrix / size, np.concatenate(wanted, axis=1)) / size.swapaxes(1, 2)
+def _amplitudes(poles: Poles, out: Complex, found: Swept) -> Complex:
+    """A (m, n, 2), by u(a) and what fields take inside; out (m, n): a times what decays pull."""
+    wanted = np.concatenate([np.zeros_like(found.given[:, :1]), -found.given], axis=1)
+    wanted[:, 1] *= -1
+    wanted[:, 0, 0] = 1
+    wanted[:, 2:, 0] += found.own[:, 1:]
+    fields = (found.own[..., None] + out[:, None]) * _outside(poles)
+    matrix = np.concatenate([np.ones_like(out[:, None]), fields], axis=1)
+    high = np.abs(matrix).max(axis=2, keepdims=True)
+    wide = np.abs(matrix / high).max(axis=1, keepdims=True)
+    return np.linalg.solve(matrix / high / wide, wanted / high) / wide.swapaxes(1, 2)

@@ -18,11 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.surfaces.spectral import rounded
+from discretization.surfaces.network import rounded
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 DEGREE = 12
+_RATIO = 1 / 3  # of elements to the next ones outwards
 _NEAREST = 2.0  # of the shortest length on which a pole acts: the element beside the line
 _CLEAR = 1e-3  # of the elements there: how far from a break others end
 
@@ -44,15 +45,22 @@ class Elements(NamedTuple):
     bridge: Array
 
 
+class Load(NamedTuple):
+    """Poles τ (m, n) with two loads (m, 2, e, 13), `whole` over each element (m, e, 1, 2)."""
+
+    tau: Any
+    nodal: Array
+    whole: Any
+
+
 class Swept(NamedTuple):
     """What fields take: own v - given at the line (m, n), (m, n, 2), and what it is found with."""
 
     own: Complex
     given: Complex
-    share: Complex
-    forced: Array
-    passed: list[Complex]
-    rest: list[Complex]
+    inner: list[tuple[Complex, Array]]
+    passed: Complex
+    rest: Complex
 
 
 def grid(
@@ -60,15 +68,15 @@ def grid(
 ) -> tuple[float, ...]:
     """Distances from the line, over the half-width a, of the ends of elements, from 1 to 0.
 
-    Elements end at breaks. They are halved towards the line, and towards kinks of the profile,
-    beside which the fields change likewise, until they resolve the shortest length of a pole;
-    first: the share of the way at which that begins.
+    Elements end at breaks. Each is a third of the next one towards the line, and towards kinks of
+    the profile, beside which the fields change likewise, until they resolve the shortest length of
+    a pole; first: the share of the way at which that begins.
     """
     own = [0.0, 1.0, *(1 - x / a for x in breaks if 0 < x < a)]
     graded = [np.empty((2, 0))]
     for left, right in itertools.pairwise([0.0, *(x for x in kinks if 0 < x < a), a]):
-        times = math.log2(max(1.0, (right - left) / (_NEAREST * shortest)))
-        steps = (right - left) / a * first * 0.5 ** np.arange(math.ceil(times))
+        times = -math.log(max(1.0, (right - left) / (_NEAREST * shortest)), _RATIO)
+        steps = (right - left) / a * first * _RATIO ** np.arange(math.ceil(times))
         graded.append(np.array([1 - right / a + steps, steps]))
         if left in kinks:
             graded.append(np.array([1 - left / a - steps[1:], steps[1:]]))
@@ -103,49 +111,60 @@ def risen(own: Elements, slope: Array) -> Array:
     return np.asarray(-(slope * own.mass / half) @ rounded(DEGREE)[2])
 
 
-def sweep(own: Elements, tau: Complex, load: Array, whole: Any = 0.0) -> Swept:
-    """From 0 to the line, for poles (m, n) and two loads (m, 2, e, 13), `whole` over each element.
+def sweep(own: Elements, *loads: Load) -> Swept:
+    """From 0 to the line, for the poles of all loads one after the other."""
+    inner, condensed = [], []
+    for load in loads:
+        share, forced, *ends = _condensed(own, load)
+        inner.append((share, forced))
+        condensed.append(ends)
+    tie, first, second = (np.concatenate(part, axis=2) for part in zip(*condensed, strict=True))
+    held, now = np.empty_like(first), np.zeros_like(first[:, 0])
+    for i in range(own.bridge.size):
+        held[:, i] = now + first[:, i]
+        kept = held[:, i, :, :1] / (held[:, i, :, :1] + tie[:, i])
+        now = now + second[:, i] - kept * held[:, i]
+    size = held[..., :1] + tie
+    return Swept(now[..., 0], now[..., 1:], inner, tie / size, held[..., 1:] / size)
+
+
+def _condensed(own: Elements, load: Load) -> tuple[Any, ...]:
+    """1/(λ + τ), the load of the modes, and of the ends of elements the tie and what each takes.
 
     What an element takes of a displacement that is 1 everywhere, and of its load as a whole, is
     found without the large numbers that cancel where τ is small.
     """
-    m, n = tau.shape
-    load = np.moveaxis(load, 1, -1)  # (m, e, 13, 2)
-    share = 1 / (own.values[:, None, :] + tau[:, None, :, None])  # (m, e, n, 11)
-    forced = own.modes.transpose(0, 2, 1) @ load[:, :, 1:-1]  # (m, e, 11, 2)
-    parts = [np.prod(own.ties, axis=2)[..., None], own.ties * own.flat[..., None]]
-    parts = [np.broadcast_to(part, (m, *part.shape)) for part in parts]
-    parts += [side[..., None] * forced for side in (own.ties[..., 0], own.flat)]
-    found = share @ np.concatenate(parts, axis=-1)  # (m, e, n, 7)
-    tie = found[..., 0] - own.bridge[:, None]
-    takes = (own.mass[:, None, [0, -1]] - found[..., 1:3]) * tau[:, None, :, None]
-    given = load[:, :, None, 0] - found[..., 3:5]
-    both = whole - tau[:, None, :, None] * found[..., 5:]
-    passed, rest = [], []
-    before, right = np.zeros((m, n), complex), np.zeros((m, n, 2), complex)
-    for i in range(own.bridge.size):
-        held = before + takes[:, i, :, 0]
-        size = held + tie[:, i]
-        passed.append(tie[:, i] / size)
-        rest.append((right + given[:, i]) / size[..., None])
-        before = takes[:, i, :, 1] + passed[-1] * held
-        right = both[:, i] + passed[-1][..., None] * right - given[:, i] * (held / size)[..., None]
-    return Swept(before, right, share, forced, passed, rest)
+    nodal, tau = np.moveaxis(load.nodal, 1, -1), load.tau[:, None, :, None]  # (m, e, 13, 2)
+    share = 1 / (own.values[:, None, :] + tau)  # (m, e, n, 11)
+    forced = own.modes.transpose(0, 2, 1) @ nodal[:, :, 1:-1]  # (m, e, 11, 2)
+    left, right, flat = own.ties[..., :1], own.ties[..., 1:], own.flat[..., None]
+    tied = share @ np.concatenate([left * right, own.ties * flat], axis=-1)
+    loaded = share @ np.concatenate([left * forced, flat * forced], axis=-1)
+    takes = (own.mass[:, None, [0, -1]] - tied[..., 1:]) * tau
+    given = nodal[:, :, None, 0] - loaded[..., :2]
+    first = np.concatenate([takes[..., :1], given], axis=-1)
+    second = np.concatenate([takes.sum(-1, keepdims=True), load.whole - tau * loaded[..., 2:]], -1)
+    return share, forced, tied[..., :1] - own.bridge[:, None, None], first, second
 
 
 def total(own: Elements, found: Swept, at_line: Complex, c: Complex) -> Array:
     """Σ c v (m, 2, e, 13), real, of fields that are known at the line (m, n, 2)."""
-    values = [at_line]
-    for passed, rest in zip(found.passed[::-1], found.rest[::-1], strict=True):
-        values.append(rest + passed[..., None] * values[-1])
-    joints = c[:, None] * np.array(values[::-1])  # at the ends of elements (e + 1, m, n, 2)
-    ones = np.broadcast_to(c[:, None], (*joints[1:].shape[:-1], 1))
-    parts = np.moveaxis(np.concatenate([ones, joints[:-1], joints[1:]], axis=-1), 0, 1)
-    sums = (found.share.swapaxes(-1, -2) @ parts).real  # (m, e, 11, 5)
-    inner = found.forced * sums[..., :1]
-    inner = inner - own.ties[..., :1] * sums[..., 1:3] - own.ties[..., 1:] * sums[..., 3:]
-    ends = joints.sum(axis=2).real  # (e + 1, m, 2)
-    v = np.empty((*sums.shape[:2], DEGREE + 1, 2))
-    v[:, :, 0], v[:, :, -1] = np.moveaxis(ends[:-1], 0, 1), np.moveaxis(ends[1:], 0, 1)
-    v[:, :, 1:-1] = own.modes @ inner
+    m, e, n, _ = found.passed.shape
+    joints = np.empty((m, e + 1, n, 2), complex)
+    joints[:, -1] = at_line
+    for i in range(e)[::-1]:
+        joints[:, i] = found.rest[:, i] + found.passed[:, i] * joints[:, i + 1]
+    joints *= c[:, None]
+    ones = np.broadcast_to(c[:, None], (m, e, n, 1))
+    parts = np.concatenate([ones, joints[:, :-1], joints[:, 1:]], axis=-1)
+    inner, start = np.zeros((m, *own.flat.shape, 2)), 0
+    for share, forced in found.inner:
+        some = parts[:, :, start : start + share.shape[2]]
+        some = some if np.iscomplexobj(share) else some.real
+        sums = (share.swapaxes(-1, -2) @ some).real  # (m, e, 11, 5)
+        inner += forced * sums[..., :1]
+        inner -= own.ties[..., :1] * sums[..., 1:3] + own.ties[..., 1:] * sums[..., 3:]
+        start += share.shape[2]
+    ends = joints.sum(axis=2).real[:, :, None]  # (m, e + 1, 1, 2)
+    v = np.concatenate([ends[:, :-1], own.modes @ inner, ends[:, 1:]], axis=2)
     return np.moveaxis(v, -1, 1)

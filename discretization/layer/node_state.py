@@ -13,6 +13,7 @@ from discretization.certificate import Certificate
 from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.layer.body import Body
 from discretization.layer.nodes import KNOWN, Nodes, compliance
+from discretization.layer.state import certified
 from discretization.readings import with_surface
 from discretization.surfaces.protocol import At, alone
 from discretization.surfaces.small import SmallSurfaces
@@ -41,43 +42,50 @@ class NodeState:
     depth: float
     n: int
 
+    @property
+    def body(self) -> Body:
+        """Of the scene."""
+        return self.nodes.body
+
     @functools.cached_property
     def found(self) -> tuple[float, float, float]:
         """a, P and U."""
         return self.nodes.found(self.depth, self.n)
 
-    @functools.cached_property
-    def forces(self) -> Array:
-        """On the nodes (n + 1,)."""
-        return self.nodes.forces(self.depth, self.n)
+    a = property(lambda self: self.found[0])
+    force = property(lambda self: self.found[1])
+    energy = property(lambda self: self.found[2])
 
     @property
-    def g(self) -> Array:
-        """Displacements of the nodes (n + 1,)."""
-        return np.asarray(self.depth - self.nodes.body.height(self.nodes.x[: self.n + 1]))
+    def x(self) -> Array:
+        """The nodes in contact (n + 1,)."""
+        return self.nodes.x[: self.n + 1]
+
+    @functools.cached_property
+    def forces(self) -> Array:
+        """On them (n + 1,)."""
+        return self.nodes.forces(self.depth, self.n)
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """Sums of the sizes of the terms of force and energy."""
-        bound = self.nodes.body.scene.work_of_adhesion * self.nodes.body.area(self.nodes.x[self.n])
-        return {
-            "force": float(np.abs(self.forces).sum()),
-            "energy": float(self.forces @ self.g / 2 + bound),
-        }
+        bound = self.body.scene.work_of_adhesion * float(self.body.area(self.x[-1]))
+        stored = float(self.forces @ (self.depth - self.body.height(self.x))) / 2
+        return {"force": float(np.abs(self.forces).sum()), "energy": stored + bound}
 
     @functools.cached_property
     def _ends(self) -> list[tuple[int, float]]:
         """The outermost nodes of both contacts, and their shares."""
-        last, (a, _, _) = self.nodes.x.size - 1, self.found
-        i = min(max(int(np.searchsorted(self.nodes.x, a, side="right")) - 1, 0), last)
-        part = (a - float(self.nodes.x[i])) / self.nodes.spacing if i < last else 0.0
+        x = self.nodes.x
+        i = min(max(int(np.searchsorted(x, self.a, side="right")) - 1, 0), x.size - 1)
+        part = (self.a - float(x[i])) / self.nodes.spacing if i < x.size - 1 else 0.0
         return [(i, 1 - part), *([(i + 1, part)] if part > 0 else [])]
 
     def beside(self, distance: Array) -> Array:
         """u so far beside the line."""
         found, x = np.zeros(distance.size), self.nodes.x
         for n, share in self._ends:
-            response = compliance(self.nodes.body.scene, x[n] + distance, x[: n + 1])
+            response = compliance(self.body.scene, x[n] + distance, x[: n + 1])
             found += share * (response @ self.nodes.forces(self.depth, n))
         return found
 
@@ -98,8 +106,8 @@ class NodeState:
         Not of the innermost ring, which stands for more, and of the outermost node, on which the
         line pulls, too.
         """
-        body, spacing = self.nodes.body, self.nodes.spacing
-        own = self.nodes.x[body.power : self.n]
+        body, spacing = self.body, self.nodes.spacing
+        own = self.x[body.power : -1]
         share = body.whole * own**body.power * np.where(own > 0, spacing, spacing / 2)
         slopes = body.slope(own + spacing / 2 * np.array([[-1], [1]]))
         bend = np.diff(slopes, axis=0)[0] / spacing
@@ -113,37 +121,43 @@ class NodeState:
 
         The energy of the surface is γ₁ ∂U/∂γ₁ = -γ₁/2 F (∂C/∂γ₁) F, as u is that of least energy.
         """
-        scene, x = self.nodes.body.scene, self.nodes.x[: self._ends[-1][0] + 1]
+        scene, x, surface = self.body.scene, self.nodes.x[: self._ends[-1][0] + 1], 0.0
         tensions = (part * scene.gamma1 for part in (1 - _STEP, 1 + _STEP))
         scenes = (replace(scene, surfaces=SurfaceEnergies.from_work(t, 0.0)) for t in tensions)
         less, more = (compliance(each, x, x) for each in scenes)
-        surface = 0.0
         for n, share in self._ends:
             force, own = self.nodes.forces(self.depth, n), slice(n + 1)
             surface += share * float(force @ (less - more)[own, own] @ force) / (4 * _STEP)
         return with_surface(state, surface)
 
     def certificate(self) -> Certificate:
-        """The conditions of ../certificate.py, judged by the displacements that the forces give."""
-        nodes, body, n, rests = self.nodes, self.nodes.body, self.n, self.nodes.rest_depths
-        size, x = float(np.abs(self.g).max()) or 1.0, nodes.x[: n + 1]
-        beyond = max(1, 2 * (nodes.x.size - 1) - n)
-        ahead = np.unique(np.geomspace(1, beyond, _CLEAR).astype(int))
-        places, through = x[-1] + nodes.spacing * ahead, 0.0
+        """The conditions of ../certificate.py, judged by the displacements that the forces give.
+
+        At the nodes: the line is anywhere in its link, and the surface of a state that is right to
+        second order may be inside the indenter there. Nodes that do not resolve it have an error
+        that is not known.
+        """
+        nodes, body, x, own = self.nodes, self.body, self.x, slice(self.n + 1)
+        g, through, pulled = self.depth - body.height(x), 0.0, 0.0
+        size, last = float(np.abs(g).max()) or 1.0, 2 * (nodes.x.size - 1) - self.n
+        ahead = np.unique(np.geomspace(1, max(1, last), _CLEAR).astype(int))
+        places = x[-1] + nodes.spacing * ahead
         places = places[places <= body.edge]
         if places.size:
             u = compliance(body.scene, places, x) @ self.forces
             through = float((self.depth - body.height(places) - u).max())
-        links = [0.0, *(self.depth - rests[n : n + 1]), *(rests[max(n - 1, 0) : n] - self.depth)]
-        pulled = 0.0 if body.scene.work_of_adhesion else -float(self.forces.min())
-        own = nodes.lower[: n + 1, : n + 1]
-        y = (nodes.start + self.depth * nodes.rate)[: n + 1]
+        if not body.scene.work_of_adhesion:
+            pulled = -float(self.forces.min())
+        rests, n, depth = nodes.rest_depths, self.n, self.depth
+        links = [0.0, *(depth - rests[n : n + 1]), *(rests[max(n - 1, 0) : n] - depth)]
+        lower, rate = nodes.lower[own, own], nodes.rate[own]
+        by_energy = float((nodes.start[own] + depth * rate) @ rate)
         return Certificate(
             max(0.0, through) / size,
-            float(np.abs(own @ (own.T @ self.forces) - self.g).max()) / size,
+            float(np.abs(lower @ (lower.T @ self.forces) - g).max()) / size,
             max(0.0, pulled) / self.scales["force"],
             float(max(links)) / size,
-            abs(float(y @ nodes.rate[: n + 1]) - float(self.forces.sum())) / self.scales["force"],
+            abs(by_energy - float(self.forces.sum())) / self.scales["force"],
         )
 
     def errors(self) -> dict[str, float]:
@@ -151,7 +165,7 @@ class NodeState:
         unknown, nodes = dict.fromkeys(QUANTITIES, float("inf")), self.nodes
         if self.n < _LEAST:
             return unknown
-        worst, sizes = np.full(3, KNOWN), np.array([self.found[0], *self.scales.values()])
+        worst, sizes = np.full(3, KNOWN), np.array([self.a, *self.scales.values()])
         for times in (2, 3):
             coarse = Nodes.of(nodes.body, times * nodes.spacing, 1 + (nodes.x.size - 1) // times)
             other = coarse.last(self.depth)
@@ -162,9 +176,9 @@ class NodeState:
         worst[1:] = worst.max()  # by what a line moves they change as well
         if self.n < nodes.x.size - 1:
             worst[0] = max(worst[0], _LUCKY * worst[1])
-        if worst.max() > _COARSE:
-            return unknown
-        return dict(zip(QUANTITIES, worst.tolist(), strict=True))
+        return (
+            unknown if worst.max() > _COARSE else dict(zip(QUANTITIES, worst.tolist(), strict=True))
+        )
 
 
 def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -> Equilibrium:
@@ -175,38 +189,19 @@ def on_layer_nodes(scene: Scene, depth: float, spacing: float, *, branch: str) -
     body, count = Body(scene), _FIRST
     while True:
         nodes = Nodes.of(body, spacing, count)
-        n = nodes.last(depth)
+        n, last = nodes.last(depth), nodes.x.size - 1
         if n is None:
             flat = Certificate.undeformed()
             return detached(scene, depth, branch, SmallSurfaces(scene), flat, spacing)
-        if n == nodes.x.size - 1 or 0 <= n <= nodes.x.size - 1 - _SPARE:
-            return _state(NodeState(nodes, depth, n), branch)
+        if n == last or 0 <= n <= last - _SPARE:
+            break
         if nodes.x.size < count or count >= _MOST:
             raise ValueError(
                 f"depth = {depth!r} spreads the contact over the whole known profile, or more than "
                 f"{_MOST} nodes; give a wider profile, a larger spacing, or a smaller depth"
             )
         count *= 2
-
-
-def _state(found: NodeState, branch: str) -> Equilibrium:
-    nodes, body = found.nodes, found.nodes.body
-    certificate, pinned = found.certificate(), found.n == nodes.x.size - 1
-    certificate.demand(f"the state at depth = {found.depth!r}", "use another spacing, or depth")
-    a, force, energy = found.found
-    return Equilibrium(
-        body.scene,
-        found.depth,
-        branch,
-        "lattice",
-        certificate,
-        found,
-        nodes.spacing,
-        contacts=np.array([body.ends(a)]),
-        nodes=np.array([body.ends(float(nodes.x[found.n]))]),
-        pinned=np.array([[pinned or bool(body.power), pinned]]),
-        force=force,
-        energy=energy,
-        scales=found.scales,
-        errors=lambda _: found.errors(),
-    )
+    found = NodeState(nodes, depth, n)
+    ends = found.a, float(found.x[-1])
+    judged = found.certificate()
+    return certified(found, judged, ends, n == last, branch, lambda _: found.errors(), spacing)

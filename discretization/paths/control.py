@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from discretization.paths.branch import Leg
 from discretization.roots import crossings
-from discretization.surfaces.spectral import coefficients, rounded
+from discretization.surfaces.network import coefficients, rounded
 
 Array = NDArray[np.float64]
 _DEGREE = 12  # of the polynomials by which C is drawn

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization import display, plots
+from discretization import plots, readings
 from discretization.paths.branch import Branch, Event, Leg, Point, PullOff, Snapshot, legs
 from discretization.paths.control import Control, Curve
 from discretization.paths.fitted_many import FittedMany
@@ -238,10 +238,10 @@ class History:
                 yield self._branch.snapshot(point)
 
     plot = plots.plot_path
-    to_dict = display.path_columns
-    _repr_html_ = display.html
-    __repr__ = display.path_line
-    __str__ = display.path_text
+    to_dict = readings.path_columns
+    _repr_html_ = readings.html
+    __repr__ = readings.path_line
+    __str__ = readings.path_text
 
     def __len__(self) -> int:
         return self.depth.size

@@ -1,7 +1,7 @@
 """Load paths of one contact of a layer with its exact response.
 
 The half-width a tells everything: D(a), where a line rests that advances or recedes, and at a depth
-the force and the energy, which is a parabola of the depth at fixed a (../layer/table.py). So a line
+the force and the energy, which is a parabola of the depth at fixed a (../layer/lines.py). So a line
 advances to the first a at which D is the depth, or recedes to it; between D of closing and D of
 opening it is held; and where D turns, it jumps to the next a with the same D.
 """
@@ -18,16 +18,14 @@ from numpy.typing import NDArray
 
 from discretization.certificate import TOLERANCE
 from discretization.layer.body import Body
-from discretization.layer.lines import Lines
-from discretization.layer.state import certify
-from discretization.layer.table import Table
-from discretization.layer.totals import Layer
+from discretization.layer.contact import contacts
+from discretization.layer.lines import Lines, Table
+from discretization.layer.state import Layer
 from discretization.paths.branch import Branch, Leg, Pinned, Point
 from discretization.roots import crossings
 from energy import Scene
 
 Array = NDArray[np.float64]
-_RATIO = 2 ** (1 / 12)  # of half-widths at which it is looked whether D turns
 _TIE = 1e-12  # of the depth and how far a line is lifted: depths that are the same
 
 
@@ -64,6 +62,11 @@ class LayerBranch(Branch):
         return cls(scene, body, Table(body, rtol))
 
     @property
+    def resolution(self) -> float:
+        """The length by which lines may be off."""
+        return self.table.tolerance * self.first.memory
+
+    @property
     def touch(self) -> float:
         """Depth at which contact begins."""
         return self.body.touch
@@ -78,7 +81,7 @@ class LayerBranch(Branch):
     def lines(self) -> dict[int, Lines]:
         """The line on its way out (1) and in (-1)."""
         works = {1: self.scene.surfaces, -1: self.scene.opened.surfaces}
-        return {way: Lines(self.table, of.small_slope_deficit, _RATIO) for way, of in works.items()}
+        return {way: Lines(self.table, of.small_slope_deficit) for way, of in works.items()}
 
     @functools.cached_property
     def first(self) -> Point:
@@ -87,7 +90,7 @@ class LayerBranch(Branch):
 
     def point(self, depth: float, a: float) -> Point:
         """The contact of this half-width at a depth."""
-        return Point(depth, self.body.ends(0.0 if a <= self.body.tip else a), a)
+        return Point(depth, self.body.ends(a), a)
 
     def contact(self, depth: float, *lines: float) -> Point:
         """The point with these lines; nan: detached."""
@@ -151,6 +154,7 @@ class LayerBranch(Branch):
         """NotCertifiedError unless the contact is in equilibrium, as far as the table is known."""
         if point.lines:
             tolerance = self.table.tolerance
-            found = certify(Layer.of(self.body, point.memory, point.depth, tolerance))
+            contact = contacts(self.body, np.array([point.memory]), tolerance)
+            found = Layer(contact, point.depth, tolerance).certificate()
             found = found._replace(tolerance=max(TOLERANCE, tolerance))
             found.demand(f"the state at depth = {point.depth!r}", "the path stops before it")

@@ -7,7 +7,7 @@ and pull, their shape. One module answers for each geometry and energy:
     finite         line                finite_line.py on finite_range.py
                    axisymmetric        meniscus_surfaces.py on menisci.py
 
-They are solved on spectral elements (spectral.py) whose errors are rounding.
+They are solved on spectral elements (network.py) whose errors are rounding.
 """
 
 from __future__ import annotations

@@ -1,14 +1,15 @@
 """Free surfaces of line contacts with finite slopes, on a mesh anchored at their lines.
 
 D = f + u of the tail or of the gap that is inclined by φ = β - 2 asin √(w/(2γ₁)) at its line,
-tan β = f'. Of a tail p = 2 sin(φ/2) is its displacement. A gap stores
+tan β = f'. A gap stores
 
     F(u_a, u_b; L) = min over u, u(0) = u_a, u(L) = u_b, of ∫₀^L (k/2 u² + γ₁ (√(1+u'²) - 1)) dx.
 
 In units of l and γ₁, k = γ₁ = l = 1, the elements are laid out in the coordinate τ in which the
-surface is a sum of two exponentials (finite_range.py). That grades them towards steep lines, and u
-and x are smooth functions of τ however steep the surface is. The discrete energy is that of the
-nodal u at the nodes' fixed x, by the Gauss-Lobatto rule in τ, convex in u:
+surface is a sum of two exponentials (finite_range.py), of a tail of one: p = 2 sin(φ/2) = -u. That
+grades them towards steep lines, and u and x are smooth functions of τ however steep the surface
+is. The discrete energy is that of the nodal u at the nodes' fixed x, by the Gauss-Lobatto rule in
+τ, convex in u:
 
     F = Σ_i w_i [h_i u_i²/2 + √(h_i² + (du/dτ)_i²) - h_i],    h = dx/dτ.
 
@@ -24,7 +25,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from discretization.surfaces.finite_range import (
@@ -39,96 +39,13 @@ from discretization.surfaces.finite_range import (
     rate,
     rest_displacement,
 )
+from discretization.surfaces.network import on_elements, rounded
 from discretization.surfaces.protocol import MET, At, Free, alone
-from discretization.surfaces.spectral import coefficients, rounded
 from energy import Scene
 
 Array = NDArray[np.float64]
-_INSIDE = 1e-8  # of an element: a step to a place in it after which the error is rounding
-_INVERSE = 8  # steps of Newton's method, from a place in the right element
-
-
-@dataclass(frozen=True, eq=False)
-class FiniteGap:
-    """A free surface between two lines.
-
-    half (elements, 1): half the elements in τ; x, p, rises (elements, nodes): places of the nodes,
-    p = 2 sin(φ/2) = du/dτ there, and u - left, which a short gap would not leave digits of; left: u
-    at the left line.
-    """
-
-    half: Array
-    x: Array
-    p: Array
-    left: float
-    rises: Array
-
-    @property
-    def upright(self) -> bool:
-        """Whether the surface turns over."""
-        return bool((rate(self.p) <= 3 * UPRIGHT).any())
-
-    @property
-    def reactions(self) -> tuple[float, float]:
-        """S = ∂F/∂u at both lines."""
-        return -float(sine(self.p[0, 0])), float(sine(self.p[-1, -1]))
-
-    @property
-    def energy(self) -> float:
-        """F."""
-        return float(np.sum(self._weights * _density(self.left + self.rises, self.p)))
-
-    @property
-    def area(self) -> float:
-        """∫u dx."""
-        return float(np.sum(self._weights * rate(self.p) * (self.left + self.rises)))
-
-    @property
-    def _weights(self) -> Array:
-        """Of the nodes of every element (elements, nodes)."""
-        return np.asarray(self.half * rounded(DEGREE)[1])
-
-    @property
-    def residual(self) -> float:
-        """How far the nodal energy is from its least, over u and S.
-
-        The imbalance of a free node, of a reaction, of the constancy of u²/2 + cos φ.
-        """
-        d, h, u = rounded(DEGREE)[2], rate(self.p), self.left + self.rises
-        inclined = self.rises @ d.T / self.half
-        pull = self._weights * inclined / np.sqrt(h * h + inclined * inclined) / self.half
-        pull = self._weights * h * u + pull @ d
-        (s, t), v, rise = self.reactions, float(u[-1, -1]), float(self.rises[-1, -1])
-        size = abs(self.left) + abs(v) + abs(s) + abs(t) or 1.0
-        apart = -rise * (self.left + v) / 2 + (t - s) * (t + s) / (_cos(s) + _cos(t))
-        ends = np.array([pull[0, 0] - s, pull[-1, -1] - t, apart / size])
-        off = np.concatenate([pull[:, 1:-1].ravel(), pull[:-1, -1] + pull[1:, 0], ends])
-        return float(np.abs(off).max()) / size
-
-    def at(self, p: Array, q: Array) -> tuple[Array, Array]:
-        """u and u' at distances p from the left and q from the right line (n,), apart or further.
-
-        Where they are further apart than here, the nearer one counts.
-        """
-        starts, ends, half = self.x[:, 0], self.x[:, -1], self.x[-1, -1] / 2
-        x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
-        e = np.searchsorted(starts[1:], x, side="right")
-        places, rates, rises, steeps = self._series[:, e]
-        t = np.clip(2 * (x - starts[e]) / (ends[e] - starts[e]) - 1, -1, 1)
-        for _ in range(_INVERSE):
-            basis = legendre.legvander(t, DEGREE)
-            off, h = (places * basis).sum(axis=1) - x, (rates * basis).sum(axis=1)
-            step = off / (self.half[e, 0] * h)
-            t = np.clip(t - step, -1, 1)
-            if (np.abs(step) <= _INSIDE).all():
-                break
-        h, u, u1 = (np.array([rates, rises, steeps]) * legendre.legvander(t, DEGREE)).sum(axis=2)
-        return self.left + u, u1 / h
-
-    @functools.cached_property
-    def _series(self) -> Array:
-        """Legendre coefficients (4, elements, degree + 1) of x, h, u - left and du/dτ."""
-        return coefficients(DEGREE, np.array([self.x, rate(self.p), self.rises, self.p]))
+_INSIDE = 1e-8  # of τ: a step to a place after which the error is rounding
+_INVERSE = 8  # steps of Newton's method to it
 
 
 def sine(p: Any) -> Any:
@@ -136,83 +53,136 @@ def sine(p: Any) -> Any:
     return p * np.sqrt(np.maximum(1 - p * p / 4, 0.0))
 
 
-def _cos(s: float) -> float:
-    """cos φ of sin φ."""
-    return math.sqrt(max(1 - s * s, 0.0))
+def _ends(left: Array, rise: Array, T: Array) -> tuple[Array, Array]:
+    """p at both lines of surfaces displaced by `left` and `left + rise` there."""
+    steep, tanh = rise / np.sinh(T), np.tanh(T / 2)
+    return steep - left * tanh, steep + (left + rise) * tanh
+
+
+def _exponentials(left: Array, rise: Array, T: Array, tau: Array) -> tuple[Array, Array]:
+    """p and u - left of such surfaces at τ."""
+    start, end = _ends(left, rise, T)
+    grown, shrunk = np.sinh(tau) / np.sinh(T), np.sinh(T - tau) / np.sinh(T)
+    back = np.sinh(tau / 2) * np.sinh((T - tau) / 2) / np.cosh(T / 2)
+    return start * shrunk + end * grown, rise * grown - 2 * left * back
+
+
+@dataclass(frozen=True, eq=False)
+class Gaps:
+    """Free surfaces between two lines each.
+
+    T (n, 1): the range of τ; p, u, rises (n, nodes): p = du/dτ, u, and how much more that is
+    than at the left line, of which a short gap would not leave digits.
+    """
+
+    T: Array
+    p: Array
+    u: Array
+    rises: Array
+
+    @property
+    def mesh(self) -> Mesh:
+        """The elements."""
+        return mesh_of(self.T)
+
+    @functools.cached_property
+    def half(self) -> Array:
+        """Half the elements of the first one."""
+        return np.asarray(self.T[0, 0] * np.diff(self.mesh.ends)[:, None] / 2)
+
+    @functools.cached_property
+    def h(self) -> Array:
+        """dx/dτ at the nodes."""
+        return np.asarray(rate(self.p))
+
+    @property
+    def upright(self) -> bool:
+        """Whether a surface turns over."""
+        return bool((np.abs(self.p[:, [0, -1]]) >= STEEPEST * (1 - UPRIGHT / 16)).any())
+
+    @property
+    def pulls(self) -> Array:
+        """S = ∂F/∂u at both lines (2, n)."""
+        return np.array([-sine(self.p[:, 0]), sine(self.p[:, -1])])
+
+    @property
+    def energy(self) -> Array:
+        """F (n,)."""
+        h, square = self.h, self.p * self.p
+        density = h * (self.u * self.u / 2) + square / (np.sqrt(h * h + square) + h)
+        return np.asarray(self.T[:, 0] * (density @ self.mesh.weights))
+
+    @property
+    def area(self) -> Array:
+        """∫u dx (n,)."""
+        return np.asarray(self.T[:, 0] * ((self.h * self.u) @ self.mesh.weights))
+
+    @property
+    def residual(self) -> float:
+        """How far the nodal energy of the first surface is from its least, over u and S.
+
+        The imbalance of a node, of a reaction, of the constancy of u²/2 + cos φ.
+        """
+        (_, weights, d), mesh, half, rises = rounded(DEGREE), self.mesh, self.half, self.rises[0]
+        h, u, inclined = self.h[0][mesh.own], self.u[0], rises[mesh.own] @ d.T
+        steep = inclined / np.sqrt(half * half * h * h + inclined * inclined)
+        pull = half * weights * h * u[mesh.own] + (weights * steep) @ d
+        s, t = self.pulls[:, 0].tolist()
+        off = np.append(pull[:, :-1].ravel(), pull[-1, -1] - t)
+        off[::DEGREE][:-1] += np.append(-s, pull[:-1, -1])
+        cosines = math.sqrt(max(1 - s * s, 0.0)) + math.sqrt(max(1 - t * t, 0.0))
+        uneven = -rises[-1] * (u[0] + u[-1]) / 2 + (t - s) * (t + s) / cosines
+        size = float(abs(u[0]) + abs(u[-1])) + abs(s) + abs(t) or 1.0
+        return max(float(np.abs(off).max()), abs(float(uneven)) / size) / size
+
+    @functools.cached_property
+    def places(self) -> Array:
+        """x of the nodes of the first one: on an element d x = h."""
+        d, h = rounded(DEGREE)[2], self.h[0][self.mesh.own]
+        parts = np.linalg.solve(d[1:, 1:], (self.half * h)[:, 1:].T).T
+        starts = np.append(0.0, np.cumsum(parts[:-1, -1]))
+        return np.append(0.0, parts + starts[:, None])
+
+    def at(self, p: Array, q: Array) -> tuple[Array, Array]:
+        """u and u' of the first one at distances p from the left and q from the right line (n,).
+
+        Where they are further apart than here, the nearer one counts.
+        """
+        (T,), left, mesh, places = self.T, self.u[0, :1], self.mesh, self.places
+        shape = left, self.rises[0, -1:], T
+        half = places[-1] / 2
+        x = np.where(p <= q, np.minimum(p, half), 2 * half - np.minimum(q, half))
+        tau = np.interp(x, places, T * mesh.nodes)
+        for _ in range(_INVERSE):
+            off = on_elements(T * mesh.ends, places, tau)[0] - x
+            step = off / rate(_exponentials(*shape, tau)[0])
+            tau = np.clip(tau - step, 0.0, T)
+            if (np.abs(step) <= _INSIDE).all():
+                break
+        steep, rises = _exponentials(*shape, tau)
+        return left + rises, steep / rate(steep)
+
+
+def tails(u: Array) -> Gaps:
+    """The surfaces beside lines displaced by u (n, 1), as ones to lines where they are flat."""
+    T = np.full_like(u, FAR)
+    left = u * np.exp(-FAR * mesh_of(T).nodes)
+    return Gaps(T, -left, left, left - u)
+
+
+def gaps(left: Array, rise: Array, length: Array) -> Gaps:
+    """The surfaces displaced by `left` and `left + rise` at lines these lengths apart, (n, 1)."""
+    left, rise, length = np.broadcast_arrays(left, rise, np.minimum(length, FAR))
+    steepest = 1 + np.abs(left[:, 0]) + 2 * np.abs(rise[:, 0])
+    T = range_of(length, lambda T, own: _ends(left[own], rise[own], T), steepest)
+    p, rises = _exponentials(left, rise, T, T * mesh_of(T).nodes)
+    return Gaps(T, p, left + rises, rises)
 
 
 @functools.lru_cache(maxsize=1024)
-def solved(left: float, rise: float, length: float) -> FiniteGap:
-    """The surface displaced by `left` and `left + rise` at its lines, by its exponentials."""
-    length = min(length, FAR)
-    T, _, p, rises = _exponentials(*(np.full((1, 1), part) for part in (left, rise, length)))
-    return _laid(float(T[0, 0]), left, p[0], rises[0])
-
-
-@functools.lru_cache(maxsize=256)
-def tail(u0: float) -> FiniteGap:
-    """The surface beside a line displaced by u₀, as one to a line so far away that it is flat."""
-    tau = FAR * mesh_of(FAR).nodes
-    return _laid(FAR, u0, -u0 * np.exp(-tau), u0 * np.expm1(-tau))
-
-
-def _laid(T: float, left: float, p: Array, rises: Array) -> FiniteGap:
-    """The surface of a range T on its mesh."""
-    half = T * mesh_of(T).half[:, None]
-    p, rises = (part.reshape(half.size, -1) for part in (p, rises))
-    x = half * (rate(p) @ _integrals().T)
-    x[1:] += np.cumsum(x[:-1, -1:], axis=0)
-    return FiniteGap(half, x, p, left, rises)
-
-
-def tails(u0: Array) -> tuple[Array, Array]:
-    """F and S of tails beside lines displaced by u₀ (n,): p = -u, and both decay with τ."""
-    mesh = mesh_of(FAR)
-    u = u0[:, None] * np.exp(-FAR * mesh.nodes)
-    return FAR * (_density(u, u) @ mesh.weights), sine(u0)
-
-
-def _density(u: Array, p: Array) -> Array:
-    """dF/dτ."""
-    h = rate(p)
-    return np.asarray(h * u * u / 2 + p * p / (np.sqrt(h * h + p * p) + h))
-
-
-def stored(left: Array, rise: Array, length: Array) -> tuple[Array, Array]:
-    """F and S of both lines together, of surfaces (n,), by their exponentials."""
-    left, rise, length = (np.reshape(part, (-1, 1)) for part in (left, rise, length))
-    T, mesh, p, rises = _exponentials(left, rise, np.minimum(length, FAR))
-    sines = sine(p[:, [0, -1]])
-    return T[:, 0] * (_density(left + rises, p) @ mesh.weights), sines[:, 1] - sines[:, 0]
-
-
-def _exponentials(left: Array, rise: Array, length: Array) -> tuple[Array, Mesh, Array, Array]:
-    """The ranges T of surfaces displaced by `left` and `left + rise` (n, 1), and their mesh.
-
-    And p and u - left at its nodes.
-    """
-
-    def ends(T: Array, own: NDArray[np.int64]) -> tuple[Array, Array]:
-        steep, tanh = rise[own] / np.sinh(T), np.tanh(T / 2)
-        return steep - left[own] * tanh, steep + (left[own] + rise[own]) * tanh
-
-    left, rise, length = np.broadcast_arrays(left, rise, length)
-    steepest = 1 + np.abs(left[:, 0]) + 2 * np.abs(rise[:, 0])
-    T = range_of(length, ends, steepest)
-    mesh, (start, end) = mesh_of(float(T.max())), ends(T, np.arange(len(T)))
-    tau = T * mesh.nodes
-    grown = np.sinh(tau) / np.sinh(T)
-    back = np.sinh(tau / 2) * np.sinh(tau[:, ::-1] / 2) / np.cosh(T / 2)
-    return T, mesh, start * grown[:, ::-1] + end * grown, rise * grown - 2 * left * back
-
-
-@functools.lru_cache(maxsize=1)
-def _integrals() -> Array:
-    """Integrals from the first node to each, of the polynomial with given values at the nodes."""
-    points = rounded(DEGREE)[0]
-    values = legendre.legvander(points, DEGREE)
-    integrals = legendre.legval(points, legendre.legint(np.eye(DEGREE + 1), lbnd=-1, axis=0)).T
-    return np.asarray(integrals @ np.linalg.inv(values))
+def single(u: float, *gap: float) -> Gaps:
+    """A single surface, beside a line or in a gap of this rise and length."""
+    return (gaps if gap else tails)(*(np.full((1, 1), part) for part in (u, *gap)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,13 +205,13 @@ class FiniteSurfaces:
         apart, rise = np.maximum(side * (facing.x - x) / length, MET), (f - facing.f) / length
         return f + length * rest_displacement(-2 * np.sin(phi / 2), rise, apart)
 
-    def _found(self, left: At | None, right: At | None, depth: float) -> FiniteGap:
-        """The surface beyond or between lines, at most upright; of a tail from its line on."""
+    def _between(self, left: At | None, right: At | None, depth: Any) -> tuple[Any, ...]:
+        """u at the first line and, of a gap, how much more at the other and how far away it is."""
         length = self.scene.elastocapillary_length
         u = (depth - alone(left, right).f) / length
-        if left is None or right is None:
-            return tail(min(max(u, -STEEPEST), STEEPEST))
-        return solved(u, (left.f - right.f) / length, (right.x - left.x) / length)
+        if left is None or right is None:  # from its line on, at most upright
+            return (np.clip(u, -STEEPEST, STEEPEST),)
+        return u, (left.f - right.f) / length, (right.x - left.x) / length
 
     def shape(
         self, z: Array, left: At | None, right: At | None, depth: float
@@ -254,33 +224,29 @@ class FiniteSurfaces:
         q = np.maximum(FAR - p, 0.0)
         if left is not None and right is not None:
             q = (right.x - np.ravel(z)) / length
-        u, slope = self._found(left, right, depth).at(p, q)
+        u, slope = single(*self._between(left, right, depth)).at(p, q)
         return length * u.reshape(np.shape(z)), side * slope.reshape(np.shape(z))
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
         """F and S of tails and of gaps. ValueError if a tail would turn over."""
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
-        u = (depth - alone(left, right).f) / length
-        if left is not None and right is not None:
-            energy, pull = stored(u, (left.f - right.f) / length, (right.x - left.x) / length)
-        elif np.max(np.abs(u), initial=0.0) < OVERHANG:
-            energy, pull = tails(u)
-        else:
+        parts = [np.reshape(part, (-1, 1)) for part in self._between(left, right, depth)]
+        found = gaps(*parts) if len(parts) > 1 else tails(*parts)
+        if len(parts) == 1 and found.upright:
             raise ValueError(self._overhang(depth, left, right))
-        return gamma1 * length * energy, gamma1 * pull
+        return gamma1 * length * found.energy, gamma1 * found.pulls.sum(axis=0)
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
         """One free surface."""
         length, gamma1 = self.scene.elastocapillary_length, self.scene.gamma1
-        found = self._found(left, right, depth)
+        found = single(*self._between(left, right, depth))
         if found.upright:
             raise ValueError(self._overhang(depth, left, right))
-        one, other = (gamma1 * pull for pull in found.reactions)
+        (energy,), (area,) = (gamma1 * part for part in (length * found.energy, found.area))
+        one, other = (gamma1 * found.pulls[:, 0]).tolist()
         if left is None or right is None:
             one, other = (one, 0.0) if right is None else (0.0, one)
-        return Free(
-            gamma1 * length * found.energy, (one, other), gamma1 * found.area, found.residual
-        )
+        return Free(float(energy), (one, other), float(area), found.residual)
 
     def _overhang(self, depth: Any, left: At | None, right: At | None) -> str:
         line, limit = alone(left, right), OVERHANG * self.scene.elastocapillary_length

@@ -1,8 +1,8 @@
-"""The range of the arc-like coordinate τ in which gaps with finite slopes are linear.
+"""The range of the coordinate τ in which gaps with finite slopes are linear, and its mesh.
 
 In units of l and γ₁ the surface between two lines L apart solves (sin φ)' = u with tan φ = u'. In
-p = 2 sin(φ/2) and dτ = cos(φ/2) ds, s the arc length, this is the linear problem of small slopes,
-and only x is not: du/dτ = p and dp/dτ = u, so u is a sum of two exponentials, and
+p = 2 sin(φ/2) and dτ = cos(φ/2) ds, s the arc length, this is the linear problem of small slopes:
+du/dτ = p and dp/dτ = u, so that u is a sum of two exponentials, and only x is not,
 
     dx/dτ = h(p) = (1 - p²/2)/√(1 - p²/4).
 
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discretization.roots import crossings
-from discretization.surfaces.spectral import rounded
+from discretization.surfaces.network import rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of u and x in τ, which it resolves to rounding on elements of these ends:
@@ -37,36 +37,43 @@ FAR = 40.0  # lines further apart are independent: exp(-FAR) is below rounding
 OVERHANG = math.sqrt(2)  # l: displacement at which a tail is upright
 UPRIGHT = 2e-8  # of the greatest p: so close to turning over no double resolves it
 STEEPEST = OVERHANG * (1 - UPRIGHT)  # p, and the displacement of a tail, at most
-_MOST = STEEPEST**2
 _CLOSE = 8e-16  # of T: what x and L may differ by
 
 
 class Mesh(NamedTuple):
-    """A range of τ, mirror-symmetric: nodes and weights (nodes,), half the elements; over T."""
+    """Elements of a range of τ, mirror-symmetric: ends, nodes, weights; over T.
 
+    own: numbers of the nodes of every element (elements, DEGREE + 1).
+    """
+
+    ends: Array
     nodes: Array
     weights: Array
-    half: Array
+    own: NDArray[np.int64]
 
 
-def mesh_of(T: float) -> Mesh:
-    """The mesh of ranges up to T: one element, or several on either side of the middle."""
-    return _meshes(bisect.bisect_left(_ENDS, T / 2, hi=len(_ENDS) - 1) if T > 1 else 0)
+def mesh_of(T: Array) -> Mesh:
+    """The mesh of ranges up to the longest: an element, or several on either side of the middle."""
+    longest = float(T.max())
+    return _meshes(bisect.bisect_left(_ENDS, longest / 2, hi=len(_ENDS) - 1) if longest > 1 else 0)
 
 
 @functools.lru_cache(maxsize=8)
 def _meshes(count: int) -> Mesh:
-    points, weights, _ = rounded(DEGREE)
+    points, _, _ = rounded(DEGREE)
     ends = np.array(_ENDS[: count + 1]) / (2 * _ENDS[count] or 1.0)
     ends = np.concatenate([ends, 1 - ends[-2::-1]]) if count else np.array([0.0, 1.0])
-    half = np.diff(ends) / 2
-    nodes = ends[:-1, None] + half[:, None] * (points + 1)
-    return Mesh(nodes.ravel(), (half[:, None] * weights).ravel(), half)
+    half, first = np.diff(ends)[:, None] / 2, np.arange(ends.size - 1)[:, None] * DEGREE
+    own = first + np.arange(DEGREE + 1)
+    nodes, weights = np.zeros((2, own[-1, -1] + 1))
+    nodes[own] = ends[:-1, None] + half * (points + 1)
+    np.add.at(weights, own, half * rounded(DEGREE)[1])
+    return Mesh(ends, nodes, weights, own)
 
 
 def rate(p: Any) -> Any:
     """h(p)."""
-    square = np.minimum(p * p, _MOST)
+    square = np.minimum(p * p, STEEPEST**2)
     return (1 - square / 2) / np.sqrt(1 - square / 4)
 
 
@@ -83,7 +90,7 @@ def range_of(length: Array, ends: Ends, steepest: Any) -> Array:
 
     def off(T: Array, own: NDArray[np.int64]) -> Array:
         """(x - L)/T."""
-        mesh, (start, end) = mesh_of(float(T.max())), ends(T[:, None], own)
+        mesh, (start, end) = mesh_of(T), ends(T[:, None], own)
         grown = np.sinh(T[:, None] * mesh.nodes) / np.sinh(T[:, None])
         return np.asarray(rate(start * grown[:, ::-1] + end * grown) @ mesh.weights - low[own] / T)
 

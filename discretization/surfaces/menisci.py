@@ -20,11 +20,12 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebpts1
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from discretization.surfaces.network import band, on_elements, rounded
 from discretization.surfaces.rings import decayed, far_stiffness, stiffness
-from discretization.surfaces.spectral import band, on_elements, rounded
 
 Array = NDArray[np.float64]
 DEGREE = 16  # of the polynomials on an element
@@ -32,6 +33,10 @@ STEEPEST = math.radians(86)  # steeper lines are refused: no mesh of this kind r
 LEAST = {1: 2.0**-40, -1: 2.0**-15}  # l: beside smaller radii, and inside them, none is known
 _SOLVED = 2.0**-20  # l: beside smaller radii springs do not matter next to the line
 _MILD = math.radians(60)
+_SQUARES = {  # sin²(φ/2) at the ends of a piece of mild and of steep lines
+    False: (0.0, math.sin(_MILD / 2) ** 2),
+    True: (math.sin(_MILD / 2) ** 2, math.sin(STEEPEST / 2) ** 2),
+}
 _RANGE = 3.0  # octaves of radii in a piece
 _RADII, _INCLINATIONS = 20, 14  # points of a piece
 _FAR, _LONGEST, _WIDER = 8.0, 3.0, 1.5  # l: of the mesh, of an element; each over the one before
@@ -43,15 +48,6 @@ _STEP = 1e-6  # of φ, for a derivative that need not be exact
 _STILL = 1e-16  # of the energy: a decrease that is rounding, where it no longer falls either
 _SHARPER = 4.0  # while a step lowers U by less than a quarter of the last: no rounding yet
 _FOUND = 1e-15  # of φ
-
-
-class Solved(NamedTuple):
-    """Surfaces (n,) on a mesh: elements (n, m), nodal u (n, nodes), energies, residuals (n,)."""
-
-    lengths: Array
-    u: Array
-    energy: Array
-    residual: Array
 
 
 def elements(side: int, s: Array, halvings: int) -> Array:
@@ -68,10 +64,11 @@ def elements(side: int, s: Array, halvings: int) -> Array:
     return np.hstack([*parts, lengths[:, 1:]]) if halvings else lengths
 
 
-def solve(side: int, s: Array, sines: Array, halvings: int) -> Solved:
+def solve(side: int, s: Array, sines: Array, halvings: int) -> tuple[Array, Array, Array]:
     """Surfaces that are pulled by S = sines (n,) at lines of radii s (n,), by Newton's method.
 
-    The energy is convex, and the steps are halved while they are too long.
+    The energy is convex, and the steps are halved while they are too long. Lengths of elements
+    (n, m), nodal u (n, nodes), and energies (n,).
     """
     lengths = elements(side, s, halvings)
     ends = np.cumsum(np.hstack([np.zeros((s.size, 1)), lengths]), axis=1)
@@ -79,45 +76,28 @@ def solve(side: int, s: Array, sines: Array, halvings: int) -> Solved:
     half = lengths[:, :, None] / 2
     x = ends[:, :-1, None] + half * (points + 1)
     measure = weights * half * (1 + side * x / s[:, None, None])
-    far = np.array(
-        [_beyond(side, one, end) for one, end in zip(s.tolist(), ends[:, -1].tolist(), strict=True)]
-    )
-    mesh = _Mesh(half, np.maximum(measure, 0.0), far, sines)
+    last = np.maximum(s + side * ends[:, -1], 0.0)  # beyond which at the axis there is nothing
+    mesh = _Mesh(half, np.maximum(measure, 0.0), last / s * far_stiffness(side, last), sines)
     u = np.zeros((s.size, lengths.shape[1] * DEGREE + 1))
-    state, rough, last = mesh.nodal(u), np.ones(s.size, bool), np.full(s.size, math.inf)
+    (energy, gradient, hessian), rough = mesh.nodal(u), np.ones(s.size, bool)
+    before = np.full(s.size, math.inf)
     for _ in range(_ROUNDS):
         step = np.zeros_like(u)
         for i in np.flatnonzero(rough).tolist():
-            _, solution, info = lapack.dpbsv(state.hessian[i], state.gradient[i], lower=1)
+            _, solution, info = lapack.dpbsv(hessian[i], gradient[i], lower=1)
             step[i] = -solution if info == 0 else 0.0
-        decrease = -(state.gradient * step).sum(axis=1)
+        decrease = -(gradient * step).sum(axis=1)
         trial, factor = mesh.nodal(u + step), np.ones(s.size)
-        long = rough & (decrease > 1e-8 * np.abs(state.energy))
-        while (over := long & (trial.energy > state.energy - 1e-3 * factor * decrease)).any():
+        long = rough & (decrease > 1e-8 * np.abs(energy))
+        while (over := long & (trial[0] > energy - 1e-3 * factor * decrease)).any():
             factor[over] /= 2
             trial = mesh.nodal(u + factor[:, None] * step)
-        u, state = u + factor[:, None] * step, trial
-        rough &= (decrease > _STILL * np.abs(state.energy)) | (_SHARPER * decrease < last)
+        u, (energy, gradient, hessian) = u + factor[:, None] * step, trial
+        rough &= (decrease > _STILL * np.abs(energy)) | (_SHARPER * decrease < before)
         if not rough.any():
             break
-        last = decrease
-    residual = np.abs(state.gradient).max(axis=1)
-    return Solved(lengths, u, state.energy + sines * u[:, 0], residual)
-
-
-def _beyond(side: int, s: float, distance: float) -> float:
-    """The far field's stiffness, none at the axis."""
-    if side < 0 and distance >= s * (1 - 1e-9):
-        return 0.0
-    return float((1 + side * distance / s) * far_stiffness(side, s + side * distance))
-
-
-class _Nodal(NamedTuple):
-    """Energy less what the pull does (n,), gradient (n, nodes), Hessians in lower banded form."""
-
-    energy: Array
-    gradient: Array
-    hessian: Array
+        before = decrease
+    return lengths, u, energy + sines * u[:, 0]
 
 
 class _Mesh(NamedTuple):
@@ -126,8 +106,11 @@ class _Mesh(NamedTuple):
     far: Array
     sines: Array
 
-    def nodal(self, u: Array) -> _Nodal:
-        """At nodal displacements (n, nodes)."""
+    def nodal(self, u: Array) -> tuple[Array, Array, Array]:
+        """At nodal displacements (n, nodes): the energy less what the pull does (n,), its gradient.
+
+        And its Hessians in lower banded form.
+        """
         d = rounded(DEGREE)[2]
         count = self.half.shape[1]
         index = np.arange(count)[:, None] * DEGREE + np.arange(DEGREE + 1)
@@ -148,26 +131,21 @@ class _Mesh(NamedTuple):
         blocks[:, :, np.arange(DEGREE + 1), np.arange(DEGREE + 1)] += self.measure
         hessian = band(blocks)
         hessian[:, 0, -1] += self.far
-        return _Nodal(energy - self.sines * u[:, 0], gradient, hessian)
+        return energy - self.sines * u[:, 0], gradient, hessian
 
 
 @functools.lru_cache(maxsize=64)
 def _piece(side: int, piece: int, steep: bool) -> Array:
     """Chebyshev coefficients of g and of e (2, radii, inclinations) on a piece of the family."""
-    at, over = _points(_RADII), _points(_INCLINATIONS)
+    at, over = chebpts1(_RADII), chebpts1(_INCLINATIONS)
     s = 2.0 ** (_RANGE * (piece + (at + 1) / 2))
-    low, high = _bounds(steep)
+    low, high = _SQUARES[steep]
     half = np.sqrt(low + (high - low) * (over + 1) / 2)  # sin(φ/2)
     radii, halves = (part.ravel() for part in np.meshgrid(s, half, indexing="ij"))
-    found = solve(side, radii, 2 * halves * np.sqrt(1 - halves * halves), _HALVINGS[steep])
-    values = np.array([found.u[:, 0] / halves, found.energy / halves**2]) / rough(side, radii)
+    _, u, energy = solve(side, radii, 2 * halves * np.sqrt(1 - halves**2), _HALVINGS[steep])
+    values = np.array([u[:, 0] / halves, energy / halves**2]) / rough(side, radii)
     left, right = (np.linalg.inv(_chebyshev(part, part.size)) for part in (at, over))
     return np.asarray(left @ values.reshape(2, s.size, half.size) @ right.T)
-
-
-def _points(count: int) -> Array:
-    """Chebyshev points in increasing order."""
-    return np.asarray(np.sin(np.pi * (np.arange(count) - (count - 1) / 2) / count))
 
 
 def _chebyshev(t: Array, count: int) -> Array:
@@ -180,12 +158,6 @@ def rough(side: int, s: Any) -> Any:
     if side < 0:
         return (2 + s) / s
     return s / (1 + s) * (1 - np.log(s / (1 + s)))
-
-
-def _bounds(steep: bool) -> tuple[float, float]:
-    """sin²(φ/2) at the ends of a piece."""
-    mild, most = math.sin(_MILD / 2) ** 2, math.sin(STEEPEST / 2) ** 2
-    return (mild, most) if steep else (0.0, mild)
 
 
 def read(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
@@ -209,7 +181,7 @@ def _tabled(side: int, s: Array, phi: Array) -> tuple[Array, Array]:
     pieces, steep = np.floor(np.log2(s) / _RANGE), np.abs(phi) > _MILD
     for piece, is_steep in set(zip(pieces.tolist(), steep.tolist(), strict=True)):
         own = (pieces == piece) & (steep == is_steep)
-        low, high = _bounds(is_steep)
+        low, high = _SQUARES[is_steep]
         t = 2 * (np.log2(s[own]) / _RANGE - piece) - 1
         z = 2 * (half[own] ** 2 - low) / (high - low) - 1
         over = _chebyshev(z, _INCLINATIONS) @ _piece(side, int(piece), is_steep).transpose(0, 2, 1)
@@ -235,27 +207,19 @@ def inclination(side: int, s: Array, u0: Array) -> Array:
     return phi
 
 
-class Meniscus(NamedTuple):
-    """The surface beside a line of radius s: ends of its elements, nodal u, u[0] there."""
-
-    side: int
-    s: float
-    ends: Array
-    u: Array
-
-    def at(self, x: Array) -> tuple[Array, Array]:
-        """u and u' at distances from the line: the elements' polynomials, then the far field."""
-        r, end = self.s + self.side * x, float(self.ends[-1])
-        far = self.u[-1] * decayed(self.side, self.s + self.side * end, r)
-        near, slope = on_elements(self.ends, self.u, np.minimum(x, end))
-        steep = -far * far_stiffness(self.side, r)
-        return np.where(x < end, near, far), np.where(x < end, slope, steep)
-
-
 @functools.lru_cache(maxsize=256)
-def surface(side: int, s: float, u0: float) -> Meniscus:
-    """The surface beside a line of this radius, inside it for the side -1, solved."""
+def surface(side: int, s: float, u0: float) -> tuple[Array, Array]:
+    """The surface beside a line of this radius: ends of its elements, and u at their nodes."""
     radius = np.array([s])
     phi = inclination(side, radius, np.array([u0]))
-    solved = solve(side, radius, np.sin(phi), _HALVINGS[abs(float(phi[0])) > _MILD])
-    return Meniscus(side, s, np.append(0.0, np.cumsum(solved.lengths[0])), solved.u[0])
+    lengths, u, _ = solve(side, radius, np.sin(phi), _HALVINGS[abs(float(phi[0])) > _MILD])
+    return np.append(0.0, np.cumsum(lengths[0])), u[0]
+
+
+def shape(side: int, s: float, u0: float, x: Array) -> tuple[Array, Array]:
+    """u and u' at distances from the line: the elements' polynomials, then the far field."""
+    ends, u = surface(side, s, u0)
+    end, r = ends[-1], s + side * x
+    far = u[-1] * decayed(side, s + side * end, r)
+    near, slope = on_elements(ends, u, np.minimum(x, end))
+    return np.where(x < end, near, far), np.where(x < end, slope, -far * far_stiffness(side, r))

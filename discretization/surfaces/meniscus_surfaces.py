@@ -66,8 +66,8 @@ class MeniscusSurfaces:
         if line is None or not line.x:
             return np.zeros_like(z), np.zeros_like(z)
         length = self.scene.elastocapillary_length
-        found = menisci.surface(side, line.x / length, (depth - line.f) / length)
-        u, u1 = found.at(side * (np.ravel(z) - line.x) / length)
+        place = side, line.x / length, (depth - line.f) / length
+        u, u1 = menisci.shape(*place, side * (np.ravel(z) - line.x) / length)
         return length * u.reshape(np.shape(z)), side * u1.reshape(np.shape(z))
 
     def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
@@ -87,15 +87,16 @@ class MeniscusSurfaces:
         line, side = alone(left, right), 1 if right is None else -1
         if not line.x:
             return Free(0.0, (0.0, 0.0), 0.0, 0.0)
-        length, s = self.scene.elastocapillary_length, line.x / self.scene.elastocapillary_length
-        u, unit = (depth - line.f) / length, 2 * math.pi * self.scene.gamma1 * length * s
-        at = np.array([s])
-        phi = menisci.inclination(side, at, np.array([u]))
-        if s < menisci.LEAST[side] or abs(float(phi[0])) >= menisci.STEEPEST:
+        length = self.scene.elastocapillary_length
+        s, u = line.x / length, (depth - line.f) / length
+        (phi,) = menisci.inclination(side, np.array([s]), np.array([u])).tolist()
+        if s < menisci.LEAST[side] or abs(phi) >= menisci.STEEPEST:
             raise ValueError(_too_steep(line, depth))
-        pull, energy = math.sin(float(phi[0])), float(menisci.read(side, at, phi)[1][0])
-        pulls = (unit * pull, 0.0) if side > 0 else (0.0, unit * pull)
-        return Free(unit * length * energy, pulls, unit * pull, self._imbalance(side, s, u, pull))
+        _, (energy,) = menisci.read(side, np.array([s]), np.array([phi]))
+        pull, unit = math.sin(phi), 2 * math.pi * self.scene.gamma1 * line.x
+        pulls = (unit * pull, 0.0)[::side]
+        off = self._imbalance(side, s, u, pull)
+        return Free(unit * length * float(energy), (pulls[0], pulls[1]), unit * pull, off)
 
     def _imbalance(self, side: int, s: float, u: float, pull: float) -> float:
         """How far d(sF)/ds is from side s (1 - cos φ - u₀²/2), over its terms."""

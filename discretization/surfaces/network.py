@@ -1,15 +1,15 @@
-"""Linear free surfaces between two contact lines, condensed to them: networks of two terminals.
+"""Spectral elements, and linear free surfaces between two contact lines, condensed to the lines.
 
 With small slopes, in units of l and γ₁ (k = γ₁ = l = 1), the surface between lines displaced by u
 and v stores at least
 
     E = σ_left u²/2 + σ_right v²/2 + τ (u - v)²/2,
 
-three numbers: what its ends are grounded by, and what ties them. Two networks in a row are one, by
-sums of positive numbers only (`then`).
+three numbers: what its ends are grounded by, and what ties them, a network of two terminals. Two of
+them in a row are one, by sums of positive numbers only (`then`).
 
-One spectral element of a line contact is condensed once and for all lengths: with the modes of its
-inner nodes, K φ = λ M φ, of length 2η
+One element of a line contact, with Gauss-Lobatto points for its nodes, is condensed once and for
+all lengths: with the modes of its inner nodes, K φ = λ M φ, of length 2η
 
     σ = η - η³/2 Σ c²/(λ+η²),    σ + 2τ = 1/η + η/3 - η³/2 Σ b²/(λ+η²),
 
@@ -23,14 +23,83 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import Legendre, legendre
 from numpy.typing import NDArray
 
-from discretization.surfaces.spectral import lobatto
-
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 FAR = 40.0  # l: the lines of a surface this wide do not feel each other, e^-40 = 4e-18
 _LONGEST = 0.5  # l: of an element, which rounding then resolves
 _COVERED = 4.0  # l: beside a line, by elements
+
+
+@functools.lru_cache(maxsize=64)
+def rounded(degree: int) -> tuple[Array, Array, Array]:
+    """Gauss-Lobatto points on [-1, 1], their weights, and the matrix of derivatives there.
+
+    Found in the widest floating-point type of the machine: the rounding of these entries would be
+    the largest error of a smooth solution.
+    """
+    p = Legendre.basis(degree)
+    slope, curvature = p.deriv(), p.deriv(2)
+    inner = np.sort(slope.roots().real).astype(np.longdouble)
+    for _ in range(3):
+        inner -= slope(inner) / curvature(inner)
+    x = np.concatenate([[-1], (inner - inner[::-1]) / 2, [1]])
+    values = legendre.legval(x, p.coef)
+    weights = 2 / (degree * (degree + 1) * values**2)
+    d = values[:, None] / values[None, :] / (x[:, None] - x[None, :] + np.eye(x.size))
+    np.fill_diagonal(d, 0)
+    np.fill_diagonal(d, -d.sum(axis=1))
+    return x.astype(float), weights.astype(float), d.astype(float)
+
+
+@functools.lru_cache(maxsize=64)
+def _transform(degree: int) -> Array:
+    """Values at the Gauss-Lobatto points to coefficients of Legendre polynomials."""
+    points, weights, _ = rounded(degree)
+    basis = legendre.legvander(points, degree)
+    return np.asarray((basis * weights[:, None] / (weights @ basis**2)).T)
+
+
+def coefficients(degree: int, values: Array) -> Array:
+    """Legendre coefficients of the polynomials with these values (..., degree+1) at the points."""
+    return np.asarray(values @ _transform(degree).T)
+
+
+def polynomial(degree: int, at: Array, values: Array) -> Array:
+    """The polynomial with these values at the Gauss-Lobatto points, at other points."""
+    return np.asarray(legendre.legval(at, _transform(degree) @ values))
+
+
+def on_elements(ends: Array, u: Array, x: Array) -> tuple[Array, Array]:
+    """A surface and its slope at x (n,), from its nodal values on elements between ends."""
+    degree, e = (u.size - 1) // (ends.size - 1), np.searchsorted(ends[1:-1], x, side="right")
+    own, width = u[e[:, None] * degree + np.arange(degree + 1)], np.diff(ends)[e]
+    both = _transform(degree) @ np.array([own.T, rounded(degree)[2] @ own.T])
+    at = 2 * (x - ends[e]) / width - 1
+    values, slopes = (legendre.legval(at, part, tensor=False) for part in both)
+    return np.asarray(values), np.asarray(slopes * 2 / width)
+
+
+@functools.lru_cache(maxsize=64)
+def _lower(size: int) -> tuple[Indices, Indices]:
+    """Rows and columns of an element's lower triangle without the node shared with the next."""
+    row, column = np.tril_indices(size)
+    own = column < size - 1
+    return row[own], column[own]
+
+
+def band(blocks: Array) -> Array:
+    """Element matrices (..., m, degree+1, degree+1) added up, lower banded (..., degree+1, n)."""
+    *many, elements, size, _ = blocks.shape
+    row, column = _lower(size)
+    result = np.zeros((*many, size, elements, size - 1))
+    result[..., row - column, :, column] = np.moveaxis(blocks[..., row, column], -1, 0)
+    ends = np.zeros((*many, size, 1))
+    result = np.concatenate([result.reshape(*many, size, -1), ends], axis=-1)
+    result[..., 0, size - 1 :: size - 1] += blocks[..., -1, -1]
+    return result
 
 
 class Network(NamedTuple):
@@ -60,23 +129,16 @@ class Network(NamedTuple):
         return Network(self.left + share * middle, rest * self.tie, other.right + rest * middle)
 
 
-class Modes(NamedTuple):
-    """Modes of the inner nodes of an element [-1, 1]: λ and c² if even, λ and b² if odd."""
-
-    even: tuple[Array, Array]
-    odd: tuple[Array, Array]
-
-
 @functools.lru_cache(maxsize=16)
-def modes(degree: int) -> Modes:
-    """Solved once for each degree."""
-    points, weights, d = (np.asarray(part, float) for part in lobatto(degree))
+def modes(degree: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Of the inner nodes of an element [-1, 1]: λ and c² of even ones, λ and b² of odd ones."""
+    points, weights, d = rounded(degree)
     root = np.sqrt(weights[1:-1])
     stiffness = ((d.T * weights) @ d)[1:-1, 1:-1]
     values, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
     c, b = (root * points[1:-1] ** power @ vectors for power in (0, 1))
     even = np.abs(c) > np.abs(b)
-    return Modes((values[even], c[even] ** 2), (values[~even], b[~even] ** 2))
+    return (values[even], c[even] ** 2), (values[~even], b[~even] ** 2)
 
 
 def _share(values: Array, parts: Array, square: Any) -> Any:
@@ -89,15 +151,10 @@ def _share(values: Array, parts: Array, square: Any) -> Any:
     )
 
 
-def _doublings(length: float) -> int:
-    """How often an element is doubled, so that it is at most _LONGEST long."""
-    return max(0, math.ceil(math.log2(length / _LONGEST)))
-
-
 def piece(degree: int, length: Any) -> Network:
     """A part of a line contact's surface, of this length > 0 (a number or an array)."""
     longest = length.max() if isinstance(length, np.ndarray) else length.real
-    times = _doublings(longest)
+    times = max(0, math.ceil(math.log2(longest / _LONGEST)))  # doubled, to be at most that long
     eta = length / 2 ** (times + 1)
     square = eta * eta
     even, odd = (_share(value, part, square) for value, part in modes(degree))

@@ -54,17 +54,8 @@ class Free(NamedTuple):
     residual: float
 
 
-class Shape(Protocol):
-    """What free surfaces look like; a line that is None is infinitely far away."""
-
-    def shape(
-        self, z: Array, left: At | None, right: At | None, depth: float
-    ) -> tuple[Array, Array]:
-        """u and u' at positions between two lines."""
-
-
-class Surfaces(Shape, Protocol):
-    """Free surfaces beside contacts."""
+class Surfaces(Protocol):
+    """Free surfaces beside contacts; a line that is None is infinitely far away."""
 
     @property
     def scene(self) -> Scene: ...
@@ -81,6 +72,11 @@ class Surfaces(Shape, Protocol):
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
         """One free surface. ValueError if it would turn over."""
+
+    def shape(
+        self, z: Array, left: At | None, right: At | None, depth: float
+    ) -> tuple[Array, Array]:
+        """u and u' at positions between two lines."""
 
 
 def by_side(rest_depth: Callable[..., Any]) -> Callable[..., Any]:

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.special import i0e, i1e, k0e, k1e
 
-from discretization.surfaces.network import FAR, Network
-from discretization.surfaces.spectral import band, on_elements, rounded
+from discretization.surfaces.network import FAR, Network, band, on_elements, rounded
 
 Array = NDArray[np.float64]
 _POINTS = {1: 12, -1: 16}  # of an octave of radii: the polynomial is then exact to rounding

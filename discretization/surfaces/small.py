@@ -76,48 +76,36 @@ class SmallSurfaces:
             return 2 * math.pi * self.scene.gamma1 * self.scene.elastocapillary_length
         return self.scene.gamma1
 
-    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
-        """F, and S of all lines together."""
+    def _between(self, left: At | None, right: At | None, depth: Any) -> tuple[Network, Any, Any]:
+        """The network of free surfaces, u at its ends, and how far they differ."""
         length = self.scene.elastocapillary_length
-        scale = self._force
-        if left is None or right is None:
+        if right is None or left is None:
             line, side = alone(left, right), 1 if right is None else -1
-            u = (depth - line.f) / length
-            pull = self.net.alone(side, line.x / length) * u
-            return scale * length * u * pull / 2, scale * pull
-        found, u, v, apart = self._between(left, right, depth)
-        return scale * length * found.energy(u, v, apart), scale * (
-            found.left * u + found.right * v
-        )
-
-    def _between(self, left: At, right: At, depth: Any) -> tuple[Network, Any, Any, Any]:
-        """The network between two lines, u at both, and how far they differ."""
-        length = self.scene.elastocapillary_length
+            pull, u = self.net.alone(side, line.x / length), (depth - line.f) / length
+            return Network(pull, 0.0, 0.0).seen_from(side), (u, 0.0)[::side], 0.0
         width = np.maximum((right.x - left.x) / length, MET)
         found = self.net.between(1, left.x / length, width if np.ndim(width) else float(width))
-        u, v = (depth - left.f) / length, (depth - right.f) / length
-        return found, u, v, (right.f - left.f) / length
+        ends = (depth - left.f) / length, (depth - right.f) / length
+        return found, ends, (right.f - left.f) / length
+
+    def stored(self, left: At | None, right: At | None, depth: Array) -> tuple[Array, Array]:
+        """F, and S of all lines together."""
+        found, (u, v), apart = self._between(left, right, depth)
+        energy = self.scene.elastocapillary_length * found.energy(u, v, apart)
+        return self._force * energy, self._force * (found.left * u + found.right * v)
 
     def free(self, left: At | None, right: At | None, depth: float) -> Free:
         """One free surface. As all its nodes are balanced, k∫u over it is what it pulls."""
-        length, net = self.scene.elastocapillary_length, self.net
-        scale = self._force
-        if left is None or right is None:
-            line, side = alone(left, right), 1 if right is None else -1
-            s, u = line.x / length, (depth - line.f) / length
-            pull = float(net.alone(side, s) * u)
-            pulls = (scale * pull, 0.0) if side > 0 else (0.0, scale * pull)
-            off = self._off(side, s, math.inf, u, 0.0, pull)
-            return Free(scale * length * pull * u / 2, pulls, scale * pull, off)
-        found, u, v, apart = self._between(left, right, depth)
+        length, scale, far = self.scene.elastocapillary_length, self._force, math.inf
+        found, (u, v), apart = self._between(left, right, depth)
         one, other = map(float, found.pulls(u, v, apart))
-        q, width = left.x / length, (right.x - left.x) / length
-        far = width if self._near(q, width) else math.inf
-        off = max(
-            self._off(1, q, far, u, apart, one), self._off(-1, q + width, far, v, -apart, other)
-        )
+        if left is not None and right is not None:
+            width = (right.x - left.x) / length
+            far = width if self._near(left.x / length, width) else far
+        ends = (1, left, u, apart, one), (-1, right, v, -apart, other)
+        off = [self._off(side, line.x / length, far, *held) for side, line, *held in ends if line]
         energy = scale * length * float(found.energy(u, v, apart))
-        return Free(energy, (scale * one, scale * other), scale * (one + other), off)
+        return Free(energy, (scale * one, scale * other), scale * (one + other), max(off))
 
     def _near(self, q: float, width: float) -> bool:
         """Whether a line at q and another one beyond it feel each other."""

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from studies.applicability.record import PUNCH, TOLERANCES, Point, Record
+from studies.applicability.record import TOLERANCES, Point, Record
 from studies.shared import Array
 from studies.shared.figures import COLOURS, MARKERS, Figure, canvas, plain_ticks, shades
 
 FLOOR = 1e-4  # the darkest colour of the map
+GONE: dict[str, Any] = {"facecolor": "white", "edgecolor": "#aaaaaa", "hatch": "///"}
 LINES = (("a", "white", "-"), ("P", "black", "--"))
 
 
@@ -36,7 +37,7 @@ def worst_on_path(points: Sequence[Point], name: str) -> tuple[Array, Array]:
 
 
 def draw_maps(record: Record) -> Figure:
-    """The larger of the errors of a and P in colour, lines of 1 % and 10 %, overhang hatched."""
+    """The larger of the errors of a and P in colour, lines of 1 % and 10 %; hatched: no state."""
     figure, panels = canvas(12.5, 5.2, 1, 3)
     for axes, (shape, points) in zip(panels, record.maps.items(), strict=True):
         across = "steepness" if shape in record.paths else "width"
@@ -48,7 +49,7 @@ def draw_maps(record: Record) -> Figure:
             look = {"colors": colour, "linestyles": style, "linewidths": (1.0, 2.5)}
             if np.nanmax(table) > min(TOLERANCES):
                 axes.contour(x, y, np.log10(table), np.log10(TOLERANCES), **look)
-        _hatch(axes, record, shape, y)
+        axes.patch.set(**GONE)
         axes.set(xscale="log", yscale="log", xlim=(x[0], 2), ylim=(y[0], y[-1]), xlabel="w/γ₁")
         axes.set_title(shape + (" at a = l" if across == "steepness" else " about to detach"))
         axes.set_ylabel("steepness f'(a)" if across == "steepness" else "half-width a/l")
@@ -56,28 +57,12 @@ def draw_maps(record: Record) -> Figure:
         for tolerance, size in zip(TOLERANCES, (1.0, 2.5), strict=True):
             label = f"{tolerance:.0%} error of {what}"
             panels[0].plot([], [], style, color=colour, lw=size, label=label)
-    figure.legend(loc="outside lower center", ncols=4, facecolor="#999999")
+    panels[0].fill_between([], [], label="turns over: no state", **GONE)
+    figure.legend(loc="outside lower center", ncols=5, facecolor="#999999")
     bar = figure.colorbar(colours, ax=panels, label="larger relative error of a and P")
     bar.set_ticks([-4, -3, -2, -1, 0], labels=["$10^{-4}$", "$10^{-3}$", "1 %", "10 %", "100 %"])
     figure.suptitle("Eq. (16) against true surface lengths: good for blunt indenters and w ≪ γ₁")
     return figure
-
-
-def _hatch(axes: Any, record: Record, shape: str, y: Array) -> None:
-    """The region in which the surface turns over, its border joined between the located points."""
-    located = [(s, ratio) for name, s, ratio in record.turning if name == shape]
-    known = [(s, ratio) for s, ratio in located if math.isfinite(ratio)]
-    border = known if shape != PUNCH else [(y[0], known[0][1]), (y[-1], known[0][1])]
-    if not border:
-        return
-    border = [*border, *((s, 2.0) for s, ratio in located if math.isnan(ratio))]
-    if border[0][0] > y[0]:
-        border = [(y[0], border[0][1]), *border]
-    heights, ratios = np.transpose(border)
-    axes.fill_betweenx(heights, ratios, 2.0, facecolor="white", edgecolor="#555555", hatch="///")
-    back = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
-    place = {"transform": axes.transAxes, "ha": "right", "rotation": 90, "bbox": back}
-    axes.text(0.985, 0.05, "turns over", **place)
 
 
 def draw_conjecture(record: Record) -> Figure:

@@ -14,9 +14,8 @@ WORK = 0.5  # with k = 1 the critical separation δ₀ is 1
 class Parameters:
     """Grids of w/γ₁, steepness and punch width a/l.
 
-    ratios, steepness, widths: of the map; turning: steepnesses at which the overhang is located;
-    lines, scan: steepness and w/γ₁ where borders are searched; paths, tensions: steepness and
-    γ₁/w of the conjecture.
+    ratios, steepness, widths: of the map; lines, scan: steepness and w/γ₁ where borders are
+    searched; paths, tensions: steepness and γ₁/w of the conjecture.
     """
 
     ratios: tuple[float, ...] = (
@@ -25,7 +24,6 @@ class Parameters:
     )
     steepness: tuple[float, ...] = (0.01, 0.03, 0.07, 0.15, 0.25, 0.4, 0.65, 1.0)
     widths: tuple[float, ...] = (0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0)
-    turning: tuple[float, ...] = (0.01, 0.1, 0.3, 1.0)
     lines: tuple[float, ...] = (0.01, 0.1, 0.3)
     scan: tuple[float, ...] = (1e-4, 1e-2, 0.1, 0.4, 0.8)
     paths: tuple[float, ...] = (0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0)
@@ -39,7 +37,6 @@ QUICK = Parameters(
     ratios=(1e-4, 1e-3, 0.01, 0.1, 0.4, 0.8, 1.3, 1.8),
     steepness=(0.03, 0.1, 0.3, 1.0),
     widths=(0.1, 1.0, 10.0),
-    turning=(0.03, 0.3, 1.0),
     lines=(0.1,),
     scan=(1e-4, 0.05, 0.3),
     paths=(0.1, 0.2, 0.4),
@@ -74,15 +71,18 @@ class Border(NamedTuple):
 class Record:
     """All comparisons.
 
-    turning: (shape, steepness, w/γ₁ from which the surface turns over); flat: (shape, w/γ₁, error
-    of d = -δ₀ where the contact detaches, relative to δ₀); small_slopes: largest error of (16)
-    within the paper's own energy for γ₁ > 0, and of (18) for γ₁ = 0.
+    flat: (shape, w/γ₁, error of d = -δ₀ where the contact detaches, relative to δ₀); small_slopes:
+    largest error of (16) within the paper's own energy for γ₁ > 0, and of (18) for γ₁ = 0.
     """
 
     parameters: Parameters
     maps: dict[str, tuple[Point, ...]]
     paths: dict[str, tuple[Point, ...]]
     borders: tuple[Border, ...]
-    turning: tuple[tuple[str, float, float], ...]
     flat: tuple[tuple[str, float, float], ...]
     small_slopes: tuple[float, float]
+
+    @property
+    def points(self) -> list[Point]:
+        """All of them."""
+        return [x for part in (self.maps, self.paths) for row in part.values() for x in row]

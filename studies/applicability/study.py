@@ -22,7 +22,6 @@ applicability.md.
 
 import functools
 import math
-import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 
@@ -30,7 +29,7 @@ from scipy.optimize import brentq
 
 from discretization import minimise
 from energy import FlatPunch, Parabola
-from studies.applicability import report as applicability_report
+from studies.applicability.figures import draw_conjecture, draw_maps
 from studies.applicability.record import (
     FULL,
     PUNCH,
@@ -42,9 +41,11 @@ from studies.applicability.record import (
     Point,
     Record,
 )
+from studies.applicability.regimes import draw_regimes
+from studies.applicability.report import answer, short, table
 from studies.shared import command, small_slopes
 from studies.shared.batches import Show, each, silent
-from studies.shared.small_slopes import KINDS, SHAPES, Errors, at_unit_width, punch, scene
+from studies.shared.small_slopes import KINDS, SHAPES, at_unit_width, punch, scene
 
 
 def border(error: Callable[[float], float], scan: Sequence[float], tolerance: float) -> float:
@@ -62,10 +63,10 @@ def border(error: Callable[[float], float], scan: Sequence[float], tolerance: fl
 
 def borders(p: Parameters, jobs: int = 1) -> Iterator[Border]:
     """Each shape, steepness line and quantity; and the angle, which depends on w/γ₁ alone."""
-    shapes = (*SHAPES, *small_slopes.ROUND)
-    chosen = list(product(shapes, p.lines, small_slopes.QUANTITIES))
-    for pair in each(functools.partial(_borders, p.scan), chosen, jobs):
-        yield from pair
+    for shapes, own in ((SHAPES, jobs), (small_slopes.ROUND, 1)):  # around an axis: one family
+        chosen = list(product(shapes, p.lines, small_slopes.QUANTITIES))
+        for pair in each(functools.partial(_borders, p.scan), chosen, own):
+            yield from pair
     for tolerance in TOLERANCES:
         found = border(lambda r: at_unit_width("wedge", 1.0, r).angle, (*p.scan, 1.3), tolerance)
         yield Border("any", math.nan, "π - θ", tolerance, found)
@@ -75,31 +76,6 @@ def _borders(scan: Sequence[float], line: tuple[str, float, str]) -> list[Border
     shape, steepness, name = line
     at = functools.partial(small_slopes.QUANTITIES[name], shape, steepness)
     return [Border(*line, tolerance, border(at, scan, tolerance)) for tolerance in TOLERANCES]
-
-
-def turning_over(errors: Callable[[float], Errors], ratios: Sequence[float]) -> float:
-    """w/γ₁ from which the surface turns over, bisected to 2 % on whether a state is refused."""
-    exists = [errors(ratio).exists for ratio in ratios]
-    if all(exists):
-        return math.nan
-    hi = ratios[exists.index(False)]
-    lo = ratios[exists.index(False) - 1]
-    while hi - lo > 0.02 * lo:
-        middle = (lo + hi) / 2
-        lo, hi = (middle, hi) if errors(middle).exists else (lo, middle)
-    return (lo + hi) / 2
-
-
-def overhangs(p: Parameters) -> Iterator[tuple[str, float, float]]:
-    """(shape, steepness, w/γ₁) of the states of the map that are about to turn over."""
-    for shape in SHAPES:
-        for s in p.turning:
-            yield (
-                shape,
-                s,
-                turning_over(functools.partial(at_unit_width, shape, s), p.ratios),
-            )
-    yield PUNCH, 0.0, turning_over(functools.partial(punch, 1.0), p.ratios)
 
 
 def path_point(case: tuple[str, float, float]) -> Point | None:
@@ -157,23 +133,26 @@ def run(p: Parameters = FULL, show: Show = silent, jobs: int = 1) -> Record:
     small, flat = within_small_slopes(p), tuple(flat_faces(p))
     show(f"map, {len(cases)} states ...")
     points = tuple(each(map_point, cases, jobs))
-    show("where the surface turns over ...")
-    turning = tuple(overhangs(p))
     show(f"borders of 1 % and 10 % on {len(p.lines)} lines ...")
     found, ways = tuple(borders(p, jobs)), list(product(SHAPES, p.paths, p.tensions))
     show(f"γ₁ alone varied, {len(ways)} states ...")
     on_path = [point for point in each(path_point, ways, jobs) if point is not None]
     maps = {shape: tuple(x for x in points if x.shape == shape) for shape in (*SHAPES, PUNCH)}
     paths = {shape: tuple(x for x in on_path if x.shape == shape) for shape in SHAPES}
-    return Record(p, maps, paths, found, turning, flat, small)
+    return Record(p, maps, paths, found, flat, small)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, draw, write, answer."""
-    start, quick = time.perf_counter(), "coarser grids"
+    quick = "coarser grids"
     preset, jobs, out = command.start("applicability", __doc__, argv, quick, FULL, QUICK)
     record = run(preset, command.say, jobs)
-    print(applicability_report.write(record, out))
-    print(f"report: {out.folder / 'applicability.md'}; {time.perf_counter() - start:.1f} s")
-    command.answer(applicability_report.short(record))
+    drawn = {"applicability.png": draw_maps(record), "conjecture.png": draw_conjecture(record)}
+    drawn["regimes.png"] = draw_regimes()
+    out.figures(drawn)
+    out.table("applicability.csv", preset, *table(record))
+    text = answer(record)
+    out.text("applicability.md", "\n".join([text, *(f"\n![{name}]({name})" for name in drawn), ""]))
+    print(text)
+    command.answer(short(record))
     return 0

@@ -21,7 +21,7 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(
-    ratios=(1e-4, 0.01, 0.1, 0.5, 1.2),
+    ratios=(1e-4, 0.01, 0.1, 0.4, 1.2),
     widths=(0.3, 2.0),
     path=(0.1, 0.5),
     steps=6,
@@ -63,12 +63,6 @@ class Loop(NamedTuple):
     def angles(self) -> tuple[Angle, ...]:
         """The whole way."""
         return (*self.advance, *self.retract)
-
-    @property
-    def spread(self) -> float:
-        """Largest minus least measured θ [rad] on the way."""
-        deficits = [angle.deficit for angle in self.angles]
-        return max(deficits) - min(deficits)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ columns = ["x", "z [nm]"]                # and unit, delimiter, decimal, encodin
 import importlib
 import logging
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,7 @@ INSTRUMENT = (
     *(".ibw", ".h5", ".tab", ".zip"),
 )
 LAYOUT = ("delimiter", "decimal", "encoding", "skip")
+MEASURED = ("columns", "width", "curve", "spring_constant", *LAYOUT)
 PROFILE = ("file", "columns", "unit", *LAYOUT)
 DRIVES = ("drive", "piezo", "piezo position", "piezoweg")
 DEPTHS = ("depth", "indentation", "Weg", "Tiefe", "Eindringtiefe", *DRIVES)
@@ -69,28 +71,20 @@ class Reading:
     def __post_init__(self) -> None:
         if self.columns is not None and len(self.columns) != 2:
             raise ValueError(f"columns = {self.columns!r} must be two: of the depth and the force")
-        if self.width is not None:
-            positive("width", self.width)
-        if self.spring_constant is not None:
-            positive("spring_constant", self.spring_constant)
+        for name in ("width", "spring_constant"):
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name))
         if self.number is not None and self.number < 1:
             raise ValueError(f"curve = {self.number!r} must be a number from 1")
 
 
 def reading(path: Path, content: Any) -> Reading:
     """The table [measured]. ValueError naming file and key."""
-    table = Table(
-        path, "measured", content, ("columns", "width", "curve", "spring_constant", *LAYOUT)
-    )
-    given = table.table
-    return table.build(
-        Reading,
-        _named(table),
-        table.number("width") if "width" in given else None,
-        table.build(lambda: Layout(**_layout(table))),
-        table.whole("curve", 1) if "curve" in given else None,
-        table.number("spring_constant") if "spring_constant" in given else None,
-    )
+    table = Table(path, "measured", content, MEASURED)
+    sizes = {key: table.number(key) for key in ("width", "spring_constant") if key in table.table}
+    number = table.whole("curve", 1) if "curve" in table.table else None
+    layout = table.build(lambda: Layout(**_layout(table)))
+    return table.build(lambda: Reading(_named(table), layout=layout, number=number, **sizes))
 
 
 def profile(table: Table) -> Sampled:
@@ -130,14 +124,17 @@ def read_curve(path: Path, reading: Reading | None = None) -> Curve:
         raise ValueError(f"{path}: curve = {reading.number}: text has one; give columns instead")
     table = plain or read_table(path, reading.layout)
     depth, force = reading.columns or (_default(table, DEPTHS), _default(table, FORCES))
-    place, unit = _column(table, depth)
-    size = units.size(unit, "length")
-    if size is None:
+    examples = "in m, mm, µm or nm, such as: depth [µm]"
+    measured, _ = _column(table, "depth", depth, ("length",), examples)
+    examples = "per length, such as: force [mN/m], or in mN with --width"
+    load, unit = _column(table, "force", force, ("force", "force per length"), examples)
+    if units.size(unit, "force") is not None:
+        load = load / _width(path, reading.width)
+    elif reading.width is not None:
         raise ValueError(
-            f"{path}: the unit {unit!r} of the depth {depth!r} is unknown; write it in m, mm, µm "
-            "or nm, such as: depth [µm]"
+            f"{path}: width = {reading.width!r} with a force in {unit}: it is per length already; "
+            "leave the width out"
         )
-    measured, load = size * table.numbers(place), _force(table, force, reading.width)
     stiffness = math.inf
     if reading.spring_constant is not None:
         stiffness = reading.spring_constant / (reading.width or 1.0)
@@ -187,32 +184,21 @@ def _default(table: TextTable, known: tuple[str, ...]) -> str:
     return next((name for name in known if table.find(name)), known[0])
 
 
-def _column(table: TextTable, column: str) -> tuple[int, str]:
+def _column(
+    table: TextTable, what: str, column: str, quantities: Sequence[str], examples: str
+) -> tuple[Array, str]:
+    """The numbers of a column in SI, and the unit, which is one of some quantities, in the file."""
     place, unit = table.place(*units.named(column))
     if not unit:
         raise ValueError(
             f"{table.path}: column {column!r} has no unit: {table.told()}; write it into the "
             'header, "depth [µm], force [mN/m]", or behind the name: --columns "depth [µm]" ...'
         )
-    return place, unit
-
-
-def _force(table: TextTable, column: str, width: float | None) -> Array:
-    place, unit = _column(table, column)
-    total, size = units.size(unit, "force"), units.size(unit, "force per length")
-    if total is not None:
-        return total * table.numbers(place) / _width(table.path, width)
-    if size is None:
-        raise ValueError(
-            f"{table.path}: the unit {unit!r} of the force {column!r} is unknown; write it per "
-            "length, such as: force [mN/m], or in mN with --width"
-        )
-    if width is not None:
-        raise ValueError(
-            f"{table.path}: width = {width!r} with a force in {unit}: it is per length already; "
-            "leave the width out"
-        )
-    return size * table.numbers(place)
+    for size in (units.size(unit, quantity) for quantity in quantities):
+        if size is not None:
+            return size * table.numbers(place), unit
+    unknown = f"the unit {unit!r} of the {what} {column!r} is unknown"
+    raise ValueError(f"{table.path}: {unknown}; write it {examples}")
 
 
 def _width(path: Path, width: float | None) -> float:

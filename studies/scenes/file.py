@@ -48,7 +48,7 @@ makes a sweep (studies/scenes/grid.py). `python -m studies new FILE` writes a co
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -150,6 +150,11 @@ def built(path: Path, content: Mapping[str, Any]) -> SceneFile:
     programme = _programme(path, content["path"], options) if "path" in content else None
     title, source = file.text("title", path.stem), file.text("source", "not stated")
     measured = curve_file.reading(path, content.get("measured", {}))
+    if scene.axisymmetric:
+        if measured.width is not None:
+            refusal = f"width = {measured.width!r} with geometry = 'axisymmetric': leave it out"
+            raise ValueError(f"{path}: measured.{refusal}")
+        measured = replace(measured, width=1.0)  # forces are those of the whole contact
     return SceneFile(path, title, source, scene, _depths(file), options, programme, measured)
 
 
@@ -210,7 +215,7 @@ def _depths(file: Table) -> NDArray[np.float64]:
         depth = file.get("depth")
         why = "cannot stand beside [opening]: the state depends on the path; write a [path] instead"
         file.refuse("depth", depth, why)
-    return _frozen(file.spread("depth"))
+    return np.array(file.spread("depth"))
 
 
 def _programme(path: Path, content: Any, options: Mapping[str, Any]) -> Programme:
@@ -237,13 +242,7 @@ def _legs(table: Table, control: str) -> NDArray[np.float64]:
     if isinstance(table.table[control], Mapping):
         if "steps" in table.table:
             table.refuse("steps", table.table["steps"], f"stands beside the steps of {control}")
-        return _frozen(values)
+        return np.array(values)
     steps = table.whole("steps", 1) if "steps" in table.table else STEPS
     legs = [np.linspace(start, end, steps + 1)[1:] for start, end in pairwise(values)]
-    return _frozen(np.concatenate([values[:1], *legs]))
-
-
-def _frozen(values: Any) -> NDArray[np.float64]:
-    array = np.array(values, float)
-    array.flags.writeable = False
-    return array
+    return np.concatenate([values[:1], *legs])

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from discretization import AccuracyWarning, History, load_path, minimise
-from discretization.display import most_tensile
+from discretization.readings import most_tensile
 from energy import Scene
 from studies.scenes.file import CONTROLS, ENERGIES, STEPS, SceneFile, built
 from studies.scenes.table import TOP, Table

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from discretization import Equilibrium, display, minimise, plots
+from discretization import Equilibrium, minimise, plots, readings
 from energy import Assumption, Scene
 from energy.description import described
 from energy.units import prefixed
@@ -57,13 +57,14 @@ class Record:
         """The state in contact that strains the assumptions most."""
         return max(self.attached, key=strains)
 
-    @property
-    def violated(self) -> tuple[Assumption, ...]:
-        """Each violated assumption once, at its worst over the states in contact."""
-        found: dict[str, list[Assumption]] = {}
-        for one in (one for state in self.attached for one in broken(state)):
-            found.setdefault(one.name, []).append(one)
-        return tuple(max(same, key=lambda one: one.value) for same in found.values())
+
+def violations(states: Sequence[Equilibrium]) -> tuple[tuple[Assumption, float], ...]:
+    """Each assumption that a state violates, at its worst, and the depth where that is."""
+    found: dict[str, list[tuple[Assumption, float]]] = {}
+    for state in states:
+        for one in broken(state):
+            found.setdefault(one.name, []).append((one, state.depth))
+    return tuple(max(same, key=lambda pair: pair[0].value) for same in found.values())
 
 
 def strains(state: Equilibrium) -> list[float]:
@@ -100,7 +101,7 @@ def solved(given: SceneFile, depth: float) -> Equilibrium:
 
 def row(state: Equilibrium) -> str:
     """One line of the table on the screen, in SI units."""
-    values = [f"{getattr(state, name):>13.6g}" for name in display.OBSERVABLES]
+    values = [f"{getattr(state, name):>13.6g}" for name in readings.OBSERVABLES]
     error = max(state.error_estimate.values())
     violated = ", ".join(one.name for one in broken(state))
     verdict = f"  violated: {violated}" if violated else ""
@@ -127,7 +128,7 @@ def summary(record: Record) -> str:
 
 def table(record: Record) -> Table:
     """Columns and a row per depth."""
-    columns = [*display.OBSERVABLES, *(f"error_{name}" for name in QUANTITIES)]
+    columns = [*readings.OBSERVABLES, *(f"error_{name}" for name in QUANTITIES)]
     rows = [[*(repr(s.to_dict()[name]) for name in columns), s.label] for s in record.states]
     return [*columns, "label"], rows
 
@@ -157,7 +158,7 @@ def plot(record: Record) -> Any:
         _curve(axes[0, 1], record, "half_width", width, "m")
     plots.draw_state(axes[-1], state, last=several and bool(record.attached))
     figure.suptitle(record.given.title, fontsize=14)
-    plots.note(figure, record.violated)
+    plots.note(figure, [one for one, _ in violations(record.attached)])
     return figure
 
 
@@ -226,7 +227,7 @@ def equilibria(given: SceneFile, out: command.Output, jobs: int) -> list[Path]:
 def response(given: SceneFile, out: command.Output) -> list[Path]:
     """Follow, print and write the load path of the file; the files written."""
     history = follow(given)
-    print(display.path_text(history, si=True))
+    print(readings.path_text(history, si=True))
     name = f"{given.path.stem}_path"
     written = out.at(f"{name}.csv")
     about = [f"title: {given.title}", f"source: {given.source}", *out.header(given.options)]

@@ -56,15 +56,12 @@ class Clock:
         if self.since is None or part <= 0.025:
             self.since = self.done, now
         if now - self.told >= PAUSE or self.done == self.total:
-            per_point = self.pace(now) if part >= 0.05 else math.nan
-            remaining = per_point * (self.total - self.done)
+            done, start = self.since
+            known = part >= 0.05 and self.done > done
+            pace = (now - start) / (self.done - done) if known else math.nan
+            remaining = pace * (self.total - self.done)
             self.show(Progress(self.done, self.total, self.failed, remaining))
             self.told = now
-
-    def pace(self, now: float) -> float:
-        """Seconds per point; nan while that is not known."""
-        done, start = self.since or (self.done, now)
-        return (now - start) / (self.done - done) if self.done > done else math.nan
 
 
 @contextmanager
@@ -77,9 +74,7 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
     if jobs == 1:
         yield None
         return
-    tasks = Path("/proc/self/task")
-    alone = tasks.is_dir() and len(list(tasks.iterdir())) == 1
-    context: Any = get_context("fork" if alone else "spawn")
+    context: Any = get_context("fork" if alone() else "spawn")
     others = set(active_children())
     pool = ProcessPoolExecutor(jobs, context, initializer=end_with, initargs=(os.getpid(),))
     try:
@@ -90,6 +85,18 @@ def processes(jobs: int) -> Iterator[ProcessPoolExecutor | None]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def alone() -> bool:
+    """Whether this process has a single thread; one that has just ended may take a moment to go."""
+    tasks, until = Path("/proc/self/task"), time.monotonic() + 0.1
+    while tasks.is_dir():
+        if len(list(tasks.iterdir())) == 1:
+            return True
+        if time.monotonic() > until:
+            return False
+        time.sleep(0.005)
+    return False
 
 
 def silent(line: object) -> None:

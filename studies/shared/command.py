@@ -16,11 +16,10 @@ from studies.shared import figures, table
 from studies.shared.figures import Figure
 
 P = TypeVar("P")
+Parser = argparse.ArgumentParser
 
 
-def parser(
-    name: str, doc: str | None, quick: str, jobs: int | None = None
-) -> argparse.ArgumentParser:
+def parser(name: str, doc: str | None, quick: str, jobs: int | None = None) -> Parser:
     """--preset, --out and --jobs; `quick` says what the quick preset does.
 
     name: of the study, or the path of its file; jobs: their default, if not all cores; where times
@@ -43,7 +42,7 @@ def parser(
     return found
 
 
-def some_of(parser: argparse.ArgumentParser, option: str, names: Sequence[str]) -> None:
+def some_of(parser: Parser, option: str, names: Sequence[str]) -> None:
     """An option that takes some of these names; without it, all."""
     about = f"some of {', '.join(names)}; default: all"
     given: dict[str, Any] = {"nargs": "+", "choices": names, "default": names, "metavar": "NAME"}
@@ -110,9 +109,7 @@ class Output:
         return figures.save(figure, self.at(name), self.pdf)
 
 
-def parse(
-    parser: argparse.ArgumentParser, argv: Sequence[str] | None
-) -> tuple[argparse.Namespace, Output]:
+def parse(parser: Parser, argv: Sequence[str] | None) -> tuple[argparse.Namespace, Output]:
     """The options, and where to write: nothing is made before something is written.
 
     ValueError, before any work, if --out can be neither written to nor made.

@@ -35,18 +35,14 @@ def shades(count: int, name: str = "viridis") -> list[str]:
     return [to_hex(colour) for colour in colormaps[name](np.linspace(0, 0.9, count))]
 
 
-def plain_ticks(
-    axis: Any, unit: str = "", steps: tuple[float, ...] = (1.0, 2.0, 5.0), most: int | None = None
-) -> None:
+def plain_ticks(axis: Any, unit: str = "", steps: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
     """Label a logarithmic axis at these steps of each decade: 0.2, 0.5, 1, or with a prefixed unit.
-
-    most: labels, fewer than one a decade where these are many.
 
     The labels that matplotlib adds to a short axis, 2 × 10⁻¹ and so on, run into each other.
     """
     from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
 
-    axis.set_major_locator(LogLocator(subs=steps, numticks=most))
+    axis.set_major_locator(LogLocator(subs=steps))
     plain = FuncFormatter(lambda value, _: f"{value:g}")
     axis.set_major_formatter(EngFormatter(unit) if unit else plain)
     axis.set_minor_formatter(NullFormatter())

@@ -159,12 +159,6 @@ def global_pull_off(scene: Scene) -> cards.PullOff:
     return cards.displacement_control.flat_punch_global_pull_off(**arguments(scene))
 
 
-def formula_30(scene: Scene) -> float:
-    """2w/tan δ - γ₁ tan δ, Eq. (30), also where it does not hold."""
-    slope = scene.critical_separation / size(scene)
-    return 2 * scene.work_of_adhesion / slope - scene.gamma1 * slope
-
-
 def most_tensile(history: History) -> tuple[float, float, float]:
     """(P, d, a) of `History.pull_off`; zeros for a path that never pulls."""
     least = min([0.0, *history.force, *(event.force for event in history.events)])

@@ -94,10 +94,10 @@ class Columns:
         return " ".join(texts).rstrip()
 
 
-def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]], rule: str = "---") -> str:
-    """A table in Markdown; rule: that of every column ("--:" to the right), or one for each."""
-    rules = rule.split() if " " in rule else [rule] * len(columns)
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in (columns, rules, *rows))
+def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = (columns, ["---"] * len(columns), *rows)
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
 
 def write(

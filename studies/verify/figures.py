@@ -35,17 +35,18 @@ class Meniscus(NamedTuple):
         return Meniscus(self.scene, a, d, self.x / size, self.u / size, self.closed_form / size)
 
 
+Law = tuple[Callable[..., Any], str]  # a closed form, and where it stands in the paper
+
+
 class Branch(NamedTuple):
-    """a(d) and P(d) of a case study: simulated at `depths`, closed forms at `dense`."""
+    """a(d) and P(d) of a case study: simulated at `depths`, and their closed forms."""
 
     name: str
-    sources: tuple[str, str]
     depths: Array
     half_widths: Array
     forces: Array
-    dense: Array
-    half_width_card: Array
-    force_card: Array
+    half_width: Law
+    force: Law
 
 
 class Curves(NamedTuple):
@@ -55,56 +56,40 @@ class Curves(NamedTuple):
     branches: list[Branch]
 
 
-class Study(NamedTuple):
-    """A case study: name, scene, closed forms a(d) and P(d) and where they stand in the paper.
-
-    depths: range of d/δ₀ of the branch.
-    """
-
-    name: str
-    sources: tuple[str, str]
-    scene: Scene
-    depths: tuple[float, float]
-    half_width: Callable[[Any], Any]
-    force: Callable[[Any], Any]
-
-
 def simulate(points: int) -> Curves:
-    """All curves; `points` simulated states on each branch."""
-    shapes = studies()
-    return Curves(meniscus(), [branch(shape, points) for shape in shapes])
-
-
-def studies() -> tuple[Study, ...]:
-    """The four shapes; depths run from just before they detach."""
+    """All curves; `points` simulated states on each branch, from just before it detaches."""
     flat, wedge, parabola, dry = cards.flat_punch, cards.wedge, cards.parabola, cards.nonadhesive
     scene, _, given = case(WEDGE, ())
     end = float(wedge.detachment_depth(**given)) / scene.critical_separation + 1e-3
-    laws = (
-        (lambda d, a, **_: a + 0 * d, flat.force),
-        (wedge.half_width, wedge.force),
-        (parabola.half_width, parabola.force),
-        (dry.parabola_half_width, dry.parabola_force),
-    )
-    return (
-        _study("flat punch", ("edge of the punch", "Eq. (11)"), PUNCH, -0.999, laws[0]),
-        _study("wedge", ("Eq. (25)", "Eq. (27)"), WEDGE, end, laws[1]),
-        _study("parabola", ("Eq. (33)", "Eq. (11)"), PARABOLA, -0.999, laws[2]),
-        _study("parabola, w = 0", ("Eq. (39)", "Eq. (40)"), PARABOLA, 0.001, laws[3], w=0.0),
-    )
+    edge: Law = (lambda d, a, **_: a + 0 * d, "edge of the punch")
+    lone, turned = (parabola.half_width, "Eq. (33)"), (wedge.half_width, "Eq. (25)")
+    dried: tuple[Law, Law] = (dry.parabola_half_width, "Eq. (39)"), (dry.parabola_force, "Eq. (40)")
+    branches = [
+        branch(points, "flat punch", PUNCH, -0.999, edge, (flat.force, "Eq. (11)")),
+        branch(points, "wedge", WEDGE, end, turned, (wedge.force, "Eq. (27)")),
+        branch(points, "parabola", PARABOLA, -0.999, lone, (parabola.force, "Eq. (11)")),
+        branch(points, "parabola, w = 0", PARABOLA, 0.001, *dried, w=0.0),
+    ]
+    return Curves(meniscus(), branches)
 
 
-def _study(
+def branch(
+    points: int,
     name: str,
-    sources: tuple[str, str],
     indenter: Indenter,
     least: float,
-    laws: Any,
+    half_width: Law,
+    force: Law,
     **options: float,
-) -> Study:
+) -> Branch:
+    """A case study from `least` to 3/2 of the separation δ₀ of the shared film."""
     scene, _, given = case(indenter, (), **options)
-    width, force = (partial(law, **given) for law in laws)
-    return Study(name, sources, scene, (least, 1.5), width, force)
+    depths = np.linspace(least, 1.5, points) * gel(PUNCH).critical_separation
+    states = [GRID.solve(scene, d) for d in depths]
+    half_widths = np.array([state.half_width for state in states])
+    forces = np.array([state.force for state in states])
+    laws = ((partial(law, **given), source) for law, source in (half_width, force))
+    return Branch(name, depths, half_widths, forces, *laws)
 
 
 def meniscus() -> Meniscus:
@@ -116,17 +101,6 @@ def meniscus() -> Meniscus:
     u = GRID.solve(scene, depth).displacement(x)
     closed_form = np.array(cards.flat_punch.displacement(x, a=a, **constants(scene)))
     return Meniscus(scene, a, depth, x, u, closed_form)
-
-
-def branch(study: Study, points: int) -> Branch:
-    """a(d) and P(d) between the depths of the case study."""
-    lo, hi = np.array(study.depths) * gel(PUNCH).critical_separation
-    depths, dense = np.linspace(lo, hi, points), np.linspace(lo, hi, 301)
-    states = [GRID.solve(study.scene, d) for d in depths]
-    half_widths = np.array([state.half_width for state in states])
-    forces = np.array([state.force for state in states])
-    known = np.asarray(study.half_width(dense)), np.asarray(study.force(dense))
-    return Branch(study.name, study.sources, depths, half_widths, forces, dense, *known)
 
 
 def punch_and_meniscus(data: Meniscus) -> Figure:
@@ -186,20 +160,22 @@ def _draw_dimensions(axes: Any, data: Meniscus, h: float, unit: str) -> None:
 def case_studies(branches: Sequence[Branch]) -> Figure:
     """a(d) above, P(d) below, a column for each case study."""
     figure, grid = canvas(12.5, 6.2, 2, len(branches), sharex="col")
-    depth = prefixed(np.concatenate([data.dense for data in branches]), "m")
-    width = prefixed(np.concatenate([data.half_width_card for data in branches]), "m")
-    force = prefixed(np.concatenate([data.force_card for data in branches]), "N/m")
-    for column, data, colour, marker in zip(grid.T, branches, COLOURS, MARKERS, strict=False):
-        x, dense = data.depths / depth.size, data.dense / depth.size
-        style: dict[str, Any] = {"ls": "", "color": colour, "marker": marker, "label": "simulated"}
-        column[0].plot(dense, data.half_width_card / width.size, label=data.sources[0], **LINE)
-        column[0].plot(x, data.half_widths / width.size, **style)
-        column[1].plot(dense, data.force_card / force.size, label=data.sources[1], **LINE)
-        column[1].plot(x, data.forces / force.size, **style)
+    dense = [np.linspace(data.depths[0], data.depths[-1], 301) for data in branches]
+    pairs = list(zip(branches, dense, strict=True))
+    widths = [np.asarray(data.half_width[0](d)) for data, d in pairs]
+    forces = [np.asarray(data.force[0](d)) for data, d in pairs]
+    depth, width = prefixed(np.concatenate(dense), "m"), prefixed(np.concatenate(widths), "m")
+    force = prefixed(np.concatenate(forces), "N/m")
+    for i, (column, (data, d)) in enumerate(zip(grid.T, pairs, strict=True)):
+        style: dict[str, Any] = {"ls": "", "color": COLOURS[i], "marker": MARKERS[i]}
+        column[0].plot(d / depth.size, widths[i] / width.size, label=data.half_width[1], **LINE)
+        column[1].plot(d / depth.size, forces[i] / force.size, label=data.force[1], **LINE)
+        for axes, found, unit in zip(
+            column, (data.half_widths, data.forces), (width, force), strict=True
+        ):
+            axes.plot(data.depths / depth.size, found / unit.size, label="simulated", **style)
         column[1].axhline(0, color="black", lw=0.7, ls=":")
-        column[0].set(
-            title=data.name, ylim=np.array([-0.05, 1.15]) * data.half_width_card.max() / width.size
-        )
+        column[0].set(title=data.name, ylim=np.array([-0.05, 1.15]) * widths[i].max() / width.size)
         column[1].set_xlabel(f"depth d in {depth.symbol}")
         for axes, corner in zip(column, ("lower right", "upper left"), strict=True):
             axes.grid(alpha=0.25)

@@ -22,7 +22,7 @@ from functools import partial
 from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import Figure
-from studies.shared.table import Columns, Table, markdown
+from studies.shared.table import Columns, Table
 from studies.verify import figures
 from studies.verify.checks import CHECKS
 from studies.verify.convergence import Check, Result, refine
@@ -84,9 +84,6 @@ def plot(record: Record) -> dict[str, Figure]:
     }
 
 
-COLUMNS = ["Eq.", "what", "simulated", "closed form", "unit", "lattice", "limit", "order", "band"]
-COLUMNS += ["fitted", "limit", "verdict", "s"]
-RULES = "--- --- --: --: --- --: --: --: --- --: --: --- --:"
 CAPTIONS = {
     "fig2.png": "Fig. 2 of the paper from the simulation: a flat punch about to detach.",
     "case_studies.png": "Half-width and force against depth, simulated and in closed form.",
@@ -110,7 +107,8 @@ def line(result: Result) -> str:
     values = result.simulated, result.closed_form, item.unit, result.error
     judged = order(result), fitted(result), word, result.seconds
     told = SCREEN.line(label(item.equations), item.what, *values, *judged)
-    return told + (f"\n       {result.note}" if result.note else "")
+    note = "; ".join(filter(None, (result.note, item.lattice_only)))
+    return told + f"\n       {note}" * bool(note)
 
 
 def order(result: Result) -> str:
@@ -151,7 +149,7 @@ def report(record: Record, closing: str, drawn: Sequence[str] = ()) -> str:
             "measure with the default method, a mesh anchored at the contact lines; a dash where "
             "the measure needs nodes fixed in space. (An endless plane has no line: one state "
             "serves both.) A check passes if the order lies in the band and both errors below "
-            "their bars. A dash in the first column: beyond the paper.\n",
+            "their limits, which verify.csv has. A dash in the first column: beyond the paper.\n",
             "Two limits of the model show: the small-slope energy has the angle of Eq. (15), which "
             "is below Young's angle (8) by w/(12γ₁) of its value, and sin β = tan β in Eq. (10); "
             "both are measured where that is less than 1e-7. Other fitted limits "
@@ -160,32 +158,10 @@ def report(record: Record, closing: str, drawn: Sequence[str] = ()) -> str:
             "keep the tip on a node; off it they are of first order. Checks of a layer with its "
             "exact response towards a limit go further with every level, on the fitted mesh: their "
             "error is how far the limit still is.\n",
-            markdown(COLUMNS, map(_row, record.results), RULES),
-            "",
+            *("```text", SCREEN.head, *map(line, record.results), "```\n"),
             *images,
         ]
     )
-
-
-def _row(result: Result) -> list[str]:
-    item = result.check
-    band = f"{item.order[0]:g} to {item.order[1]:g}" if item.order else ""
-    note = "; ".join(filter(None, (result.note, item.lattice_only)))
-    return [
-        label(item.equations),
-        item.what.replace("|", "\\|") + (f" ({note})" if note else ""),
-        f"{result.simulated:.9g}",
-        f"{result.closed_form:.9g}",
-        item.unit,
-        f"{result.error:.1e}",
-        f"{item.bar:.0e}",
-        order(result),
-        band,
-        fitted(result),
-        "" if item.lattice_only else f"{item.fitted_bar:.0e}",
-        "ok" if result.passed else "**FAIL**",
-        f"{result.seconds:.2f}",
-    ]
 
 
 def answer(record: Record) -> str:

@@ -192,7 +192,7 @@ def test_rounding_at_the_end_of_a_branch_is_forgiven():
     for card, shape in ((cards.parabola, {"R": 0.3}), (cards.power_law, {"c": 0.3, "n": 1.5})):
         assert card.half_width(least * (1 + 4e-16), **shape, **args) == 0
         with pytest.raises(ValueError, match="pass d >= "):
-            card.half_width(least * (1 + 1e-12), **shape, **args)
+            card.half_width(least * (1 + 1e-14), **shape, **args)
     # a = (level/(nl))^(1/(n − 1)) lies below the range of float64
     assert cards.power_law.half_width(0.0, c=0.9, n=1.001, **args) == 0
 

@@ -183,6 +183,50 @@ def test_bad_input_is_refused_with_name_value_and_remedy(build, says):
     assert len(str(error.value)) > len(says) + 15
 
 
+EPSILON = float(np.finfo(float).eps)
+
+
+def turned(off=0.0, height=np.square, end=1.0, pattern=None):
+    """A scene about an axis of f from -1 to the end, higher by this for x > 1/2; flat from 1 on."""
+    body = Profile(
+        lambda x: height(np.minimum(x, 1.0)) + off * (x > 0.5), lambda x: 2 * x, (-1.0, end)
+    )
+    return Scene(LAYER, SURFACES, body, pattern=pattern, geometry="axisymmetric")
+
+
+LIMITS = [  # what is made, of a number that is just accepted, or of one that just is not
+    (lambda n: SurfaceEnergies(1.0, 1.0, 2 * (1 + n * EPSILON)), 4, 5, "exceeds gamma1"),
+    (lambda large: ElasticLayer(large, 0.3, 1.0), 0.9e60, 1.1e60, "too large"),
+    (lambda small: ElasticLayer(1.0, 0.3, small), 1.1e-60, 0.9e-60, "too small"),
+    (lambda off: turned(off), 0.9e-12, 1.1e-12, "differ"),
+    (lambda n: turned(n * EPSILON, np.ones_like), 8, 9, "differ"),
+    (lambda off: turned(end=1 + off), 1.9e-12, 2.1e-12, "extent"),
+    (lambda off: turned(pattern=Patches([-1.0, 1 + off], [1, 0, 1])), 0.9e-12, 1.1e-12, "mirror"),
+]
+
+
+@pytest.mark.parametrize(("make", "inside", "outside", "says"), LIMITS)
+def test_just_inside_a_tolerance_is_accepted_and_just_outside_refused(make, inside, outside, says):
+    assert make(inside)
+    with pytest.raises(ValueError, match=says):
+        make(outside)
+
+
+@pytest.mark.parametrize(("share", "convex"), [(0.9, True), (1.1, False)])
+def test_samples_are_convex_to_1e_12_of_their_steepest_slope(share, convex):
+    steps = np.array([-1.0, 0.0, -share * 1e-12, 1.0])
+    assert Sampled(np.arange(5.0), np.append(0.0, steps.cumsum())).convex == convex
+
+
+@pytest.mark.parametrize(("depth", "holds"), [(0.0999, True), (0.1001, False)])
+def test_much_less_is_a_tenth(depth, holds):
+    found = assumptions(
+        Scene(ElasticLayer(1.0, 0.3, 1.0), SURFACES, Parabola(1.0)),
+        Deformation(depth, depth, 1.0, 0.0),
+    )
+    assert {one.name: one.holds for one in found}["d/h"] == holds
+
+
 def sampled(kind):
     rng = np.random.default_rng(5)
     return Sampled(np.sort(rng.uniform(-1, 1, 30)), rng.normal(size=30), kind)

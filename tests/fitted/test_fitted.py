@@ -12,37 +12,8 @@ from discretization.equilibrium import QUANTITIES
 from discretization.fitted.alone import Alone
 from discretization.fitted.contacts import push
 from discretization.fitted.single import Single
-from energy import (
-    FlatPunch,
-    Parabola,
-    PowerLaw,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-    cards,
-)
+from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
-from studies.shared.random_cases import SHAPES, random_case
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_ten_digits_over_eight_decades_and_an_honest_estimate(shape):
-    rng = np.random.default_rng(100 + SHAPES.index(shape))
-    understated = 0
-    for _ in range(150):
-        case = random_case(rng, shape)
-        state = minimise(case.scene, case.depth)
-        scales = {"half_width": case.half_width, **state.scales}
-        for name in QUANTITIES:
-            error = abs(getattr(state, name) - getattr(case, name)) / scales[name]
-            assert error <= 1e-10
-            assert state.error_estimate[name] >= error / 10
-            understated += error > state.error_estimate[name]
-        if shape != "flat":
-            young = case.scene.surfaces.small_slope_deficit
-            assert abs(state.angle_deficit - young) <= 1e-9 * max(young, 1e-3)
-    assert understated <= 5
 
 
 def composed_scene(rng, kind):
@@ -125,8 +96,8 @@ def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_s
     level = cards.contact_line.cut_level(d, k=k, w=scene.work_of_adhesion)
     assert lowest.half_width == pytest.approx(math.sqrt(2 * R * level), rel=1e-13, abs=0)
     punch = adhesive(FlatPunch(0.013), gamma1=0.0)
-    assert minimise(punch, -0.999 * delta0).half_width == 0.013
-    assert minimise(punch, -1.001 * delta0).label == "detached"
+    assert minimise(punch, -(1 + 0.9e-14) * delta0).half_width == 0.013
+    assert minimise(punch, -(1 + 1.1e-14) * delta0).label == "detached"
 
 
 def test_asymmetric_and_rough_profiles_take_their_topology_from_the_lattice():

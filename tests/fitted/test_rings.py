@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from scenes import dimple
 from scipy.special import i0, i1, k0, k1
 from truth import meniscus
 
@@ -36,15 +37,6 @@ def scene(profile, alpha=0.1, **options):
     """A layer with l = LENGTH whose lines stop at the kink alpha."""
     surfaces = SurfaceEnergies.from_work(GAMMA1, alpha**2 * GAMMA1 / 2)
     return Scene(ElasticLayer(K, 0.0, 1.0), surfaces, profile, geometry="axisymmetric", **options)
-
-
-def dimpled(height, radius):
-    """A fourth-order profile with its lowest ring at a radius, and a height in the middle."""
-    return Profile(
-        lambda x: height * (np.asarray(x) ** 2 / radius**2 - 1) ** 2,
-        lambda x: 4 * height * np.asarray(x) / radius**2 * (np.asarray(x) ** 2 / radius**2 - 1),
-        extent=(-3 * radius, 3 * radius),
-    )
 
 
 def crossed():
@@ -90,7 +82,7 @@ def kinks(own, state):
 @pytest.mark.parametrize("radius", [0.1, 0.5, 2.0])
 @pytest.mark.parametrize("depth", [-0.0005, 0.0, 0.01, 0.1])
 def test_both_lines_of_a_ring_stop_at_the_kink(radius, depth):
-    own = scene(dimpled(0.2, radius))
+    own = scene(dimple(radius, 0.2))
     state = minimise(own, depth)
     assert len(state.contacts) == 1 and state.contacts[0, 0] > 0
     assert np.abs(kinks(own, state) - 0.1).max() <= 1e-9
@@ -101,7 +93,7 @@ def test_both_lines_of_a_ring_stop_at_the_kink(radius, depth):
 
 
 def test_a_disc_closes_when_it_is_pressed():
-    own = scene(dimpled(0.2, 2.0))
+    own = scene(dimple(2.0, 0.2))
     assert minimise(own, 0.1).contacts[0, 0] > 1
     assert minimise(own, 0.2).contacts[0, 0] == 0
 
@@ -204,6 +196,13 @@ def test_a_pinned_line_of_a_punch(ratio, degrees):
     assert abs(state.force / force - 1) <= 1e-9
     assert abs(state.energy - energy) <= 1e-9 * state.scales["energy"]
     assert abs(state.angle_deficit - phi) <= 1e-8
+
+
+def test_a_surface_is_followed_until_it_is_inclined_by_86_degrees():
+    own = turned(FlatPunch(3.0), 1.0, 1.0, 2.69)
+    assert 84 < math.degrees(minimise(own, -1.18).angle_deficit) < 86
+    with pytest.raises(ValueError, match="inclined by more than 86°"):
+        minimise(own, -1.2)
 
 
 @pytest.mark.slow

@@ -7,14 +7,7 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
-from lattices import (
-    displacement,
-    mask_of,
-    nodes_of,
-    of_heights,
-    over,
-    pressed,
-)
+from lattices import displacement, mask_of, nodes_of, of_heights, over, pressed
 from scenes import DELTA0, SCENE, L, adhesive, roughness, two
 
 from discretization import Lattice, NodalEnergy, NotCertifiedError
@@ -24,11 +17,7 @@ from discretization.lattice.judge import judge, totals
 from discretization.lattice.lowest import global_minimum
 from discretization.lattice.state import on_lattice
 from discretization.nodes import row as ground
-from energy import (
-    Parabola,
-    Profile,
-    Wedge,
-)
+from energy import Parabola, Profile, Wedge
 
 DEPTH, DX = 2e-3, L / 100
 

@@ -176,7 +176,7 @@ SLACK = Lattice(0.03, 0.0, 37.0, 0.0, 0.0)
     ("make", "message"),
     [
         (lambda: Oracle(SLACK, 5), "gamma1 = 0"),
-        (lambda: Oracle(STICKY, 10**4), "nodes = 10000 is too many"),
+        (lambda: Oracle(STICKY, 101), "nodes = 101 is too many"),
         (lambda: Oracle(FLAT, 1), "nodes = 1 must"),
         (lambda: Oracle(FLAT, 3).solve([1, 2]), "g must be"),
         (lambda: Oracle(FLAT, 2).solve([1, math.nan]), "g must be"),
@@ -185,6 +185,11 @@ SLACK = Lattice(0.03, 0.0, 37.0, 0.0, 0.0)
 def test_the_programme_refuses(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_a_hundred_nodes_are_not_too_many_for_integers():
+    pytest.importorskip("pyscipopt", reason="the mixed-integer solver is in the test extra")
+    assert Oracle(STICKY, 100)
 
 
 def test_the_programme_refuses_integers_without_a_solver(monkeypatch):

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from lattices import lattice
-from scenes import adhesive, plain, steep
+from scenes import adhesive, plain, rippled, steep
 
 from discretization import Lattice, NodalEnergy, minimise
 from discretization.lattice.assembly import Question
@@ -240,11 +240,7 @@ def test_the_surface_touches_the_first_node_in_its_way(seed, left, right):
 
 def test_coarse_nodes_know_how_far_their_lines_may_be_off():
     """Where the next node would be in the indenter, a line waits until that node touches."""
-    ripples = Profile(
-        lambda x: 0.122 * (1 - np.cos(6.45 * np.asarray(x))) + 0.156 * np.square(x),
-        lambda x: 0.122 * 6.45 * np.sin(6.45 * np.asarray(x)) + 0.312 * np.asarray(x),
-        extent=(-8.0, 8.0),
-    )
+    ripples = rippled(1 / 0.312, 2 * math.pi / 6.45, 0.122, (-8.0, 8.0))
     scene = plain(ripples, w=0.34)
     fitted = minimise(scene, 0.774)
     assert fitted.contacts == pytest.approx(np.array([[-2.014, 2.014]]), abs=1e-3)

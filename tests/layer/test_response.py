@@ -103,8 +103,12 @@ def test_poles_are_good_to_their_tolerance(seed):
     off = np.abs(found.stiffness(q * q) - exact) / (exact + gamma * q * q)
     assert off.max() <= tolerance
     mu = (found.decays**2)[:, None]
-    parts = (found.still / mu, -gamma, -found.flow / mu**2, found.c / (mu - found.tau))
-    rates = (found.still / mu**2, -2 * found.flow / mu**3, found.c / (mu - found.tau) ** 2)
+    flow = found.flow / (found.first - mu)
+    parts = ((found.still + flow) / mu, -gamma, found.c / (mu - found.tau))
+    rates = (
+        (found.still + flow) / mu**2 - flow / (found.first - mu) / mu,
+        found.c / (mu - found.tau) ** 2,
+    )
     left = sum(np.sum(part + 0 * mu, axis=1) for part in parts)
     rate = sum(np.sum(part + 0 * mu, axis=1) for part in rates)
     assert (np.abs(left) <= 1e-9 * np.abs(rate * mu[:, 0])).all()  # a step of Newton's method

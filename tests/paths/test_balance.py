@@ -5,20 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import plain
 from truth.obstacle import obstacle
 from truth.paths.path_scenes import envelope
 from truth.scenes import case_of
 
 from discretization import AccuracyWarning, NotCertifiedError, load_path
-from energy import ElasticLayer, Patches, Profile, Sampled, Scene, SurfaceEnergies
+from energy import Patches, Profile, Sampled, SurfaceEnergies
 
 KINDS = ("tips", "polygon", "plateau", "punches")
 
 
 def bare(indenter, length=1.0):
     """A scene without adhesion, k = 1."""
-    layer, tension = ElasticLayer(1.0, 0.0, 1.0), length**2
-    return Scene(layer, SurfaceEnergies.from_work(tension, 0.0), indenter)
+    return plain(indenter, w=0.0, gamma1=length**2)
 
 
 def heights(rng, count, scale):
@@ -117,6 +117,8 @@ def test_tips_that_are_equally_low_or_nearly_so(apart, offset):
     path = load_path(scene, depths=[0.0, 0.5, 1.5, 1e-6, 0.5, -0.1])
     assert off(path, 0.5, [1, 2]) <= 1e-9 and returns(path) <= 1e-9
     assert [event.kind for event in path.events if event.depth > 0.4] == []
+    if offset < 0.1:  # beyond, the first contact lifts the surface
+        assert path.events[1].depth == pytest.approx(offset, rel=0, abs=1e-12)
 
 
 def test_a_gap_over_a_corner_stays_open_beside_a_contact_that_begins():

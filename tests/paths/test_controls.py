@@ -5,33 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import ALPHA, DELTA0, L, adhesive, dimple, rippled, steep, turned, wavy
+from scenes import ALPHA, DELTA0, L, adhesive, dimple, plain, rippled, steep, turned, wavy
 from truth.paths.path_scenes import envelope
 
 from discretization import History, load_path
-from energy import (
-    Circle,
-    ElasticLayer,
-    FlatPunch,
-    Parabola,
-    Patches,
-    Profile,
-    Sampled,
-    Scene,
-    SurfaceEnergies,
-    Wedge,
-)
+from energy import Circle, FlatPunch, Parabola, Patches, Profile, Sampled, SurfaceEnergies, Wedge
 
-LAYER, SURFACES = ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work
 NODES = {"method": "lattice", "spacing": 0.05}
 METHODS = pytest.mark.parametrize("method", [{}, NODES], ids=["fitted", "lattice"])
-ADHESIVE = SURFACES(1.0, 0.02)
 
 
 def waves():
     x = np.linspace(-15, 15, 301)
     z = 0.05 * np.cos(2 * np.pi * x / 5 + 0.4) + 0.004 * x**2
-    return Scene(LAYER, ADHESIVE, Sampled(x, z, kind="smooth"))
+    return plain(Sampled(x, z, kind="smooth"))
 
 
 IN_AND_OUT = np.r_[np.linspace(0, 0.3, 8), np.linspace(0.3, -0.5, 16)]
@@ -42,7 +29,7 @@ IN_AND_OUT = np.r_[np.linspace(0, 0.3, 8), np.linspace(0.3, -0.5, 16)]
 def test_a_second_contact_carries_its_share(method, stiffness):
     """Eq. (40) of parabolas of R = 10 that do not feel each other, one higher by 0.1; k = l = 1."""
     height, slope, corners = envelope(10.0, [-30.0, 30.0], [0.0, 0.1])
-    scene = Scene(LAYER, SURFACES(1.0, 0.0), Profile(height, slope, (-60, 60), corners))
+    scene = plain(Profile(height, slope, (-60, 60), corners), w=0.0)
     if stiffness:
         drives = np.linspace(0, 0.5 + 4 / stiffness, 9)
         path = load_path(scene, drives=drives, machine_stiffness=stiffness, **method)
@@ -59,7 +46,7 @@ def test_a_second_contact_carries_its_share(method, stiffness):
     assert {event.kind for event in path.events} == {"touch", "nucleation"}
 
 
-MACHINES = pytest.mark.parametrize("scene", [waves(), Scene(LAYER, ADHESIVE, Parabola(10.0))])
+MACHINES = pytest.mark.parametrize("scene", [waves(), plain(Parabola(10.0))])
 
 
 @METHODS
@@ -113,7 +100,7 @@ def test_a_soft_machine_is_a_dead_load(scene, method):
 @pytest.mark.slow
 def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
     """It is pressed by nothing, and pulled in to a/R = 0.9946; no depth beyond is asked for."""
-    scene = Scene(LAYER, SURFACES(1.0, 0.9), Circle(0.05), "finite", geometry="axisymmetric")
+    scene = replace(plain(Circle(0.05), w=0.9, slopes="finite"), geometry="axisymmetric")
     path = load_path(scene, forces=np.linspace(0, -0.4, 41))
     assert [event.kind for event in path.events] == ["jump-in", "pull-off"]
     depths = load_path(scene, depths=[0.0, path.depth[1]])
@@ -126,7 +113,7 @@ def test_a_sphere_that_is_wetted_almost_to_its_equator_is_pulled_off():
 def test_a_wavy_profile_without_adhesion_turned_about_an_axis_is_pressed_from_touching():
     """C next to touching is all rounding: drawn from lines that are solved for, it has peaks."""
     bumps = rippled(10.0, 2 * math.pi / 3, 0.05)
-    scene = Scene(ElasticLayer(1.3, 0.0, 1.0), SURFACES(1.1, 0.0), bumps, geometry="axisymmetric")
+    scene = turned(bumps, k=1.3, gamma1=1.1, w=0.0)
     path = load_path(scene, drives=[0.0, 0.01, -0.005], machine_stiffness=2.0)
     assert [event.kind for event in path.events] == ["touch", "pull-off"]
     assert path.force[1] == pytest.approx(2.0 * (0.01 - path.depth[1]), rel=1e-12, abs=0)

@@ -67,7 +67,7 @@ def test_lines_leave_the_corners_of_a_polygon_where_they_do_as_states(w):
     """With steps just beside the depths at which they come free, too."""
     x = np.array([-6.0, -3.0, -1.2, 0.1, 1.5, 2.9, 6.0])
     polygon = Sampled(x, 0.01 * x**2 + 0.003 * x, kind="linear")
-    scene = Scene(ElasticLayer(1.0, 0.0, 1.0), SurfaceEnergies.from_work(1.0, w), polygon)
+    scene = plain(polygon, w=w)
     free = [event.depth for event in load_path(scene, depths=[0.0, 0.3]).events[1:]]
     near = (0.0, 1e-9, -1e-9) if w else (1e-4, -1e-4)  # a tip's first steps are hardly resolved
     up = np.sort([0.0, 0.02, 0.1, *(depth + off for depth in free for off in near), 0.3])

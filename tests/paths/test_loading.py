@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from scenes import DELTA0, L, adhesive, wavy
-from test_controls import SCENES
+from test_controls import ON_NODES, SCENES
 
 from discretization import NotCertifiedError, minimise
 from discretization.following.events import Events
@@ -25,21 +25,32 @@ DRY = {"no adhesion": adhesive(SCENES["ripples"].indenter, w=0.0)}
 STEPS = [(name, [*np.linspace(-1, 2, 7), *np.linspace(2, -1.99, 9)]) for name in SINGLE]
 STEPS += [(name, [-0.1, *way]) for name in OTHERS for way in ([0.9, 1.4], [0.0, -0.5])]
 STEPS += [(name, [-0.1, 0.4, 0.9, 1.6, 1.3, -0.1]) for name in DRY]
+STEPS = [(*step, {}) for step in STEPS]
+STEPS += [  # on nodes, where lines are held
+    (name, levels, ON_NODES[name])
+    for name in ("opening", "ripples, pattern", "ripples, both")
+    for levels in ([-0.1, 0.3, 1.7, 4.0], [0.0, -0.6, -4.0])
+]
 
 
-@pytest.mark.parametrize(("name", "levels"), STEPS)
-def test_a_path_is_made_of_the_states_of_minimise(name, levels):
+@pytest.mark.parametrize(("name", "levels", "nodes"), STEPS)
+def test_a_path_is_made_of_the_states_of_minimise(name, levels, nodes):
     """Several contacts only grow or only shrink since they touched first."""
     scene = (SINGLE | OTHERS | DRY)[name]
-    path = load_path(scene, depths=resolve(scene, 0.0).touch + np.array(levels) * DELTA0)
-    held = np.flatnonzero(~np.isnan(path.contacts[:, 0]))
-    assert len(held) >= len(levels) // 2
-    for i in held.tolist():
-        state = minimise(scene, path.depth[i])
+    depths = resolve(scene, 0.0).touch + np.array(levels) * DELTA0
+    path, held = load_path(scene, depths=depths, **nodes), 0
+    for i, depth in enumerate(path.depth.tolist()):
+        if math.isnan(path.contacts[i, 0]):  # before it touches, or lost
+            assert not held or minimise(scene, depth, **nodes).label == "detached"
+            continue
+        state, held = minimise(scene, depth, **nodes), held + 1
         lines, width = state.contacts.ravel(), max(state.half_width, 1e-3 * abs(state.depth))
-        assert path.at(i).lines == pytest.approx(lines, rel=0, abs=1e-11 * width)
+        inner = nodes["spacing"] / 2 if nodes else 1e-11 * width  # on nodes told by their links
+        assert path.contacts[i] == pytest.approx(lines[[0, -1]], rel=0, abs=1e-11 * width)
+        assert path.at(i).lines == pytest.approx(lines, rel=0, abs=inner)
         assert abs(path.force[i] - state.force) <= 1e-12 * state.scales["force"]
         assert abs(path.energy[i] - state.energy) <= 1e-12 * state.scales["energy"]
+    assert held >= len(levels) // 2
     if name in DRY:
         assert max(abs(path.dissipated), abs(path.work())) <= 1e-11 * path.energy.max()
 

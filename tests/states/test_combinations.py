@@ -7,7 +7,7 @@ import pytest
 from scenes import DELTA0, L, adhesive, plain, rough, tips
 
 from discretization import load_path, minimise
-from energy import FlatPunch, Parabola, Profile, Sampled, Wedge
+from energy import FlatPunch, Parabola, Profile, Sampled
 from studies.scenes import run as study
 from studies.shared.random_cases import SHAPES, random_case, random_steep_case
 from studies.shared.table import read
@@ -163,12 +163,6 @@ def test_springs_that_would_gain_beside_the_contact_make_it_metastable(method):
         assert (lowest.energy < adhered.energy - 1e-9 * adhered.scales["energy"]) == (
             word == "metastable"
         )
-
-
-def test_without_adhesion_every_state_is_global():
-    for body in (Wedge(0.01), rough(2).indenter):
-        state = minimise(adhesive(body, w=0.0), DELTA0)
-        assert state.label == "global"
 
 
 @pytest.mark.slow

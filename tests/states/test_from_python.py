@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import ROOT
+from scenes import ROOT, plain, rippled
 
 import discretization
 import energy
 from discretization import load_path, minimise
-from energy import ElasticLayer, Parabola, Profile, Scene, SurfaceEnergies
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
 
 SCENE = Scene(
     ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 0.06e-3), Parabola(0.02)
@@ -81,11 +81,8 @@ def test_a_path_is_columns_of_plain_data(path):
 
 
 def test_contacts_are_counted_where_there_are_several():
-    rough = Profile(
-        lambda x: np.square(x) / 40 + 0.05 * (1 - np.cos(4 * np.asarray(x))),
-        lambda x: np.asarray(x) / 20 + 0.2 * np.sin(4 * np.asarray(x)),
-    )
-    scene = Scene(ElasticLayer(0.3, 0.0, 0.3), SurfaceEnergies.from_work(0.05, 1e-4), rough)
+    waves = rippled(20.0, math.pi / 2, 0.05)
+    scene = plain(waves, w=1e-4, gamma1=0.05)
     several = load_path(scene, depths=[0.0, 0.1], method="lattice", spacing=0.01)
     counts = several.to_dict()["contacts"]
     assert counts[-1] == len(several.inner[-1]) // 2 + 1 >= 2

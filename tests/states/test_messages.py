@@ -89,21 +89,17 @@ def test_swapped_energies_are_asked_about():
         assert not any(asked in told for told in state.warnings) and state.warnings
 
 
-@pytest.mark.parametrize("start", ["from discretization import minimise", None])
-def test_a_file_that_hides_the_package_energy_is_named(start, tmp_path):
-    hiding = tmp_path / "energy.py"
-    hiding.write_text(start or "x = 1\n")
-    for command in (
-        [hiding] if start else [["-c", "import discretization"], ["-m", "studies", "run"]]
-    ):
-        command = command if isinstance(command, list) else [command]
-        given = {**os.environ, "PYTHONPATH": str(ROOT)}
-        done = subprocess.run(
-            [sys.executable, *command], cwd=tmp_path, env=given, capture_output=True
-        )
-        told = done.stderr.decode()
-        assert f"{hiding} hides the package energy" in told.splitlines()[-1] and done.returncode
-        assert ("Traceback" in told) == ("studies" not in command)
+@pytest.mark.parametrize(
+    "command", [["energy.py"], ["-c", "import discretization"], ["-m", "studies", "run"]]
+)
+def test_a_file_that_hides_the_package_energy_is_named(command, tmp_path):
+    hiding, environment = tmp_path / "energy.py", {**os.environ, "PYTHONPATH": str(ROOT)}
+    hiding.write_text("from discretization import minimise" if len(command) == 1 else "x = 1\n")
+    command = [sys.executable, *command]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True)
+    told = done.stderr.decode()
+    assert f"{hiding} hides the package energy" in told.splitlines()[-1] and done.returncode
+    assert ("Traceback" in told) == ("studies" not in command)
 
 
 TEXT = """# a scene

@@ -1,27 +1,23 @@
 """States against references of tests/truth: random ones, and what once was wrong and certified."""
 
+import math
 import os
 import warnings
 
 import numpy as np
 import pytest
-from scenes import DELTA0, L, rough
+from scenes import DELTA0, L, plain, rippled, rough
 from truth.compare import differences, penetration, reference, verdict
 from truth.obstacle import obstacle
 from truth.scenes import KINDS, case_of
 from truth.sets import lowest
-from truth.test_truth import LAYER, WORK, ripples
 from truth.totals import adhered
 from truth.walk import Walk
 
 from discretization import AccuracyWarning, load_path, minimise
-from energy import Profile, Scene
+from energy import Profile
 
-COSINES = Profile(
-    lambda x: 0.02 * (1 - np.cos(5 * np.pi * np.asarray(x))),
-    lambda x: 0.1 * np.pi * np.sin(5 * np.pi * np.asarray(x)),
-    extent=(-0.99, 0.99),
-)
+COSINES = rippled(math.inf, 0.4, 0.02, (-0.99, 0.99))
 OFFSET = Profile(
     lambda x: np.asarray(x) ** 2 / 2 + 0.1 * np.asarray(x),
     lambda x: np.asarray(x) + 0.1,
@@ -39,21 +35,21 @@ def agrees(state, truth, scale=1e-9):
 
 
 def test_finite_slopes_stop_at_the_first_rest():
-    scene = Scene(LAYER, WORK(0.16, 0.0035 * 0.16), ripples(0.06, 0.36, 3), slopes="finite")
+    scene = plain(rippled(1.0, 0.36, 0.06, (-3, 3)), w=0.0035 * 0.16, gamma1=0.16, slopes="finite")
     truth = adhered(Walk(scene, 0.36), 0.01)
     assert truth.force == pytest.approx(0.00787, abs=5e-6)
     agrees(minimise(scene, 0.01), truth)
 
 
 def test_contacts_that_begin_on_the_way_stay():
-    scene = Scene(LAYER, WORK(0.0025, 1.25e-5), ripples(0.01, 0.2))
+    scene = plain(rippled(1.0, 0.2, 0.01, (-2, 2)), w=1.25e-5, gamma1=0.0025)
     truth = adhered(Walk(scene, 0.05), 0.03)
     assert len(truth.contacts) == 3
     agrees(minimise(scene, 0.03), truth)
 
 
 def test_a_small_contact_without_adhesion():
-    scene, above = Scene(LAYER, WORK(4.0, 0.0), OFFSET), 3e-6
+    scene, above = plain(OFFSET, w=0.0, gamma1=4.0), 3e-6
     a = above / 2  # a²/2 + a l = d - min f, l = 2
     a -= a * a / (2 * (a + 2))
     force = 2 * (above * a - a**3 / 6) + 4 * (above - a * a / 2)  # 2k l = 4
@@ -64,7 +60,7 @@ def test_a_small_contact_without_adhesion():
 
 
 def test_small_contacts_that_are_pulled():
-    scene = Scene(LAYER, WORK(0.04, 2e-6), COSINES)
+    scene = plain(COSINES, w=2e-6, gamma1=0.04)
     truth = adhered(Walk(scene, 0.2), -0.001)
     assert len(truth.contacts) == 5
     agrees(minimise(scene, -0.001), truth)
@@ -82,7 +78,7 @@ def test_without_adhesion(seed):
 
 
 def test_the_lowest_state_of_fine_ripples():
-    scene = Scene(LAYER, WORK(4.0, 0.02), ripples(0.005, 0.1))
+    scene = plain(rippled(1.0, 0.1, 0.005, (-2, 2)), w=0.02, gamma1=4.0)
     truth = lowest(scene, 0.1, 0.02)
     state = minimise(scene, 0.02, branch="global")
     assert state.energy <= truth.energy + 1e-9 * truth.energy_scale
@@ -119,7 +115,10 @@ def test_the_verdict_of_a_case_that_is_right():
     assert verdict("small", 0).word == "right"
 
 
-FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "20"))
+FEW, MANY = 5, int(os.environ.get("ELASTOCAP_TRUTH", "0"))
+# with finite slopes some cases take a hundred times as long as others: of seeds 5 to 44 quick ones
+# of every shape that has one
+QUICK = {"finite": (5, 6, 10, 11, 13, 15, 16, 19, 26, 27, 28, 29, 33, 41, 43)}
 REFUSED, SKIPPED = 0.02, 0.05  # of all states, or one of a few
 COMPARED = 0.8  # at least
 
@@ -133,7 +132,8 @@ def test_a_few_states_are_right_or_refused(kind):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_many_states_are_right_or_refused(kind):
-    assert_right_or_refused(kind, range(FEW, MANY))
+    asked = range(FEW, MANY) if MANY else QUICK.get(kind, range(FEW, 20))
+    assert_right_or_refused(kind, asked)
 
 
 def assert_right_or_refused(kind, asked):

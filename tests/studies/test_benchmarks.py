@@ -27,7 +27,6 @@ TINY = study.Parameters(sizes=(400,), patience=0.02, repeats=2, steps=20)
 WIDTH = {  # relative error of a that each rival must reach with 400 nodes
     "ours": 1e-4,
     "active set": 1e-3,
-    "PIQP": 1e-3,
     "cvxpy": 5e-3,
     "scipy L-BFGS-B": 1e-3,
     "one line by hand": 3e-3,
@@ -104,13 +103,14 @@ def test_the_command_writes_table_csv_and_figures(tmp_path, capsys, monkeypatch)
     assert study.main(["--quick", "--tasks", "finite", "rough", "--out", str(tmp_path)]) == 0
     text = (tmp_path / "runtime_vs_error.md").read_text("utf-8")
     assert text in capsys.readouterr().out
-    assert "cores" in text and "### floors" in text
+    assert "cores" in text and "### a state with steep surfaces" in text
+    assert "| a to 1e-06 |" in text and "Ours, shortest path (lattice)" in text
     rows = (tmp_path / "runtime_vs_error.csv").read_text("utf-8").splitlines()
     assert len({row.count(",") for row in rows if row[0] != "#" and '"' not in row}) == 1
     assert (tmp_path / "runtime_vs_error.png").stat().st_size > 20_000
 
 
-TINY_STRESS = stress.Parameters(stride=3, nodes=2000)
+TINY_STRESS = stress.Parameters(stride=3, nodes=2000, scenes=20, lattices=20)
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +148,7 @@ def test_both_verdicts_pass_only_within_rounding_of_letting_go(trials):
 
 
 def test_fewer_than_twelve_digits_are_explained(trials):
-    few = [t for t in trials if min(t.digits) < stress.KEPT]
+    few = [t for t in stress.exact(trials) if min(t.digits) < stress.KEPT]
     assert few and all("condition" in t.note for t in few)
     told = stress.summary("edge", [t for t in trials if t.grid == "edge"])
     assert "keep 12" in told and "ε (1 + condition)" in told
@@ -160,11 +160,12 @@ def test_twelve_digits_where_the_condition_allows(trials):
             assert min(t.digits) >= 11.9 or t.excess <= 1, t
 
 
-def test_only_overhangs_and_the_finest_lattices_are_refused(trials):
+def test_only_overhangs_and_the_finest_and_coarsest_lattices_are_refused(trials):
     for t in trials:
         if t.verdict == "refused":
             fine = t.grid == "lattice" and t.x >= 5 and "violates force" in t.note
-            assert fine or (t.grid == "finite" and "turn over" in t.note), t
+            coarse = t.grid == "nodes" and t.x < math.log10(50)
+            assert fine or coarse or (t.grid == "finite" and "turn over" in t.note), t
 
 
 def test_an_estimate_of_a_lattice_state_that_is_too_small_is_wrong():

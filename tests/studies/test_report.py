@@ -11,7 +11,7 @@ import pytest
 from scene_files import writer
 from scenes import ROOT
 
-from studies import MODULES, REPORTED, STUDIES, report, template
+from studies import MODULES, REPORTED, STUDIES, pull_off, report, template
 from studies import __main__ as command_line
 from studies import report as page
 from studies.benchmarks import skipping
@@ -27,7 +27,7 @@ ROWS = [
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("report")
-    only = ["--only", "tolerance", "skipping"]
+    only = ["--only", "pull_off", "skipping"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(skipping, "run", lambda p, show: ROWS)  # however busy the machine
         assert report.main(["--preset", "quick", *only, "--out", str(out)]) == 0
@@ -46,8 +46,8 @@ def test_every_figure_is_in_the_page_and_every_link_leads_to_a_file_beside_it(fo
             assert f"<h2 id={link[1:]}>" in made
         else:
             assert (folder / link).is_file()
-    assert {"tolerance/tolerance.csv", "skipping/skipping.csv"} < set(links)
-    assert "<figcaption>rtol is honoured and the estimate covers the error in 160 of 160" in made
+    assert {"pull_off/pull_off.csv", "skipping/skipping.csv"} < set(links)
+    assert "<figcaption>Tension strengthens the adhesion of punch and parabola" in made
     assert "skipping/printed.txt" in links and not (folder / "report.jsonl").exists()
     assert "answer: " in (folder / "skipping" / "printed.txt").read_text("utf-8")
     assert "<span class=good>All 2 studies passed.</span>" in made
@@ -55,20 +55,19 @@ def test_every_figure_is_in_the_page_and_every_link_leads_to_a_file_beside_it(fo
 
 @pytest.mark.slow
 def test_a_failing_study_is_shown_and_counts(tmp_path, monkeypatch, capsys):
-    from studies.benchmarks import tolerance
-
-    monkeypatch.setattr(tolerance, "passed", lambda trials: False)
-    assert report.main(["--quick", "--only", "tolerance", "--out", str(tmp_path)]) == 1
+    command = ["--quick", "--only", "pull_off", "--out", str(tmp_path)]
+    monkeypatch.setattr(pull_off, "BAR", 0.0)
+    assert report.main(command) == 1
     made = (tmp_path / "report.html").read_text("utf-8")
-    assert "<span class=bad>1 of 1 studies failed</span>: tolerance." in made
+    assert "<span class=bad>1 of 1 studies failed</span>: pull_off." in made
     assert made.count("<span class=bad>failed</span>") == 2  # in the contents and below
     assert "FAILED" in capsys.readouterr().out
 
-    def broken(params, jobs):
+    def broken(params, show, jobs):
         raise ValueError("depth = nan <is> wrong")
 
-    monkeypatch.setattr(tolerance, "run", broken)
-    assert report.main(["--quick", "--only", "tolerance", "--out", str(tmp_path)]) == 1
+    monkeypatch.setattr(pull_off, "run", broken)
+    assert report.main(command) == 1
     assert "depth = nan &lt;is&gt; wrong" in (tmp_path / "report.html").read_text("utf-8")
 
 

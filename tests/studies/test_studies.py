@@ -18,7 +18,7 @@ from studies.shared.table import read
 
 STUDIES = [name for name in command_line.STUDIES if name != "new"]  # new writes a scene to edit
 FAST = {  # its words, and the rows of its tables; two more are in the test of the report
-    "stress": (["stress", "--grids", "fitted", "lattice"], 147),
+    "stress": (["stress", "--grids", "fitted", "lattice", "nodes"], 167),
     "rough": (["rough"], 180),
     "sweep": (["sweep", "scene.toml"], 4),
     "run": (["run", "one.toml"], 2),
@@ -54,7 +54,7 @@ def test_studies_that_measure_times_refuse_company(name, capsys):
 def test_a_folder_that_cannot_be_written_is_refused_before_any_work(tmp_path, capsys):
     (tmp_path / "file").write_text("", "utf-8")
     for where in ("file", "file/below"):
-        given = ["tolerance", "--quick", "--out", str(tmp_path / where)]
+        given = ["stress", "--quick", "--out", str(tmp_path / where)]
         assert command_line.main(given) == 2
         said = capsys.readouterr()
         assert said.err.count("\n") == 1 and "no folder to write to; give another" in said.err

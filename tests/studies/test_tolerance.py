@@ -1,4 +1,4 @@
-"""The study `tolerance`, what makes it fail, and error estimates on nodes."""
+"""Whether rtol and error estimates can be trusted: the random scenes of `stress`, and nodes."""
 
 import math
 import os
@@ -14,49 +14,54 @@ from scipy.optimize import brentq
 from discretization import minimise
 from discretization.lattice.state import on_lattice
 from energy import Parabola, Wedge
-from studies.benchmarks import tolerance
+from studies.benchmarks.stress import study as stress
+from studies.benchmarks.stress.verdicts import estimated
 from studies.scenes import run
 from studies.shared import timing
 
 
-def test_rtol_is_honoured_in_99_of_100_scenes_and_no_estimate_is_below_a_tenth_of_the_error():
-    trials = tolerance.run(tolerance.Parameters(lattices=0))
-    assert len(trials) == 500
-    assert sum(trial.honoured for trial in trials) >= 495
-    assert [trial for trial in trials if not trial.trusted] == []
-    assert tolerance.passed(trials)
-    first = trials[0]
-    bold = first._replace(errors=(1e-8, 0.0, 0.0), estimates=(9e-10, 1.0, 1.0))
-    assert not bold.trusted and not tolerance.passed([bold, *trials])
-    wrong = first._replace(errors=(2 * first.rtol + 1e-11,) * 3, estimates=(1.0,) * 3)
-    assert wrong.trusted and not wrong.honoured
-    assert not tolerance.passed([*trials, *[wrong] * 7])
+def test_rtol_is_honoured_and_no_estimate_is_below_a_tenth_of_the_error():
+    trials = stress.run(stress.Parameters(scenes=500), ["random"])
+    assert [t.verdict for t in trials] == ["ok"] * 500
+
+
+@pytest.mark.parametrize(
+    ("errors", "estimates", "where", "rtol", "word"),
+    [
+        ((1e-8, 0.0, 0.0), (9e-10, 1.0, 1.0), "mesh", 1e-6, "wrong"),
+        ((1e-8, 0.0, 0.0), (1.1e-9, 1.0, 1.0), "mesh", 1e-6, "ok"),
+        ((9e-16, 0.0, 0.0), (0.0, 0.0, 0.0), "mesh", 1e-6, "ok"),
+        ((1.1e-15, 0.0, 0.0), (0.0, 0.0, 0.0), "mesh", 1e-6, "wrong"),
+        ((9e-14, 0.0, 0.0), (0.0, 0.0, 0.0), "nodes", math.inf, "ok"),
+        ((1.1e-13, 0.0, 0.0), (0.0, 0.0, 0.0), "nodes", math.inf, "wrong"),
+        ((0.0, 0.0, 1.1e-6), (1.0, 1.0, 1.0), "mesh", 1e-6, "lost"),
+        ((0.0, 0.0, 0.9e-12), (1.0, 1.0, 1.0), "mesh", 1e-13, "ok"),
+        ((0.0, 0.0, 1.1e-12), (1.0, 1.0, 1.0), "mesh", 1e-13, "lost"),
+    ],
+)
+def test_errors_beyond_rtol_and_estimates_below_a_tenth_are_bad(
+    errors, estimates, where, rtol, word
+):
+    assert estimated(errors, estimates, where, rtol)[2] == word
+    assert (word in stress.BAD) == (word != "ok")
 
 
 @pytest.mark.slow
 def test_estimates_of_lattice_states_are_trusted_and_seldom_withheld(tmp_path, monkeypatch, capsys):
     """None is below a tenth of the error or far too large; one that is off fails the study."""
-    given = tolerance.Parameters(scenes=0, lattices=100, seed=5)
-    sparse = tolerance.run(given, lambda progress: None)
-    assert len(sparse) == 100
-    assert [state for state in sparse if not state.trusted] == []
-    words = Counter(state.word for state in sparse)
-    assert words["estimated"] >= 80 and words["withheld"] >= 3
-    assert all(state.nodes < 50 for state in sparse if state.word == "refused")
-    assert all(state.links < 8 for state in sparse if state.word == "withheld")
-    ratios = [state.worst for state in sparse if state.word == "estimated"]
-    assert 0.3 <= np.median(ratios) <= 1
-    state = next(state for state in sparse if state.word == "estimated")
-    bold = state._replace(errors=(1e-3, 0.0, 0.0), estimates=(9e-5, 1.0, 1.0))
-    assert not bold.trusted and bold._replace(word="withheld").trusted
-    few = tolerance.Parameters(scenes=8, lattices=8)
-    monkeypatch.setattr(tolerance, "Parameters", lambda **_: few)
-    command = ["--preset", "quick", "--jobs", "1", "--out", str(tmp_path)]
-    assert tolerance.main(command) == 0
-    assert "withheld" in capsys.readouterr().out
-    found = tolerance.run(few)
-    monkeypatch.setattr(tolerance, "run", lambda *_, **__: [*found, bold])
-    assert tolerance.main(command) == 1
+    sparse = stress.run(stress.Parameters(lattices=100, seed=5), ["nodes"])
+    words = Counter(t.verdict for t in sparse)
+    assert set(words) <= {"ok", "withheld", "refused"} and sum(words.values()) == 100
+    assert words["ok"] >= 80 and words["withheld"] >= 3
+    assert all(10**t.x < 50 for t in sparse if t.verdict == "refused")
+    links = [float(t.note.split()[0]) for t in sparse if t.verdict == "withheld"]
+    assert max(links) < 8
+    assert 0.3 <= np.median([t.excess for t in sparse if t.verdict == "ok"]) <= 1
+    wrong = sparse[0]._replace(verdict="wrong")
+    for found, status in ((sparse, 0), ([*sparse, wrong], 1)):
+        monkeypatch.setattr(stress, "run", lambda *_, found=found: found)
+        assert stress.main(["--quick", "--grids", "nodes", "--out", str(tmp_path)]) == status
+    assert "trusted in 100 of 101 random scenes" in capsys.readouterr().out
 
 
 @pytest.mark.slow

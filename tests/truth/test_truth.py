@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import test_balance as no_adhesion_paths
-from scenes import adhesive, steep
+from scenes import adhesive, plain, rippled, steep
 from scipy.integrate import solve_ivp
 
-from energy import ElasticLayer, Parabola, Profile, Scene, SurfaceEnergies, Wedge, cards
+from energy import Parabola, Profile, Wedge, cards
 from truth import sets, walk
 from truth.compare import REFERENCE, penetration
 from truth.ground import Ground, Outside
@@ -19,20 +19,9 @@ from truth.surfaces import surface_of
 from truth.totals import adhered, imbalance
 from truth.walk import Walk
 
-LAYER, WORK = ElasticLayer(1, 0.0, 1.0), SurfaceEnergies.from_work
 R = 0.02
 BODY = Profile(Parabola(R).height, Parabola(R).slope, extent=(-0.2, 0.2))
 SLOWLY = pytest.param("finite", marks=pytest.mark.slow)
-
-
-def ripples(height, wave, reach=2.0):
-    """A parabola of radius 1 with ripples."""
-    q = 2 * np.pi / wave
-    return Profile(
-        lambda x: np.asarray(x) ** 2 / 2 + height * (1 - np.cos(q * np.asarray(x))),
-        lambda x: np.asarray(x) + height * q * np.sin(q * np.asarray(x)),
-        extent=(-reach, reach),
-    )
 
 
 @pytest.mark.parametrize("level", [-0.9999, -0.9, -0.3, 0.0, 1e-4, 0.5, 3.0])
@@ -77,7 +66,7 @@ def test_a_steep_wedge_is_pinned_at_its_tip(level):
 
 
 def test_gaps_of_finite_slopes_solve_their_equation():
-    surface = surface_of(Scene(LAYER, WORK(1.0, 0.01), BODY, "finite"))
+    surface = surface_of(plain(BODY, w=0.01, slopes="finite"))
     for left, right, width in [(0.3, 0.35, 0.1), (0.8, -0.5, 1.0), (1.2, 1.1, 3.0), (-0.3, 0.2, 6)]:
         x = np.linspace(0, width, 401)
         tilt = surface.facing(left, right, width)
@@ -220,7 +209,7 @@ def test_the_lowest_state_is_not_above_the_adhered_one():
 
 
 def test_penetration_is_found_between_samples():
-    scene = adhesive(ripples(1e-3, 0.05, 0.5))
+    scene = adhesive(rippled(1.0, 0.05, 1e-3, (-0.5, 0.5)))
 
     def deep(depth, *contacts):
         held = np.array(contacts, float).reshape(-1, 2)

@@ -17,7 +17,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from discretization import Lattice
 from energy import ElasticLayer, Parabola, Sampled, Scene, SurfaceEnergies
@@ -103,11 +102,6 @@ class Grid:
         diagonal = np.full(self.nodes, lat.spring + 2 * lat.link)
         diagonal[[0, -1]] += lat.end_stiffness - lat.link
         return diagonal, np.full(self.nodes - 1, -lat.link)
-
-    def matrix(self) -> Any:
-        """K as a sparse matrix."""
-        diagonal, off = self.bands()
-        return sparse.diags_array([off, diagonal, off], offsets=[-1, 0, 1], format="csc")
 
     def pushed(self, u: Array) -> Array:
         """Ku (n,): the forces that hold the nodes."""

@@ -1,17 +1,14 @@
-"""The w = 0 programme given to general solvers: through cvxpy, directly, and to scipy."""
+"""The w = 0 programme given to general solvers: through cvxpy, and to scipy."""
 
-import importlib
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
-from scipy import optimize, sparse
+from scipy import optimize
 
 from studies.benchmarks.rivals.problem import Answer, Array, Grid, Solve
 
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "HIGHS", "PROXQP", "DAQP")
-TIGHT = ("eps_abs", "eps_rel", "eps_duality_gap_abs", "eps_duality_gap_rel")  # of PIQP
 
 
 def through_cvxpy() -> dict[str, Callable[[Grid], Solve]]:
@@ -44,23 +41,6 @@ def modelled(grid: Grid, solver: str) -> Solve:
         return grid.read(u.value, multipliers, problem.status == "optimal")
 
     solve()
-    return solve
-
-
-def piqp(grid: Grid, tolerance: float = 1e-10) -> Solve:
-    """PIQP called directly."""
-    made: Any = importlib.import_module("piqp")
-    matrix = sparse.csc_matrix(grid.matrix())
-
-    def solve() -> Answer:
-        solver = made.SparseSolver()
-        solver.settings.verbose = False
-        for name in TIGHT:
-            setattr(solver.settings, name, tolerance)
-        solver.setup(matrix, np.zeros(grid.nodes), x_l=grid.g)
-        done = solver.solve() == made.PIQP_SOLVED
-        return grid.read(solver.result.x, grid.pushed(solver.result.x), done)
-
     return solve
 
 

@@ -145,7 +145,7 @@ ROUGH = (
     Method("cvxpy SCIP, mixed integer", integers, packages=("pyscipopt",), only=(20, 30, 60)),
 )
 
-CONTACTS = (3, 10, 30, 100)  # about
+CONTACTS = (1, 3, 10, 30, 100)  # about
 ROUGH_PATHS = (
     Method("ours, load_path", rough_path(), only=CONTACTS),
     Method(
@@ -161,7 +161,6 @@ def convex() -> tuple[Method, ...]:
     return (
         Method("active set, nested grids", on_grid(by_hand.nested)),
         *(Method(n, on_grid(p), 10**5) for n, p in solvers.through_cvxpy().items()),
-        Method("PIQP 1e-10, direct", on_grid(solvers.piqp), 10**5, ("piqp",)),
         Method("scipy L-BFGS-B", on_grid(solvers.bounded), 10**4),
     )
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from studies.benchmarks.stress.verdicts import BAD, NAMES, Trial
-from studies.shared.figures import Figure, canvas, edges
+from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas, edges
 
 PANELS = {  # title, x, y
     "fitted": ("fitted mesh, small slopes", "log₁₀ a/l", "log₁₀ w/γ₁"),
@@ -24,36 +24,57 @@ PANELS = {  # title, x, y
         "profile, at two depths",
     ),
 }
+SCATTERED = {"random": ("fitted mesh", "o", BLUE), "nodes": ("lattice", "^", ORANGE)}
 TICKS = {"edge": {-1: "beyond", 1: "before"}, "profiles": dict(enumerate(NAMES))}
 MARKS = {"refused": ("o", 9.0), "lost or failed": ("X", 8.0)}
+LEAST = 1e-4  # of an error over its estimate, drawn
 
 
 def plot(trials: Sequence[Trial], grids: Sequence[str]) -> Figure:
     """Fewest digits of a, P and U over each grid; crosses: lost or failed, rings: refused."""
-    rows = math.ceil((len(grids) + 1) / 3)
-    figure, grid = canvas(13, 4.3 * rows + 0.4, rows, 3, squeeze=False)
+    maps = [name for name in grids if name not in SCATTERED]
+    scattered = [name for name in grids if name in SCATTERED]
+    count = len(maps) + bool(scattered)
+    rows = math.ceil(count / 3)
+    figure, grid = canvas(13, 4.3 * rows + 0.8, rows, min(count, 3), squeeze=False)
     panels = grid.ravel()
-    for axes in panels[len(grids) :]:
-        axes.set_axis_off()
-    for axes, name in zip(panels, grids, strict=False):
+    for axes, name in zip(panels, maps, strict=False):
         drawn = _draw(axes, [t for t in trials if t.grid == name])
         axes.set(**dict(zip(("title", "xlabel", "ylabel"), PANELS[name], strict=True)))
         if name in TICKS:
             axes.set_yticks([*TICKS[name]], [*TICKS[name].values()])
-    style: dict[str, Any] = {"ls": "", "mfc": "none", "mec": "black"}
-    key = panels[-1]
-    for word, (marker, size) in MARKS.items():
-        key.plot([], [], marker=marker, ms=size, label=word, **style)
-    key.legend(loc="upper center")
-    label = "digits kept (fewest of a, P, U); grey: nothing to compare"
-    where = key.inset_axes((0.1, 0.35, 0.8, 0.12))
-    figure.colorbar(drawn, cax=where, label=label, extend="min", orientation="horizontal")
-    bad = sum(t.verdict not in ("ok", "refused") for t in trials)
+    if scattered:
+        _scatter(panels[len(maps)], trials, scattered)
+    for axes in panels[count:]:
+        axes.set_axis_off()
+    if maps:
+        label = "digits kept (fewest of a, P, U); grey: nothing to compare"
+        shown = panels.tolist()
+        figure.colorbar(drawn, ax=shown, label=label, extend="min", location="bottom", aspect=50)
+        style: dict[str, Any] = {"ls": "", "mfc": "none", "mec": "black"}
+        for word, (marker, size) in MARKS.items():
+            panels[0].plot([], [], marker=marker, ms=size, label=word, **style)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower right", ncols=2)
+    bad = sum(t.verdict in BAD for t in trials)
     figure.suptitle(
         f"Digits at the ends of the range: of {len(trials)} points {bad} lose more than the "
         "problem itself does"
     )
     return figure
+
+
+def _scatter(axes: Any, trials: Sequence[Trial], grids: Sequence[str]) -> None:
+    """Errors of random scenes over their estimates, which may be ten times too small."""
+    for name in grids:
+        label, marker, colour = SCATTERED[name]
+        own = [t for t in trials if t.grid == name and not math.isnan(t.digits[0])]
+        errors, ratios = [10 ** -min(t.digits) for t in own], [max(t.excess, LEAST) for t in own]
+        axes.loglog(errors, ratios, marker, color=colour, ms=4, alpha=0.6, label=label)
+    axes.axhline(10, color="black", ls="--", lw=1, label="limit")
+    axes.axhline(1, color=GREY, lw=0.8)
+    axes.set(title="random scenes", xlabel="largest relative error of a, P and U")
+    axes.set(ylabel="largest error over its estimate", ylim=(LEAST / 3, 100))
+    axes.legend(loc="lower right", fontsize=9)
 
 
 def _draw(axes: Any, own: Sequence[Trial]) -> Any:

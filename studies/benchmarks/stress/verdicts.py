@@ -1,12 +1,14 @@
 """The verdicts of `stress`: work done with warnings as errors, against 60-digit arithmetic.
 
-Odd profiles, which have no closed form: the same question in other units and on the lattice.
+Random scenes: whether rtol is honoured and error_estimate covers the error. Odd profiles, which
+have no closed form: the same question in other units and on the lattice.
 """
 
 import functools
 import math
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from decimal import Decimal
 from typing import Literal, NamedTuple
 
@@ -14,8 +16,11 @@ import numpy as np
 
 import energy
 from discretization import AccuracyWarning, Equilibrium, NotCertifiedError, minimise
+from discretization.lattice.state import on_lattice
 from energy import ElasticLayer, Indenter, Scene, SurfaceEnergies
 from studies.benchmarks.stress import reference
+from studies.shared import QUANTITIES
+from studies.shared.random_cases import Case
 
 EPS = float(np.finfo(float).eps)
 SLACK, TOLERANCE = 1000.0, 1e-12
@@ -26,12 +31,16 @@ KEPT = 12.0  # digits
 RTOL = 1e-13
 BAD = ("lost", "wrong", "crash", "floating point")
 NO_DIGITS = (math.nan,) * 3
+NEAR = {"mesh": 1e-15, "nodes": 1e-13}  # rounding over the sums of the terms of P and U
 Judgement = tuple[tuple[float, float, float], float, str, str]
 Work = Callable[[], Judgement]
 
 
 class Trial(NamedTuple):
-    """One point of a grid: x, y decades; digits of a, P, U; largest e/(ε(1 + c)); verdict."""
+    """One point of a grid: x, y decades; digits of a, P, U; excess; verdict.
+
+    excess: largest e/(ε(1 + c)); of a random scene the largest error over its estimate.
+    """
 
     grid: str
     shape: str
@@ -114,12 +123,52 @@ def verdict(errors: Sequence[float], condition: Sequence[float], certified: bool
     bounds = [max(SLACK * EPS * (1 + c), TOLERANCE) for c in condition]
     excess = max(e / (EPS * (1 + c)) for e, c in zip(errors, condition, strict=True))
     lost = [n for n, e, b in zip("aPU", errors, bounds, strict=True) if not e <= b]
-    a, force, energy = (-math.log10(max(e, EPS / 2)) for e in errors)
+    own = digits(errors)
     note = f"errors {', '.join(f'{e:.1e}' for e in errors)}, "
     note += f"condition {', '.join(f'{c:.1e}' for c in condition)}"
     word = "wrong" if not certified else "lost" if lost else "ok"
-    explained = not lost and min(a, force, energy) >= KEPT
-    return (a, force, energy), excess, word, "" if explained else note
+    explained = not lost and min(own) >= KEPT
+    return own, excess, word, "" if explained else note
+
+
+def random_mesh(case: Case, rtol: float) -> Judgement:
+    """A scene solved at its rtol, against its closed forms."""
+    state = minimise(case.scene, case.depth, rtol=rtol)
+    estimates = [float(state.error_estimate[name]) for name in QUANTITIES]
+    return estimated(case.errors(state, case.half_width), estimates, "mesh", rtol)
+
+
+def random_nodes(case: Case, nodes: float, offset: float) -> Judgement:
+    """A scene solved on so many nodes per l, at this offset in links, likewise."""
+    dx = case.scene.elastocapillary_length / nodes
+    scene = replace(case.scene, indenter=case.scene.indenter.shifted(offset * dx))
+    state = on_lattice(scene, case.depth, dx, origin=None if not offset else 0.0)
+    estimates = [float(state.error_estimate[name]) for name in QUANTITIES]
+    if not max(estimates) < math.inf:
+        links = float(np.diff(state.nodes).sum()) / dx
+        return NO_DIGITS, 0.0, "withheld", f"{links:.3g} links in contact"
+    if not state.contacts.size:
+        return NO_DIGITS, math.inf, "wrong", "no contact"
+    return estimated(case.errors(state, state.half_width or dx), estimates, "nodes")
+
+
+def estimated(
+    errors: Sequence[float], estimates: Sequence[float], where: str, rtol: float = math.inf
+) -> Judgement:
+    """Digits, the largest error over its estimate, and whether rtol and estimates were kept."""
+    least = NEAR[where] / 10
+    worst = max(e / max(own, least) for e, own in zip(errors, estimates, strict=True))
+    trusted, honoured = worst <= 10, max(errors) <= max(rtol, TOLERANCE)
+    word = "ok" if trusted and honoured else "lost" if trusted else "wrong"
+    told = f"errors {', '.join(f'{e:.1e}' for e in errors)} for rtol = {rtol:.1e}"
+    told += f", estimated {', '.join(f'{e:.1e}' for e in estimates)}"
+    return digits(errors), worst, word, "" if word == "ok" else told
+
+
+def digits(errors: Sequence[float]) -> tuple[float, float, float]:
+    """What relative errors of a, P and U leave."""
+    a, force, energy = (-math.log10(max(e, EPS / 2)) for e in errors)
+    return a, force, energy
 
 
 def profile(name: str, unit: float) -> Indenter:

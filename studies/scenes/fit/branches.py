@@ -7,7 +7,6 @@ The offset of the depth and the stiffness of the machine cost no further path.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -21,6 +20,7 @@ from studies.shared import Array
 RTOL = 1e-4  # asked of the paths, whose forces are then right to some 1e-6
 BEYOND = 1.01  # times δ₀ below touching nothing holds
 POINTS, PULLED, DENSE = 300, 600, 3000  # on a leg, below touching, and for the machine
+KEPT = 64  # paths that are remembered
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +52,6 @@ class Branch:
         deep = float((spline(s[-1]) - spline(s[-2])) / (drive[-1] - drive[-2]))
         return force + deep * np.maximum(drives - drive[-1], 0.0), float(drive[0])
 
-    def depth_at(self, drive: float, stiffness: float) -> float:
-        """The depth where the machine is at that drive."""
-        force, _ = self.read(np.array([drive]), stiffness)
-        return drive - float(force[0]) / stiffness
-
 
 @lru_cache(8)
 def _reached(branch: Branch, stiffness: float) -> tuple[Array, Array, Array, CubicSpline]:
@@ -78,39 +73,41 @@ def _reached(branch: Branch, stiffness: float) -> tuple[Array, Array, Array, Cub
     return s, drive, np.sqrt(drive - drive[0]), spline
 
 
-def moved(here: Branch, rates: Sequence[tuple[Array, Array]], steps: Sequence[float]) -> Branch:
-    """The branch with its depths and forces moved along their rates by so many steps."""
-    depth, force = here.depth.copy(), here.force.copy()
-    for rate, step in zip(rates, steps, strict=True):
-        depth += step * rate[0]
-        force += step * rate[1]
-    return replace(here, depth=depth, force=force)
-
-
 def touching(scene: Scene) -> float:
     """The depth of first touch, where nothing adheres from afar: min f."""
     springs = replace(scene, layer=replace(scene.layer, response="springs"))
     return float(load_path(springs, forces=[0.0]).events[0].before.depth)
 
 
+@lru_cache(KEPT)
 def retraction(scene: Scene, touch: float, reach: float) -> tuple[Branch, bool]:
-    """From as deep as `reach` below the touch to the detachment; whether the way in is the same."""
+    """From as deep as `reach` below the touch to the detachment; whether nothing else happens."""
     branch, events = _leg(scene, [touch, touch + reach], reach)
-    return branch, reversible(scene) and events == 2
+    return branch, events == 2
 
 
-def reversible(scene: Scene) -> bool:
-    """Whether contacts can take the same way in and out: separate springs let go later."""
-    return scene.opening is None and scene.gamma1 > 0
-
-
-def one_way(
-    scene: Scene, touch: float, reach: float, drives: Sequence[float], stiffness: float
+def ways(
+    scene: Scene, touch: float, reach: float, drives: tuple[float, ...], stiffness: float
 ) -> list[Branch]:
-    """From the touch inwards, and on in turn from each of the turning drives; reach: as above."""
+    """A branch for the way in from the touch, and for that from each of the turning drives in turn.
+
+    They are one where a contact takes the same way in and out: separate springs let go later.
+    """
+    if scene.opening is None and scene.gamma1 > 0:
+        both, same = retraction(scene, touch, reach)
+        if same:
+            return [both] * (1 + len(drives))
+    return _one_way(scene, touch, reach, drives, stiffness)
+
+
+@lru_cache(KEPT)
+def _one_way(
+    scene: Scene, touch: float, reach: float, drives: tuple[float, ...], stiffness: float
+) -> list[Branch]:
     found, depths = [_leg(scene, [touch], reach)[0]], [touch]
     for drive in drives:
-        depths.append(found[-1].depth_at(drive, stiffness))
+        (force,), _ = found[-1].read(np.array([drive]), stiffness)
+        depths.append(drive - float(force) / stiffness)
         found.append(_leg(scene, depths, reach)[0])
     return found
 

@@ -1,28 +1,30 @@
 """Estimates of surface energies from a measured curve, their intervals, and what stays open."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.optimize import brentq
 
 from energy import Assumption, Scene
-from studies.scenes.fit.alternatives import Alternative, compared, strained
-from studies.scenes.fit.force_curve import Curve, Data, noise
-from studies.scenes.fit.model import BASELINE, DEFAULT, SHIFTS, Model
-from studies.scenes.fit.quality import Quality, judged
+from studies.scenes.fit.force_curve import BASELINE, Curve, Data, noise
+from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, sought
+from studies.scenes.fit.verdict import Alternative, Quality, compared, judged, strained
 from studies.shared import Array
-from studies.shared.batches import Progress, each
 
 UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
-CONFIDENCE = 0.95
 LOOSE, CONDITION = 1.0, 100.0
 CLOSE = 0.02  # of its distance: how well the end of a profile interval is found
 FARTHEST = 20.0  # half-widths of the linearised interval
+ELSEWHERE = "start from other parameters, or leave it out of --parameters"
+OPEN = (
+    "its interval is wider than a factor e; set it in the scene and leave it out of --parameters, "
+    "or measure up to the detachment"
+)
 Interval = tuple[float, float]
 
 
@@ -47,11 +49,9 @@ class Fit:
 
     Attributes
     ----------
-    curve : Curve
-        What was measured.
     model : Model
         The simulator as a function of the coordinates `best.x`; `model.scene` is the start, and
-        `model.data` says which points are in contact and which are free of force.
+        `model.data` the curve, which of its points are in contact and which are free of force.
     best : Best
         Coordinates, residuals and Jacobian at the minimum.
     estimates : tuple of Estimate
@@ -69,7 +69,6 @@ class Fit:
         the depth where that is.
     """
 
-    curve: Curve
     model: Model
     best: Best
     estimates: tuple[Estimate, ...]
@@ -81,28 +80,22 @@ class Fit:
 
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of a parameter by its name."""
-        return self.estimates[self.model.names.index(name)]
+        return next(one for one in self.estimates if one.name == name)
 
     @property
-    def offset(self) -> float:
-        """What the depths of the curve are too large by."""
-        return self.model.parameters(self.best.x)["offset"]
+    def line(self) -> Array:
+        """Fitted force out of contact at all points of the curve (n,)."""
+        return np.asarray(self.model.data.columns @ self.model.line(self.best.x))
 
     @property
     def fitted(self) -> Array:
         """Fitted forces at all points of the curve (n,), those out of contact included."""
-        force, _ = self.model.forces(self.model.parameters(self.best.x))
-        return force + self.model.line(self.best.x)
-
-    @property
-    def residual_noise(self) -> float:
-        """s = √(Σr²/(n - m))."""
-        return math.sqrt(2 * self.best.cost / _spare(self.best))
+        return self.model.forces(self.best.x)[0] + self.line
 
     def inside_profile(self, i: int, value: float) -> bool:
         """Whether a value of parameter i lies in its profile interval."""
         at = self.model.coordinate(self.model.names[i], value)
-        return profiled(self.model, self.best, i, at) <= _limit(self.best)
+        return profiled(self.model, self.best, i, at) <= self.best.limit
 
     @property
     def needless(self) -> tuple[str, ...]:
@@ -116,18 +109,12 @@ class Fit:
         found += [one.told for one in self.alternatives if one.doubtful]
         for e in self.estimates:
             if e.bound:
-                found.append(
-                    f"{e.name} = {e.value:.3g} {self.unit(e.name)} is the bound of the search, no "
-                    "estimate: start from other parameters, or leave it out of --parameters"
-                )
+                value = f"{e.name} = {e.value:.3g} {self.unit(e.name)}"
+                found.append(f"{value} is the bound of the search, no estimate: {ELSEWHERE}")
             elif not e.identifiable and e.name not in self.needless:
-                found.append(
-                    f"{e.name} is not identifiable from this curve: its interval is wider than a "
-                    "factor e; set it in the scene and leave it out of --parameters, or measure "
-                    "up to the detachment"
-                )
+                found.append(f"{e.name} is not identifiable from this curve: {OPEN}")
         if self.condition > CONDITION:
-            terms = zip(self.combination, self.model.names, strict=False)
+            terms = zip(self.combination, self.model.names, strict=True)
             text = " ".join(f"{c:+.2f} log {name}" for c, name in terms)
             text = text.replace("log offset", "offset/range")
             found.append(f"ill-conditioned ({self.condition:.2g}): the curve hardly fixes {text}")
@@ -142,15 +129,14 @@ class Fit:
     def __str__(self) -> str:
         rows = [f"{'parameter':12s}{'estimate':>13s}{'95 % linearised':>29s}{'95 % profile':>29s}"]
         for e in self.estimates:
-            spans = (self._told(e, span) for span in (e.interval, e.profile))
-            cells = "".join(f"{span:>29s}" for span in spans)
-            rows.append(f"{e.name:12s}{e.value:>13.5g}{cells} {self.unit(e.name)}")
-        data = self.model.data
+            row = f"{e.name:12s}{e.value:>13.5g}{self._told(e, e.interval):>29s}"
+            rows.append(f"{row}{self._told(e, e.profile):>29s} {self.unit(e.name)}")
+        data, times = self.model.data, self.quality.times
         count = f"{data.used.sum()} of {data.used.size} points in contact, {data.free.sum()} free"
         ends = ", ".join(mark.kind for mark in data.ends) or "no end of contact"
-        force = f"N{self.model.scene.per_length}"
-        size = "" if math.isnan(self.quality.times) else f", {self.quality.times:.2g} × the noise"
-        rows.append(f"{count}; {ends} used; residual {self.residual_noise:.3g} {force}{size}")
+        size = "" if math.isnan(times) else f", {times:.2g} × the noise"
+        residual = f"residual {self.best.scatter:.3g} {self.unit('level')}{size}"
+        rows.append(f"{count}; {ends} used; {residual}")
         rows += [one.told for one in self.alternatives if not one.doubtful]
         return "\n".join([*rows, *(f"WARNING: {text}" for text in self.warnings)])
 
@@ -171,7 +157,6 @@ def fit(
     *,
     profiles: bool = True,
     alternatives: bool = True,
-    show: Callable[[Progress], object] = lambda progress: None,
 ) -> Fit:
     """Find the surface energies with which the simulator comes nearest to a measured curve.
 
@@ -188,32 +173,29 @@ def fit(
         Find the profile intervals, too.
     alternatives : bool
         Compare with simpler models and with the layer's own response.
-    show : callable
-        Gets the progress over the parameters.
 
     Returns
     -------
     Fit
-        Estimates with intervals, the verdict and the warnings; without a fit in the sense of
-        quality.py no intervals.
+        Estimates with intervals, the verdict and the warnings; no intervals where the residual
+        is more than noise.
 
     Raises
     ------
     ValueError
         For too few points in contact, unknown names, or a start at which there is no equilibrium.
     """
-    data = Data.of(curve)
-    model = Model.of(scene, names, data)
-    best = sought(model, model.start)
+    model = Model.of(scene, names, Data.of(curve))
+    best = sought(model)
     condition, weakest, spread = conditioning(best.jac, len(names))
-    reach = _quantile(best) * math.sqrt(2 * best.cost / _spare(best)) * spread
-    quality = _quality(model, best)
-    estimate = partial(_estimate, model, best, reach, profiles, quality.fits)
-    estimates = tuple(each(estimate, range(len(model.names)), 1, show))
+    reach, quality = math.sqrt((best.limit - 1) * best.squares) * spread, _quality(model, best)
+    asked = quality.fits, profiles
+    own = [_estimate(model, best, i, float(reach[i]), *asked) for i in range(best.x.size)]
+    estimates = (*own, *_baseline(model, best, reach, quality.fits))
     others = compared(model, best, reach) if alternatives else ()
     combination = tuple(weakest.tolist())
     worst = strained(model, best)
-    return Fit(curve, model, best, estimates, condition, combination, quality, others, worst)
+    return Fit(model, best, estimates, condition, combination, quality, others, worst)
 
 
 def _quality(model: Model, best: Best) -> Quality:
@@ -222,67 +204,56 @@ def _quality(model: Model, best: Best) -> Quality:
     contact, out, ends = np.split(best.fun, [count, count + free])
     sigma = noise(data.curve.force)
     # no noise is less than what simulated forces are to be trusted to
-    least = SIMULATED * model.size if sigma else 0.0
+    least = SIMULATED * data.size if sigma else 0.0
     lone = np.empty(0) if free else data.curve.force[model.apart(best.x)]
-    return judged(contact, np.append(out, ends), lone, _spare(best), max(sigma, least))
+    return judged(contact, np.append(out, ends), lone, best.spare, max(sigma, least))
 
 
-def _spare(best: Best) -> int:
-    return int(best.fun.size - best.x.size)
-
-
-def _quantile(best: Best) -> float:
-    """t of Student's distribution."""
-    return float(stdtrit(_spare(best), 0.5 + CONFIDENCE / 2))
-
-
-def _limit(best: Best) -> float:
-    """Sum of squares over the least at the ends of a profile interval."""
-    return 1 + _quantile(best) ** 2 / _spare(best)
+def _baseline(model: Model, best: Best, reaches: Array, fits: bool) -> list[Estimate]:
+    """Estimates of the line out of contact; reaches: half-widths of all linearised intervals."""
+    found, line = [], model.line(best.x).tolist()
+    for name, value, reach in zip(BASELINE, line, reaches[best.x.size :].tolist(), strict=False):
+        ends = (value - reach, value + reach) if fits else None
+        found.append(Estimate(name, value, ends, None, True, False))
+    return found
 
 
 def _estimate(
-    model: Model, best: Best, reaches: Array, profiles: bool, fits: bool, i: int
+    model: Model, best: Best, i: int, reach: float, fits: bool, profiles: bool
 ) -> Estimate:
-    """Estimate and intervals of parameter i; reaches: half-widths of the linearised intervals."""
-    x, name, reach = float(best.x[i]), model.names[i], float(reaches[i])
-    value, bound = model.value(name, x), model.on_bound(best.x, i)
-    shifts = name in SHIFTS
-    identifiable = math.isfinite(reach) and (shifts or reach <= LOOSE) and not bound
-    if bound or not fits:
-        return Estimate(name, value, None, None, identifiable, bound)
-    ends = (-math.inf, math.inf) if shifts else (0.0, math.inf)
-    if math.isfinite(reach):
-        ends = model.value(name, x - reach), model.value(name, x + reach)
-    profile = None
-    if identifiable and profiles and name not in BASELINE:
-        low, high = (_profile_end(model, best, i, side * reach) for side in (-1, 1))
-        identifiable = math.isfinite(high - low) and (shifts or high - low <= 2 * LOOSE)
-        profile = model.value(name, x + low), model.value(name, x + high)
-    return Estimate(name, value, ends, profile, identifiable, bound)
+    """Estimate and intervals of parameter i; reach: half-width of the linearised interval."""
+    x, name, bound = float(best.x[i]), model.names[i], model.on_bound(best.x, i)
+    loose = math.inf if name == "offset" else LOOSE  # an offset may have any size
+    identifiable = math.isfinite(reach) and reach <= loose and not bound
+    interval = profile = None
+    if fits and not bound:
+        interval = model.value(name, x - reach), model.value(name, x + reach)
+        if identifiable and profiles:
+            low, high = (_profile_end(model, best, i, side * reach) for side in (-1, 1))
+            identifiable = math.isfinite(high - low) and high - low <= 2 * loose
+            profile = model.value(name, x + low), model.value(name, x + high)
+    return Estimate(name, model.value(name, x), interval, profile, identifiable, bound)
 
 
 def _profile_end(model: Model, best: Best, i: int, reach: float) -> float:
     """Distance from the fit at which the profile crosses min (1 + t²/(n - m)).
 
-    By secants of the root of what it exceeds its minimum by, which is nearly linear.
+    It is where the root of what the profile exceeds its minimum by, nearly linear, has a value.
     """
-    limit = math.sqrt(_limit(best) - 1)
-    near, far, there = 0.0, 1.0, 0.0  # a bracket in units of reach, and the root at its near end
-    times, above = 1.0, math.inf
-    for _ in range(10):
+    limit = math.sqrt(best.limit - 1)
+
+    @cache
+    def beyond(times: float) -> float:
+        if not times:
+            return -limit
         ratio = profiled(model, best, i, float(best.x[i]) + times * reach)
         root = min(math.sqrt(max(ratio - 1, 0.0)), 10 * limit)
-        if abs(root - limit) <= CLOSE * limit:
-            return times * reach
-        if root > limit:
-            far, above = times, root
-        else:
-            near, there = times, root
-        if math.isinf(above):
-            if times >= FARTHEST:
-                break
-            times = min(times * min(max(limit / max(root, 1e-9), 1.1), 2.5), FARTHEST)
-        else:
-            times = near + (far - near) * min(max((limit - there) / (above - there), 0.05), 0.95)
-    return times * reach if math.isfinite(above) else math.copysign(math.inf, reach)
+        return 0.0 if abs(root - limit) <= CLOSE * limit else root - limit
+
+    far = 1.0
+    while beyond(far) < 0:
+        if far == FARTHEST:
+            return math.copysign(math.inf, reach)
+        grown = 1.1 * limit / max(limit + beyond(far), 0.4 * limit)
+        far = min(grown * far, FARTHEST)
+    return reach * float(brentq(beyond, 0.0, far))

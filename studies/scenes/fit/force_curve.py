@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import find_peaks
 
 from studies.shared import Array
 
 CLEAR = 5.0  # times the noise: a force, or a way back, that is there
 ROUNDING = 1e-9  # of a way back, relative to the range of depths
 LEAST = 1e-10  # noise, relative to the largest force
-
-
+BASELINE = ("level", "slope", "drift")  # of the force out of contact
 FLAT = 8  # points at least that tell a line without contact
 STEEP = 0.2  # of the mean slope of what follows: a steeper line is no free part
 GUARD = 0.1  # of the free points, those next to the contact, may feel it already
@@ -52,17 +52,8 @@ def noise(force: Array) -> float:
 def turning_points(depth: Array) -> tuple[int, ...]:
     """Indices at which loading turns into unloading or back, by more than the depth's own noise."""
     least = max(CLEAR * noise(depth), ROUNDING * float(np.ptp(depth)))
-    found: list[int] = []
-    far, sense = 0, 0  # the point farthest in the present direction, +1 for growing depth
-    for i, value in enumerate(depth.tolist()):
-        beyond = value - float(depth[far])
-        if sense * beyond >= 0 and sense:
-            far = i
-        elif abs(beyond) > least:
-            if sense:
-                found.append(far)
-            far, sense = i, 1 if beyond > 0 else -1
-    return tuple(found)
+    turns = [find_peaks(way * depth, prominence=least)[0] for way in (1, -1)]
+    return tuple(sorted(np.concatenate(turns).tolist()))
 
 
 def loading(depth: Array) -> NDArray[np.bool_]:
@@ -72,25 +63,6 @@ def loading(depth: Array) -> NDArray[np.bool_]:
     for start, end in pairwise(ends):
         grows[start + (start > 0) : end + 1] = depth[end] > depth[start]
     return grows
-
-
-def contacts(curve: Curve) -> tuple[slice, ...]:
-    """The pieces of a curve with a contact each: cut where the depth turns and no force is left."""
-    weak = np.abs(curve.force) <= CLEAR * noise(curve.force)
-    grows = loading(curve.depth)
-    cuts = [i for i in turning_points(curve.depth) if weak[i] and not grows[i]]
-    return tuple(slice(a, b) for a, b in pairwise([0, *cuts, curve.depth.size]))
-
-
-def in_contact(curve: Curve) -> NDArray[np.bool_]:
-    """All points but those without force at the beginning and at the end of each contact (n,)."""
-    used = np.zeros(curve.force.size, bool)
-    clear = np.flatnonzero(np.abs(curve.force) > CLEAR * noise(curve.force))
-    for piece in contacts(curve):
-        own = clear[(clear >= piece.start) & (clear < piece.stop)]
-        if own.size:
-            used[own[0] : own[-1] + 1] = True
-    return used
 
 
 def free_parts(curve: Curve) -> NDArray[np.bool_]:
@@ -122,19 +94,20 @@ def _flat(depth: Array, force: Array) -> int:
     beyond = np.abs(force - np.polyval(line, depth - depth[0])) > CLEAR * sigma
     far = np.flatnonzero(beyond[:-1] & beyond[1:])
     count = int(far[0]) if far.size else count
-    rest = slice(count, None)
-    steep = np.ptp(force[rest]) / max(float(np.ptp(depth[rest])), math.ulp(0.0))
-    return count if FLAT <= count < force.size and abs(line[0]) < STEEP * steep else 0
+    if not FLAT <= count < force.size:
+        return 0
+    flat = abs(line[0]) * np.ptp(depth[count:]) < STEEP * np.ptp(force[count:])
+    return count if flat else 0
 
 
 def baseline(curve: Curve, free: NDArray[np.bool_]) -> Array:
-    """The forces that a free line may have, a column each (n, q): level, slope, drift.
+    """The forces that a free line may have, for level, slope and drift of 1 (n, q).
 
-    Over the drive both, in units of its range; the drift, over the number of the point, only where
-    there are free points on both sides of the contact. None (n, 0) without free points.
+    The drift, over the number of the point, only where there are free points on both sides of the
+    contact. None (n, 0) without free points.
     """
     x, order = curve.depth - curve.depth[0], np.linspace(0.0, 1.0, curve.depth.size)
-    columns = np.stack([np.ones(x.size), x / np.ptp(x), order], axis=1)
+    columns = np.stack([np.ones(x.size), x, order], axis=1)
     if not free.any():
         return columns[:, :0]
     return columns[:, : 3 if free[0] and free[-1] else 2]
@@ -151,75 +124,101 @@ class Mark(NamedTuple):
     error: float
 
 
-def marks(curve: Curve) -> tuple[Mark, ...]:
-    """The ends of contact that the curve shows: pulled on one side, without force on the other."""
-    used, clear = in_contact(curve), 2 * CLEAR * noise(curve.force)
-    found = []
-    for piece in contacts(curve):
-        inside = piece.start + np.flatnonzero(used[piece])
-        ends = (("touch", 0, -1), ("detachment", -1, 1)) if inside.size else ()
-        for kind, at, step in ends:
-            near, beside = int(inside[at]), int(inside[at]) + step
-            if piece.start <= beside < piece.stop and curve.force[near] < -clear:
-                a, b = sorted((curve.depth[near], curve.depth[beside]))
-                if b > a:
-                    found.append(Mark(kind, float(a + b) / 2, float(b - a) / math.sqrt(12)))
-    return tuple(found)
-
-
-@dataclass(frozen=True)
-class Leg:
+class Leg(NamedTuple):
     """Points in contact on one way in or out (by their indices); turn: drive at which it begins."""
 
     points: NDArray[np.intp]
     turn: float
 
 
+class Contact(NamedTuple):
+    """Legs in and out in turn, the first one inwards, be it empty; where it is seen to end."""
+
+    legs: list[Leg]
+    ends: list[Mark]
+
+
+def contacts(curve: Curve) -> tuple[Contact, ...]:
+    """All points from the first force to the last one, between turns without any.
+
+    An end is seen where the curve is pulled on one side and without force on the other.
+    """
+    depth, force, clear = curve.depth, curve.force, CLEAR * noise(curve.force)
+    turns, grows, felt, found = turning_points(depth), loading(depth), np.abs(force) > clear, []
+    cuts = [i for i in turns if not felt[i] and not grows[i]]
+    for start, stop in pairwise([0, *cuts, depth.size]):
+        if not felt[start:stop].any():
+            continue
+        first, last = (start + np.flatnonzero(felt[start:stop])[[0, -1]]).tolist()
+        ends = []
+        for kind, near, beside in (("touch", first, first - 1), ("detachment", last, last + 1)):
+            if start <= beside < stop and force[near] < -2 * clear:
+                a, b = sorted((float(depth[near]), float(depth[beside])))
+                if b > a:
+                    ends.append(Mark(kind, (a + b) / 2, (b - a) / math.sqrt(12)))
+        inner = [i for i in turns if first < i < last]
+        ways = pairwise([first, *(i + 1 for i in inner), last + 1])
+        begins = [-math.inf, *depth[inner].tolist()]
+        legs = [Leg(np.arange(a, b), turn) for (a, b), turn in zip(ways, begins, strict=True)]
+        if not grows[first]:
+            legs[0] = Leg(legs[0].points, float(depth[first]))
+            legs.insert(0, Leg(np.arange(0), -math.inf))
+        found.append(Contact(legs, ends))
+    return tuple(found)
+
+
 @dataclass(frozen=True)
 class Data:
     """A curve of n points, of which some are in contact and some have no force.
 
-    columns (n, q): forces that its free line may have; pieces: the contacts, each of legs in and
-    out in turn, the first one inwards, be it empty; ends: drives at which contact is seen to begin
-    and to be lost; sigma: noise of the force, or rounding.
+    flat: force over drive, less the line through its free parts; columns (n, q): forces that this
+    line may have; sigma: noise of the force, or rounding; size: of the forces in contact; lines:
+    the columns at the points used, the free ones and the ends of contacts; nearest: their
+    pseudo-inverse.
     """
 
     curve: Curve
+    flat: Curve
     columns: Array
     used: NDArray[np.bool_]
     free: NDArray[np.bool_]
-    pieces: tuple[tuple[Leg, ...], ...]
-    ends: tuple[Mark, ...]
+    contacts: tuple[Contact, ...]
     sigma: float
+    size: float
+    lines: Array
+    nearest: Array
 
     @classmethod
     def of(cls, curve: Curve) -> Data:
         """Take a curve apart, once a line through its free parts is subtracted."""
         flat = Curve(curve.drive, curve.force)
-        free = free_parts(flat)
+        free, used = free_parts(flat), np.zeros(curve.force.size, bool)
         columns = baseline(flat, free)
         if free.any():
             line = np.linalg.lstsq(columns[free], curve.force[free], rcond=None)[0]
             flat = Curve(curve.drive, curve.force - columns @ line)
-        used = in_contact(flat)
+        found = contacts(flat)
+        for leg in (leg for one in found for leg in one.legs):
+            used[leg.points] = True
         free &= ~used
-        sigma = max(noise(curve.force), LEAST * float(np.abs(curve.force[used]).max(initial=0)))
-        pieces = tuple(_legs(flat, used, own) for own in contacts(flat) if used[own].any())
-        return cls(curve, columns, used, free, pieces, marks(flat), sigma)
+        size = float(np.abs(curve.force[used]).max(initial=0))
+        sigma = max(noise(curve.force), LEAST * size)
+        none = np.zeros((sum(len(one.ends) for one in found), columns.shape[1]))
+        lines = np.concatenate([columns[used], columns[free], none])
+        nearest = np.linalg.pinv(lines)
+        return cls(curve, flat, columns, used, free, found, sigma, size, lines, nearest)
+
+    @property
+    def ends(self) -> tuple[Mark, ...]:
+        """Drives at which contact is seen to begin and to be lost."""
+        return tuple(mark for one in self.contacts for mark in one.ends)
+
+    @property
+    def legs(self) -> tuple[Leg, ...]:
+        """The legs of all contacts."""
+        return tuple(leg for one in self.contacts for leg in one.legs)
 
     @property
     def span(self) -> float:
         """Range of the drives in contact."""
         return float(np.ptp(self.curve.drive[self.used]))
-
-
-def _legs(curve: Curve, used: NDArray[np.bool_], piece: slice) -> tuple[Leg, ...]:
-    points = piece.start + np.flatnonzero(used[piece])
-    turns = [i for i in turning_points(curve.depth) if points[0] < i < points[-1]]
-    inwards = loading(curve.depth)[points[0]] or points[0] == turns[:1]
-    cuts = [points[0] - 1, *turns, points[-1]]
-    legs = [points[(points > a) & (points <= b)] for a, b in pairwise(cuts)]
-    begins = [-math.inf, *curve.depth[turns].tolist()]
-    if not inwards:
-        legs, begins = [points[:0], *legs], [-math.inf, float(curve.depth[points[0]]), *begins[1:]]
-    return tuple(Leg(own, turn) for own, turn in zip(legs, begins, strict=True))

@@ -12,11 +12,10 @@ import numpy as np
 from energy.units import prefixed
 from studies.scenes.curve_file import INSTRUMENT, Reading, count, read_curve
 from studies.scenes.file import load
-from studies.scenes.fit.estimate import UNITS, Fit, fit
-from studies.scenes.fit.model import NAMES, parameters_of, scene_with
+from studies.scenes.fit.estimate import UNITS, fit
+from studies.scenes.fit.model import parameters_of, scene_with
 from studies.scenes.sweep.store import Record
-from studies.scenes.sweep.study import sweep
-from studies.scenes.sweep.study import table as swept
+from studies.scenes.sweep.study import sweep, table
 from studies.shared import Array
 from studies.shared.batches import tell
 from studies.shared.command import Output
@@ -45,8 +44,13 @@ class FittedFile:
         reading = replace(self.reading, number=int(number)) if number else self.reading
         scene = load(self.scene).scene
         scene = scene_with(scene, parameters_of(scene) | dict(self.fixed))
-        curve = read_curve(Path(name), reading)
-        return row(fit(scene, curve, self.names, profiles=False, alternatives=self.alternatives))
+        curve, asked = read_curve(Path(name), reading), {"alternatives": self.alternatives}
+        found, values = fit(scene, curve, self.names, profiles=False, **asked), dict[str, Any]()
+        for one in found.estimates:
+            low, high = one.interval or (math.nan, math.nan)
+            values |= {one.name: one.value, f"{one.name}_low": low, f"{one.name}_high": high}
+        quality = {"fits": found.quality.fits, "residual_over_noise": found.quality.times}
+        return values | quality | {"warnings": "; ".join(found.warnings)}
 
     def identity(self, names: Sequence[str]) -> Any:
         """What determines the numbers besides the names of the curves, as plain data."""
@@ -54,16 +58,6 @@ class FittedFile:
         contents = [sha256(Path(file).read_bytes()).hexdigest() for file in files]
         text = self.scene.read_text("utf-8")
         return [text, repr(self.reading), self.names, self.alternatives, self.fixed, contents]
-
-
-def row(found: Fit) -> dict[str, Any]:
-    """A fit as numbers and texts."""
-    values: dict[str, Any] = {}
-    for one in found.estimates:
-        low, high = one.interval or (math.nan, math.nan)
-        values |= {one.name: one.value, f"{one.name}_low": low, f"{one.name}_high": high}
-    quality = {"fits": found.quality.fits, "residual_over_noise": found.quality.times}
-    return values | quality | {"warnings": "; ".join(found.warnings)}
 
 
 def curves(data: Path, reading: Reading) -> list[str]:
@@ -123,6 +117,7 @@ def plot(record: Record, names: Sequence[str], title: str) -> Figure:
         axes.hist(values / size.size, bins="auto", color=BLUE)
         axes.axvline(float(np.median(values)) / size.size, color="black", ls="--", label="median")
         axes.set(xlabel=f"{name} in {size.symbol}/{area}", ylabel="curves")
+        axes.yaxis.get_major_locator().set_params(integer=True)
         axes.legend()
     figure.suptitle(f"{title}: {fits.sum()} of {fits.size} curves", fontsize=12)
     return figure
@@ -133,40 +128,38 @@ def report(
     files: Sequence[str],
     shared: str | None,
     title: str,
-    data: Path,
+    name: str,
     out: Output,
     jobs: int,
 ) -> int:
     """Fit all, tell the medians, write table and figure; 1 if a curve failed or does not fit."""
-    if shared is not None and (shared not in job.names or shared == "offset" or len(job.names) < 2):
-        known = ", ".join(name for name in NAMES if name in job.names and name != "offset")
-        raise ValueError(f"shared = {shared!r} must be one of what is fitted: {known}")
-    name, written = f"{data.stem}_fits", []
-    record = _swept(job, files, out.folder / f"{name}.jsonl", jobs)
-    written.append(out.table(f"{name}.csv", repr(job), *swept(record)))
+    shown = [one for one in job.names if one != "offset"]
+    if shared is not None and (shared not in shown or len(job.names) < 2):
+        raise ValueError(f"shared = {shared!r} must be one of what is fitted: {', '.join(shown)}")
+
+    def fitted(notes: Sequence[str] = ()) -> Record:
+        path, identity = out.folder / f"{name}.jsonl", job.identity(files)
+        record = sweep(job, {"curve": files}, path, jobs=jobs, identity=identity, show=tell)
+        written.append(out.table(f"{name}.csv", repr(job), *table(record), notes=notes))
+        return record
+
+    written: list[Path] = []
+    record = fitted()
     if shared is not None:
         found = common(shared, *(record.column(f"{shared}_{end}") for end in ("low", "high")))
         print(found)
+        shown.remove(shared)
         names = tuple(one for one in job.names if one != shared)
         job = replace(job, names=names, fixed=((shared, found.value),))
         name = f"{name}_shared_{shared}"
-        record = _swept(job, files, out.folder / f"{name}.jsonl", jobs)
-        written.append(out.table(f"{name}.csv", repr(job), *swept(record), notes=[str(found)]))
+        record = fitted([str(found)])
     fits = record.column("fits") == 1
     print(f"{int(fits.sum())} of {len(files)} curves are described by the model")
-    shown = [one for one in job.names if one != "offset"]
-    for one in shown:
-        if fits.any():
-            low, middle, high = np.quantile(record.column(one)[fits], (0.16, 0.5, 0.84))
-            print(
-                f"{one}: median {middle:.4g} {UNITS[one]}, "
-                f"68 % of curves in [{low:.4g}, {high:.4g}]"
-            )
     if fits.any() and shown:
+        for one in shown:
+            low, middle, high = np.quantile(record.column(one)[fits], (0.16, 0.5, 0.84))
+            told = f"{one}: median {middle:.4g} {UNITS[one]}"
+            print(f"{told}, 68 % of curves in [{low:.4g}, {high:.4g}]")
         written += out.figure(f"{name}.png", plot(record, shown, title))
     print(f"written: {', '.join(map(str, written))}")
     return 0 if fits.all() else 1
-
-
-def _swept(job: FittedFile, files: Sequence[str], path: Path, jobs: int) -> Record:
-    return sweep(job, {"curve": files}, path, jobs=jobs, identity=job.identity(files), show=tell)

@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import optimize
 
 from discretization import NotCertifiedError
 from energy import Scene, SurfaceEnergies
-from studies.scenes.fit.branches import Branch, moved, one_way, retraction, reversible, touching
+from studies.scenes.fit.branches import Branch, retraction, touching, ways
 from studies.scenes.fit.force_curve import Data
 from studies.shared import Array
 
 NAMES = ("w", "gamma1", "stiffness", "offset", "opening")
 DEFAULT = ("w", "gamma1", "offset")
-SCENE = ("w", "gamma1", "stiffness", "opening")  # parameters of the scene itself
-BASELINE = ("level", "slope", "drift")  # of the force out of contact
-SHIFTS = ("offset", *BASELINE)  # are added; the others are factors
-Rates = list[list[tuple[Array, Array]]]  # of depth and force, of each branch by each coordinate
-STRIDE = 1e-3  # of the difference quotients, in the coordinates
-SHIFTED = 1e-5  # the same of the offset
-FAR = math.log(1e4)  # from the start at most, in the logarithms
-STEP = 0.8  # of a search at most, in the logarithms
+FAR, STRIDE, HUGE = math.log(1e4), 1e-3, 700.0
+FACTOR, SHIFT = (FAR, 0.8, STRIDE), (1.0, math.inf, 1e-5)  # of logarithms and offset: see `ranges`
 APART = 0.5  # of the logarithms of both works of adhesion, to start from where the scene has one
 DEEPER = 1.5  # times the range of the drives in contact: how deep paths go
 SHARP = 0.02  # of the distance between points in contact: how straight the end stays
 CLEARLY = 0.01  # of the range of the drives in contact
-KEPT = 64  # paths that a model remembers
 STARTS, ROUNDS = 100, 3  # offsets among which the best one is where the search begins, and beside
 
 
@@ -87,218 +80,156 @@ def _usable(scene: Scene, names: tuple[str, ...]) -> Scene:
 class Model:
     """A measured curve against the simulator, as a function of coordinates x (m,).
 
-    Coordinates: logarithms of the parameters over those of the scene; (offset - zero)/length;
-    level, slope and drift of the force out of contact over `size`. names: parameters fitted, those
-    of the baseline last. touch: depth of touching. branches: of the legs of all contacts as a
-    function of the parameters. blunt: before their ends branches go on straight.
+    Coordinates: logarithms of the parameters over those of the scene, and (offset - zero)/span.
+    Any forces are compared with the data less the line out of contact that is nearest then: level,
+    slope and drift follow from x. touch: depth of touching. blunt: before their ends branches go
+    on straight. known: coordinates, the branches there, and how fast their depths and forces change
+    with each coordinate (branches, 2, n, m): branches elsewhere follow from these.
     """
 
     scene: Scene
     names: tuple[str, ...]
     data: Data
-    size: float
-    length: float
     zero: float
     touch: float
-    branches: Callable[[dict[str, float]], list[Branch]]
-    blunt: float = 0.0
+    blunt: float
+    known: tuple[Array, list[Branch], Array] | None = None
 
     @classmethod
     def of(cls, scene: Scene, names: Sequence[str], data: Data, zero: float | None = None) -> Model:
         """zero: offset to start from; else that at which the scene is nearest to the data.
 
         ValueError for unknown names, a scene that cannot be fitted, too few points."""
-        scene, used = _usable(scene, tuple(names)), data.used
-        if used.sum() <= len(names) + 1:
+        scene, count = _usable(scene, tuple(names)), int(data.used.sum())
+        if count <= len(names) + 1:
             raise ValueError(
-                f"curve: {used.sum()} points with a force above the noise are too few for "
+                f"curve: {count} points with a force above the noise are too few for "
                 f"{len(names)} parameters; measure more points in contact"
             )
-        size, length = float(np.abs(data.curve.force[used]).max()), data.span
-        touch, reach = touching(scene), DEEPER * length + 2 * scene.opened.critical_separation
-
-        @lru_cache(KEPT)
-        def forward(*values: float) -> tuple[Branch, bool]:
-            return retraction(_placed(scene, values), touch, reach)
-
-        @lru_cache(KEPT)
-        def turned(drives: tuple[float, ...], *values: float) -> list[Branch]:
-            stiffness = data.curve.machine_stiffness
-            return one_way(_placed(scene, values), touch, reach, drives, stiffness)
-
-        def branches(p: dict[str, float]) -> list[Branch]:
-            own, found = tuple(p[name] for name in SCENE), []
-            same = reversible(_placed(scene, own))
-            if same:
-                both, same = forward(*own)
-            for piece in data.pieces:
-                drives = tuple(leg.turn - p["offset"] for leg in piece[1:])
-                found += [both] * len(piece) if same else turned(drives, *own)
-            return found
-
-        fitted = (*names, *BASELINE[: data.columns.shape[1]])
-        sharp = SHARP * 2 * length / int(used.sum())
-        model = cls(scene, fitted, data, size, length, 0.0, touch, branches, sharp)
-        if "offset" not in names:
+        sharp = SHARP * 2 * data.span / count
+        model = cls(scene, tuple(names), data, zero or 0.0, touching(scene), sharp)
+        if "offset" not in names or zero is not None:
             return model
-        own = (parameters_of(scene)[name] for name in SCENE)
-        return replace(model, zero=model.nearest(forward(*own)[0]) if zero is None else zero)
+        return replace(model, zero=model.nearest(retraction(scene, model.touch, model.reach)[0]))
 
-    def near(self, x: Array, rates: Rates | None = None) -> tuple[Model, Rates]:
-        """The model whose branches follow these rates from x on, by default their own at x.
+    @property
+    def reach(self) -> float:
+        """How far below the touch paths go."""
+        return DEEPER * self.data.span + 2 * self.scene.opened.critical_separation
+
+    def branches(self, x: Array) -> list[Branch]:
+        """The branch of each leg of all contacts."""
+        if self.known is not None:
+            at, here, rates = self.known
+            moves = zip(here, rates @ (x - at), strict=True)
+            moved = {b: replace(b, depth=b.depth + d, force=b.force + p) for b, (d, p) in moves}
+            return [moved[branch] for branch in here]
+        p, found = self.parameters(x), []
+        scene, stiffness = scene_with(self.scene, p), self.data.curve.machine_stiffness
+        for contact in self.data.contacts:
+            drives = tuple(leg.turn - p["offset"] for leg in contact.legs[1:])
+            found += ways(scene, self.touch, self.reach, drives, stiffness)
+        return found
+
+    def near(self, x: Array) -> Model:
+        """The model whose branches follow their rates at x.
 
         A branch as a function of the root of the distance from its end varies smoothly with the
         parameters, where the force at a depth may vary as a root.
         """
-        at = self.parameters(x)
-        here, changing = self.branches(at), self.names[: self.count]
-        if rates is None:
-            rates = [self._rates(x, i, here) for i in range(len(changing))]
 
-        def branches(p: dict[str, float]) -> list[Branch]:
-            steps = [
-                self.coordinate(name, p[name]) - self.coordinate(name, at[name])
-                for name in changing
-            ]
-            found: dict[int, Branch] = {}
-            for number, one in enumerate(here):
-                if id(one) not in found:
-                    found[id(one)] = moved(one, [rate[number] for rate in rates], steps)
-            return [found[id(one)] for one in here]
+        def numbers(x: Array) -> Array:
+            return np.array([[one.depth, one.force] for one in self.branches(x)]).ravel()
 
-        return replace(self, branches=branches), rates
-
-    def _rates(self, x: Array, i: int, here: list[Branch]) -> list[tuple[Array, Array]]:
-        """How depth and force of each branch change with coordinate i."""
-        step = np.zeros(x.size)
-        step[i] = SHIFTED if self.names[i] in SHIFTS else STRIDE
-        beside = self.branches(self.parameters(x + step))
-        return [
-            ((b.depth - a.depth) / step[i], (b.force - a.force) / step[i])
-            for a, b in zip(here, beside, strict=True)
-        ]
-
-    @property
-    def count(self) -> int:
-        """How many parameters are not of the baseline."""
-        return len(self.names) - self.data.columns.shape[1]
-
-    @property
-    def start(self) -> Array:
-        """Where the search begins (m,): the scene, and a line through the free points."""
-        x, (columns, free) = np.zeros(len(self.names)), (self.data.columns, self.data.free)
-        if columns.shape[1]:
-            line = np.linalg.lstsq(columns[free], self.data.curve.force[free], rcond=None)[0]
-            x[-columns.shape[1] :] = line / self.size
-        return x
+        here, rates = self.branches(x), optimize.approx_fprime(x, numbers, self.ranges[2])
+        return replace(self, known=(x, here, rates.reshape(len(here), 2, -1, x.size)))
 
     def nearest(self, branch: Branch) -> float:
         """The offset, of all with a contact in it, at which a branch is nearest to the data."""
         data, drive = self.data, self.data.curve.drive[self.data.used]
-        measured = (data.curve.force - self.line(self.start))[data.used]
+        measured = data.flat.force[data.used]
 
         def off(offset: float) -> float:
             force, end = branch.read(drive - offset, data.curve.machine_stiffness, self.blunt)
             ends = {"touch": self.touch, "detachment": end}
             late = [ends[mark.kind] + offset - mark.depth for mark in data.ends]
-            found = np.sum((force - measured) ** 2) + self.size**2 * len(late)
-            return float(found) * (1 + sum((one / self.length) ** 2 for one in late))
+            found = np.sum((force - measured) ** 2) + data.size**2 * len(late)
+            return float(found) * (1 + sum((one / data.span) ** 2 for one in late))
 
-        low, high = drive.min() - self.length - self.touch, drive.max() - self.touch
+        low, high = drive.min() - data.span - self.touch, drive.max() - self.touch
         for _ in range(ROUNDS):
-            offsets = np.linspace(low, high, STARTS)
-            best, step = min(offsets.tolist(), key=off), offsets[1] - offsets[0]
+            offsets, step = np.linspace(low, high, STARTS, retstep=True)
+            best = min(offsets.tolist(), key=off)
             low, high = best - step, best + step
         return best
 
     @property
-    def limits(self) -> Array:
-        """Largest size of each coordinate (m,): a factor exp FAR from the start, or the range."""
-        reach = {"offset": 1.0} | dict.fromkeys(BASELINE, 1e6)
-        return np.array([reach.get(name, FAR) for name in self.names])
-
-    @property
-    def strides(self) -> Array:
-        """Longest step of each coordinate in a search (m,)."""
-        return np.array([math.inf if name in SHIFTS else STEP for name in self.names])
+    def ranges(self) -> Array:
+        """Of each coordinate: its largest size, its longest step in a search, and that of the
+        difference quotients (3, m)."""
+        return np.array([SHIFT if name == "offset" else FACTOR for name in self.names]).T
 
     def on_bound(self, x: Array, i: int) -> bool:
         """Whether coordinate i is where the search ends: at its limit, or opening at w."""
         at = self.parameters(x)
         none = self.names[i] == "opening" and at["opening"] <= at["w"] * (1 + STRIDE)
-        return none or bool(abs(x[i]) >= (1 - STRIDE) * self.limits[i])
+        return none or bool(abs(x[i]) >= (1 - STRIDE) * self.ranges[0, i])
 
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters at these coordinates."""
-        known = (*NAMES, *BASELINE)
-        at = dict.fromkeys(known, 0.0) | dict(zip(self.names, x.tolist(), strict=True))
-        return {name: self.value(name, coordinate) for name, coordinate in at.items()}
+        fitted = {name: self.value(name, at) for name, at in zip(self.names, x, strict=True)}
+        return parameters_of(self.scene) | fitted
 
     def value(self, name: str, coordinate: float) -> float:
-        """A parameter at its coordinate; level, slope [force per length] and drift in SI."""
+        """A parameter at its coordinate."""
         if name == "offset":
-            return self.zero + coordinate * self.length
-        if name in BASELINE:
-            per = float(np.ptp(self.data.curve.drive)) if name == "slope" else 1.0
-            return coordinate * self.size / per
-        return parameters_of(self.scene)[name] * math.exp(min(max(coordinate, -2 * FAR), 2 * FAR))
+            return self.zero + float(coordinate) * self.data.span
+        factor = math.exp(coordinate) if coordinate < HUGE else math.inf
+        return parameters_of(self.scene)[name] * factor
 
     def coordinate(self, name: str, value: float) -> float:
         """The coordinate at which a parameter has this value."""
-        if name in SHIFTS:
-            first = self.value(name, 0.0)
-            return (value - first) / (self.value(name, 1.0) - first)
+        if name == "offset":
+            return (value - self.zero) / self.data.span
         return math.log(value / parameters_of(self.scene)[name])
 
-    def line(self, x: Array) -> Array:
-        """The force out of contact at every point of the curve (n,)."""
-        columns = self.data.columns
-        return np.asarray(columns @ x[x.size - columns.shape[1] :]) * self.size
-
-    def residuals(self, x: Array) -> Array:
-        """Force less measured in contact and out of it (n,), and the ends of contact in units of
-        the noise (k,); nan: no state."""
-        p, data = self.parameters(x), self.data
-        try:
-            force, ends = self.forces(p)
-        except (ValueError, NotCertifiedError, OverflowError):
-            count = data.used.sum() + data.free.sum() + len(data.ends)
-            return np.full(count, math.nan)
-        off = force + self.line(x) - data.curve.force
-        late = [data.sigma * (ends[mark.kind] - mark.depth) / mark.error for mark in data.ends]
-        return np.concatenate([off[data.used], off[data.free], late])
-
-    def forces(self, p: dict[str, float]) -> tuple[Array, dict[str, float]]:
+    def forces(self, x: Array) -> tuple[Array, dict[str, float]]:
         """P at every point of the curve (n,), 0 out of contact; drives at its begin and its end."""
-        curve, offset = self.data.curve, p["offset"]
+        curve, offset = self.data.curve, self.parameters(x)["offset"]
         force, end = np.zeros(curve.force.size), 0.0
-        legs = [leg for piece in self.data.pieces for leg in piece]
-        for leg, branch in zip(legs, self.branches(p), strict=True):
+        for leg, branch in zip(self.data.legs, self.branches(x), strict=True):
             at = curve.drive[leg.points] - offset
             force[leg.points], end = branch.read(at, curve.machine_stiffness, self.blunt)
         return force, {"touch": self.touch + offset, "detachment": end + offset}
 
+    def off(self, x: Array) -> Array:
+        """Force less measured in contact and out of it, and the ends of contact in units of the
+        noise (n,); nan: no state."""
+        data = self.data
+        try:
+            force, ends = self.forces(x)
+        except (ValueError, NotCertifiedError, OverflowError):
+            return np.full(len(data.lines), math.nan)
+        force = force - data.curve.force
+        late = [data.sigma * (ends[mark.kind] - mark.depth) / mark.error for mark in data.ends]
+        return np.concatenate([force[data.used], force[data.free], late])
+
+    def line(self, x: Array) -> Array:
+        """Coefficients of the nearest line out of contact (q,)."""
+        return -self.data.nearest @ self.off(x)
+
+    def residuals(self, x: Array) -> Array:
+        """What `off` leaves beside the nearest line out of contact (n,)."""
+        off = self.off(x)
+        return np.asarray(off - self.data.lines @ (self.data.nearest @ off))
+
+    def jacobian(self, x: Array) -> Array:
+        """∂off/∂x, and ∂off/∂line (n, m + q)."""
+        own = optimize.approx_fprime(x, self.off, self.ranges[2])
+        return np.concatenate([own, self.data.lines], axis=1)
+
     def apart(self, x: Array) -> NDArray[np.bool_]:
         """Which points (n,) can have no contact: before it, or below all of it."""
-        (_, ends), data = self.forces(self.parameters(x)), self.data
+        (_, ends), data = self.forces(x), self.data
         before = ~np.logical_or.accumulate(data.used) & (data.curve.drive < ends["touch"])
-        return before | (data.curve.drive < ends["detachment"] - CLEARLY * self.length)
-
-    def jacobian(self, x: Array, free: Sequence[int]) -> Array:
-        """∂residuals/∂x of some coordinates, a column for each."""
-        columns, here, data = [], self.residuals(x), self.data
-        for i in free:
-            name = self.names[i]
-            if name in BASELINE:
-                line = self.size * data.columns[:, BASELINE.index(name)]
-                ends = np.zeros(len(data.ends))
-                columns.append(np.concatenate([line[data.used], line[data.free], ends]))
-                continue
-            step = np.zeros(x.size)
-            step[i] = SHIFTED if name == "offset" else STRIDE
-            columns.append((self.residuals(x + step) - here) / step[i])
-        return np.stack(columns, axis=1)
-
-
-def _placed(scene: Scene, values: Sequence[float]) -> Scene:
-    return scene_with(scene, dict(zip(SCENE, values, strict=True)))
+        return before | (data.curve.drive < ends["detachment"] - CLEARLY * data.span)

@@ -23,15 +23,16 @@ import numpy as np
 
 from discretization import load_path, minimise
 from energy import Circle, Parabola, Scene
+from energy.checks import positive
 from studies.scenes.file import load
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data
-from studies.scenes.fit.model import Model
+from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.search import conditioning
+from studies.scenes.fit.trials import simulated
 from studies.shared import command
 from studies.shared.batches import each
 
-NAMES = ("w", "gamma1", "offset")
 TOLD, FACTOR = 0.2, 1.5  # a parameter is told that is known to 20 %; scatter over what was foretold
 
 
@@ -45,45 +46,40 @@ class Experiment:
     points: int
     deepest: float
 
-    def curve(self, noise: float, seed: int = 0) -> Curve:
+    def curve(self, seed: int = 0) -> Curve:
         """In from where nothing holds, and out again; the free part is as long as the rest."""
-        state = minimise(self.scene, self.deepest)
-        deep = self.deepest + state.force / self.stiffness
+        deep = self.deepest + minimise(self.scene, self.deepest).force / self.stiffness
         pull = load_path(self.scene, depths=[self.deepest, -9 * self.scene.critical_separation])
         last = pull.events[-1].before
         out = last.depth + min(last.force, pull.pull_off.force) / self.stiffness
         way = np.linspace(out - max(0.7 * (deep - out), 0.0), deep, self.points)
         drive = np.concatenate([way, way[::-1]])
-        machine = {"drives": drive, "machine_stiffness": self.stiffness}
-        history = load_path(
-            self.scene, **({"depths": drive} if math.isinf(self.stiffness) else machine)
-        )
-        error = noise * np.random.default_rng(seed).standard_normal(drive.size)
-        force = history.force + error
+        error = self.noise * np.random.default_rng(seed).standard_normal(drive.size)
+        force = simulated(self.scene, drive, self.stiffness) + error
         return Curve(drive - force / self.stiffness, force, self.stiffness)
 
     def foretold(self) -> tuple[float, float, float]:
         """Relative half-widths of the 95 % intervals of w and γ₁, and the condition."""
-        model = Model.of(self.scene, NAMES, Data.of(self.curve(self.noise)), 0.0)
-        jacobian = model.jacobian(model.start, range(model.start.size))
-        condition, _, spread = conditioning(jacobian, len(NAMES))
+        model = Model.of(self.scene, DEFAULT, Data.of(self.curve()), 0.0)
+        jacobian = model.jacobian(np.zeros(len(DEFAULT)))
+        condition, _, spread = conditioning(jacobian, len(DEFAULT))
         w, gamma1 = (1.96 * self.noise * spread[:2]).tolist()
         return w, gamma1, condition
 
 
 def changes(one: Experiment) -> dict[str, Experiment]:
     """The experiment, and what else might be done."""
-    scene = one.scene
+    scene, body, layer = one.scene, one.scene.indenter, one.scene.layer
     found = {"as planned": one, "half the noise": replace(one, noise=one.noise / 2)}
     found["twice as deep"] = replace(one, deepest=2 * one.deepest)
-    body = scene.indenter
+    scenes = {
+        "h / 2": replace(scene, layer=replace(layer, h=layer.h / 2)),
+        "2 h": replace(scene, layer=replace(layer, h=2 * layer.h)),
+    }
     if isinstance(body, Parabola | Circle):
-        for name, factor in (("R / 3", 1 / 3), ("3 R", 3.0)):
-            other = replace(scene, indenter=replace(body, R=factor * body.R))
-            found[name] = replace(one, scene=other)
-    for name, factor in (("h / 2", 0.5), ("2 h", 2.0)):
-        other = replace(scene, layer=replace(scene.layer, h=factor * scene.layer.h))
-        found[name] = replace(one, scene=other)
+        scenes["R / 3"] = replace(scene, indenter=replace(body, R=body.R / 3))
+        scenes["3 R"] = replace(scene, indenter=replace(body, R=3 * body.R))
+    found |= {name: replace(one, scene=other) for name, other in scenes.items()}
     if not math.isinf(one.stiffness):
         found["a spring 4 times as stiff"] = replace(one, stiffness=4 * one.stiffness)
     return found
@@ -91,17 +87,10 @@ def changes(one: Experiment) -> dict[str, Experiment]:
 
 def checked(one: Experiment, seed: int) -> tuple[float, float]:
     """Logarithms of w and γ₁ of a simulated curve over the truth."""
-    curve = one.curve(one.noise, seed)
-    found = fit(one.scene, curve, NAMES, profiles=False, alternatives=False)
+    found = fit(one.scene, one.curve(seed), profiles=False, alternatives=False)
     truth = one.scene.work_of_adhesion, one.scene.gamma1
-    w, gamma1 = (math.log(found[n].value / t) for n, t in zip(NAMES, truth, strict=False))
+    w, gamma1 = (math.log(found[n].value / t) for n, t in zip(DEFAULT, truth, strict=False))
     return w, gamma1
-
-
-def verdict(w: float, gamma1: float) -> str:
-    """What the half-widths mean."""
-    told = [name for name, reach in (("w", w), ("gamma1", gamma1)) if reach <= TOLD]
-    return f"tells {' and '.join(told)}" if told else "tells neither"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -111,9 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     about = "standard deviation of the force: N around an axis, else N/m"
     parser.add_argument("--noise", type=float, required=True, metavar="N", help=about)
     about = "of the cantilever in N/m, for a turned body; default: rigid"
-    parser.add_argument(
-        "--spring-constant", type=float, default=math.inf, metavar="N/M", help=about
-    )
+    parser.add_argument("--spring-constant", type=float, metavar="N/M", help=about)
     parser.add_argument("--points", type=int, default=200, metavar="N", help="on each way")
     about = "simulated curves that are fitted; default: 20, quick 5"
     parser.add_argument("--checks", type=int, metavar="N", help=about)
@@ -121,8 +108,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     one, rows = _planned(options), []
     for name, other in changes(one).items():
         w, gamma1, condition = other.foretold()
-        rows.append([name, w, gamma1, condition, verdict(w, gamma1)])
-        command.say(f"{name:26s} w ± {w:7.1%}   gamma1 ± {gamma1:7.1%}   {verdict(w, gamma1)}")
+        told = [one for one, reach in (("w", w), ("gamma1", gamma1)) if reach <= TOLD]
+        rows.append([name, w, gamma1, condition, f"tells {' and '.join(told) or 'neither'}"])
+        command.say(f"{name:26s} w ± {w:7.1%}   gamma1 ± {gamma1:7.1%}   {rows[-1][-1]}")
     columns = ["change", "w", "gamma1", "condition", "verdict"]
     print(f"written: {out.table(f'{options.scene.stem}_plan.csv', vars(options), columns, rows)}")
     count = (5 if options.preset == "quick" else 20) if options.checks is None else options.checks
@@ -136,15 +124,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _planned(options: argparse.Namespace) -> Experiment:
     """What the command line and the scene file say. ValueError for what cannot be measured."""
-    for name in ("noise", "spring_constant"):
-        if not getattr(options, name) > 0:
-            option = name.replace("_", "-")
-            raise ValueError(f"--{option} = {getattr(options, name)!r} must be positive")
+    positive("noise", options.noise)
+    if options.spring_constant is not None:
+        positive("spring-constant", options.spring_constant)
     if options.points < 20:
         raise ValueError(f"--points = {options.points!r} must be at least 20 on each way")
     given = load(options.scene)
     depths = given.programme.values if given.programme else given.depths
     if not depths.size or not depths.max() > 0:
         raise ValueError(f"{options.scene}: depth: the largest must be > 0; give one to press to")
-    stiffness = options.spring_constant
+    stiffness = options.spring_constant or math.inf
     return Experiment(given.scene, options.noise, stiffness, options.points, float(depths.max()))

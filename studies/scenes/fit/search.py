@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
+from scipy.special import stdtrit
 
 from studies.scenes.fit.model import Model
 from studies.shared import Array
@@ -15,46 +16,60 @@ FINE, ROUGH = 1e-6, 1e-2  # gains at last, and where straight ends or HOPELESS n
 HOPELESS = 4.0  # times the noise
 SIMULATED = 1e-6  # of the largest force: smaller residuals are those of the simulation
 STEPS, SOLVED = 25, 1e-7  # where branches are known: at most, and gain of the last one
+UNBOUND = 1e6  # over the largest force: so small, residuals do not hold back scipy's first step
 ROUNDS, SHORTER = 15, 0.25  # places at most; the reach after a failure
 SHORTEST = 1e-3  # reach at least
-FAIR, CLOSE = 0.75, 0.05  # of the gain that was promised, and how far off: rates serve again
+FAIR = 0.75  # of the gain that was promised: the reach grows
 CHORDS, ENOUGH = 4, 1e-3  # steps with one Jacobian, and the relative gain that needs no other
 DEAD = 1e-5  # of the longest column: what simulated forces do not tell
+CONFIDENCE = 0.95
 ROUNDING = 1e-10  # of a force, relative to the largest
 
 
-Box = tuple[Array, Array]  # least and largest coordinates
-
-
 class Best(NamedTuple):
-    """A minimum: coordinates (m,), residuals (n,), their Jacobian (n, m), half their squares."""
+    """A minimum: coordinates (m,), residuals (n,), their Jacobian by the coordinates and by the
+    line out of contact (n, m + q), and Σr²."""
 
     x: Array
     fun: Array
     jac: Array
-    cost: float
+    squares: float
+
+    @property
+    def spare(self) -> int:
+        """By how many the residuals exceed what is fitted."""
+        return self.jac.shape[0] - self.jac.shape[1]
+
+    @property
+    def scatter(self) -> float:
+        """s = √(Σr²/(n - m))."""
+        return math.sqrt(self.squares / self.spare)
+
+    @property
+    def limit(self) -> float:
+        """Sum of squares over the least at the ends of a profile interval: 1 + t²/(n - m)."""
+        return 1 + float(stdtrit(self.spare, 0.5 + CONFIDENCE / 2)) ** 2 / self.spare
 
 
-def sought(model: Model, start: Array, ftol: float = FINE) -> Best:
+def sought(model: Model, ftol: float = FINE) -> Best:
     """The minimum from where straight ends of branches lead, or from the start if that is lower.
 
     At an end the force may vary as a root: from far off, steps along its slope lead nowhere. From
     close by, straight ends may lead away.
     """
-    x = start
+    start = x = np.zeros(len(model.names))
     for times in BLUNT:
         x = followed(replace(model, blunt=times * model.blunt), x, ftol=ROUGH).x
     found = followed(model, x, ftol=ftol)
-    if not hopeless(model, found):
+    if not hopeless(model, found.squares):
         return found
-    near = followed(model, start, ftol=ftol)
-    return near if near.cost < found.cost else found
+    return min(found, followed(model, start, ftol=ftol), key=lambda one: one.squares)
 
 
-def hopeless(model: Model, best: Best) -> bool:
-    """Whether so much more than the noise is left that the model cannot be right there."""
-    left = math.sqrt(2 * best.cost / best.fun.size)
-    return left > HOPELESS * max(model.data.sigma, SIMULATED * model.size)
+def hopeless(model: Model, squares: float) -> bool:
+    """Whether Σr² is so much more than the noise that the model cannot be right there."""
+    least = max(model.data.sigma, SIMULATED * model.data.size)
+    return math.sqrt(squares / len(model.data.lines)) > HOPELESS * least
 
 
 def followed(model: Model, start: Array, fixed: int | None = None, ftol: float = FINE) -> Best:
@@ -64,57 +79,59 @@ def followed(model: Model, start: Array, fixed: int | None = None, ftol: float =
     squares of the branches that go on by these rates are is the next place, within a reach that
     becomes shorter where that is no better. It ends where they gain less than ftol.
     """
-    x, fun, known = start.copy(), model.residuals(start), start
+    x, fun = start.copy(), model.residuals(start)
     if not np.isfinite(fun).all():
         raise ValueError(
             f"scene = {model.scene!r} has no equilibria along the measured depths to start from; "
             "start from other parameters"
         )
-    (near, rates), reach, least = model.near(x), model.strides, ROUNDING * model.size
+    (limits, reach, _), least = model.ranges, ROUNDING * model.data.size
     for _ in range(ROUNDS):
-        box = np.maximum(x - reach, -model.limits), np.minimum(x + reach, model.limits)
-        found, before = minimum(near, x, box, fixed), float(fun @ fun)
-        promised = before - 2 * found.cost
-        small = promised <= max(ftol, ROUGH * hopeless(model, found)) * before + least**2
-        moves, edge = found.x - x, np.where(found.x > x, box[1], box[0]) - x
+        box = np.maximum(x - reach, -limits), np.minimum(x + reach, limits)
+        best, squares = minimum(model.near(x), x, box, fixed)
+        before = float(fun @ fun)
+        promised = before - squares
+        enough = ROUGH if hopeless(model, squares) else ftol
+        small = promised <= max(ftol, enough) * before + least**2
+        moves, edge = best - x, np.where(best > x, box[1], box[0]) - x
         held = (moves != 0) & (np.abs(moves) > 0.99 * np.abs(edge))  # it would go farther
-        if small and not (held.any() and reach.min() > SHORTEST):
+        if not moves.any() or (small and not (held.any() and reach.min() > SHORTEST)):
             break
-        trial = model.residuals(found.x)
-        gained = before - float(trial @ trial) if np.isfinite(trial).all() else -math.inf
+        trial = model.residuals(best)
+        gained = before - float(trial @ trial)  # nan: there is no state
         if gained > FAIR * promised:
-            reach = np.minimum(2 * reach, model.strides)
-        elif not gained > 0 and known is x:
-            reach = SHORTER * np.minimum(reach, np.abs(found.x - x)[: model.count].max())
-        served = gained > FAIR * promised and np.abs(found.x - known)[: model.count].max() < CLOSE
+            reach = np.minimum(2 * reach, model.ranges[1])
         if gained > 0:
-            x, fun = found.x, trial
-        near, rates = model.near(x, rates if served else None)
-        known = known if served else x
-    jac = near.jacobian(x, range(x.size))
-    return Best(x, fun, jac, float(fun @ fun) / 2 + fun.size * least**2)
+            x, fun = best, trial
+        else:
+            reach = SHORTER * np.minimum(reach, np.abs(moves).max())
+    jac = model.near(x).jacobian(x)
+    return Best(x, fun, jac, float(fun @ fun) + 2 * fun.size * least**2)
 
 
-def minimum(model: Model, start: Array, box: Box, fixed: int | None = None) -> Best:
-    """Least squares from `start` in a box, by scipy; coordinate `fixed` stays."""
-    free = [i for i in range(start.size) if i != fixed]
+def minimum(
+    model: Model, start: Array, box: tuple[Array, Array], fixed: int | None = None
+) -> tuple[Array, float]:
+    """The least squares from `start` in a box, where and how much; coordinate `fixed` stays."""
+    free, x = [i for i in range(start.size) if i != fixed], start.copy()
+    unit = UNBOUND * model.data.size
 
-    def at(values: Array) -> Array:
-        x = start.copy()
+    def residuals(values: Array) -> Array:
         x[free] = values
-        return x
+        return model.residuals(x) / unit
 
     found = optimize.least_squares(
-        lambda values: model.residuals(at(values)),
+        residuals,
         start[free],
-        lambda values: model.jacobian(at(values), free),
+        lambda values: optimize.approx_fprime(values, residuals, model.ranges[2, free]),
         bounds=[edge[free] for edge in box],
         x_scale="jac",
         ftol=SOLVED,
         gtol=None,  # it has units
         max_nfev=STEPS,
     )
-    return Best(at(found.x), found.fun, found.jac, float(found.cost))
+    x[free] = found.x
+    return x, 2 * float(found.cost) * unit**2
 
 
 def profiled(model: Model, best: Best, i: int, at: float) -> float:
@@ -124,48 +141,38 @@ def profiled(model: Model, best: Best, i: int, at: float) -> float:
     their own where these still gain more than ENOUGH.
     """
     others = [j for j in range(best.x.size) if j != i]
-    x, reach = best.x.copy(), model.limits[others]
-    step = np.linalg.pinv(best.jac[:, others])
-    x[others] -= step @ best.jac[:, i] * (at - x[i])
-    x[i], cost, gain = at, math.inf, math.inf
+    x, reach, least = best.x.copy(), model.ranges[0, others], math.inf
+    step = np.linalg.pinv(np.delete(best.jac, i, axis=1))[: len(others)]
+    moves = step @ best.jac[:, i] * (at - x[i])
+    x[i] = at
     for _ in range(CHORDS):
-        new = x.copy()
-        new[others] = np.clip(new[others], -reach, reach)
-        residuals = model.residuals(new)
-        found = float(np.sum(residuals**2)) / 2
-        if not found < cost:
-            gain = 0.0 if math.isfinite(cost) else math.inf
-            break
-        x, gain, cost = new, 1 - found / cost if math.isfinite(cost) else math.inf, found
-        if gain < ENOUGH or not others:
-            break
-        x[others] -= step @ residuals
-    if math.isinf(cost):
-        return math.inf
-    if gain > ENOUGH and others:
-        cost = followed(model, new, i, 1e-4).cost
-    return cost / best.cost
+        x[others] = np.clip(x[others] - moves, -reach, reach)
+        residuals = model.residuals(x)
+        squares = float(residuals @ residuals)
+        if not squares < (1 - ENOUGH) * least:
+            return float(np.fmin(squares, least)) / best.squares  # nan: there is no state
+        least, moves = squares, step @ residuals
+    return followed(model, x, i, 1e-4).squares / best.squares
 
 
 def conditioning(jacobian: Array, count: int) -> tuple[float, Array, Array]:
     """Condition of the first `count` columns at unit length, their weakest direction (count,), and
     √((JᵀJ)⁻¹)ᵢᵢ of all (m,); inf for a zero column.
 
-    Of the other columns, the baseline's, the first ones are made free: they are always well known.
+    The first ones without what the others can do: the line out of contact is always well known.
     """
     sizes = np.linalg.norm(jacobian, axis=0)
-    dead = sizes <= DEAD * sizes.max()
-    unit = jacobian / np.where(dead, 1.0, sizes)
+    dead = sizes <= DEAD * sizes[:count].max()
+    dead[count:] = False
     spread = np.full(sizes.size, math.inf)
-    _, singular, right = np.linalg.svd(unit[:, ~dead], full_matrices=False)
+    _, singular, right = np.linalg.svd(jacobian[:, ~dead] / sizes[~dead], full_matrices=False)
     spread[~dead] = np.linalg.norm(right.T / singular, axis=1) / sizes[~dead]
-    line, own, sizes = unit[:, count:], unit[:, :count], sizes[:count]
+    own, line = jacobian[:, :count], jacobian[:, count:]
     own = own - line @ np.linalg.lstsq(line, own, rcond=None)[0]
-    length = np.linalg.norm(own, axis=0)
-    alive = ~dead[:count] & (length > 1e-9)
-    weakest = (~alive).astype(float)
-    if not alive.all():
-        return math.inf, weakest / np.linalg.norm(weakest), spread
-    _, singular, right = np.linalg.svd(own / length, full_matrices=False)
-    weakest = right[-1] / (sizes * length)
+    lengths = np.linalg.norm(own, axis=0)
+    lost = dead[:count] | (lengths <= 1e-9 * sizes[:count])
+    if lost.any():
+        return math.inf, lost / np.linalg.norm(lost), spread
+    _, singular, right = np.linalg.svd(own / lengths, full_matrices=False)
+    weakest = right[-1] / lengths
     return float(singular[0] / singular[-1]), weakest / np.linalg.norm(weakest), spread

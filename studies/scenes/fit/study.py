@@ -28,7 +28,7 @@ is pinned, as at the edge of a flat punch, the force does not feel w: only the d
 
 The model does not fit, and there are no intervals, where the residual s exceeds twice the noise
 that the third differences of the data show, or keeps its sign over too many points (a runs test),
-or where the force out of contact is not zero in the mean (quality.py beside this file). The fit is
+or where the force out of contact is not zero in the mean (verdict.py beside this file). The fit is
 compared with those without tension, without adhesion (where w is not well known) and with the
 layer's own response by Schwarz's criterion n log(Σr²/n) + m log n: the least one tells the data
 best. The assumptions of the model that do not hold along the fitted curve are warned of.
@@ -38,10 +38,8 @@ curves of many kinds in place of DATA (studies/scenes/fit/trials.py); exit statu
 called rightly or too few intervals hold the truth.
 """
 
-import argparse
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,15 +48,13 @@ from numpy.typing import NDArray
 
 from energy.text_lines import DELIMITERS, NUMBER
 from energy.units import prefixed
-from studies.scenes.curve_file import LAYOUT, Reading, read_curve
-from studies.scenes.file import SceneFile, load
-from studies.scenes.fit import many
-from studies.scenes.fit import trials as fit_trials
+from studies.scenes.curve_file import MEASURED, read_curve
+from studies.scenes.file import built, read
+from studies.scenes.fit import many, trials
 from studies.scenes.fit.estimate import Fit, fit
 from studies.scenes.fit.force_curve import loading
 from studies.scenes.fit.model import DEFAULT, NAMES
 from studies.shared import Array, command
-from studies.shared.batches import tell
 from studies.shared.figures import BLUE, GREY, ORANGE, Figure, canvas
 from studies.shared.table import Table
 
@@ -66,20 +62,20 @@ from studies.shared.table import Table
 def plot(found: Fit, title: str) -> Figure:
     """P over the position of the machine with the fit above, residuals with ± 2s below."""
     figure, (top, bottom) = canvas(9, 7.5, 2, 1, sharex=True, height_ratios=(2, 1))
-    data, curve, unit = found.model.data, found.curve, f"N{found.model.scene.per_length}"
-    x, y = prefixed(curve.drive - found.offset, "m"), prefixed(curve.force, unit)
-    off = curve.force - found.fitted
-    z = prefixed(off[data.used], unit)
-    drive = (curve.drive - found.offset) / x.size
-    _points(top, found, drive, curve.force / y.size, ~(data.used | data.free))
-    _points(bottom, found, drive, off / z.size, np.zeros(drive.size, bool))
-    for number, leg in enumerate(leg for piece in data.pieces for leg in piece):
+    data, curve, unit = found.model.data, found.model.data.curve, found.unit("level")
+    offset = found.model.parameters(found.best.x)["offset"]
+    drive, off = curve.drive - offset, curve.force - found.fitted
+    x, y, z = prefixed(drive, "m"), prefixed(curve.force, unit), prefixed(off[data.used], unit)
+    drive, used = drive / x.size, data.used | data.free
+    _points(top, found, drive, curve.force / y.size, ~used)
+    _points(bottom, found, drive, off / z.size, np.zeros(used.size, bool))
+    for number, leg in enumerate(data.legs):
         style = {"color": "black", "lw": 1.2, "zorder": 3, "label": "_" if number else "fit"}
         top.plot(drive[leg.points], found.fitted[leg.points] / y.size, **style)
     if data.free.any():
-        line = found.model.line(found.best.x) / y.size
-        top.plot(drive, line, "--", color="black", lw=1, label="line without contact")
-    s = 2 * found.residual_noise / z.size
+        style = {"ls": "--", "color": "black", "lw": 1, "label": "line without contact"}
+        top.plot(drive, found.line / y.size, **style)
+    s = 2 * found.best.scatter / z.size
     bottom.axhspan(-s, s, color=GREY, alpha=0.25, lw=0, label="± 2 s")
     rigid = math.isinf(curve.machine_stiffness)
     where = "depth d" if rigid else "position of the machine, d + P/K,"
@@ -95,36 +91,33 @@ def plot(found: Fit, title: str) -> Figure:
 
 def _points(axes: Any, found: Fit, x: Array, y: Array, aside: NDArray[np.bool_]) -> None:
     """What was measured on the way in and out, out of contact, and what was not used."""
-    data, grows = found.model.data, loading(found.curve.drive)
+    data, grows = found.model.data, loading(found.model.data.curve.drive)
     for chosen, colour, marker, name in (
         (data.used & grows, BLUE, "o", "loading"),
         (data.used & ~grows, ORANGE, "s", "unloading"),
         (data.free, GREY, ".", "out of contact"),
         (aside, GREY, "x", "not used"),
     ):
-        style = {"ls": "", "ms": 4, "color": colour, "marker": marker, "label": name}
         if chosen.any():
-            axes.plot(x[chosen], y[chosen], **style)
+            axes.plot(x[chosen], y[chosen], marker, ms=4, color=colour, label=name)
     axes.axhline(0, color=GREY, lw=0.8)
     axes.grid(alpha=0.25)
 
 
 def table(found: Fit) -> Table:
     """Depth, force, fitted force and residual; nan where the point took no part."""
-    data = found.model.data
-    fitted = found.fitted.copy()
-    fitted[~(data.used | data.free)] = math.nan
-    unit = f"N{found.model.scene.per_length}"
+    data, unit, force = found.model.data, found.unit("level"), found.model.data.curve.force
+    fitted = np.where(data.used | data.free, found.fitted, math.nan)
     columns = {
-        "depth [m]": found.curve.depth,
-        f"force [{unit}]": found.curve.force,
+        "depth [m]": data.curve.depth,
+        f"force [{unit}]": force,
         f"fitted [{unit}]": fitted,
-        f"residual [{unit}]": found.curve.force - fitted,
+        f"residual [{unit}]": force - fitted,
     }
-    return list(columns), list(zip(*(c.tolist() for c in columns.values()), strict=True))
+    return list(columns), np.stack(list(columns.values()), axis=1).tolist()
 
 
-def _reading_options(parser: Any) -> None:
+def _reading_options(parser: command.Parser) -> None:
     """How DATA is written, each in place of the same key of [measured] in the scene file."""
     group = parser.add_argument_group("how DATA is written, found from the file where not given")
     about = 'of depth and force: names or numbers from 1, with missing units, as "2 [mN]"'
@@ -141,25 +134,6 @@ def _reading_options(parser: Any) -> None:
     group.add_argument("--skip", type=int, metavar="LINES", help="of text, above the data")
 
 
-def _reading(options: argparse.Namespace, given: SceneFile) -> Reading:
-    """The reading of the scene file with what the command line has in its place.
-
-    Around an axis forces are those of the whole contact: ValueError for a length of the line.
-    """
-    said = {key: value for key, value in vars(options).items() if value is not None}
-    known = given.measured
-    layout = replace(known.layout, **{key: said[key] for key in LAYOUT if key in said})
-    columns = tuple(options.columns) if options.columns else known.columns
-    width, number = said.get("width", known.width), said.get("curve", known.number)
-    spring = said.get("spring_constant", known.spring_constant)
-    if given.scene.axisymmetric:
-        if width is not None:
-            refusal = f"width = {width!r} with geometry = 'axisymmetric': leave it out"
-            raise ValueError(refusal)
-        width = 1.0
-    return Reading(columns, width, layout, number, spring)
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Fit a file or a folder of them, or test the fit on simulated data; 1 if it does not fit."""
     quick_means = "linearised intervals and no alternatives; 10 trials of each kind"
@@ -168,47 +142,36 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("data", type=Path, nargs="?", metavar="DATA", help=about)
     parser.add_argument("--scene", type=Path, metavar="FILE.toml", help="scene file to start from")
     known = f"default: {' '.join(DEFAULT)}; known: {' '.join(NAMES)}"
-    parser.add_argument(
-        "--parameters", nargs="+", default=list(DEFAULT), metavar="NAME", help=known
-    )
+    parser.add_argument("--parameters", nargs="+", default=DEFAULT, metavar="NAME", help=known)
     about = "parameter that all curves of a folder have in common"
     parser.add_argument("--shared", metavar="NAME", help=about)
     parser.add_argument("--self-test", action="store_true", help="simulated data in place of DATA")
-    parser.add_argument(
-        "--trials", type=int, metavar="N", help="of each kind in --self-test; default 200, quick 10"
-    )
+    about = "of each kind in --self-test; default 200, quick 10"
+    parser.add_argument("--trials", type=int, metavar="N", help=about)
     _reading_options(parser)
     options, out = command.parse(parser, argv)
     quick = options.preset == "quick"
     if options.self_test:
-        return _self_test(
-            (10 if quick else 200) if options.trials is None else options.trials, options, out
-        )
+        usual = 10 if quick else 200
+        return trials.report(usual if options.trials is None else options.trials, options.jobs, out)
     if options.data is None or options.scene is None:
         parser.error("DATA and --scene are needed; or give --self-test")
-    given = load(options.scene)
-    reading = _reading(options, given)
-    files = many.curves(options.data, reading)
+    content = read(options.scene)
+    said = {key: value for key in MEASURED if (value := getattr(options, key)) is not None}
+    given = built(options.scene, content | {"measured": content.get("measured", {}) | said})
+    files = many.curves(options.data, given.measured)
     if len(files) != 1 or options.data.is_dir():
-        job = many.FittedFile(options.scene, reading, tuple(options.parameters), not quick)
-        return many.report(job, files, options.shared, given.title, options.data, out, options.jobs)
+        names = tuple(options.parameters)
+        job = many.FittedFile(options.scene, given.measured, names, alternatives=not quick)
+        name = f"{options.data.stem}_fits"
+        return many.report(job, files, options.shared, given.title, name, out, options.jobs)
     if options.shared is not None:
         parser.error(f"--shared {options.shared}: one curve shares nothing; give a folder")
-    curve = read_curve(options.data, reading)
-    asked = {"profiles": not quick, "alternatives": not quick}
-    found = fit(given.scene, curve, options.parameters, **asked, show=tell)
+    curve, asked = read_curve(options.data, given.measured), not quick
+    found = fit(given.scene, curve, options.parameters, profiles=asked, alternatives=asked)
     print(found)
     name, notes = f"{options.data.stem}_fit", [f"scene: {given.scene}", *str(found).splitlines()]
     written = [out.table(f"{name}.csv", options.parameters, *table(found), notes=notes)]
     written += out.figure(f"{name}.png", plot(found, given.title))
     print(f"written: {', '.join(map(str, written))}")
     return 0 if found.quality.fits else 1
-
-
-def _self_test(trials: int, options: argparse.Namespace, out: command.Output) -> int:
-    params = fit_trials.Parameters(trials)
-    record = fit_trials.run(params, jobs=options.jobs)
-    written = out.table("fit_self_test.csv", params, *fit_trials.table(record))
-    print(fit_trials.told(record))
-    print(f"written: {written}")
-    return 0 if record.passed else 1

@@ -19,19 +19,20 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from discretization import load_path, minimise
-from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies
+from energy import ElasticLayer, Parabola, Scene, SurfaceEnergies, cards
 from studies.scenes.fit.branches import Branch
-from studies.scenes.fit.estimate import Fit, fit
+from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve
 from studies.scenes.fit.model import astray
 from studies.shared import Array
 from studies.shared.batches import Progress, each, tell
-from studies.shared.table import Table
+from studies.shared.command import Output
+from studies.shared.table import Columns, Table
 
 SPRINGS = {"rigid": math.inf, "k_c = 0.3": 0.3, "k_c = 0.08": 0.08, "k_c = 0.03": 0.03}  # N/m
 GOOD = (*SPRINGS, "offset", "baseline")
@@ -43,19 +44,17 @@ SCENE = Scene(
     geometry="axisymmetric",
 )
 THICK, NU = 20e-6, 0.49  # of "half-space", m, and of "layer"
+NOISE, POINTS, DEPTH = (5e-12, 40e-12), (80, 200), (1.0, 2.5)  # N, on each way, over δ₀
 SPREAD, WRONG, FAR_OFF = math.log(2.0), 1.5, 2.0
 NEEDED, COVERED, SILENT = 0.9, 0.91, 0.02  # called rightly, intervals that hold, wrong answers
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """How many curves of each kind; ranges of the noise [N], points per way, and depth over δ₀."""
+    """How many curves of which kinds."""
 
     curves: int = 200
     kinds: tuple[str, ...] = KINDS
-    noise: tuple[float, float] = (5e-12, 40e-12)
-    points: tuple[int, int] = (80, 200)
-    depth: tuple[float, float] = (1.0, 2.5)
     seed: int = 28
 
 
@@ -78,25 +77,25 @@ class Record:
     parameters: Parameters
     outcomes: tuple[Outcome, ...]
 
-    def share(self, kind: str, name: str) -> float:
-        """Of the curves of a kind that are `rightly` called or `silent`."""
-        return float(np.mean([getattr(o, name) for o in self.outcomes if o.kind == kind]))
-
-    def coverage(self, kind: str, i: int) -> float:
-        """Share of the intervals given that hold the truth; nan where none are."""
-        held = [o.holds[i] for o in self.outcomes if o.kind == kind]
-        known = [bool(one) for one in held if one is not None]
-        return sum(known) / len(known) if known else math.nan
+    def shares(self, *kinds: str) -> list[float]:
+        """Of the curves of these kinds that are called rightly and wrong without a word; of their
+        intervals of each parameter that hold the truth (nan: there are none)."""
+        own = [one for one in self.outcomes if one.kind in kinds]
+        found = [float(np.mean([o.rightly for o in own])), float(np.mean([o.silent for o in own]))]
+        for held in zip(*(one.holds for one in own), strict=True):
+            known = [one for one in held if one is not None]
+            found.append(sum(known) / len(known) if known else math.nan)
+        return found
 
     @property
     def passed(self) -> bool:
         """Whether enough is called rightly, intervals hold the truth, and nothing is silent."""
         kinds, n = self.parameters.kinds, self.parameters.curves
         slack = 2 * math.sqrt(COVERED * (1 - COVERED) / n)  # of a share found in n curves
-        held = [self.coverage(kind, i) for kind in kinds if kind in GOOD for i in range(3)]
-        called = all(self.share(kind, "rightly") >= NEEDED for kind in kinds)
-        silent = np.mean([one.silent for one in self.outcomes]) <= SILENT
-        return bool(called and silent and all(one >= COVERED - slack for one in held))
+        called = all(self.shares(kind)[0] >= NEEDED for kind in kinds)
+        held = [share for kind in kinds if kind in GOOD for share in self.shares(kind)[2:]]
+        silent = self.shares(*kinds)[1]
+        return called and silent <= SILENT and all(one >= COVERED - slack for one in held)
 
 
 class Case(NamedTuple):
@@ -124,13 +123,16 @@ def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
     except ValueError:  # refused, which is a word
         return Outcome(kind, number, kind not in GOOD, False, (None,) * 3, math.nan)
     doubted = not found.quality.fits or any(one.doubtful for one in found.alternatives)
-    holds, silent = [], False
+    holds, silent = list[bool | None](), False
     for i, (name, true) in enumerate(truth.items()):
-        span = found[name].interval
-        known = span is not None and found[name].identifiable
-        sought = known and (true > 0 or name == "offset")
-        holds.append(found.inside_profile(i, true) if sought else False if known else None)
-        silent |= span is not None and not doubted and _far(found, name, true)
+        one = found[name]
+        if one.interval is None or not one.identifiable:
+            holds.append(None)
+            continue
+        low, high = one.interval
+        holds.append((true > 0 or name == "offset") and found.inside_profile(i, true))
+        reach = one.value - low if true < one.value else high - one.value
+        silent |= not doubted and abs(true - one.value) > FAR_OFF * reach
     rightly = doubted
     if kind in GOOD:
         rightly = found.quality.fits and not any(one.preferred for one in found.alternatives)
@@ -141,22 +143,14 @@ def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
     return Outcome(kind, number, rightly, silent, tuple(holds), found.quality.times)
 
 
-def _far(found: Fit, name: str, true: float) -> bool:
-    low, high = found[name].interval or (-math.inf, math.inf)
-    value = found[name].value
-    return found[name].identifiable and not (
-        value - FAR_OFF * (value - low) <= true <= value + FAR_OFF * (high - value)
-    )
-
-
 def case(p: Parameters, kind: str, number: int) -> Case:
     """A random curve of a kind; the same for the same number and seed."""
     rng = np.random.default_rng([p.seed, KINDS.index(kind), number])
     scene = _varied(SCENE, kind, rng)
     stiffness = SPRINGS.get(kind) or float(rng.choice(list(SPRINGS.values())))
-    drive = _drives(p, scene, stiffness, rng)
+    drive = _drives(scene, stiffness, rng)
     force = (_half_space if kind == "half-space" else simulated)(scene, drive, stiffness)
-    force = force + math.exp(rng.uniform(*np.log(p.noise))) * rng.standard_normal(force.size)
+    force = force + math.exp(rng.uniform(*np.log(NOISE))) * rng.standard_normal(force.size)
     passed, sides = np.linspace(0.0, 1.0, force.size), rng.choice([-1.0, 1.0], 2)
     zero = float(rng.uniform(-5e-6, 5e-6)) if kind == "offset" else 0.1 * scene.critical_separation
     if kind == "baseline":
@@ -190,22 +184,19 @@ def _varied(scene: Scene, kind: str, rng: np.random.Generator) -> Scene:
     return replace(scene, layer=layer, surfaces=surfaces, indenter=body, opening=opening)
 
 
-def _drives(p: Parameters, scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
+def _drives(scene: Scene, stiffness: float, rng: np.random.Generator) -> Array:
     """In from where nothing holds, and out again, with a free part as long as what comes before."""
     unit = math.sqrt(2 * scene.work_of_adhesion / SCENE.stiffness)
-    pull = 2 * math.pi * _radius(scene) * scene.opened.work_of_adhesion / stiffness
-    reach, deep = pull + 2 * scene.opened.critical_separation, float(rng.uniform(*p.depth)) * unit
+    R = cast(Parabola, scene.indenter).R
+    pull = 2 * math.pi * R * scene.opened.work_of_adhesion / stiffness
+    reach, deep = pull + 2 * scene.opened.critical_separation, float(rng.uniform(*DEPTH)) * unit
     if scene.layer.h == THICK:
         deep, reach = 4 * deep + pull, pull + 4 * unit
     else:
         deep += max(minimise(replace(scene, opening=None), deep).force, 0.0) / stiffness
-    n = int(rng.integers(*p.points))
+    n = int(rng.integers(*POINTS))
     way = np.linspace(-float(rng.uniform(1.5, 2.5)) * reach, deep, n)
     return np.concatenate([way, way[::-1]])
-
-
-def _radius(scene: Scene) -> float:
-    return 1 / (2 * float(scene.indenter.height(np.array(1.0))))
 
 
 def simulated(scene: Scene, drive: Array, stiffness: float) -> Array:
@@ -216,14 +207,17 @@ def simulated(scene: Scene, drive: Array, stiffness: float) -> Array:
 
 
 def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
-    """Johnson, Kendall and Roberts (1971): d = a²/R - √(2πaw/E*), P = 4E*a³/3R - √(8πwE*a³)."""
-    modulus = scene.layer.E / (1 - scene.layer.nu**2)
-    R, w = _radius(scene), scene.work_of_adhesion
-    least = (math.pi * w * R**2 / (8 * modulus)) ** (1 / 3)  # dd/da = 0
+    """Without tension on a body far thicker than the contact (energy.cards.layer)."""
+    R, w = cast(Parabola, scene.indenter).R, scene.work_of_adhesion
+    given = {"R": R, "E": scene.layer.E, "nu": scene.layer.nu, "w": w}
+    modulus = cards.layer.half_space_modulus(scene.layer.E, scene.layer.nu)
+    least = np.cbrt(math.pi * w * R**2 / (8 * modulus))  # dd/da = 0
     a = least * np.linspace(12.0, 1.0, 2000)
-    depth = a**2 / R - np.sqrt(2 * math.pi * a * w / modulus)
-    force = 4 * modulus * a**3 / (3 * R) - np.sqrt(8 * math.pi * w * modulus * a**3)
-    found, end = Branch(depth, force, True).read(drive, stiffness)
+    depth, force = (
+        cards.layer.half_space_depth(a, **given),
+        cards.layer.half_space_force(a, **given),
+    )
+    found, end = Branch(np.asarray(depth), np.asarray(force), True).read(drive, stiffness)
     way = np.arange(drive.size) < drive.size // 2
     return np.where(drive < np.where(way, 0.0, end), 0.0, found)
 
@@ -231,18 +225,12 @@ def _half_space(scene: Scene, drive: Array, stiffness: float) -> Array:
 def told(record: Record) -> str:
     """A line per kind."""
     p = record.parameters
-    lines = [
-        f"{p.curves} random curves of each kind",
-        f"{'kind':12s}{'called rightly':>15s}{'wrong, no word':>15s}   held: w, γ₁, offset",
-    ]
-    for kind in p.kinds:
-        held = (record.coverage(kind, i) for i in range(3))
-        shares = "".join("      –" if math.isnan(one) else f"{one:>7.1%}" for one in held)
-        rightly, silent = record.share(kind, "rightly"), record.share(kind, "silent")
-        lines.append(f"{kind:12s}{rightly:>15.1%}{silent:>15.1%}   {shares}")
-    silent = float(np.mean([one.silent for one in record.outcomes]))
+    shown = Columns("kind -12|called rightly 14.1%|wrong, no word 14.1%|w 7.1%|γ₁ 7.1%|offset 7.1%")
+    lines = [f"{p.curves} random curves of each kind; intervals that hold:", shown.head]
+    lines += [shown.line(kind, *record.shares(kind)) for kind in p.kinds]
+    lines.append(shown.line("all", None, record.shares(*p.kinds)[1], *[None] * 3))
     needed = f"needed: {NEEDED:.0%}, {SILENT:.0%} in the mean, {COVERED:.0%} of good curves"
-    return "\n".join([*lines, f"{'all':12s}{'':15s}{silent:>15.1%}", needed])
+    return "\n".join([*lines, needed])
 
 
 def table(record: Record) -> Table:
@@ -250,3 +238,13 @@ def table(record: Record) -> Table:
     rows = [[*o[:4], *("" if h is None else h for h in o.holds), o.times] for o in record.outcomes]
     columns = ["kind", "curve", "called_rightly", "wrong_without_a_word"]
     return [*columns, "holds_w", "holds_gamma1", "holds_offset", "residual_over_noise"], rows
+
+
+def report(count: int, jobs: int, out: Output) -> int:
+    """Run so many curves of each kind, tell and write what came of them; 1 if that is too bad."""
+    params = Parameters(count)
+    record = run(params, jobs=jobs)
+    written = out.table("fit_self_test.csv", params, *table(record))
+    print(told(record))
+    print(f"written: {written}")
+    return 0 if record.passed else 1

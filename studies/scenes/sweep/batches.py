@@ -28,7 +28,6 @@ class BatchClock(Clock):
     """Counts points, and says from what they cost how many of them make a batch."""
 
     cost = math.nan  # seconds per point, smoothed
-    spent, workers = 0.0, 1  # seconds of all points so far, and how many are computed at a time
 
     def size(self, waiting: int, workers: int) -> int:
         """Points of the next batch: SECONDS, and less towards the end so that none idles."""
@@ -41,13 +40,8 @@ class BatchClock(Clock):
         """What a batch says of the cost of a point, smoothed, and of the progress."""
         cost = batch.seconds / len(batch.lines)
         self.cost = cost if math.isnan(self.cost) else (self.cost + cost) / 2
-        self.spent += batch.seconds
         self.failed += batch.failed
         self.tick(len(batch.lines))
-
-    def pace(self, now: float) -> float:
-        """Seconds per point when all workers are at work."""
-        return self.spent / (self.done - self.begun) / self.workers
 
 
 def solve(function: Function, points: Sequence[Point]) -> Batch:
@@ -70,7 +64,7 @@ def in_batches(
     clock: BatchClock,
 ) -> Iterator[list[str]]:
     """Lines of the points as they come, AHEAD batches per worker under way; no pool: done here."""
-    waiting, clock.workers = clock.total - clock.done, workers if pool else 1
+    waiting = clock.total - clock.done
     most = AHEAD * workers if pool else 1
     pending: set[Future[Batch]] = set()
     while waiting or pending:

@@ -14,7 +14,7 @@ from studies import __main__ as command_line
 from studies.scenes.file import load
 from studies.scenes.fit import study
 from studies.scenes.fit.estimate import fit
-from studies.scenes.fit.force_curve import Curve, Data, in_contact, marks, noise
+from studies.scenes.fit.force_curve import Curve, Data, noise
 from studies.scenes.fit.model import Model, astray, parameters_of
 from studies.scenes.fit.search import conditioning
 from studies.shared.table import read
@@ -67,10 +67,10 @@ def test_the_profile_agrees_with_the_linearised_interval_where_the_model_is_near
 def test_the_fit_does_not_depend_on_units():
     depth, force, _ = curve_of(SCENE, share=0.01)
     here = fit(WRONG, Curve(depth, force), **FAST)
-    # 1 Pa = 1 µN/mm², and P per length: 1 N/m = 1e3 µN/mm
-    there = fit(rescaled(WRONG, 1e3, 1.0), Curve(1e3 * depth, 1e3 * force), **FAST)
+    # lengths and P per length 2¹⁰ times as large: by a power of two, which rounds nothing
+    there = fit(rescaled(WRONG, 1024.0, 1.0), Curve(1024.0 * depth, 1024.0 * force), **FAST)
     for a, b in zip(here.estimates, there.estimates, strict=True):
-        assert b.value == pytest.approx(1e3 * a.value, rel=1e-6, abs=0)
+        assert b.value == pytest.approx(1024.0 * a.value, rel=1e-6, abs=0)
 
 
 PUNCH = Scene(
@@ -120,15 +120,16 @@ def test_noise_contact_and_marks_are_read_from_the_curve():
     sigma = 0.01 * np.abs(clean.force).max()
     assert noise(noisy.force) == pytest.approx(sigma, rel=0.35, abs=0)
     held = ~np.isnan(load_path(SCENE, depths=clean.depth).contacts[:, 0])
-    assert np.array_equal(in_contact(noisy), held)
-    touch, detachment = marks(noisy)
+    data = Data.of(noisy)
+    assert np.array_equal(data.used, held)
+    touch, detachment = data.ends
     step = noisy.depth[1] - noisy.depth[0]
     assert (touch.kind, detachment.kind) == ("touch", "detachment")
     within = 0.5 * step * (1 + 1e-9)
     assert abs(touch.depth) <= within
     assert abs(detachment.depth + SCENE.critical_separation) <= within
     assert touch.error == pytest.approx(step / math.sqrt(12), rel=1e-9, abs=0)
-    assert marks(Curve(noisy.depth[held], noisy.force[held])) == ()
+    assert Data.of(Curve(noisy.depth[held], noisy.force[held])).ends == ()
 
 
 def test_unusable_parameters_scenes_and_curves_are_refused():
@@ -154,17 +155,13 @@ def test_a_file_is_fitted_from_the_command_line(tmp_path, capsys):
     data.write_text("\n".join(["depth [µm], force [mN/m]", *rows]), "utf-8")
     arguments = ["fit", str(data), "--scene", str(scene), "--out", str(tmp_path)]
     assert command_line.main(arguments) == 0
-    said, progress = capsys.readouterr()
-    assert "1 of 5 points" in progress and "criterion" in said
-    assert (
-        "95 % profile" in said
-        and "gamma1 is needed by these data" in said
-        and "the noise\n" in said
-    )
+    said = capsys.readouterr().out
+    assert "95 % profile" in said and "the noise\n" in said
+    assert "gamma1 is needed by these data" in said and "criterion" in said
     again, rows = fit(load(scene).scene, curve, **FAST), read(tmp_path / "curve_fit.csv")
     assert list(rows[0]) == ["depth [m]", "force [N/m]", "fitted [N/m]", "residual [N/m]"]
     fitted = np.array([float(row["fitted [N/m]"]) for row in rows])
-    used = in_contact(curve)
+    used = Data.of(curve).used
     assert fitted[used] == pytest.approx(again.fitted[used], rel=1e-4, abs=0)
     assert (tmp_path / "curve_fit.png").stat().st_size > 10_000
     with pytest.raises(SystemExit):

@@ -18,11 +18,11 @@ from studies.scenes.curve_file import Reading, read_curve
 from studies.scenes.file import load
 from studies.scenes.fit import many, plan, trials
 from studies.scenes.fit import study as fit_study
-from studies.scenes.fit.alternatives import STRONG, Alternative
-from studies.scenes.fit.branches import one_way, retraction, touching
+from studies.scenes.fit.branches import touching, ways
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, baseline, free_parts
 from studies.scenes.fit.trials import SCENE
+from studies.scenes.fit.verdict import STRONG, Alternative
 from studies.shared.table import read
 
 FAST = {"profiles": False, "alternatives": False}
@@ -58,10 +58,9 @@ def test_forces_read_off_a_depth_path_are_those_under_the_machine(
     lift = 2.3e-8
     legs = np.linspace(0.1 * lift, 2 * lift, 15), np.linspace(2 * lift, -1.2 * lift, 25)[1:]
     touch = touching(scene)
-    found, same = retraction(scene, touch, 6 * lift)
-    ways = [found] * 2 if same else one_way(scene, touch, 6 * lift, [2 * lift], stiffness)
-    assert same == (gamma1 > 0 and opening is None)
-    read_off = [way.read(leg, stiffness) for way, leg in zip(ways, legs, strict=True)]
+    there, back = found = ways(scene, touch, 6 * lift, (2 * lift,), stiffness)
+    assert (there is back) == (gamma1 > 0 and opening is None)
+    read_off = [way.read(leg, stiffness) for way, leg in zip(found, legs, strict=True)]
     force = np.concatenate([force for force, _ in read_off])
     drive, machine = np.concatenate(legs), {"machine_stiffness": stiffness}
     history = load_path(
@@ -76,7 +75,7 @@ def test_forces_read_off_a_depth_path_are_those_under_the_machine(
 
 
 def test_beyond_its_end_a_branch_goes_on_straight():
-    found, _ = retraction(SCENE, 0.0, 1e-7)
+    (found,) = ways(SCENE, 0.0, 1e-7, (), 0.3)
     _, end = found.read(np.array([0.0]), 0.3)
     force, _ = found.read(end + 1e-9 * np.array([-1.0, 0.0, 0.5, 1.0, 1.5]), 0.3, 1e-9)
     assert np.diff(force[:4], 2)[1] == pytest.approx(0, abs=1e-6 * np.ptp(force))
@@ -114,12 +113,12 @@ def test_the_line_without_contact_is_found_and_nothing_else_taken_for_it():
 
 
 def test_a_comparison_says_what_it_means():
-    needless = Alternative("gamma1", 3.0, {"w": 1e-4}, {"w": 0.0}, True)
+    needless = Alternative("gamma1", 3.0, {"w": 1e-4}, {"w": 0.0})
     assert needless.preferred and needless.doubtful
     assert "gamma1 is not needed by these data: without surface tension" in needless.told
     needed = replace(needless, better=-20.0)
     assert not needed.doubtful and "gamma1 is needed by these data" in needed.told
-    better = Alternative("layer", 2 * STRONG, {"w": 2e-4}, {"w": -0.5}, False)
+    better = Alternative("layer", 2 * STRONG, {"w": 2e-4}, {"w": -0.5})
     assert better.doubtful and "springs are off by -50% in w" in better.told
     alike = replace(better, better=0.0)
     assert alike.doubtful and not alike.preferred and "do not tell springs from" in alike.told
@@ -149,7 +148,7 @@ def test_the_self_test_counts(tmp_path, capsys, monkeypatch):
     good = trials.Outcome("rigid", 1, True, False, (True, True, True), 1.0)
     bad = trials.Outcome("sign", 1, True, False, (None, None, None), 9.0)
     record = trials.Record(params, (good, good, bad, bad))
-    assert record.passed and math.isnan(record.coverage("sign", 0))
+    assert record.passed and math.isnan(record.shares("sign")[2])
     for one in (
         good._replace(rightly=False),
         good._replace(holds=(False, True, True)),
@@ -249,7 +248,7 @@ def test_a_plan_tells_what_noise_does_and_fits_scatter_as_foretold(tmp_path, cap
     w, gamma1, _ = one.foretold()
     half = replace(one, noise=5e-12).foretold()
     assert half[:2] == pytest.approx((w / 2, gamma1 / 2), rel=0.1)
-    found = fit(one.scene, one.curve(one.noise, 3), **FAST)
+    found = fit(one.scene, one.curve(3), **FAST)
     spans = [np.diff(np.log(found[name].interval))[0] / 2 for name in ("w", "gamma1")]
     assert (w, gamma1) == pytest.approx(spans, rel=0.4)
     given = ["plan", "--scene", str(scene), "--noise", "20e-12", "--points", "40"]

@@ -11,10 +11,12 @@ from scene_files import LIFT, SCENE, measured
 
 from energy import FlatPunch, Scene, SurfaceEnergies
 from studies.scenes.fit import estimate as fit_estimate
+from studies.scenes.fit import search
 from studies.scenes.fit.estimate import fit
-from studies.scenes.fit.force_curve import Curve, Data, contacts, loading, turning_points
-from studies.scenes.fit.model import DEFAULT, Model, parameters_of
-from studies.scenes.fit.quality import ZERO, Quality, judged, runs
+from studies.scenes.fit.force_curve import Curve, Data, loading, turning_points
+from studies.scenes.fit.model import DEFAULT, Model
+from studies.scenes.fit.search import HOPELESS
+from studies.scenes.fit.verdict import ZERO, Quality, judged, runs
 
 FAST = {"profiles": False, "alternatives": False}
 
@@ -135,15 +137,42 @@ def test_a_small_force_out_of_contact_is_fitted_or_called():
     assert found["w"].value == pytest.approx(2e-6, rel=0.1)
 
 
+def test_the_way_out_alone_is_a_contact():
+    curve = measured(SCENE, [1.1, -1.1])
+    data = Data.of(curve)
+    (contact,) = data.contacts
+    assert [leg.points.size for leg in contact.legs] == [0, data.used.sum()]
+    assert contact.legs[1].turn == curve.depth[0] and data.used.sum() > 30
+    off = Model.of(SCENE, ("w",), data).residuals(np.zeros(1))
+    assert np.abs(off[: data.used.sum()]).max() < 1e-6 * np.abs(curve.force).max()
+
+
+@pytest.mark.parametrize(("times", "near"), [(0.9, False), (1.1, True)])
+def test_the_minimum_beside_the_start_is_taken_only_if_the_other_is_hopeless(
+    times, near, monkeypatch
+):
+    model = Model.of(SCENE, ("w",), Data.of(measured(SCENE, [-1.1, 1.1, -1.1], 0.01)))
+    noise = len(model.data.lines) * model.data.sigma**2
+
+    def followed(model, start, ftol):  # the lower minimum is beside the start
+        lead = model.blunt > straight or start.any()
+        squares = noise * ((times * HOPELESS) ** 2 if lead else 0.01)
+        return SimpleNamespace(x=start + 1, squares=squares)
+
+    straight = model.blunt
+    monkeypatch.setattr(search, "followed", followed)
+    assert (search.sought(model).squares < noise) == near
+
+
 def test_every_contact_starts_from_a_touch():
     curve = measured(SCENE, [-0.3, 1.0, -1.2, 0.7, -1.2])
-    second = Curve(*(column[contacts(curve)[1]] for column in curve[:2]))
+    shift, forces = 80, []  # where it is farthest out
+    second = Curve(curve.depth[shift:], curve.force[shift:])
     both, alone = (Model.of(SCENE, ("w", "offset"), Data.of(c)) for c in (curve, second))
-    assert (len(both.data.pieces), len(alone.data.pieces)) == (2, 1)
-    shift, forces = contacts(curve)[1].start, []
+    assert (len(both.data.contacts), len(alone.data.contacts)) == (2, 1)
     for model in (both, alone):  # lets go too early, touches too late
-        at = parameters_of(SCENE) | {"w": 0.8 * 2e-6, "offset": 0.1 * LIFT}
-        force, _ = replace(model, blunt=0.0).forces(at)
+        at = [model.coordinate("w", 0.8 * 2e-6), model.coordinate("offset", 0.1 * LIFT)]
+        force, _ = replace(model, blunt=0.0).forces(np.array(at))
         forces.append(force[(model is both and shift) or 0 :])
     assert np.abs(forces[0] - forces[1]).max() < 1e-5 * np.abs(forces[0]).max()
     assert np.abs(forces[0]).max() > 0
@@ -175,5 +204,5 @@ def test_a_parameter_is_identifiable_with_both_intervals_short_and_no_bound(
         value=lambda name, coordinate: math.exp(coordinate),
         on_bound=lambda x, i: bound,
     )
-    found = fit_estimate._estimate(model, model, np.array([reach]), True, True, 0)
+    found = fit_estimate._estimate(model, model, 0, reach, True, True)
     assert found.identifiable == identifiable

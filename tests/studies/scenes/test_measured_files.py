@@ -181,6 +181,7 @@ def test_the_layout_can_be_given(tmp_path):
         ({"decimal": "x"}, "decimal = 'x' is unknown"),
         ({"encoding": "morse"}, "encoding = 'morse' is unknown"),
         ({"skip": -1}, "skip = -1 must be a whole number"),
+        ({"skip": True}, "skip = True must be a whole number"),
     ):
         with pytest.raises(ValueError, match=told):
             Layout(**wrong)

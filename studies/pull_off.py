@@ -19,21 +19,20 @@ error exceeds 1e-8.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
 from discretization import load_path, minimise
 from energy import Scene
-from studies.pull_off.record import Curve, Pull, State
 from studies.shared import Array, command, loops
 from studies.shared.batches import Show, each, silent
 from studies.shared.figures import COLOURS, GREY, MARKERS, Figure, canvas
 from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
 from studies.shared.table import Columns, Table
 
-BAR, _NIL = 1e-8, 1e-8
+BAR = 1e-8
 
 
 @dataclass(frozen=True)
@@ -45,6 +44,67 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(ratios=(0.03, 0.3, 0.8, 1.7, 4.0))
+
+
+class State(NamedTuple):
+    """A pull: force F_A > 0 [N/m], depth and half-width [m]."""
+
+    force: float
+    depth: float
+    half_width: float
+
+
+class Pull(NamedTuple):
+    """Pull-off of one scene, simulated and in closed form; for the flat punch the global one."""
+
+    scene: Scene
+    ratio: float
+    simulated: State
+    closed_form: State
+    balanced: State | None
+    balanced_card: State | None
+
+    @property
+    def error(self) -> float:
+        """Largest relative error, where the closed form is 0 of kδ₀(b + l), δ₀ or b."""
+        scene = self.scene
+        scales = (loops.force_scale(scene), scene.critical_separation, loops.size(scene))
+        pairs = [(self.simulated, self.closed_form)]
+        if self.balanced is not None and self.balanced_card is not None:
+            pairs.append((self.balanced, self.balanced_card))
+        return max(
+            loops.Form("", own, card, scale).error
+            for pair in pairs
+            for own, card, scale in zip(*pair, scales, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class Curve:
+    """All pulls of one indenter, over growing tension; the first without."""
+
+    shape: str
+    pulls: tuple[Pull, ...]
+
+    @property
+    def ratios(self) -> Array:
+        """l/b (n,)."""
+        return np.array([pull.ratio for pull in self.pulls])
+
+    @property
+    def forces(self) -> Array:
+        """F_A (n,), simulated."""
+        return np.array([pull.simulated.force for pull in self.pulls])
+
+    @property
+    def gain(self) -> Array:
+        """F_A over that without tension."""
+        return self.forces / self.forces[0]
+
+    @property
+    def error(self) -> float:
+        """The largest of all errors."""
+        return float(np.max([pull.error for pull in self.pulls]))
 
 
 def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Curve, ...]:
@@ -159,12 +219,23 @@ def table(curves: Sequence[Curve]) -> Table:
 def conclusions(curves: Sequence[Curve]) -> list[str]:
     """What tension does to each indenter, in words that follow the numbers."""
     flat, wedge, parabola = curves
-    return [
+    balanced = np.array([pull.balanced.force for pull in flat.pulls if pull.balanced])
+    part, blunt, wide = balanced / flat.forces, wedge.ratios < 1, parabola.ratios >= 1
+    told = [
         f"w is fixed at {WORK:g} N/m; l/b from {flat.ratios[1]:.3g} to {flat.ratios[-1]:.3g}",
-        *_flat_verdict(flat),
-        *_wedge_verdict(wedge),
-        *_parabola_verdict(parabola),
+        f"flat punch (paper: tension helps): {_effect(flat.forces, 1)}; Eq. (23) is the metastable "
+        f"limit: the detached state has the lower energy from {part[0]:.4g} F_A on without "
+        f"tension, from {part[-1]:.4g} F_A at the largest",
+        f"wedge (paper: tension weakens), tan δ < α: {_effect(wedge.forces[blunt], -1)}; F_A falls "
+        f"to {wedge.gain[blunt][-1]:.4g} of its value without tension at l/b = "
+        f"{wedge.ratios[blunt][-1]:.3g}",
+        f"parabola (paper: open): {_effect(parabola.forces)}",
     ]
+    if wide.sum() > 1:
+        grown = np.log(parabola.forces[-1] / parabola.forces[-2])
+        rate = grown / np.log(parabola.ratios[-1] / parabola.ratios[-2]) / 2  # γ₁ ~ (l/b)²
+        told[-1] += f"; for Λ >= 1 it closes to a point before it detaches, F_A ~ γ₁^{rate:.3f}"
+    return told
 
 
 def trend(values: Array, rounding: float = 1e-10) -> int:
@@ -173,78 +244,17 @@ def trend(values: Array, rounding: float = 1e-10) -> int:
     return int(np.all(steps > rounding)) - int(np.all(steps < -rounding))
 
 
-def _effect(found: int, claimed: int | None = None) -> str:
-    """What a trend says, and whether that is what the paper claims."""
+def _effect(values: Array, claimed: int | None = None) -> str:
+    """What the trend of forces says, and whether that is what the paper claims."""
+    found = trend(values)
     known = {1: "helps at every step", -1: "weakens at every step", 0: "has no one sign"}
     verdict = f": {'confirmed' if found == claimed else 'NOT confirmed'}"
     return f"tension {known[found]}{'' if claimed is None else verdict}"
 
 
-def _flat_verdict(flat: Curve) -> list[str]:
-    """The metastable limit, and the pull at which the detached state has the lower energy."""
-    balanced = np.array([pull.balanced.force for pull in flat.pulls if pull.balanced])
-    part, grows = balanced / flat.forces, trend(balanced)
-    effect = "also grows" if grows == 1 else "does not grow throughout"
-    return [
-        f"flat punch (paper: tension helps): {_effect(trend(flat.forces), 1)}; F_A grows "
-        f"{flat.gain[-1]:.4g}-fold",
-        f"flat punch, qualified: Eq. (23) is the metastable limit. The detached state has the "
-        f"lower energy from {part[0]:.4g} F_A on without tension, from {part[-1]:.4g} F_A at "
-        f"the largest; that pull {effect} with γ₁ ({balanced[-1] / balanced[0]:.4g}-fold)",
-    ]
-
-
-def _wedge_verdict(wedge: Curve) -> list[str]:
-    """Up to tan δ = α, that is l = b, and beyond it."""
-    blunt = wedge.ratios < 1
-    last = wedge.pulls[int(blunt.sum()) - 1]
-    text = [
-        f"wedge (paper: tension weakens), tan δ < α: {_effect(trend(wedge.forces[blunt]), -1)}; "
-        f"F_A falls to {wedge.gain[blunt][-1]:.4g} of its value without tension at l/b = "
-        f"{last.ratio:.3g}"
-    ]
-    if not blunt.all():
-        sharp = [pull for pull in wedge.pulls if pull.ratio > 1]
-        largest = max(abs(p.simulated.force) / loops.force_scale(p.scene) for p in sharp)
-        given = abs(loops.formula_30(wedge.pulls[-1].scene))
-        text.append(
-            f"wedge, tan δ > α: it detaches at its tip under a pull of {largest:.1g} kδ₀(b + l); "
-            f"the modulus in Eq. (30) would give {given:.3g} N/m: outside its range"
-        )
-    return text
-
-
-def _parabola_verdict(parabola: Curve) -> list[str]:
-    """Both sides of Λ = 1."""
-    ratios, gain = parabola.ratios, parabola.gain
-    text = [f"parabola (paper: open): {_effect(trend(parabola.forces))}"]
-    low, high = ratios <= 1, ratios >= 1
-    if low.sum() > 2:
-        last = int(low.sum()) - 1
-        a = [pull.simulated.half_width / SIZE for pull in parabola.pulls]
-        text.append(
-            f"parabola, Λ <= 1: F_A is {gain[last]:.4g}-fold at Λ = {ratios[last]:.3g}, its gain "
-            f"~ γ₁^{_power(ratios[low], gain[low] - 1):.3f}; the half-width at pull-off falls "
-            f"from {a[0]:.3g} b to {a[last] if a[last] > _NIL else 0:.3g} b"
-        )
-    if high.sum() > 1:
-        text.append(
-            f"parabola, Λ >= 1: the contact closes to a point before it detaches, F_A "
-            f"~ γ₁^{_power(ratios[high], gain[high]):.3f}, {gain[-1]:.4g}-fold at the end"
-        )
-    return text
-
-
-def _power(ratios: Array, values: Array) -> float:
-    """n of values ~ γ₁^n, γ₁ ~ (l/b)², between the last two."""
-    rise = np.diff(np.log(np.abs(values[-2:]) + np.finfo(float).tiny))[0]
-    return float(rise / np.diff(np.log(ratios[-2:]))[0] / 2)
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, conclude, draw, write; 1 if an error misses its bar."""
-    quick = "fewer tensions"
-    preset, jobs, out = command.start("pull_off", __doc__, argv, quick, FULL, QUICK)
+    preset, jobs, out = command.start("pull_off", __doc__, argv, "fewer tensions", FULL, QUICK)
     curves = run(preset, command.say, jobs)
     out.table("pull_off.csv", preset, *table(curves))
     out.figure("pull_off_gain.png", plot(curves))

@@ -1,7 +1,8 @@
-"""Rotational symmetry on the fitted mesh, small slopes, against the closed forms."""
+"""The fitted mesh against closed forms: random states of each kind, and paths about an axis."""
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Callable
@@ -11,9 +12,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scenes import check
+from scenes import turned as about_axis
 
 from discretization import load_path, minimise
-from discretization.equilibrium import QUANTITIES
 from energy import (
     Circle,
     ElasticLayer,
@@ -28,7 +29,7 @@ from energy import (
     Wedge,
     cards,
 )
-from studies.shared.random_cases import Case
+from studies.shared.random_cases import SHAPES, Case, random_case, random_steep_case
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(40)
 _T, _DT = (1 + _POINTS) / 2, _WEIGHTS / 2
@@ -63,7 +64,6 @@ DRAWN: dict[str, Callable[[float, float, float], Indenter]] = {
     "function": _cosh,
     "sum": lambda a, rise, n: Parabola(2 * a / rise) + Wedge(math.atan(rise / 2)),
 }
-SHAPES = tuple(DRAWN)
 
 
 def random_round_case(rng: np.random.Generator, shape: str) -> Case:
@@ -123,26 +123,38 @@ LAYER = {"k": K, "gamma1": GAMMA1, "w": W}
 ELL, DELTA0 = np.sqrt(GAMMA1 / K), np.sqrt(2 * W / K)
 
 
-def turned(indenter, k=K, gamma1=GAMMA1, w=W, **more):
-    layer, surfaces = ElasticLayer(k, 0.0, 1.0), SurfaceEnergies.from_work(gamma1, w)
-    return Scene(layer, surfaces, indenter, geometry="axisymmetric", **more)
+turned = functools.partial(about_axis, k=K, gamma1=GAMMA1, w=W)
+
+DRAWS = {  # how states are drawn, of which shapes, how many, the largest error, and of the angle
+    "small": (random_case, SHAPES, 150, 1e-10, 1e-9),
+    "finite": (random_steep_case, SHAPES[1:], 40, 1e-11, 1e-9),
+    "axisymmetric": (random_round_case, tuple(DRAWN), 63, 1e-11, 1e-10),
+}
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_eleven_digits_over_eight_decades_and_an_honest_estimate(shape):
-    rng, understated = np.random.default_rng(200 + SHAPES.index(shape)), 0
-    for _ in range(63):
-        case = random_round_case(rng, shape)
+@pytest.mark.parametrize(
+    ("kind", "shape"), [(kind, shape) for kind, draw in DRAWS.items() for shape in draw[1]]
+)
+def test_ten_digits_over_eight_decades_and_an_honest_estimate(kind, shape):
+    """The angle is Young's; the estimates are rarely less than the errors, and never by much."""
+    draw, shapes, count, most, off = DRAWS[kind]
+    rng, found, understated = np.random.default_rng(100 + shapes.index(shape)), 0, 0
+    for _ in range(count):
+        case = draw(rng, shape)
         state = minimise(case.scene, case.depth)
-        scales = {"half_width": case.half_width, **state.scales}
-        for name in QUANTITIES:
-            error = abs(getattr(state, name) - getattr(case, name)) / scales[name]
-            assert error <= 1e-11
-            assert error <= 10 * state.error_estimate[name]
-            understated += error > state.error_estimate[name]
+        if kind == "finite" and case.depth < 0 and state.label == "detached":
+            continue  # a wedge lets go before its line reaches such a width
+        errors = case.errors(state, case.half_width)
+        for error, estimate in zip(errors, state.error_estimate.values(), strict=True):
+            assert error <= min(most, 10 * estimate)
+            understated += error > estimate
         if shape != "flat":
-            assert abs(state.angle_deficit - case.scene.surfaces.small_slope_deficit) <= 1e-10
-    assert understated <= 3
+            young = case.scene.surfaces
+            young = young.angle_deficit if kind == "finite" else young.small_slope_deficit
+            assert abs(state.angle_deficit - young) <= off * max(young, 1e-3)
+        found += 1
+    assert found >= count / 2
+    assert understated <= found / 30
 
 
 CASES = {  # an indenter, its card and its parameters
@@ -214,14 +226,6 @@ def test_a_cylinder_detaches_alike_under_depth_and_load():
     check(load.pull_off.depth, gone.depth, 1e-12)
 
 
-@pytest.mark.parametrize("a", [0.3 * ELL, 20 * ELL])
-def test_the_lowest_state_leaves_a_cylinder_earlier(a):
-    even = float(axi.flat_punch.global_pull_off_depth(a=a, **LAYER))
-    for depth, contacts in ((even * (1 - 1e-9), 1), (even * (1 + 1e-9), 0)):
-        assert len(minimise(turned(FlatPunch(a)), depth, branch="global").contacts) == contacts
-    assert len(minimise(turned(FlatPunch(a)), even * (1 + 1e-9)).contacts) == 1
-
-
 def test_the_lowest_state_of_a_sphere_is_the_one_of_negative_energy():
     args = {"R": 0.013, **LAYER}
     least = float(axi.sphere.detachment(**args).depth)
@@ -250,7 +254,7 @@ def test_without_adhesion_and_without_tension(indenter):
 def test_the_estimate_is_about_what_rounding_does_also_beside_small_spheres(R):
     """The terms of D that cancel are small there; close to the least D it grows slowly."""
     mpmath.mp.dps = 40
-    scene, R, delta0 = turned(Circle(R), 1.0, 1.0, 0.3), mpmath.mpf(R), mpmath.sqrt(0.6)
+    scene, R, delta0 = turned(Circle(R), k=1.0, gamma1=1.0, w=0.3), mpmath.mpf(R), mpmath.sqrt(0.6)
 
     def terms(a):
         f, f1 = R - mpmath.sqrt(R * R - a * a), a / mpmath.sqrt(R * R - a * a)

@@ -1,0 +1,202 @@
+"""What does a closed loop of touching, pressing and pulling off cost, and where is it lost?
+
+Flat punch, wedge and parabola go through closed load paths, for several surface tensions γ₁ and
+works of adhesion w, under imposed depth, a dead load, and machines of finite stiffness K:
+
+    ∮P dd = Σ energy released in the instabilities.
+
+The left side comes from the forces along the path, the right side from the energies beside the
+events. Jump-in, pull-off, end of the contact and loop area stand beside the closed forms
+(energy.cards); where a closed form is 0 the error is in units of kδ₀(b + l), δ₀ and b, see
+shared/loops.py. A loop depends (small slopes) on two groups: l/b, which is √(γ₁/k)/b, or
+√(γ₁/2w) tan δ for the wedge, and K/(kb).
+
+Output: a line per loop and its worst error, hysteresis.csv with all numbers, figures. Exit status 1
+if an error exceeds 1e-8 or the energy balance does not close within 1e-9.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from discretization import History
+from discretization.plots import draw_path, units
+from energy import cards
+from energy.units import quantity
+from studies.shared import Array, command, loops
+from studies.shared.batches import Show, each, silent
+from studies.shared.figures import BLUE, Figure, canvas
+from studies.shared.loops import INDENTERS, LAYER, SIZE, WORK
+from studies.shared.table import Columns, Table
+
+BAR, LEDGER = 1e-8, 1e-9
+MODERATE = 0.02  # N/m, the tension whose loops are drawn
+_NIL = 1e-8  # of the scale, printed as 0
+LENGTHS = ("jump-in half-width", "pull-off depth", "pull-off half-width")
+SHOWN = dict.fromkeys(LENGTHS, 1e6) | {"pull-off force": 1.0, "loop area": 1.0}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """γ₁ and w [N/m], machine stiffnesses K/(kb), steps of a loop."""
+
+    tensions: tuple[float, ...] = (0.002, 0.02, 0.1, 0.4)
+    works: tuple[float, ...] = (WORK / 2, WORK)
+    machines: tuple[float, ...] = (0.3, 3.0)
+    steps: int = 60
+
+
+FULL = Parameters()
+QUICK = Parameters(tensions=(0.02, 0.4), works=(WORK,), machines=(0.3,), steps=36)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One closed path beside its closed forms; work: ∫P dd from the forces."""
+
+    shape: str
+    history: History
+    forms: tuple[loops.Form, ...]
+    work: float
+
+    @property
+    def imbalance(self) -> float:
+        """How far the energy balance is off, relative."""
+        return loops.imbalance(self.history, self.work)
+
+    @property
+    def control(self) -> str:
+        """Depth, force, or the stiffness of the machine in units of kb."""
+        K = self.history.machine_stiffness
+        return f"K = {K / (LAYER.stiffness * SIZE):.3g} kb" if K else self.history.control
+
+    @property
+    def error(self) -> float:
+        """The largest of all relative errors."""
+        return max(form.error for form in self.forms)
+
+    @property
+    def passed(self) -> bool:
+        """Whether all errors are within the limits; nan is not."""
+        return self.error <= BAR and self.imbalance <= LEDGER
+
+
+def run(parameters: Parameters = FULL, show: Show = silent, jobs: int = 1) -> tuple[Loop, ...]:
+    """Follow all loops in `jobs` processes; `show` gets a line for each."""
+    show(COLUMNS.head)
+    scenes = list(product(INDENTERS, parameters.tensions, parameters.works))
+    work, found = partial(_controls, parameters), list[Loop]()
+    for own in each(work, scenes, jobs, say=lambda own: show("\n".join(map(line, own)))):
+        found += own
+    return tuple(found)
+
+
+def _controls(parameters: Parameters, case: tuple[str, float, float]) -> list[Loop]:
+    """The same scene under all controls."""
+    shape, gamma1, w = case
+    path = loops.depth_loop(loops.scene_of(shape, gamma1, w), parameters.steps)
+    stiffness = LAYER.stiffness * SIZE
+    held = [loops.driven_loop(path, K * stiffness) for K in (0.0, *parameters.machines)]
+    return [Loop(shape, one, tuple(loops.compared(one)), one.work()) for one in (path, *held)]
+
+
+COLUMNS = Columns(
+    "indenter -10|γ₁ N/m 6.3g|w N/m 6.3g|control -12|jump-in a µm 12.6g|pull-off N/m 14.6g|"
+    "d µm 9.6g|a µm 9.6g|area J/m 12.6g|error 6.0e|balance 7.0e"
+)
+
+
+def line(loop: Loop) -> str:
+    """One line of the table."""
+    scene = loop.history.scene
+    numbers = [
+        f.simulated * SHOWN[f.name] if abs(f.simulated) > _NIL * f.scale else 0.0
+        for f in loop.forms
+        if f.name in SHOWN
+    ]
+    given = loop.shape, scene.gamma1, scene.work_of_adhesion, loop.control
+    told = COLUMNS.line(*given, *numbers, loop.error, loop.imbalance)
+    return told + ("" if loop.passed else "  FAIL")
+
+
+def drawn(record: Sequence[Loop], shape: str) -> list[Loop]:
+    """The loops of a shape at w = WORK and moderate tension, under one control after the other."""
+    own = [loop for loop in record if loop.shape == shape]
+    scenes = [(loop.history.scene.gamma1, loop.history.scene.work_of_adhesion) for loop in own]
+    return [loop for loop, at in zip(own, scenes, strict=True) if at == (MODERATE, WORK)]
+
+
+def plot(record: Sequence[Loop]) -> dict[str, Figure]:
+    """Every figure by file name; one of the parabola's loops is looked at closely."""
+    history = drawn(record, "parabola")[0].history
+    title = f"Parabola, γ₁ = {quantity(MODERATE, 'N/m')}: in contact loading and unloading coincide"
+    return {
+        "hysteresis_control.png": over_control(record),
+        "hysteresis_loop.png": history.plot(title, closed_form(history)),
+    }
+
+
+def over_control(record: Sequence[Loop]) -> Figure:
+    """P(d) of one γ₁, a row for each control, each loop in a panel of its own."""
+    chosen = [drawn(record, shape) for shape in INDENTERS]
+    rows = len(chosen[0])
+    figure, grid = canvas(12.5, 3.4 * rows, rows, len(INDENTERS), squeeze=False)
+    for column, own in zip(grid.T, chosen, strict=True):
+        for axes, loop in zip(column, own, strict=True):
+            area = loop.history.dissipated / (2 * WORK * SIZE)
+            draw_path(axes, loop.history, "force", units(loop.history, "force"), BLUE)
+            words = {"depth": "imposed depth", "force": "dead load"}
+            stiffness = loop.control.removeprefix("K = ").replace(" ", "·")
+            held = words.get(loop.control, f"spring of stiffness {stiffness}")
+            axes.set_title(f"{loop.shape}, {held},\nloop area {area:.3g}·2wb", fontsize=10)
+            axes.axhline(0, color="black", lw=0.6, ls=":")
+            axes.grid(alpha=0.25)
+    figure.suptitle(
+        "What holds the indenter decides where it jumps (dashed) and how much energy that costs; "
+        f"γ₁ = {quantity(MODERATE, 'N/m')}, b = {quantity(SIZE, 'm')}"
+    )
+    return figure
+
+
+def closed_form(history: History) -> tuple[Array, Array, Array]:
+    """(d, P, a) of a parabola's whole branch."""
+    scene, given = history.scene, loops.arguments(history.scene)
+    d = np.linspace(-scene.critical_separation, float(history.depth.max()), 400)
+    force, a = cards.parabola.force(d, **given), cards.parabola.half_width(d, **given)
+    return d, np.asarray(force), np.asarray(a)
+
+
+def table(record: Sequence[Loop]) -> Table:
+    """A row per loop: every number simulated, in closed form, and its relative error. SI."""
+    names = [form.name.replace(" ", "_") for form in record[0].forms]
+    columns = [f"{name}{end}" for name in names for end in ("", "_closed_form", "_error")]
+    given = ["indenter", "gamma1", "w", "control", "machine_stiffness"]
+    rows = []
+    for loop in record:
+        history, scene = loop.history, loop.history.scene
+        forms = [v for f in loop.forms for v in (f.simulated, f.closed_form, f.error)]
+        stiffness = history.machine_stiffness or ""
+        at = (scene.gamma1, scene.work_of_adhesion, history.control, stiffness)
+        rows.append([loop.shape, *at, *forms, loop.work, history.dissipated, loop.imbalance])
+    return [*given, *columns, "work", "dissipated", "imbalance"], rows
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run, draw, write; 1 if a loop misses a limit."""
+    preset, jobs, out = command.start("hysteresis", __doc__, argv, "fewer loops", FULL, QUICK)
+    record = run(preset, command.say, jobs)
+    out.table("hysteresis.csv", preset, *table(record))
+    out.figures(plot(record))
+    error, imbalance = (
+        float(np.max([getattr(loop, name) for loop in record])) for name in ("error", "imbalance")
+    )
+    failed = sum(not loop.passed for loop in record)
+    print(f"{len(record)} loops, {failed} failed; limits {BAR:.0e}, of the balance {LEDGER:.0e}")
+    command.answer(
+        f"The energy released in its jumps and nothing else: in {len(record)} loops the area "
+        f"agrees with that within {imbalance:.0e}, and with the closed forms within {error:.0e}."
+    )
+    return int(failed > 0)

@@ -1,1 +1,0 @@
-"""The study `hysteresis`: closed load paths and what they dissipate."""

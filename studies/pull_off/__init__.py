@@ -1,1 +1,0 @@
-"""The study `pull_off`: adhesion force against surface tension."""

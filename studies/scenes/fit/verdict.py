@@ -1,0 +1,199 @@
+"""Is a fitted model right? Its residual against the noise, other models, and its assumptions."""
+
+import contextlib
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from discretization import NotCertifiedError, minimise
+from energy import Assumption, Scene
+from studies.scenes.fit.model import Model, parameters_of, scene_with
+from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless, sought
+from studies.scenes.run import violations
+from studies.shared import Array
+
+TIMES = 2.0  # residual over noise: found between 0.5 and 1.4 where the model is right
+RUNS = -3.5  # standard deviations below the mean number of runs: one in 4000 curves of pure noise
+ZERO = 4.5  # standard errors that the mean force out of contact may be off zero
+FELT = 0.5  # of the noise: below, runs of one sign are errors of the simulation
+CHECK = "check sign, zero, hysteresis (loading and unloading apart: fit opening, too)"
+STRONG = 6.0  # a difference of the information criterion that decides (Kass and Raftery 1995)
+KNOWN = 0.3  # half-width of the interval of log w: adhesion that is known so well is needed
+NONE = 1e-5  # of the work of adhesion stands for none
+WITHIN = 0.1  # by which two models may differ in a parameter without a word
+ROUGHLY = 3e-3  # how well a sum of squares is found
+LOOKS = 5  # states along the curve whose assumptions are looked at
+NEEDLESS = {"gamma1": "without surface tension", "w": "without adhesion"}
+RESPONSES = {  # of the fit, and of the other model
+    "layer": ("springs", "the layer", "the layer explains"),
+    "springs": ("the layer's own response", "springs", "springs explain"),
+}
+
+
+class Quality(NamedTuple):
+    """times: residual over noise, nan if the noise is unknown; runs: those of one sign against
+    what independent noise has, in standard deviations (Wald and Wolfowitz 1940); zero: the mean
+    force where there is no contact, in standard errors."""
+
+    times: float
+    runs: float
+    zero: float = 0.0
+
+    @property
+    def fits(self) -> bool:
+        """Whether the residual may be noise, around a force whose zero is right."""
+        systematic = self.times > FELT and self.runs < RUNS
+        return not (self.times > TIMES or systematic or abs(self.zero) > ZERO)
+
+    @property
+    def told(self) -> str:
+        """What is wrong, in words; "" if nothing is."""
+        if math.isnan(self.times):
+            return "the noise cannot be told from so few points: nothing says whether it fits"
+        if self.fits:
+            return ""
+        size, why = f"residual is {self.times:.3g} times the noise", CHECK
+        if self.times <= TIMES and abs(self.zero) > ZERO:
+            why = f"check zero: the force out of contact is {self.zero:+.2g} standard errors off"
+        elif self.times <= TIMES:
+            size += " and keeps its sign over many points"
+        return f"{size}: {why}; or the data were smoothed. No intervals: the model does not fit"
+
+
+def judged(forces: Array, ends: Array, free: Array, spare: int, noise: float) -> Quality:
+    """Quality of residuals of the force (n,) and of the ends of contact (k,), and of the forces
+    measured where there is no contact (m,) [N/m].
+
+    times² = Σr²/(spare noise²) over both kinds of residuals, the latter in units of the noise
+    already; zero = mean √m/noise. noise 0: it could not be found.
+    """
+    if not noise > 0:
+        return Quality(math.nan, 0.0)
+    size = math.sqrt(float(np.sum(forces**2) + np.sum(ends**2)) / spare)
+    zero = float(free.mean()) * math.sqrt(free.size) / noise if free.size else 0.0
+    return Quality(size / noise, runs(forces), zero)
+
+
+def runs(residuals: Array) -> float:
+    """Number of runs of one sign, less its mean for independent signs, over its deviation.
+
+    With n₊ and n₋ signs, n together: mean 1 + 2n₊n₋/n, variance (mean - 1)(mean - 2)/(n - 1).
+    """
+    signs = np.sign(residuals[residuals != 0])
+    n, above = signs.size, int((signs > 0).sum())
+    if above in (0, n):
+        return -math.sqrt(n)  # one run: its limit for many points of both signs
+    mean = 1 + 2 * above * (n - above) / n
+    variance = max((mean - 1) * (mean - 2) / (n - 1), 1e-3)
+    return float((1 + np.count_nonzero(np.diff(signs)) - mean) / math.sqrt(variance))
+
+
+def criterion(best: Best) -> float:
+    """Schwarz's criterion n log(Σr²/n) + m log n of a fit of m parameters to n residuals."""
+    n, m = best.jac.shape
+    return float(n * math.log(best.squares / n) + m * math.log(n))
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another model of the same curve.
+
+    name: of the parameter left out, or the response of the layer; better: by how much its
+    criterion is lower than that of the fit; values: what it finds; off: by how much the fit is
+    off them, relatively.
+    """
+
+    name: str
+    better: float
+    values: dict[str, float]
+    off: dict[str, float]
+
+    @property
+    def simpler(self) -> bool:
+        """Whether it lacks a parameter."""
+        return self.name in NEEDLESS
+
+    @property
+    def preferred(self) -> bool:
+        """Whether the data are better told by it."""
+        return self.better > (0 if self.simpler else STRONG)
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether it casts a doubt on the fit."""
+        differs = max(map(abs, self.off.values()), default=0.0) > WITHIN
+        return self.preferred or (not self.simpler and self.better > -STRONG and differs)
+
+    @property
+    def told(self) -> str:
+        """What the comparison says, in a sentence."""
+        found = ", ".join(f"{name} = {value:.4g}" for name, value in self.values.items())
+        size = f"criterion is {'lower' if self.better > 0 else 'higher'} by {abs(self.better):.3g}"
+        if self.simpler:
+            verdict = "not needed" if self.preferred else "needed"
+            text = f"{self.name} is {verdict} by these data: {NEEDLESS[self.name]} the {size}"
+            return f"{text} and {found}" if self.preferred and found else text
+        off = " and ".join(f"{value:+.0%} in {name}" for name, value in self.off.items())
+        own, other, explains = RESPONSES[self.name]
+        if self.preferred:
+            text = f"{explains} them better (the {size}): {own} are off by {off}; with"
+            return f'{text} response = "{self.name}" {found}'
+        if self.doubtful:
+            text = f"these data do not tell {own} from {other} (the {size}), with which {found}"
+            return f"{text}; the fit differs by {off}"
+        return f"{own} tell these data better than {other} or as well (the {size})"
+
+
+def compared(model: Model, best: Best, reaches: Array) -> tuple[Alternative, ...]:
+    """The models without tension, without adhesion and with the layer's own response.
+
+    reaches: half-widths of the intervals; adhesion that is well known is needed, and not left out.
+    """
+    lost, names = hopeless(model, best.squares), list(model.names)
+    at = parameters_of(model.scene) if lost else model.parameters(best.x)
+    scene, others, found = scene_with(model.scene, at), dict[str, tuple[Scene, list[str]]](), []
+    if "gamma1" in names and not scene.layer.exact:
+        less = [one for one in names if one != "gamma1"]
+        others["gamma1"] = scene_with(scene, at | {"gamma1": 0.0}), less
+    if "w" in names and not reaches[names.index("w")] < KNOWN:
+        less = [one for one in names if one not in ("w", "opening")]
+        others["w"] = scene_with(scene, at | {"w": NONE * at["w"], "opening": 0.0}), less
+    response = "springs" if scene.layer.exact else "layer"
+    others[response] = replace(scene, layer=replace(scene.layer, response=response)), names
+    for name, (start, free) in others.items():
+        with contextlib.suppress(ValueError, NotCertifiedError):  # this scene has no such model
+            other = Model.of(start, free, model.data, None if lost else at["offset"])
+            nearest = sought(other, ROUGHLY) if lost else _beside(other)
+            found.append(_alternative(name, model, best, other, nearest))
+    return tuple(found)
+
+
+def _beside(model: Model) -> Best:
+    """The minimum beside the start."""
+    rough = replace(model, blunt=BLUNT[-1] * model.blunt)
+    x = followed(rough, np.zeros(len(model.names)), ftol=ROUGH).x
+    return followed(model, x, ftol=ROUGHLY)
+
+
+def _alternative(name: str, model: Model, best: Best, other: Model, found: Best) -> Alternative:
+    at, own = model.parameters(best.x), other.parameters(found.x)
+    values = {one: own[one] for one in other.names if one in ("w", "gamma1")}
+    off = {one: at[one] / value - 1 for one, value in values.items()}
+    return Alternative(name, criterion(best) - criterion(found), values, off)
+
+
+def strained(model: Model, best: Best) -> tuple[tuple[Assumption, float], ...]:
+    """Each assumption that is violated along the fitted curve, at its worst, and its depth."""
+    p, data = model.parameters(best.x), model.data
+    scene = replace(scene_with(model.scene, p), opening=None)
+    force, _ = model.forces(best.x)
+    own = data.curve.drive - p["offset"] - force / data.curve.machine_stiffness
+    shallow, deep = np.quantile(own[data.used], (0.02, 1.0)).tolist()
+    states = []
+    for depth in np.linspace(shallow, deep, LOOKS).tolist():
+        # where the path has let go, or where it needs more than one contact, there is none
+        with contextlib.suppress(ValueError, NotCertifiedError):
+            states.append(minimise(scene, depth, rtol=1e-5))
+    return violations(states)
