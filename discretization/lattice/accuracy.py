@@ -16,8 +16,8 @@ The state is not resolved, and all errors are infinite, where
 
     a contact that is not pinned at both ends has fewer than LEAST links,
     a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
-    from the line through them,
-    f is not convex, and its lowest point, which touches first, is not in contact,
+    from the line through them, or its slope so much that a line rests elsewhere,
+    f is not convex, and another of its lowest points may touch before the lowest node does,
     f is not convex, and with fewer than SPARSE nodes per l a lattice four times finer, which counts
     as a coarser one does, has another number of contacts,
     the coarse nodes have no contact or no answer, or
@@ -49,7 +49,7 @@ from numpy.typing import NDArray
 from discretization.certificate import EPSILON, AccuracyWarning, NotCertifiedError
 from discretization.equilibrium import QUANTITIES, Equilibrium
 from discretization.nodes.lattice import Lattice
-from discretization.nodes.row import heights
+from discretization.nodes.row import heights, region
 from discretization.profile import resolve
 from energy import Scene
 
@@ -59,6 +59,7 @@ LEAST, SPARSE = 4, 16  # links of a resolved contact; per l
 UNEVEN = 0.02  # of δ₀: by which heights may depart from the line through their neighbours
 FINER = (2, 8, 64)  # by which lattices are finer that are asked for a contact
 MOST = 200_000  # nodes, of a lattice that only looks for contacts
+_BESIDE = 3  # links beside a contact, looked at with it
 _SAFETY = 1.5  # by which differences between two lattices are enlarged
 _FACTORS = (2.0, 1.7, 1.4)  # coarser spacings over this one
 _ROUNDING = 4 * EPSILON  # of every estimate
@@ -142,7 +143,7 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
         return UNRESOLVED if _held_on_finer_nodes(solve, fine) else EXACT
     if not np.isfinite(fine.contacts).all():
         return EXACT
-    if _too_coarse(fine):
+    if _too_coarse(fine) or _tied(fine):
         return UNRESOLVED
     bounds = []
     sparse = fine.scene.elastocapillary_length < SPARSE * fine.spacing
@@ -159,27 +160,54 @@ def estimated(solve: Solver, fine: Equilibrium) -> dict[str, float]:
     return {name: max(bound[name] for bound in bounds) for name in QUANTITIES}
 
 
+def _tied(state: Equilibrium) -> bool:
+    """Whether nodes do not say which of two lowest points of the profile touches first.
+
+    A summit that is no higher than the lowest node, but not in contact.
+    """
+    scene = state.scene
+    if scene.indenter.convex or state.branch != "adhered" or not scene.work_of_adhesion:
+        return False
+    lattice = Lattice.of(scene, state.spacing)
+    body = lattice.seen(scene).indenter
+    node = region(lattice, body, state.depth).lowest
+    touch = float(heights(lattice, body, np.array([node], float))[0])
+    profile = resolve(scene, state.depth)
+    summits, contacts = profile.x[profile.f <= touch], state.contacts
+    left = np.searchsorted(contacts[:, 0], summits + 2 * state.spacing) - 1
+    near = contacts[np.maximum(left, 0), 1] + 2 * state.spacing >= summits
+    return not bool((near & (left >= 0)).all())
+
+
 def _too_coarse(state: Equilibrium) -> bool:
     """Whether a contact has too few links, or the profile too few nodes, for errors to be known."""
-    scene, spacing = state.scene, state.spacing
-    links = np.diff(state.nodes)[:, 0] / spacing
+    links = np.diff(state.nodes)[:, 0] / state.spacing
     if ((links < LEAST - 0.5) & ~state.pinned.all(axis=1)).any():
         return True
-    if scene.indenter.convex:
-        return False
-    if state.branch == "adhered" and scene.work_of_adhesion:
-        lowest = resolve(scene, state.depth).lowest
-        off = np.array([[-2, 2]]) * spacing
-        if not (np.diff(np.sign(state.contacts + off - lowest)) > 0).any():
-            return True
-    departs, size = 0.0, scene.critical_separation
+    return not state.scene.indenter.convex and _uneven(state)
+
+
+def _uneven(state: Equilibrium) -> bool:
+    """Whether the profile departs from what its nodes know by more than UNEVEN of a displacement.
+
+    From straight lines between them; and away from corners from the cubic through four of them, by
+    e: its slope by 4e/Δx, and the depth at which a line rests by l times that.
+    """
+    scene, dx, delta0 = state.scene, state.spacing, state.scene.critical_separation
+    corners = np.asarray(scene.indenter.corners, float)
     for first, last in state.nodes.tolist():
-        x = np.linspace(first, last, 2 * round((last - first) / spacing) + 1)
-        f = scene.indenter.height(x)
-        beside = np.abs(f[1::2] - (f[:-1:2] + f[2::2]) / 2)
-        departs = max(departs, float(beside.max(initial=0.0)))
-        size = max(size, float(np.abs(state.depth - f).max()))
-    return departs > UNEVEN * size
+        count = round((last - first) / dx) + 1
+        x = first + dx * np.arange(-_BESIDE, count + _BESIDE)
+        f, middle = scene.indenter.height(x), x[1:-2] + dx / 2
+        smooth = np.abs(middle[:, None] - corners).min(axis=1, initial=math.inf) > 2 * dx
+        lift = max(delta0, float(np.abs(state.depth - f[_BESIDE:-_BESIDE]).max()))
+        with np.errstate(invalid="ignore"):  # beyond the indenter
+            off = scene.indenter.height(middle) - (f[1:-2] + f[2:-1]) / 2
+            rest = off - (f[1:-2] + f[2:-1] - f[:-3] - f[3:]) / 16
+        moved = 4 * scene.elastocapillary_length / dx * np.abs(rest[smooth]) / (delta0 or lift)
+        if (np.abs(off) > UNEVEN * lift).any() or (moved > UNEVEN).any():
+            return True
+    return False
 
 
 def _next_to(fine: Equilibrium, other: Equilibrium, coarser: float) -> dict[str, float]:

@@ -41,6 +41,7 @@ Nodes = NDArray[np.int64]
 Lines = tuple[float, ...]  # x of all lines
 LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
 _HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
+_NEARLY, _SHORT = 0.4999, 1e-4  # links: what is beyond is told that much shorter
 _ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 _TURNS = 20  # in which lines that face each other are found; each is a contraction
 _SETTLED = 1e-9  # links
@@ -162,7 +163,7 @@ def placed(excess: Array, corner: Corner) -> Array:
     first, inner, outer, last = _beside(excess)
     with np.errstate(invalid="ignore", divide="ignore"):
         rise = np.where(outer > inner, outer - inner, math.nan)
-        t = np.minimum(np.maximum(-inner / rise, 0.0), 1.0)
+        t = np.minimum(np.maximum(-inner / rise, -0.5), 1.5)
         bend = (first - inner - outer + last) / (4 * rise)
         turn = (last - 3 * outer + 3 * inner - first) / (6 * rise)
         smooth = corner.smooth & (np.abs(bend) <= 1) & (np.abs(turn) <= 1)
@@ -231,10 +232,12 @@ def resting(
     row: Row, nodes: Nodes, excess: list[Array], corner: Corner, before: Array | None = None
 ) -> Array:
     """ζ with the excess of closing, and of opening where it differs, from where lines were."""
-    zeta = np.full(nodes.shape, -_HALF) if before is None else before
+    zeta = np.full(nodes.shape, -1.0) if before is None else before
     most = np.where((nodes == 0) | (nodes == row.size - 1), 1.0, _HALF)
+    least = np.full(nodes.shape, -_HALF)
+    most[:, 1:-1], least[:, 1:-1] = 1.0, -1.0
     for each, further in zip(excess, (np.maximum, np.minimum), strict=False):
-        rests = np.maximum(np.minimum(placed(each, corner), most), -_HALF)
+        rests = np.maximum(np.minimum(placed(each, corner), most), least)
         zeta = further(zeta, rests)
     close = np.repeat(nodes[:, 2::2] - nodes[:, 1:-1:2] < _APART, 2, axis=1)
     zeta[:, 1:-1][close] = 0.0
@@ -242,9 +245,15 @@ def resting(
 
 
 def positions(row: Row, nodes: Nodes, zeta: Array) -> Array:
-    """x of lines that far from their nodes; of those at a corner that of the corner."""
-    lattice, sides = row.lattice, outwards(nodes.shape[1])
-    x = lattice.x(row.first + nodes + sides * (zeta + lattice.edge))
+    """x of lines that far from their nodes; of those at a corner that of the corner.
+
+    As lines that face each other feel each other, one may be more than half a link from its node;
+    where it has to tell the node, as a line that stays where it was, it is told within half a link.
+    """
+    lattice, sides, told = row.lattice, outwards(nodes.shape[1]), zeta.copy()
+    if row.scene.hysteretic:
+        told[:, 1:-1] = _stretched(told[:, 1:-1], _SHORT)
+    x = lattice.x(row.first + nodes + sides * (told + lattice.edge))
     held = np.argwhere(zeta == corners(row, nodes).zeta)
     for at in map(tuple, held.tolist()):
         x[at] = row.corners[np.abs(row.corners - x[at]).argmin()]
@@ -254,7 +263,15 @@ def positions(row: Row, nodes: Nodes, zeta: Array) -> Array:
 def offsets_of(row: Row, nodes: Nodes, lines: Array) -> Array:
     """How far the lines at these positions are from their nodes, in links outwards."""
     off = (lines - row.lattice.x(row.first + nodes)) / row.lattice.spacing
-    return np.asarray(outwards(nodes.shape[1]) * off)
+    zeta = outwards(nodes.shape[1]) * off
+    zeta[:, 1:-1] = _stretched(zeta[:, 1:-1], 1 / _SHORT)
+    return np.asarray(zeta)
+
+
+def _stretched(zeta: Array, factor: float) -> Array:
+    """What is beyond _NEARLY half a link, times a factor."""
+    beyond = np.maximum(np.abs(zeta) - _NEARLY, 0.0)
+    return np.asarray(zeta + (factor - 1) * np.copysign(beyond, zeta))
 
 
 def gained(row: Row, nodes: Nodes, found: Advances, zeta: Array) -> Array:
@@ -279,7 +296,7 @@ def moved_lines(
     sides = outwards(nodes.shape[1]).tolist()
     asked = [list(zip(sides, each, strict=True)) for each in nodes.tolist()]
     came = [
-        [there.get(key, _HALF if _in_contact(contacts, key[1]) else -_HALF) for key in keys]
+        [there.get(key, 1.0 if _in_contact(contacts, key[1]) else -1.0) for key in keys]
         for keys in asked
     ]
     found = positions(row, nodes, offsets(row, nodes, depth, np.array(came)))

@@ -1,5 +1,6 @@
 """Nodes that are too far apart for the surface or the contact say so, wherever they are asked."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from scenes import plain
 
 from discretization import AccuracyWarning, load_path, minimise
-from energy import ElasticLayer, FlatPunch, Parabola, Plane, Scene, SurfaceEnergies
+from energy import ElasticLayer, FlatPunch, Parabola, Plane, Profile, Scene, SurfaceEnergies
 
 SCENE = Scene(ElasticLayer(2.5e3, 0.3, 5e-6), SurfaceEnergies.from_work(0.07, 6e-5), Parabola(0.02))
 LENGTH = SCENE.elastocapillary_length
@@ -49,6 +50,33 @@ def test_inside_the_limits_the_half_width_is_known_to_a_tenth(geometry):
             seen += 1
         sparse += "Δx/a" in told(state)
     assert seen > 20 and sparse > 3
+
+
+def rippled(wave, steep, phase):
+    """A parabola with waves of this length whose slope is this steep."""
+    return Profile(
+        lambda x: x**2 / 40 + steep * wave * np.cos(x / wave + phase),
+        lambda x: x / 20 - steep * np.sin(x / wave + phase),
+        (-3.0, 3.0),
+    )
+
+
+@pytest.mark.filterwarnings("always::discretization.AccuracyWarning")
+def test_ripples_between_nodes_are_resolved_or_not_at_all():
+    """Lines hold at ripples: what is told without a warning is no less than the error."""
+    rng, told_of = np.random.default_rng(9), 0
+    for _ in range(60):
+        wave, steep = rng.uniform(0.5, 3) / 20, 0.02 * 10 ** rng.uniform(-1.5, 0.3)
+        scene = plain(rippled(wave, steep, rng.uniform(0, 6)), w=2e-4)
+        depth = scene.critical_separation * rng.uniform(-0.3, 2)
+        with warnings.catch_warnings(record=True) as said:
+            state = minimise(scene, depth, **LATTICE, spacing=1 / 20)
+            known = state.error_estimate["half_width"]
+        if state.contacts.size and not said and np.isfinite(known):
+            true, told_of = minimise(scene, depth), told_of + 1
+            assert len(true.contacts) == len(state.contacts), (wave, steep)
+            assert abs(state.half_width / true.half_width - 1) <= known, (wave, steep)
+    assert told_of > 20
 
 
 def test_where_nodes_lose_nothing_nothing_is_said():
