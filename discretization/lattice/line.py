@@ -27,22 +27,18 @@ from __future__ import annotations
 
 import functools
 import math
-from bisect import bisect_right
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import EPSILON
-from discretization.nodes.row import Contacts, Row
+from discretization.nodes.row import Row
 
 Array = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-Lines = tuple[float, ...]  # x of all lines
 LINKS = np.arange(-3, 3)  # beside a line, outwards from its node
 _HALF = 0.5 - 1e-9  # links: a line keeps the node it belongs to
 _NEARLY, _SHORT = 0.4999, 1e-4  # links: what is beyond is told that much shorter
-_ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 _TURNS = 20  # in which lines that face each other are found; each is a contraction
 _SETTLED = 1e-9  # links
 _CLOSEST = 1.5  # links between two lines that are moved
@@ -278,39 +274,3 @@ def gained(row: Row, nodes: Nodes, found: Advances, zeta: Array) -> Array:
     """U and P (2, s) that states have more with lines ζ further; found: with faced ones at ζ/2."""
     corner, energy = corners(row, nodes), found.stored - row.works[0] * found.bonds
     return np.array([_added(part, zeta, corner).sum(axis=1) for part in (energy, found.force)])
-
-
-def moved_lines(
-    row: Row, nodes: Nodes, depth: Array, before: tuple[Contacts, Lines] | None
-) -> list[Lines]:
-    """Where lines of contacts (s, 2m) are at depths (s,) that came from these; None: from none.
-
-    A line that is still at its node comes from where it was, to the last bit if it has not moved;
-    others come from the side on which their contacts were.
-    """
-    contacts, lines = ((), ()) if before is None else before
-    was = np.array(contacts, int).reshape(1, -1)
-    facing = list(zip(outwards(was.size).tolist(), was[0].tolist(), strict=True))
-    known = dict(zip(facing, lines, strict=True))
-    there = dict(zip(facing, offsets_of(row, was, np.array(lines))[0].tolist(), strict=True))
-    sides = outwards(nodes.shape[1]).tolist()
-    asked = [list(zip(sides, each, strict=True)) for each in nodes.tolist()]
-    came = [
-        [there.get(key, 1.0 if _in_contact(contacts, key[1]) else -1.0) for key in keys]
-        for keys in asked
-    ]
-    found = positions(row, nodes, offsets(row, nodes, depth, np.array(came)))
-    near = _ROUNDING * float(np.abs(found).max())
-    return [
-        tuple(
-            known[key] if abs(known.get(key, math.inf) - x) <= near else x
-            for key, x in zip(keys, each, strict=True)
-        )
-        for keys, each in zip(asked, found.tolist(), strict=True)
-    ]
-
-
-def _in_contact(nodes: Contacts, node: int) -> bool:
-    i = bisect_right(nodes, (node, node)) - 1
-    beside = nodes[max(i, 0) : i + 2]
-    return any(first <= node <= last for first, last in beside)

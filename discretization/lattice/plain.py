@@ -23,7 +23,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from discretization.certificate import TOLERANCE
 from discretization.equilibrium import Equilibrium
@@ -232,21 +231,27 @@ class SteepTail(LatticeTail):
     lattice: Lattice
 
     @functools.lru_cache(maxsize=64)  # noqa: B019
-    def _cubic(self, u_line: float) -> CubicHermiteSpline:
-        """u outwards of a line."""
+    def _nodes(self, u_line: float) -> tuple[Array, Array]:
+        """u and u' outwards."""
         lat = self.lattice
         model = NodalEnergy(lat, np.arange(far(lat) + 1) == 0)
         u = model.relaxed(np.full(model.contact.size, u_line))
         u = np.append(u, math.exp(-lat.log_decay) * u[-1])
         bend = lat.k / lat.gamma1 * u * (1 + np.gradient(u, lat.spacing, edge_order=2) ** 2) ** 1.5
-        slope = np.diff(u) / lat.spacing - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
-        return CubicHermiteSpline(lat.spacing * np.arange(slope.size), u[:-1], slope)
+        chord = np.diff(u) / lat.spacing
+        return u[:-1], chord - lat.spacing / 6 * (2 * bend[:-1] + bend[1:])
 
     def shape(self, z: Array, left: Any, right: Any, depth: float) -> tuple[Array, Array]:
         """u and u' beside one contact line."""
         line, side = (left, 1) if right is None else (right, -1)
-        cubic, distance = self._cubic(float(depth - line.f)), side * (z - line.x)
-        near = np.minimum(distance, cubic.x[-1])
-        decay = np.exp(self.rate * (near - distance))
-        slope = np.where(near < distance, -self.rate * cubic(near), cubic(near, 1))
-        return cubic(near) * decay, side * slope * decay
+        (u, slope), dx = self._nodes(float(depth - line.f)), self.lattice.spacing
+        distance, last = side * (z - line.x), dx * (u.size - 1)
+        i = np.minimum((distance / dx).astype(int), u.size - 2)
+        t, chord = distance / dx - i, u[i + 1] - u[i]
+        one, other = dx * slope[i] - chord, dx * slope[i + 1] - chord
+        bent = u[i] + t * chord + t * (1 - t) * ((1 - t) * one - t * other)
+        steep = chord + (1 - t) * (1 - 3 * t) * one + t * (3 * t - 2) * other
+        beyond = u[-1] * np.exp(-self.rate * np.maximum(distance - last, 0.0))
+        near = distance <= last
+        slope = side * np.where(near, steep / dx, -self.rate * beyond)
+        return np.where(near, bent, beyond), slope

@@ -21,10 +21,9 @@ from discretization.lattice.assembly import (
     without_contact,
 )
 from discretization.lattice.judge import totals
-from discretization.lattice.line import moved_lines
 from discretization.lattice.lowest import on_lowest
 from discretization.lattice.plain import on_plain, overhang, turning
-from discretization.lattice.walk import Walk
+from discretization.lattice.walk import Walk, moved_lines
 from discretization.nodes.lattice import Lattice
 from discretization.nodes.row import Row
 from discretization.routes import question_of, route

@@ -16,16 +16,21 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from bisect import bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from discretization.certificate import EPSILON
+from discretization.lattice.line import offsets, offsets_of, outwards, positions
 from discretization.nodes.row import Contacts, Row
 
 Array = NDArray[np.float64]
 Part = tuple[int | None, int | None]  # contact nodes on both sides of a free surface; None: none
+Lines = tuple[float, ...]  # x of all lines
+_ROUNDING = 16 * EPSILON  # of x: by less no line has moved
 _LEAST = 1e-10  # of the adhesion of one link: rounding of U, relative to that
 
 
@@ -242,3 +247,39 @@ def _is_free(part: Part) -> bool:
 
 
 _NEVER = Change(-math.inf, 0, 0, ())
+
+
+def moved_lines(
+    row: Row, nodes: NDArray[np.int64], depth: Array, before: tuple[Contacts, Lines] | None
+) -> list[Lines]:
+    """Where lines of contacts (s, 2m) are at depths (s,) that came from these; None: from none.
+
+    A line that is still at its node comes from where it was, to the last bit if it has not moved;
+    others come from the side on which their contacts were.
+    """
+    contacts, lines = ((), ()) if before is None else before
+    was = np.array(contacts, int).reshape(1, -1)
+    facing = list(zip(outwards(was.size).tolist(), was[0].tolist(), strict=True))
+    known = dict(zip(facing, lines, strict=True))
+    there = dict(zip(facing, offsets_of(row, was, np.array(lines))[0].tolist(), strict=True))
+    sides = outwards(nodes.shape[1]).tolist()
+    asked = [list(zip(sides, each, strict=True)) for each in nodes.tolist()]
+    came = [
+        [there.get(key, 1.0 if _in_contact(contacts, key[1]) else -1.0) for key in keys]
+        for keys in asked
+    ]
+    found = positions(row, nodes, offsets(row, nodes, depth, np.array(came)))
+    near = _ROUNDING * float(np.abs(found).max())
+    return [
+        tuple(
+            known[key] if abs(known.get(key, math.inf) - x) <= near else x
+            for key, x in zip(keys, each, strict=True)
+        )
+        for keys, each in zip(asked, found.tolist(), strict=True)
+    ]
+
+
+def _in_contact(nodes: Contacts, node: int) -> bool:
+    i = bisect_right(nodes, (node, node)) - 1
+    beside = nodes[max(i, 0) : i + 2]
+    return any(first <= node <= last for first, last in beside)
