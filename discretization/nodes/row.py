@@ -270,9 +270,12 @@ def _outwards(scene: Scene, lattice: Lattice, where: Region, side: int, depth: f
         return np.asarray(~(rests <= top))
 
     with np.errstate(over="ignore", invalid="ignore"):
-        ahead = _AHEAD[most > _AHEAD]
-        first = np.append(resists(ahead), True).argmax()
-    return int(where.lowest + side * min(most, np.append(ahead + _SPARE, most)[first]))
+        ahead = np.append(_AHEAD[most > _AHEAD], most)
+        for _ in range(2):  # roughly, and between two of these
+            i = int(np.append(resists(ahead[:-1]), True).argmax())
+            before = ahead[i - 1] if i else 0
+            last, ahead = ahead[i], np.unique(np.linspace(before, ahead[i], 17).astype(int))
+    return int(where.lowest + side * min(most, last + _SPARE))
 
 
 def _running(parts: Array, start: int) -> Array:
