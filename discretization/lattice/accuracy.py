@@ -14,7 +14,7 @@ be no more certain than U.
 
 The state is not resolved, and all errors are infinite, where
 
-    a contact that is not pinned at both ends has fewer than LEAST links,
+    a contact has fewer than LEAST links, and is not that of a convex body pinned at both ends,
     a profile that is not convex departs between nodes by more than UNEVEN of the largest |u| or δ₀
     from the line through them, or its slope so much that a line rests elsewhere,
     f is not convex, and another of its lowest points may touch before the lowest node does,
@@ -181,10 +181,10 @@ def _tied(state: Equilibrium) -> bool:
 
 def _too_coarse(state: Equilibrium) -> bool:
     """Whether a contact has too few links, or the profile too few nodes, for errors to be known."""
-    links = np.diff(state.nodes)[:, 0] / state.spacing
-    if ((links < LEAST - 0.5) & ~state.pinned.all(axis=1)).any():
+    links, convex = np.diff(state.nodes)[:, 0] / state.spacing, state.scene.indenter.convex
+    if ((links < LEAST - 0.5) & ~(convex & state.pinned.all(axis=1))).any():
         return True
-    return not state.scene.indenter.convex and _uneven(state)
+    return not convex and _uneven(state)
 
 
 def _uneven(state: Equilibrium) -> bool:
