@@ -14,7 +14,7 @@ radius l is in balance, d = f - (δ₀ - l f') K₀/K₁.
 Conjecture: w, k, the indenter and d = 0 are fixed, γ₁ alone varies: does (16) hold for all γ₁?
 Its steepness is f'(a₀), the error of a relative to a₀, the half-width (18) without tension.
 
-For whom the model is, h against l and w against γ₁, with the example scenes: regimes.py.
+For whom the model is, h against l and w against γ₁, with the example scenes: figures.py.
 
 Output: applicability.png, conjecture.png, regimes.png, applicability.csv, and the answer in
 applicability.md.
@@ -29,7 +29,7 @@ from scipy.optimize import brentq
 
 from discretization import minimise
 from energy import FlatPunch, Parabola
-from studies.applicability.figures import draw_conjecture, draw_maps
+from studies.applicability.figures import draw_conjecture, draw_maps, draw_regimes
 from studies.applicability.record import (
     FULL,
     PUNCH,
@@ -41,7 +41,6 @@ from studies.applicability.record import (
     Point,
     Record,
 )
-from studies.applicability.regimes import draw_regimes
 from studies.applicability.report import answer, short, table
 from studies.shared import command, small_slopes
 from studies.shared.batches import Show, each, silent

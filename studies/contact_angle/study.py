@@ -19,8 +19,7 @@ import numpy as np
 
 from discretization import Equilibrium, minimise
 from energy import Indenter, Parabola, PowerLaw, Scene, Wedge
-from studies.contact_angle.figure import plot
-from studies.contact_angle.record import FULL, QUICK, Angle, Loop, Parameters, Record
+from studies.contact_angle.record import FULL, QUICK, Angle, Loop, Parameters, Record, plot
 from studies.shared import command
 from studies.shared.batches import Show, each, silent
 from studies.shared.small_slopes import depth_by_16, detachment, scene, simulated

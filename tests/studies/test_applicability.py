@@ -10,7 +10,6 @@ from scenes import ROOT
 from discretization import minimise
 from energy import ElasticLayer, FlatPunch, Parabola, Scene, SurfaceEnergies, cards
 from studies.applicability import figures as applicability_figures
-from studies.applicability import regimes
 from studies.applicability import report as applicability_report
 from studies.applicability import study as applicability
 from studies.applicability.record import Point
@@ -189,7 +188,7 @@ def test_the_short_answer_tells_the_largest_error_of_any_shape_and_quantity(reco
         assert "4.0% where f'(a₀) = 0.1 and 60.0% where f'(a₀) = 1." in told
 
 
-@pytest.mark.parametrize("nu", regimes.RATIOS)
+@pytest.mark.parametrize("nu", applicability_figures.RATIOS)
 def test_the_borders_of_the_regimes_are_where_states_begin_to_warn(nu):
     """To a percent, on either side: springs, the lift of the layer by δ₀, and small slopes."""
 
@@ -198,11 +197,11 @@ def test_the_borders_of_the_regimes_are_where_states_begin_to_warn(nu):
         gamma1 = layer.stiffness / thickness**2  # l = h over that
         surfaces = SurfaceEnergies.from_work(gamma1, ratio * gamma1)
         scene = Scene(layer, surfaces, FlatPunch(1e3))
-        assert regimes.place(scene) == pytest.approx((thickness, ratio))
+        assert applicability_figures.place(scene) == pytest.approx((thickness, ratio))
         state = minimise(scene, -(1 - 1e-9) * scene.critical_separation)
         return {a.name for a in state.validity if not a.holds}
 
-    thick = regimes.thickest(nu)
+    thick = applicability_figures.thickest(nu)
     assert not warned(0.99 * thick, 0.99**3 * thick**2 / 200)
     assert warned(1.01 * thick, 0.99**3 * thick**2 / 200) & {"h/l", "|c₂|(h/l)²"}
     assert "u/h" in warned(0.99 * thick, thick**2 / 200)
@@ -210,7 +209,7 @@ def test_the_borders_of_the_regimes_are_where_states_begin_to_warn(nu):
 
 
 def test_the_figure_of_the_regimes_holds_every_example():
-    (axes,) = regimes.draw_regimes().axes
+    (axes,) = applicability_figures.draw_regimes().axes
     named = [line.get_label() for line in axes.lines]
     for path in (ROOT / "studies" / "scenes").glob("*.toml"):
         at = named.index(path.stem.replace("_", " "))

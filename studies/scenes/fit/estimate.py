@@ -13,7 +13,8 @@ from energy import Assumption, Scene
 from studies.scenes.fit.force_curve import BASELINE, Curve, Data, noise
 from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, sought
-from studies.scenes.fit.verdict import Alternative, Quality, compared, judged, strained
+from studies.scenes.fit.verdict import Alternative, Quality, along, compared, judged, unsuited
+from studies.scenes.run import violations
 from studies.shared import Array
 
 UNITS = {"w": "J/m²", "gamma1": "J/m²", "stiffness": "Pa/m", "offset": "m", "opening": "J/m²"}
@@ -67,6 +68,8 @@ class Fit:
     strained : tuple of (Assumption, float)
         Each assumption of the model that does not hold along the fitted curve, at its worst, and
         the depth where that is.
+    unsuited : str
+        Why the model is wrong for this curve, whatever its residual; "" if nothing says so.
     """
 
     model: Model
@@ -77,6 +80,7 @@ class Fit:
     quality: Quality
     alternatives: tuple[Alternative, ...] = ()
     strained: tuple[tuple[Assumption, float], ...] = ()
+    unsuited: str = ""
 
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of a parameter by its name."""
@@ -103,10 +107,15 @@ class Fit:
         return tuple(one.name for one in self.alternatives if one.simpler and one.preferred)
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """What speaks against the model as a whole, in plain words."""
+        others = [one.told for one in self.alternatives if one.doubtful]
+        return tuple(one for one in (self.quality.told, self.unsuited, *others) if one)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """Whether the model does not fit, and what the data do not fix, in plain words."""
-        found = [self.quality.told] if self.quality.told else []
-        found += [one.told for one in self.alternatives if one.doubtful]
+        """The doubts, what the data do not fix, and assumptions that do not hold."""
+        found = list(self.doubts)
         for e in self.estimates:
             if e.bound:
                 value = f"{e.name} = {e.value:.3g} {self.unit(e.name)}"
@@ -194,8 +203,9 @@ def fit(
     estimates = (*own, *_baseline(model, best, reach, quality.fits))
     others = compared(model, best, reach) if alternatives else ()
     combination = tuple(weakest.tolist())
-    worst = strained(model, best)
-    return Fit(model, best, estimates, condition, combination, quality, others, worst)
+    states = along(model, best)
+    said = violations(states), unsuited(states)
+    return Fit(model, best, estimates, condition, combination, quality, others, *said)
 
 
 def _quality(model: Model, best: Best) -> Quality:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
+from scipy.special import chdtri
 
 from studies.shared import Array
 
@@ -19,6 +20,7 @@ LEAST = 1e-10  # noise, relative to the largest force
 BASELINE = ("level", "slope", "drift")  # of the force out of contact
 FLAT = 8  # points at least that tell a line without contact
 STEEP = 0.2  # of the mean slope of what follows: a steeper line is no free part
+LINE, RARE = 1.5, 1e-4  # off a line, of the noise; and the chance of more than that on one
 GUARD = 0.1  # of the free points, those next to the contact, may feel it already
 
 
@@ -86,7 +88,7 @@ def _flat(depth: Array, force: Array) -> int:
     while n <= force.size - 2:
         own = np.polyfit(depth[:n] - depth[0], force[:n], 1)
         off = force[:n] - np.polyval(own, depth[:n] - depth[0])
-        if math.sqrt(float(off @ off) / (n - 2)) > 1.5 * sigma:
+        if float(off @ off) > max(LINE**2 * (n - 2), chdtri(n - 2, RARE)) * sigma**2:
             break
         count, line, n = n, own, max(n + 1, int(1.2 * n))
     if not count:

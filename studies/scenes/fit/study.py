@@ -31,7 +31,8 @@ that the third differences of the data show, or keeps its sign over too many poi
 or where the force out of contact is not zero in the mean (verdict.py beside this file). The fit is
 compared with those without tension, without adhesion (where w is not well known) and with the
 layer's own response by Schwarz's criterion n log(Σr²/n) + m log n: the least one tells the data
-best. The assumptions of the model that do not hold along the fitted curve are warned of.
+best. The assumptions of the model that do not hold along the fitted curve are warned of; a layer
+thicker than every contact is wide speaks against springs, however small the residual.
 
 Output: DATA_fit.csv, DATA_fit.png. Exit status 1 if the model does not fit. --self-test: simulated
 curves of many kinds in place of DATA (studies/scenes/fit/trials.py); exit status 1 if too few are

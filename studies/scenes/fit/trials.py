@@ -11,8 +11,8 @@ times w.
 
 Called rightly: a good curve is accepted, and no other model preferred; tension is said not to be
 needed; the others are doubted. A drift may be either, unless it spoils the answer. Wrong without a
-word: the truth lies farther off than twice the interval, and neither the verdict nor an alternative
-says anything.
+word: the truth lies farther off than twice the interval, and neither the verdict, nor an
+alternative, nor the thickness of the layer casts a doubt.
 """
 
 import math
@@ -122,7 +122,7 @@ def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
         found = fit(start, curve, profiles=False)
     except ValueError:  # refused, which is a word
         return Outcome(kind, number, kind not in GOOD, False, (None,) * 3, math.nan)
-    doubted = not found.quality.fits or any(one.doubtful for one in found.alternatives)
+    doubted = bool(found.doubts)
     holds, silent = list[bool | None](), False
     for i, (name, true) in enumerate(truth.items()):
         one = found[name]
@@ -135,7 +135,8 @@ def outcome(p: Parameters, which: tuple[str, int]) -> Outcome:
         silent |= not doubted and abs(true - one.value) > FAR_OFF * reach
     rightly = doubted
     if kind in GOOD:
-        rightly = found.quality.fits and not any(one.preferred for one in found.alternatives)
+        preferred = any(one.preferred for one in found.alternatives)
+        rightly = found.quality.fits and not (found.unsuited or preferred)
     elif kind == "no tension":
         rightly = "gamma1" in found.needless
     elif kind == "drift":

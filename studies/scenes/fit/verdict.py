@@ -2,16 +2,16 @@
 
 import contextlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from discretization import NotCertifiedError, minimise
-from energy import Assumption, Scene
+from discretization import Equilibrium, NotCertifiedError, minimise
+from energy import Scene
 from studies.scenes.fit.model import Model, parameters_of, scene_with
 from studies.scenes.fit.search import BLUNT, ROUGH, Best, followed, hopeless, sought
-from studies.scenes.run import violations
 from studies.shared import Array
 
 TIMES = 2.0  # residual over noise: found between 0.5 and 1.4 where the model is right
@@ -25,6 +25,7 @@ NONE = 1e-5  # of the work of adhesion stands for none
 WITHIN = 0.1  # by which two models may differ in a parameter without a word
 ROUGHLY = 3e-3  # how well a sum of squares is found
 LOOKS = 5  # states along the curve whose assumptions are looked at
+THICK = 2.0  # h/a where the layer is as thick as the contact is wide
 NEEDLESS = {"gamma1": "without surface tension", "w": "without adhesion"}
 RESPONSES = {  # of the fit, and of the other model
     "layer": ("springs", "the layer", "the layer explains"),
@@ -184,8 +185,8 @@ def _alternative(name: str, model: Model, best: Best, other: Model, found: Best)
     return Alternative(name, criterion(best) - criterion(found), values, off)
 
 
-def strained(model: Model, best: Best) -> tuple[tuple[Assumption, float], ...]:
-    """Each assumption that is violated along the fitted curve, at its worst, and its depth."""
+def along(model: Model, best: Best) -> list[Equilibrium]:
+    """Some states of the fitted curve, from its shallowest points to its deepest one."""
     p, data = model.parameters(best.x), model.data
     scene = replace(scene_with(model.scene, p), opening=None)
     force, _ = model.forces(best.x)
@@ -196,4 +197,17 @@ def strained(model: Model, best: Best) -> tuple[tuple[Assumption, float], ...]:
         # where the path has let go, or where it needs more than one contact, there is none
         with contextlib.suppress(ValueError, NotCertifiedError):
             states.append(minimise(scene, depth, rtol=1e-5))
-    return violations(states)
+    return states
+
+
+def unsuited(states: Sequence[Equilibrium]) -> str:
+    """Why springs are no model of this curve, however well they fit it; "" if nothing says so.
+
+    They need h ≪ a; where the layer is thicker than every contact is wide, the reverse is true.
+    """
+    ratios = [one.value for state in states for one in state.validity if one.name == "h/a"]
+    least = min(ratios, default=0.0)
+    if least <= THICK:
+        return ""
+    text = f"h/a is {least:.3g} or more along the whole curve, and springs need h much less than a"
+    return f'{text}: whatever the residual, fit with response = "layer" in the scene'

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from scene_files import LIFT, SCENE, measured
 
+from discretization import minimise
 from energy import FlatPunch, Scene, SurfaceEnergies
 from studies.scenes.fit import estimate as fit_estimate
-from studies.scenes.fit import search
+from studies.scenes.fit import search, trials
 from studies.scenes.fit.estimate import fit
 from studies.scenes.fit.force_curve import Curve, Data, loading, turning_points
 from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.search import HOPELESS
-from studies.scenes.fit.verdict import ZERO, Quality, judged, runs
+from studies.scenes.fit.verdict import STRONG, ZERO, Alternative, Quality, judged, runs, unsuited
 
 FAST = {"profiles": False, "alternatives": False}
 
@@ -206,3 +207,29 @@ def test_a_parameter_is_identifiable_with_both_intervals_short_and_no_bound(
     )
     found = fit_estimate._estimate(model, model, 0, reach, True, True)
     assert found.identifiable == identifiable
+
+
+def test_springs_thicker_than_every_contact_are_doubted():
+    def said(h, depths=(0.0, 20e-9, 60e-9), **given):
+        layer = replace(trials.SCENE.layer, h=h, **given)
+        scene = replace(trials.SCENE, layer=layer)
+        return unsuited([minimise(scene, depth) for depth in depths])
+
+    assert said(trials.SCENE.layer.h) == said(20e-6, response="layer") == unsuited([]) == ""
+    assert "along the whole curve, and springs need h much less than a" in said(20e-6)
+    assert said(1e-6) == "" != said(1e-6, (0.0,))  # where the contact is narrow
+
+
+def test_a_comparison_says_what_it_means():
+    needless = Alternative("gamma1", 3.0, {"w": 1e-4}, {"w": 0.0})
+    assert needless.preferred and needless.doubtful
+    assert "gamma1 is not needed by these data: without surface tension" in needless.told
+    needed = replace(needless, better=-20.0)
+    assert not needed.doubtful and "gamma1 is needed by these data" in needed.told
+    better = Alternative("layer", 2 * STRONG, {"w": 2e-4}, {"w": -0.5})
+    assert better.doubtful and "springs are off by -50% in w" in better.told
+    alike = replace(better, better=0.0)
+    assert alike.doubtful and not alike.preferred and "do not tell springs from" in alike.told
+    assert not replace(alike, off={"w": 0.01}).doubtful
+    worse = replace(better, better=-2 * STRONG)
+    assert not worse.doubtful and "springs tell these data better" in worse.told
