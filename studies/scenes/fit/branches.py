@@ -49,7 +49,8 @@ class Branch:
         rise = float(spline(first, 1))
         slope = rise / (2 * first + rise / stiffness) if blunt else 0.0
         force += slope * np.minimum(ahead - blunt, 0.0)
-        deep = float((spline(s[-1]) - spline(s[-2])) / (drive[-1] - drive[-2]))
+        risen, moved = np.diff(spline(s[-2:])).sum(), np.diff(drive[-2:]).sum()
+        deep = risen / moved if moved else 0.0  # a machine this soft passes over every state
         return force + deep * np.maximum(drives - drive[-1], 0.0), float(drive[0])
 
 

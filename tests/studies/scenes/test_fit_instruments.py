@@ -81,6 +81,14 @@ def test_beyond_its_end_a_branch_goes_on_straight():
     assert (np.diff(force) < 0).all()  # past the most tensile state
 
 
+def test_a_machine_too_soft_for_every_state_but_one_has_its_force():
+    (found,) = ways(SCENE, 0.0, 2e-8, (), 0.3)
+    part = slice(-found.depth.size // 3, None)  # along which the pull falls
+    last = replace(found, depth=found.depth[part], force=found.force[part])
+    force, _ = last.read(np.array([0.0, 1.0]), 1e-5)
+    assert force == pytest.approx(np.full(2, last.force[0]), rel=1e-12, abs=0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [math.inf, 0.3, 0.08, 0.03])
 def test_any_zero_a_tilted_line_and_a_soft_cantilever_are_fitted(stiffness):
