@@ -42,6 +42,7 @@ _NEAR, _DT = ((_T + 1) / 2) ** 4 / 2, _DT * ((_T + 1) / 2) ** 3
 # is not smooth there, and a jump close to an end would be missed
 _AT, _OF = np.append(_NEAR, 1 - _NEAR), np.append(_DT, _DT)
 _HALVINGS = 48  # of a panel, to the spacing of floating-point numbers
+_MOST = 20_000  # panels for each given one that are halved at once: more is noise of the slopes
 _SUMMED = 80 * EPSILON  # of the sizes of the terms of a panel's sum
 _LUCK = 1 / 8  # of what the whole was off by
 _EXACT = 1e-15  # of a whole integral: what halving a panel may change it by
@@ -88,6 +89,7 @@ def summed(density: Density, ends: Array, part: float, lost: Array, *, smooth: b
         off = np.maximum(apart, left.off)
         rough = (off > np.maximum(limit, _SUMMED * left.sizes)).any(axis=0)
         rough &= (lo < middle) & (middle < hi)
+        rough &= rough.sum() <= _MOST * ends.shape[1]
         whole = sums[:, :n] + sums[:, n:], sizes[:, :n] + sizes[:, n:]
         done.append(Sums(left.ends, *whole, off).among(~rough))
         luck = np.tile(apart * (0.0 if smooth else _LUCK), 2)

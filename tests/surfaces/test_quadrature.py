@@ -202,6 +202,18 @@ def test_a_difference_by_rounding_is_not_halved(monkeypatch):
     assert 20 * 2.0**-52 <= max(apart) <= 80 * 2.0**-52
 
 
+def test_noise_is_not_halved_for_ever_and_counts():
+    """As of slopes in a contact so narrow that they are all rounding."""
+    rng, read = np.random.default_rng(1), [0]
+
+    def density(x):
+        read[0] += x.size
+        return 1 + 1e-6 * rng.standard_normal((1, *x.shape))
+
+    found = quadrature.summed(density, np.array([[0.0], [1.0]]), 1e-15, np.zeros((1, 1)), smooth=1)
+    assert read[0] < 5e6 and abs(found.sums.sum() - 1) <= found.off.sum() < 1e-5
+
+
 def test_the_rounding_of_heights_is_measured():
     ends = np.array([[-1e-3, 1e-3]])
     lossy = Profile(lambda x: np.cosh(x) - 1, np.sinh)
