@@ -13,7 +13,15 @@ from energy import Assumption, Scene
 from studies.scenes.fit.force_curve import BASELINE, Curve, Data, noise
 from studies.scenes.fit.model import DEFAULT, Model
 from studies.scenes.fit.search import SIMULATED, Best, conditioning, profiled, sought
-from studies.scenes.fit.verdict import Alternative, Quality, along, compared, judged, unsuited
+from studies.scenes.fit.verdict import (
+    Alternative,
+    Quality,
+    along,
+    compared,
+    drifting,
+    judged,
+    unsuited,
+)
 from studies.scenes.run import violations
 from studies.shared import Array
 
@@ -204,8 +212,9 @@ def fit(
     others = compared(model, best, reach) if alternatives else ()
     combination = tuple(weakest.tolist())
     states = along(model, best)
-    said = violations(states), unsuited(states)
-    return Fit(model, best, estimates, condition, combination, quality, others, *said)
+    wrong = unsuited(states) or (drifting(model, best) if quality.fits else "")
+    said = quality, others, violations(states), wrong
+    return Fit(model, best, estimates, condition, combination, *said)
 
 
 def _quality(model: Model, best: Best) -> Quality:

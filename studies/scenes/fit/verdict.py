@@ -25,6 +25,7 @@ NONE = 1e-5  # of the work of adhesion stands for none
 WITHIN = 0.1  # by which two models may differ in a parameter without a word
 ROUGHLY = 3e-3  # how well a sum of squares is found
 LOOKS = 5  # states along the curve whose assumptions are looked at
+DRIFTS = 5.0  # standard errors of a drift of the depth that are no chance
 THICK = 2.0  # h/a where the layer is as thick as the contact is wide
 NEEDLESS = {"gamma1": "without surface tension", "w": "without adhesion"}
 RESPONSES = {  # of the fit, and of the other model
@@ -211,3 +212,25 @@ def unsuited(states: Sequence[Equilibrium]) -> str:
         return ""
     text = f"h/a is {least:.3g} or more along the whole curve, and springs need h much less than a"
     return f'{text}: whatever the residual, fit with response = "layer" in the scene'
+
+
+def drifting(model: Model, best: Best) -> str:
+    """Whether the zero of the depth moved while the curve was measured; "" if nothing says so.
+
+    To first order the residual then is a multiple of the offset's column of the Jacobian times the
+    share of the points measured before, as far as that is not fitted by something else.
+    """
+    if "offset" not in model.names:
+        return ""
+    data, order = model.data, np.linspace(0.0, 1.0, model.data.used.size)
+    used = order[data.used]
+    ends = [used[0 if mark.kind == "touch" else -1] for mark in data.ends]
+    moved = best.jac[:, model.names.index("offset")] * [*used, *order[data.free], *ends]
+    beside = moved - best.jac @ np.linalg.lstsq(best.jac, moved)[0]
+    size, drift = float(beside @ beside), abs(float(beside @ best.fun))
+    if drift <= DRIFTS * best.scatter * math.sqrt(size):
+        return ""
+    return (
+        f"the zero of the depth seems to move by {drift / size * data.span:.2g} m while the curve "
+        "is measured: check drift and hysteresis (loading and unloading apart: fit opening, too)"
+    )

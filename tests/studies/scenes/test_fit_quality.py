@@ -220,6 +220,17 @@ def test_springs_thicker_than_every_contact_are_doubted():
     assert said(1e-6) == "" != said(1e-6, (0.0,))  # where the contact is narrow
 
 
+def test_a_zero_of_the_depth_that_moves_is_called_and_no_other():
+    """By less than two nanometres, which w and γ₁ would make up for; nothing where it rests."""
+    for kind, number, moves in (("drift", 158, True), ("drift", 49, True), ("rigid", 1, False)):
+        curve, start, _ = trials.case(trials.Parameters(), kind, number)
+        found = fit(start, curve, profiles=False, alternatives=False)
+        assert found.quality.fits and ("the zero of the depth" in found.unsuited) == moves
+        if moves:
+            told = float(found.unsuited.split(" by ")[1].split()[0])
+            assert 1e-9 < told < 2e-9
+
+
 def test_a_comparison_says_what_it_means():
     needless = Alternative("gamma1", 3.0, {"w": 1e-4}, {"w": 0.0})
     assert needless.preferred and needless.doubtful
