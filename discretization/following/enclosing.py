@@ -3,8 +3,7 @@
 What runs out at an event is known in between, and all but linear in the depth: the square of the
 stiffness against moving the lines of a surface, its least clearance, the width of a contact. So the
 next depth to try is where it would be zero; one in the middle, where that does not halve the range.
-Where an equilibrium disappears, and where the lines of a contact meet, is solved for and only tried
-on either side.
+Where an equilibrium disappears is solved for and only tried on either side.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from numpy.typing import NDArray
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.rests import TIE, Rests
 from discretization.following.trials import Trials, Tried
-from discretization.roots import bracketed
 
 Array = NDArray[np.float64]
 _CLOSE = 1e-14  # of the size of depths: depths that close enclose an event, D is not known better
@@ -132,22 +130,12 @@ class Enclosing:
         left = way * (self.trials.motion.rests.ahead(lines, way) - after.depth)
         return bool((held & (left <= TIE * size)).any())
 
-    def _solved(self) -> list[float]:
-        """Depths where an equilibrium disappears or a contact closes; nan: not found."""
-        low, high, rests = self.low, self.high, self.trials.motion.rests
-        way = 1 if self.width > 0 else -1
-        lost = [i for i in sorted(high.failed) if math.isnan(high.rooms["stiff", i])]
-        found = [fold(rests, low.lines[i], way) for i in lost]
-        if way < 0:
-            both = [i for i in sorted(self.involved) if i + 1 in self.involved]
-            found += [closing(rests, low.lines[i : i + 2]) for i in both]
-        return found
-
     def _beside(self) -> None:
-        """The range just about the first event whose depth is solved for, if there is one."""
+        """The range just about the first depth where an equilibrium disappears, if it is found."""
         start, least, which = self.low.depth, self.least, self.involved
-        way = 1 if self.width > 0 else -1
-        steps = (way * (depth - start) for depth in self._solved())
+        way, stiff = (1 if self.width > 0 else -1), self.high.rooms
+        lost = (self.low.lines[i] for i in self.high.failed if math.isnan(stiff["stiff", i]))
+        steps = (way * (fold(self.trials.motion.rests, each, way) - start) for each in lost)
         ahead = [step for step in steps if -least < step < abs(self.width)]
         if not ahead:
             return
@@ -198,24 +186,6 @@ def fold(rests: Rests, lines: Array, way: int) -> float:
             break
         near = bool(np.abs(step).max() <= _NEAR * h)
     return math.nan
-
-
-def closing(rests: Rests, lines: Array) -> float:
-    """The depth at which the contact between two surfaces (2, 2) closes; nan: not known.
-
-    There both its lines rest at the same place. The lines that they face stay.
-    """
-    start, end = float(lines[0, 1]), float(lines[1, 0])
-
-    def at(x: float) -> Array:
-        return rests.ahead(np.array([(lines[0, 0], x), (x, lines[1, 1])]), -1)[[0, 1], [1, 0]]
-
-    def apart(x: float) -> float:
-        return float(np.subtract(*at(x)))
-
-    if not start < end or not apart(start) > 0 > apart(end):
-        return math.nan
-    return float(at(bracketed(apart, end, start)).mean())
 
 
 def _step(rests: Rests, x: Array, room: Array, h: float, way: int) -> tuple[Array, float]:
