@@ -23,6 +23,7 @@ from energy import (
     Parabola,
     PowerLaw,
     Profile,
+    Sampled,
     Scene,
     SurfaceEnergies,
     Wedge,
@@ -96,6 +97,50 @@ def test_a_disc_closes_when_it_is_pressed():
     own = scene(dimple(2.0, 0.2))
     assert minimise(own, 0.1).contacts[0, 0] > 1
     assert minimise(own, 0.2).contacts[0, 0] == 0
+
+
+def least_energy(own, depth, most, cells=4000, every=20):
+    """Of no contact and of all discs and rings up to a radius, each a sum of closed forms."""
+    (points, weights), ends = np.polynomial.legendre.leggauss(3), np.linspace(0, most, cells + 1)
+    r = ends[:-1, None] + (points + 1) * most / cells / 2
+    density = (
+        K / 2 * (depth - own.indenter.height(r)) ** 2 + GAMMA1 / 2 * own.indenter.slope(r) ** 2
+    )
+    whole = 2 * math.pi * r * (density - own.work_of_adhesion) @ weights * most / cells / 2
+    up_to, a = np.append(0.0, np.cumsum(whole))[::every], ends[::every]
+    tail, s = math.pi * GAMMA1 * (depth - own.indenter.height(a)) ** 2, a[1:] / LENGTH
+    within, beyond = np.append(0.0, s * i1(s) / i0(s)) * tail, s * k1(s) / k0(s) * tail[1:]
+    energy = (within - up_to)[:, None] + beyond + up_to[1:]
+    g, x = depth - own.indenter.height(ends), ends / LENGTH  # no surface is in the indenter
+    for i in range(1, a.size):
+        n = every * i
+        if (g[:n] > g[n] * i0(x[:n]) / i0(x[n]) + 1e-9 * LENGTH).any():
+            energy[i] = math.inf
+        if (g[n:] > g[n] * k0(x[n:]) / k0(x[n]) + 1e-9 * LENGTH).any():
+            energy[:, i - 1] = math.inf
+    least = float(energy[np.subtract.outer(a, a[1:]) < 0].min())
+    return least if g.max() > 0 else min(0.0, least)
+
+
+KINKED = np.array([0.0, 1.0, 1.2, 2.5, 6.0]) * LENGTH  # around an axis more than one disc may rest
+BOWL = Sampled(KINKED, 0.1 * LENGTH * np.array([0.0, 0.1, 0.4, 3.4, 16.0]))
+
+
+@pytest.mark.parametrize(
+    ("body", "depth", "contacts"),
+    [
+        *((dimple(1.2 * LENGTH, 0.1 * LENGTH), d, m) for d, m in ((-0.3, 0), (0.0, 1), (1.0, 1))),
+        *((BOWL, d, m) for d, m in ((-0.5, 0), (-0.4, 1), (0.4, 1))),
+    ],
+)
+def test_no_disc_or_ring_has_less_energy_than_the_lowest_state(body, depth, contacts):
+    own = scene(body)
+    depth *= own.critical_separation
+    lowest = minimise(own, depth, branch="global")
+    off = lowest.energy - least_energy(own, depth, 4 * LENGTH)
+    size = max(lowest.scales["energy"], own.work_of_adhesion * LENGTH**2)
+    assert len(lowest.contacts) == contacts
+    assert -1e-3 * size <= off <= 1e-9 * size
 
 
 @pytest.mark.slow
