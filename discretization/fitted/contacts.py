@@ -24,14 +24,14 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from discretization.certificate import ROUNDING, Certificate
-from discretization.equilibrium import QUANTITIES, Equilibrium
+from discretization.equilibrium import QUANTITIES, Equilibrium, detached
 from discretization.fitted.motion import Lines, Motion, free
 from discretization.fitted.rests import margins
 from discretization.quadrature import Interval, refined
@@ -43,7 +43,9 @@ Array = NDArray[np.float64]
 _ULPS = 4.0  # roundings of its position, within which a line is where it is
 _NEAR = 4.0  # steps between samples: how far below 0 a peak is still looked at
 _FALLING = 1e-9  # of the steepest change of D: what may be rounding of one that does not change
+_FLAT = 1e-7  # of the size of depths over l or a radius: the same next to where D is least
 _POSITION = ROUNDING / 4  # of |x|, to which a line is found
+_UNKNOWN = Certificate(*5 * (math.nan,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,15 @@ class Contacts:
         return np.array(self.lines).reshape(-1, 2)
 
     @property
+    def alone(self) -> bool:
+        """Whether this is the one contact of a convex profile, about an axis around it.
+
+        Then u' + f' grows outwards of a line, so that u - g >= 0 where it is not negative there.
+        """
+        indenter, axis = self.motion.scene.indenter, self.motion.scene.axisymmetric
+        return len(self.x) == 1 and indenter.convex and not (axis and self.x[0, 0])
+
+    @functools.cached_property
     def pinned(self) -> NDArray[np.bool_]:
         """Lines at corners, at edges of the body, and beside those of a pattern (m, 2)."""
         profile = self.motion.profile
@@ -82,6 +93,25 @@ class Contacts:
         _, rates = rests.rest_depths(lines[:, None], rests.rooms(lines, 1), 1, True)
         assert rates is not None
         return lines, np.isfinite(lines) & ~held, rates[:, 0]
+
+    @functools.cached_property
+    def behind(self) -> Array:
+        """D just behind the lines of each contact (m, 2), where a contact that opens holds them."""
+        rests, (lines, loose, _) = self.motion.rests, self.rates
+        return rests.ahead(lines - _rounding(lines, loose), -1).ravel()[1:-1].reshape(-1, 2)
+
+    @property
+    def neutral(self) -> bool:
+        """Whether a line at an edge of the body costs nothing to move inwards."""
+        edges = np.isin(self.x, self.motion.profile.indenter.walls) & self.wide
+        off = np.abs(self.behind - self.depth)[edges].min(initial=math.inf)
+        adheres = self.motion.scene.work_of_adhesion > 0
+        return bool(adheres and off <= 2 * ROUNDING * self.motion.rests.size)
+
+    @property
+    def wide(self) -> NDArray[np.bool_]:
+        """Which contacts (m, 1) are more than a point."""
+        return self.x[:, :1] < self.x[:, 1:]
 
     @property
     def pulls(self) -> Array:
@@ -143,11 +173,11 @@ def certify(contacts: Contacts, state: Equilibrium, found: Interval) -> Certific
         return Certificate.undeformed()
     through, gain = _at_lines(contacts)
     size = lift + _steepest(contacts)  # of the terms that cancel in D
-    points = contacts.motion.profile.x
+    beyond = 0.0 if contacts.alone else penetration(state, contacts.motion.profile.x)
     return Certificate(
-        penetration=max(0.0, through / size, penetration(state, points) / lift),
+        penetration=max(0.0, through / size, beyond / lift),
         stationarity=max(each.residual for each in contacts.free),
-        opening=max(0.0, _tension(contacts, lift)),
+        opening=_tension(contacts, lift),
         neighbours=max(0.0, gain / size, _unstable(contacts)),
         force=abs(found.force - found.force_by_field) / (found.force_scale or 1.0),
     )
@@ -165,29 +195,39 @@ def _steepest(contacts: Contacts) -> float:
 def _at_lines(contacts: Contacts) -> tuple[float, float]:
     """By how much the depth passes what the lines rest at: without and with adhesion [length]."""
     rests, depth = contacts.motion.rests, contacts.depth
-    surfaces, loose, _ = contacts.rates
+    lines, loose, _ = contacts.rates
+    beyond, noise = lines + _rounding(lines, loose), rests.noise(lines)
+    closing = depth - float((rests.ahead(beyond, 1) + noise[:, None]).min())
+    through = closing  # no more than that
+    if closing > ROUNDING * rests.size:
+        through = depth - float((rests.ahead(beyond, 1, adhesive=False) + noise[:, None]).min())
+    opening = contacts.behind - depth - np.repeat(noise, 2)[1:-1].reshape(-1, 2)
+    return through, max(closing, float(opening[contacts.wide[:, 0]].max(initial=-math.inf)))
+
+
+def _rounding(lines: Array, loose: NDArray[np.bool_]) -> Array:
+    """How far outwards of contacts a free line (n, 2) may be off by rounding."""
     with np.errstate(invalid="ignore"):
-        off = np.where(loose, _ULPS * np.spacing(np.abs(surfaces)), 0.0) * (1, -1)
-    bare = rests.ahead(surfaces + off, 1, adhesive=False)
-    closing = rests.ahead(surfaces + off, 1)
-    noise = rests.noise(surfaces)[:, None]
-    bare, closing = bare + noise, closing + noise
-    opening = (rests.ahead(surfaces - off, -1) - noise).ravel()[1:-1].reshape(-1, 2) - depth
-    opening = opening[contacts.x[:, 0] < contacts.x[:, 1]]
-    gain = max(depth - float(closing.min()), float(opening.max(initial=-math.inf)))
-    return depth - float(bare.min()), gain
+        return np.where(loose, _ULPS * np.spacing(np.abs(lines)), 0.0) * (1, -1)
 
 
 def _unstable(contacts: Contacts) -> float:
-    """1 where D falls outwards of a free line, or of both of a gap together; else 0."""
-    scene = contacts.motion.scene
+    """1 where D falls outwards of a free line, or of both of a gap together; else 0.
+
+    Where D is least a line is found to the root of its rounding, where it changes by _FLAT.
+    """
+    scene, (lines, loose, rates) = contacts.motion.scene, contacts.rates
     if scene.hysteretic or not scene.work_of_adhesion:
         return 0.0  # held by another work of adhesion than what moves it; or the energy is convex
-    _, loose, rates = contacts.rates
-    stable, _ = margins(rates[:, None], loose)
-    slack = _FALLING * np.abs(rates).max(axis=(1, 2))
-    nearly, _ = margins((rates + np.diag([1, -1]) * slack[:, None, None])[:, None], loose)
-    return 0.0 if (stable | nearly).all() else 1.0
+    span, steepest = scene.elastocapillary_length, np.abs(rates).max(axis=(1, 2))
+    if scene.axisymmetric:
+        radius = np.where(loose, lines, 0.0).max(axis=1)
+        span = np.where(radius > 0, np.minimum(radius, span), span)
+    slack = np.maximum(_FALLING * steepest, _FLAT * contacts.motion.rests.size / span)
+    unit = np.maximum(steepest, slack)[:, None, None]
+    rates, aside = rates / unit, np.diag([1, -1]) * slack[:, None, None] / unit
+    stable = margins(rates[:, None], loose)[0] | margins((rates + aside)[:, None], loose)[0]
+    return 0.0 if stable.all() else 1.0
 
 
 def penetration(state: Equilibrium, points: Array) -> float:
@@ -212,20 +252,15 @@ def penetration(state: Equilibrium, points: Array) -> float:
 
 def _tension(contacts: Contacts, lift: float) -> float:
     """Largest force that would open a contact, over kδl."""
-    motion, scene = contacts.motion, contacts.motion.scene
-    profile, length = motion.profile, scene.elastocapillary_length
-    falls, worst = profile.falls(scene.slopes), 0.0
-    for left, right in contacts.x.tolist():
-        inside = (profile.corners > left) & (profile.corners < right)
-        over = (falls - motion.holds(profile.corners))[inside]
-        worst = max(worst, scene.gamma1 * float(over.max(initial=0.0)))
-    lone = (contacts.x[:, 0] == contacts.x[:, 1]) & (scene.measure(contacts.x[:, 0]) > 0)
-    pulls = contacts.pulls.sum(axis=1)[lone] / scene.measure(contacts.x[lone, 0])
-    worst = max(worst, float(-pulls.min(initial=0.0)))
-    unit = scene.stiffness * length
-    for left, right in motion.bare(contacts.x):
-        worst = max(worst, unit * motion.resting.pull(left, right, contacts.depth).force)
-    return worst / (unit * lift)
+    motion, scene, x = contacts.motion, contacts.motion.scene, contacts.x
+    unit, corners = scene.stiffness * scene.elastocapillary_length, motion.profile.corners
+    inside = np.searchsorted(x.ravel(), corners) & np.searchsorted(x.ravel(), corners, "right")
+    over = (motion.profile.falls(scene.slopes) - motion.holds(corners))[inside % 2 == 1]
+    lone = ~contacts.wide[:, 0] & (scene.measure(x[:, 0]) > 0)
+    pulls = contacts.pulls.sum(axis=1)[lone] / scene.measure(x[lone, 0])
+    bare = (motion.resting.pull(*part, contacts.depth).force for part in motion.bare(x))
+    worst = max([0.0, *(scene.gamma1 * over), *-pulls, *(unit * force for force in bare)])
+    return float(worst) / (unit * lift)
 
 
 def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
@@ -238,3 +273,38 @@ def errors(contacts: Contacts, found: Interval) -> dict[str, float]:
     more = float(push(scene, contacts.depth, lines[free]) @ moved)
     width = float(np.diff(contacts.x, axis=1).sum())
     return estimated(found, width, float(moved.sum()), more)
+
+
+def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilibrium:
+    """The certified state with these lines.
+
+    NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
+    """
+    scene = motion.scene
+    if not lines:
+        flat = detached(scene, depth, branch, motion.surfaces, _UNKNOWN)
+        lift = max(abs(depth), scene.opened.critical_separation) or 1.0
+        through = motion.penetration(lines, depth) / lift
+        return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
+    contacts = Contacts(motion, lines, depth)
+    found = contacts.totals()
+    state = equilibrium(
+        contacts.x,
+        found,
+        scene=scene,
+        depth=depth,
+        pinned=contacts.pinned,
+        certificate=_UNKNOWN,
+        surfaces=motion.surfaces,
+        errors=errors(contacts, found),
+        branch=branch,
+        neutral=contacts.neutral,
+    )
+    return _demanded(replace(state, certificate=certify(contacts, state, found)))
+
+
+def _demanded(state: Equilibrium) -> Equilibrium:
+    """The state. NotCertifiedError if its certificate failed."""
+    name = f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts"
+    state.certificate.demand(name, "try another depth: this one may be that of an event")
+    return state

@@ -12,14 +12,13 @@ import contextlib
 import math
 import warnings
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discretization.certificate import AccuracyWarning, Certificate, NotCertifiedError
-from discretization.equilibrium import Equilibrium, detached
-from discretization.fitted.contacts import Contacts, certify, equilibrium, errors
+from discretization.certificate import AccuracyWarning, NotCertifiedError
+from discretization.equilibrium import Equilibrium
+from discretization.fitted.contacts import state_of
 from discretization.fitted.motion import Lines, Motion
 from discretization.lattice.lowest import lowest_contacts
 from discretization.nodes.lattice import Lattice
@@ -36,7 +35,6 @@ _BESIDE = 1 / 64  # of δ₀: depths beside the one asked for
 _MOST_NODES = 400_000  # of a lattice of which only the topology is taken
 _MOST_RINGS = 6000  # the same around an axis
 _SAME = 1e-9  # of the energy's scale: energies of the same state
-_UNKNOWN = Certificate(*5 * (math.nan,))
 
 
 def on_several(scene: Scene, depth: float, *, branch: str) -> Equilibrium:
@@ -147,38 +145,3 @@ def _turns(x: Array, slope: Array, least: float) -> list[float]:
         elif way <= 0 and value - slope[low] > least:
             found, way, high = [*found, float(x[low])], 1, i
     return found
-
-
-def state_of(motion: Motion, lines: Lines, depth: float, branch: str) -> Equilibrium:
-    """The certified state with these lines.
-
-    NotCertifiedError if it is no equilibrium; ValueError if the surface would turn over.
-    """
-    scene = motion.scene
-    if not lines:
-        flat = detached(scene, depth, branch, motion.surfaces, _UNKNOWN)
-        lift = max(abs(depth), scene.opened.critical_separation) or 1.0
-        through = motion.penetration(lines, depth) / lift
-        return _demanded(replace(flat, certificate=Certificate.undeformed(through)))
-    contacts = Contacts(motion, lines, depth)
-    found = contacts.totals()
-    state = equilibrium(
-        contacts.x,
-        found,
-        scene=scene,
-        depth=depth,
-        pinned=contacts.pinned,
-        certificate=_UNKNOWN,
-        surfaces=motion.surfaces,
-        errors=errors(contacts, found),
-        branch=branch,
-        neutral=motion.neutral(lines, depth),
-    )
-    return _demanded(replace(state, certificate=certify(contacts, state, found)))
-
-
-def _demanded(state: Equilibrium) -> Equilibrium:
-    """The state. NotCertifiedError if its certificate failed."""
-    name = f"the state at depth = {state.depth!r} with {len(state.contacts)} contacts"
-    state.certificate.demand(name, "try another depth: this one may be that of an event")
-    return state

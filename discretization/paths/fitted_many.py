@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from discretization.certificate import NotCertifiedError
 from discretization.fitted.alone import Way
+from discretization.fitted.contacts import state_of
 from discretization.fitted.motion import Motion, free
 from discretization.fitted.rests import TIE
-from discretization.fitted.several import state_of
 from discretization.following.events import Events
 from discretization.following.smooth import Piece, Smooth
 from discretization.paths.branch import Branch, Leg, Pinned, Point

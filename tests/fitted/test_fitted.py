@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scenes import adhesive
 
-from discretization import minimise
+from discretization import NotCertifiedError, minimise
 from discretization.equilibrium import QUANTITIES
 from discretization.fitted.alone import Alone
-from discretization.fitted.contacts import push
-from discretization.fitted.single import Single
+from discretization.fitted.contacts import Contacts, push, state_of
+from discretization.fitted.single import motion_of
 from energy import FlatPunch, Parabola, PowerLaw, Sampled, Scene, SurfaceEnergies, Wedge, cards
 from energy.layer import ElasticLayer
 
@@ -52,15 +52,16 @@ def test_composed_profiles_agree_on_both_discretisations():
             assert abs(fitted.force - lattice.force) <= 1e-3 * lattice.scales["force"]
 
 
-def found(scene, left, right):
-    """Energy and force of a contact between two lines."""
-    return Single(Alone.of(scene), 1e-3, (left, right)).totals()
+def between(scene, left, right, depth=1e-3):
+    """The contact between two lines at a depth, and what judges it."""
+    return motion_of(Alone.of(scene), left, right, depth), (left, right), depth
 
 
 def judged(scene, a):
-    """The certificate of a contact between lines at -a and a."""
-    single = Single(Alone.of(scene), 1e-3, (-a, a))
-    return single.certify(single.totals())
+    """What is wrong with a contact between lines at -a and a, in words."""
+    with pytest.raises(NotCertifiedError) as problem:
+        state_of(*between(scene, -a, a), "adhered")
+    return str(problem.value)
 
 
 @pytest.mark.parametrize("slopes", ["small", "finite"])
@@ -68,7 +69,7 @@ def test_the_force_changes_with_a_line_by_no_more_than_its_bound(slopes):
     """What the estimate of the force's error is made of."""
     scene = adhesive(Parabola(0.02), slopes=slopes)
     a, step = 0.006, 1e-6
-    force = [found(scene, -a, a + side * step).force for side in (-1, 1)]
+    force = [Contacts(*between(scene, -a, a + side * step)).totals().force for side in (-1, 1)]
     rate, bound = abs(force[1] - force[0]) / (2 * step), push(scene, 1e-3, np.array(a))
     assert bound / 2 <= rate <= bound
 
@@ -78,11 +79,11 @@ def test_the_force_changes_with_a_line_by_no_more_than_its_bound(slopes):
 def test_the_certificate_rejects_a_line_out_of_place(slopes, change):
     scene = adhesive(Parabola(0.02), slopes=slopes)
     a = Alone.of(scene).find(1, 1e-3)
-    assert judged(scene, a).ok
-    assert judged(scene, a * (1 + change)).failures == ("neighbours",)
+    assert state_of(*between(scene, -a, a), "adhered").certificate.ok
+    assert "violates neighbours (" in judged(scene, a * (1 + change))
     smooth = replace(scene, surfaces=SurfaceEnergies.from_work(scene.gamma1, 0.0))
     a = Alone.of(smooth).find(1, 1e-3) * (1 - 1e-5)
-    assert "penetration" in judged(smooth, a).failures
+    assert "violates penetration, neighbours (" in judged(smooth, a)
 
 
 def test_springs_without_tension_attach_on_touching_and_let_go_at_the_critical_separation():

@@ -9,10 +9,8 @@ import pytest
 from scenes import ALPHA, DELTA0, L, adhesive, plain, rippled, tips, wavy
 
 from discretization import NotCertifiedError, minimise
-from discretization.fitted import several
-from discretization.fitted.contacts import Contacts, certify, errors, penetration
+from discretization.fitted.contacts import Contacts, certify, errors, penetration, state_of
 from discretization.fitted.motion import Motion
-from discretization.fitted.several import state_of
 from discretization.fitted.tension import pull
 from discretization.profile import resolve
 from discretization.surfaces import surfaces_of
@@ -149,7 +147,7 @@ def test_a_flat_surface_that_the_indenter_has_passed_is_rejected():
     motion = Motion.of(scene, profile, surfaces_of(scene), DELTA0)
     for depth, rejected in ((0.999 * profile.touch, False), (1.001 * profile.touch, True)):
         with pytest.raises(NotCertifiedError) if rejected else contextlib.nullcontext():
-            several.state_of(motion, (), depth, "global")
+            state_of(motion, (), depth, "global")
 
 
 def test_a_line_about_to_reach_the_edge_of_the_body_has_errors():
