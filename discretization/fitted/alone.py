@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -69,24 +69,23 @@ class Alone:
         return max(map(abs, depths)) + self.scene.opened.critical_separation
 
     def rest(
-        self, side: Any, x: Any, beside: Any = 0, *, way: int = 1, adhesive: bool = True
+        self, side: Any, x: Any, beside: Any = None, *, way: int = 1, adhesive: bool = True
     ) -> Any:
         """D of a line at x that advances (way 1) or recedes (-1); or D₀ without adhesion.
 
-        beside: which slope of a corner counts, that on the outer (1) or the inner side (-1).
+        beside: just outwards (1) or inwards (-1) of x, which differ at a corner; beyond the edge of
+        a body D is infinite.
         """
         scene, indenter = self.scene if way > 0 else self.scene.opened, self.scene.indenter
-        f1 = indenter.slope_beside(x, side * beside) if np.any(beside) else indenter.slope(x)
-        w = scene.work_of_adhesion if adhesive else 0.0
-        return self.surfaces.rest_depth(side, x, indenter.height(x), f1, None, w)
-
-    def ahead(self, outwards: int, x: Any, way: int) -> Array:
-        """D just outwards (1) or inwards (-1) of both lines; infinite beyond the edge of a body."""
-        sides, ends = np.array(self.sides), self.scene.indenter.extent
-        x = np.broadcast_to(x, sides.shape)
-        found = np.asarray(self.rest(sides, x, outwards, way=way), float)
-        edge = (x == np.where(sides > 0, ends[1], ends[0])) & np.isin(x, self.scene.indenter.walls)
-        return np.where(edge & (outwards > 0), math.inf, found)
+        f, w = indenter.height(x), scene.work_of_adhesion if adhesive else 0.0
+        if beside is None:
+            return self.surfaces.rest_depth(side, x, f, indenter.slope(x), None, w)
+        found = self.surfaces.rest_depth(
+            side, x, f, indenter.slope_beside(x, side * beside), None, w
+        )
+        ends = indenter.extent
+        edge = np.isin(x, indenter.walls) & np.equal(x, np.where(side > 0, ends[1], ends[0]))
+        return np.where(edge & np.greater(beside, 0), math.inf, found)
 
     def free(self, side: int, x: float, depth: float) -> Free:
         """The free surface beyond a line. ValueError where it would turn over."""
@@ -112,11 +111,12 @@ class Alone:
     def _lowest(self, way: int) -> tuple[float, float]:
         """The same for one way, about an axis by golden sections in log r."""
         if not self.scene.axisymmetric:
-            return self.apex, min(self.touch, *self.ahead(1, self.apex, way).tolist())
+            ahead = self.rest(np.array(self.sides), self.apex, 1, way=way)
+            return self.apex, min(self.touch, *ahead.tolist())
         outer = self.find(1, self.touch, way)
         if not outer:
             return 0.0, self.touch
-        last = float(self.rest(1, outer, -(outer in self.scene.indenter.walls), way=way))
+        last = float(self.rest(1, outer, -1, way=way))
         deep, value = least(lambda t: self.rest(1, outer * math.exp(-t), way=way), 0.0, _DEEP)
         places = (outer * math.exp(-deep), float(value)), (outer, last), (0.0, self.touch)
         return min(places, key=lambda found: found[1])
@@ -126,28 +126,23 @@ class Alone:
 
         nan about an axis where it rests nowhere.
         """
-        start, indenter = self.apex, self.scene.indenter
+        start = self.apex
         if self.scene.axisymmetric and depth < self.touch:
             start, low = self.lowest[way]
             if low > depth:
                 return math.nan
 
-        def h(x: float, beside: int = 0) -> float:
+        def h(x: float, beside: int | None = None) -> float:
             return float(self.rest(side, x, beside, way=way)) - depth
 
-        places = [start, *self.corners(side, start).tolist()]
+        places = np.append(start, self.corners(side, start))
+        beyond = self.rest(side, places, 1, way=way) - depth
         tie = _NEUTRAL * (abs(h(start)) + self.size(depth))
-        if len(places) > 1 or start in indenter.corners:
-            beyond = np.asarray(self.rest(side, np.array(places), 1, way=way), float)
-            beyond[np.isin(places, indenter.walls) & (side * np.array(places) > 0)] = math.inf
-            held = int(np.argmax(np.append(beyond - depth > tie, True)))
-            if held and held < len(places) and h(places[held], -1) > tie:
-                return bracketed(h, places[held - 1], places[held])
-            if held < len(places):
-                return places[held]
-        if h(places[-1], int(places[-1] in indenter.corners)) >= 0:
-            return places[-1]
-        return bracketed(h, *self._around(h, side, places[-1], depth))
+        for inside, x, held in zip([start, *places], places.tolist(), beyond > tie, strict=False):
+            if held:
+                return bracketed(h, float(inside), x) if inside != x and h(x, -1) > tie else x
+        last = float(places[-1])
+        return last if beyond[-1] >= 0 else bracketed(h, *self._around(h, side, last, depth))
 
     def corners(self, side: int, start: float) -> Array:
         """Of the indenter, outwards of a place."""
@@ -158,15 +153,13 @@ class Alone:
         self, h: Callable[[float], float], side: int, start: float, depth: float
     ) -> tuple[float, float]:
         """Points on both sides of a line, or ValueError where the known profile ends before it."""
-        indenter, limit = self.scene.indenter, self.scene.indenter.extent[0 if side < 0 else 1]
-        x, step = start, side * self.scene.elastocapillary_length
-        while x != limit and math.isfinite(step):
-            inside, x = x, side * min(side * (start + step), side * limit)
+        indenter = self.scene.indenter
+        x, limit = start, indenter.extent[0 if side < 0 else 1]
+        for inside, x in _further(start, side * self.scene.elastocapillary_length, limit):
             if h(x) > 0:
                 return inside, x
             if depth < indenter.height(x):  # pulled up, and further out even more
                 self.free(side, x, depth)
-            step *= 4
         raise ValueError(
             f"depth = {depth!r} spreads the contact to x = {x!r}, where the profile is not known "
             "any more; give a wider profile, a smaller depth, or add a FlatPunch whose edge ends "
@@ -174,17 +167,31 @@ class Alone:
         )
 
 
+def _further(start: float, step: float, limit: float) -> Iterator[tuple[float, float]]:
+    """Intervals from a place on, each to four times as far from it, up to a limit."""
+    x, side = start, math.copysign(1.0, step)
+    while x != limit and math.isfinite(step):
+        inside, x = x, side * min(side * (start + step), side * limit)
+        yield inside, x
+        step *= 4
+
+
 def lowest_point(indenter: Indenter, size: float) -> float:
     """Where the slope of a convex profile changes sign, or the end of its extent it falls to."""
     start = min(max(0.0, indenter.extent[0]), indenter.extent[1])
     side = 1 if indenter.slope(start) < 0 else -1
-    limit, x, step = indenter.extent[0 if side < 0 else 1], start, size
-    while x != limit and side * float(indenter.slope(x)) < 0 and math.isfinite(step):
-        x, step = side * min(side * (start + side * step), side * limit), 4 * step
+    x, limit = start, indenter.extent[0 if side < 0 else 1]
+
+    def rise(z: float) -> float:
+        return side * float(indenter.slope(z))
+
+    for _, x in _further(start, side * size, limit) if rise(start) else ():
+        if rise(x) >= 0:
+            break
     if not math.isfinite(x) or abs(x - start) > 1e30 * size:
         raise ValueError(f"indenter = {indenter!r} has no lowest point; give it a finite extent")
-    if side * float(indenter.slope(x)) > 0 and x != start:
-        x = bracketed(lambda z: side * float(indenter.slope(z)), start, x)
+    if rise(x) > 0 and x != start:
+        x = bracketed(rise, start, x)
     corners = np.asarray(indenter.corners, float)
     near = corners[np.abs(corners - x) <= 1e-12 * size].tolist()
     return min([*near, x], key=lambda z: float(indenter.height(z)))
@@ -208,7 +215,8 @@ class Way:
     def of(cls, alone: Alone, lines: tuple[float, ...], start: float, end: float) -> Way | None:
         """The way towards a depth up to its first event; None where that is a jump of a line."""
         way, first = (1 if end >= start else -1), np.array(lines[-len(alone.sides) :])
-        size, ahead, lost = alone.size(start, end), alone.ahead(way, first, way), False
+        sides, size, lost = np.array(alone.sides), alone.size(start, end), False
+        ahead = alone.rest(sides, first, way, way=way)
         (place, low), axis = alone.lowest[way], alone.scene.axisymmetric
         if axis and way > 0 and first[0] < place:
             return None
